@@ -16,7 +16,7 @@ inline constexpr const char* kCompile = "gcc -std=c99 -Wall -Wextra -Werror -ped
 
 [[nodiscard]] inline bool has_gcc() { return std::system("gcc --version > /dev/null 2>&1") == 0; }
 
-/// A folder that goes with its test.
+/// Temporary folder that is removed after its test.
 class Workplace {
  public:
   Workplace() : folder_(std::filesystem::path(testing::TempDir()) / ("gyrotherm_c_" + unique())) {
@@ -27,7 +27,7 @@ class Workplace {
   ~Workplace() { std::filesystem::remove_all(folder_); }
   void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
   [[nodiscard]] std::ifstream read(const std::string& name) const { return std::ifstream(folder_ / name); }
-  /// The exit code of a command in this folder.
+  /// Runs a command in this folder and returns its exit code.
   [[nodiscard]] int run(const std::string& command) const {
     const int status = std::system(("cd '" + folder_.string() + "' && " + command).c_str());
     return status / 256;

@@ -21,7 +21,7 @@ namespace gyrotherm::data {
   return normal_matrix(size, 1, seed).col(0);
 }
 
-/// A, B, C … each a temperature.
+/// Returns the temperature terms A, B, C, ….
 [[nodiscard]] inline std::vector<Term> letters(Eigen::Index count) {
   std::vector<Term> terms;
   for (Eigen::Index j = 0; j < count; ++j)
@@ -29,7 +29,7 @@ namespace gyrotherm::data {
   return terms;
 }
 
-/// What owns the samples that a FitInput refers to.
+/// Owner of the samples that a FitInput refers to.
 struct Samples {
   SampleMatrix x;
   Eigen::VectorXd y;
@@ -37,7 +37,7 @@ struct Samples {
   [[nodiscard]] methods::FitInput set() const { return {x, y, terms}; }
 };
 
-/// y of a smooth bend in the first two of the inputs, with noise.
+/// Returns samples with a smooth non-linear y in the first two inputs, plus noise.
 [[nodiscard]] inline Samples bent_samples(Eigen::Index rows, Eigen::Index columns, double noise, std::uint64_t seed) {
   Samples samples{normal_matrix(rows, columns, seed), {}, letters(columns)};
   samples.y = samples.x.col(0).array().tanh() + 0.5 * samples.x.col(0).array() * samples.x.col(1).array() +
@@ -45,14 +45,14 @@ struct Samples {
   return samples;
 }
 
-/// The bend in the first two of three inputs, with little noise, and a steep slope in the third.
+/// Returns samples that are curved in the first two of three inputs, with little noise, and steep in the third.
 [[nodiscard]] inline Samples bent_plane(Eigen::Index rows, std::uint64_t seed) {
   Samples samples = bent_samples(rows, 3, 0.05, seed);
   samples.y += 4 * samples.x.col(2);
   return samples;
 }
 
-/// Samples dealt into folds of which each is held out once.
+/// Splits samples into folds. Each sample is held out once.
 [[nodiscard]] inline std::vector<methods::Fold> folds_of(const Samples& samples, Eigen::Index count) {
   std::vector<methods::Fold> folds;
   for (Eigen::Index f = 0; f < count; ++f) {

@@ -40,7 +40,7 @@ struct Row {
 std::vector<Row> rows_of(std::istream& file, int axis) {
   std::vector<Row> rows;
   std::string line;
-  std::getline(file, line);  // its head
+  std::getline(file, line);  // header line
   while (std::getline(file, line)) {
     std::istringstream fields(line);
     double value[kTofuFields];

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Models small enough to write down.
+/// Models small enough to write by hand.
 #pragma once
 
 #include "analysis/model/model.hpp"
 
 namespace gyrotherm::data {
 
-/// Two support vectors in A − B and dA/dt; every field of the file has a value.
+/// Returns a model with two support vectors in A − B and dA/dt. Every field of its file has a value.
 [[nodiscard]] inline model::Model small_svr_model() {
   model::Model model;
   model.program_version = "0.1.0";
@@ -60,7 +60,7 @@ namespace gyrotherm::data {
   return model;
 }
 
-/// Three clusters with thermometers A and B.
+/// Returns three clusters with thermometers A and B.
 [[nodiscard]] inline Clusters three_clusters() {
   Clusters clusters;
   clusters.thermometers = {"A", "B"};
@@ -76,7 +76,7 @@ namespace gyrotherm::data {
   return clusters;
 }
 
-/// 0.1 °/h per kelvin of A.
+/// Returns a linear model with 0.1 °/h per kelvin of A.
 [[nodiscard]] inline model::Model small_slope_model() {
   model::Model model = small_svr_model();
   model.terms = {temperature_term("A")};

@@ -9,7 +9,8 @@ namespace gyrotherm::data {
 namespace {
 
 constexpr int kThermometers =
-    8;  // A … H on a ring B–A–C–E–H–G–F–D, each in touch with its neighbours and the chamber air
+    // Thermometers A … H on a ring B–A–C–E–H–G–F–D, each in contact with its neighbours and the chamber air.
+    8;
 constexpr std::array<int, kThermometers> kRing = {1, 0, 2, 4, 7, 6, 5, 3};
 constexpr std::array<double, kThermometers> kHeatCapacity = {114.5, 122.3, 114.2, 87.6,
                                                              123.6, 116.1, 100.1, 118.3};  // J/K
@@ -48,7 +49,7 @@ struct Second {
   int segment, cycle;
 };
 
-/// The program, second by second; fills in the dataset's segments and cycles.
+/// Returns the program second by second. Adds its segments and cycles to the dataset.
 std::vector<Second> program(const SyntheticRun& run, Dataset& dataset) {
   std::vector<Second> seconds;
   double at = kStart;
@@ -81,8 +82,9 @@ Eigen::VectorXd normals(Eigen::Index count, std::mt19937_64& random) {
   return Eigen::VectorXd::NullaryExpr(count, [&] { return normal(random); });
 }
 
-/// Flicker noise of rate: white noise through the filter (1 − z⁻¹)^(−1/2) (Kasdin 1995), whose flat Allan variance is
-/// 2 ln 2/π times that of the white noise. Its first half, before the filter has a past, is thrown away.
+/// Simulates flicker noise of a rate: white noise through the filter (1 − z⁻¹)^(−1/2) (Kasdin 1995). Its flat Allan
+/// variance is 2 ln 2/π times that of the white noise. The first half, in which the filter has too little history, is
+/// discarded.
 Eigen::VectorXd flicker(Eigen::Index count, std::mt19937_64& random) {
   const Eigen::Index all = 2 * count;
   Eigen::VectorXd reversed_filter(all);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Designed data for the tests of this room. They test code; they confirm nothing about gyros.
+/// Synthetic data for the tests of the analysis. They test code only and are no evidence about gyros.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,22 +14,23 @@
 
 namespace gyrotherm::data {
 
-/// A small world: eight thermometers on a thermal network, a bias that gradients explain, and a program of a few
+/// Small thermal model: eight thermometers on a thermal network, a bias caused by gradients, and a program of a few
 /// hundred clusters.
 struct SyntheticRun {
   std::string run_id = "synthetic-1";
-  std::vector<double> cycle_rates_c_per_min = {2, 3, 4, 5};  ///< one cycle each: 20 → −20 → 50 → 20 °C
+  /// One cycle each: 20 → −20 → 50 → 20 °C.
+  std::vector<double> cycle_rates_c_per_min = {2, 3, 4, 5};
   double hold_s = 1500;
-  double noise_deg_per_h = 0.02;        ///< of one second, white
-  double absolute_deg_per_h_per_c = 0;  ///< a part of the bias that no gradient sees
+  double noise_deg_per_h = 0.02;  ///< white, per second
+  /// Part of the bias that depends on absolute temperature, not on gradients.
+  double absolute_deg_per_h_per_c = 0;
   std::uint64_t seed = 1;
 };
 
 [[nodiscard]] Dataset make_synthetic_run(const SyntheticRun& run);
 
-/// The clusters with thermometers that tell nothing of each other, which no real block has: where only one answer can
-/// be right. Their temperatures wander independently about 20 °C with a STD of 10 °C, correlated over about ten
-/// clusters.
+/// Returns the clusters with independent thermometers, which no real block has, for tests with only one correct answer.
+/// The temperatures wander about 20 °C with a STD of 10 °C, correlated over about ten clusters.
 [[nodiscard]] inline Clusters wandering(Clusters clusters, std::uint64_t seed) {
   constexpr double kMemory = 0.9, kStd = 10, kCentre = 20;
   std::mt19937_64 random(seed);
@@ -44,13 +45,12 @@ struct SyntheticRun {
   return clusters;
 }
 
-/// The noises of a gyro, made to order; coefficients as in allan.hpp: Q in °, N in °/√h, B in °/h, K in °/h/√h, R in
-/// °/h².
+/// Noise coefficients of a simulated gyro as in allan.hpp: Q in °, N in °/√h, B in °/h, K in °/h/√h, R in °/h².
 struct SimulatedNoise {
   double Q{}, N{}, B{}, K{}, R{};
 };
 
-/// Makes `samples` rates in °/h, each the mean over `interval_s`.
+/// Simulates `samples` rates in °/h, each the mean over `interval_s`.
 [[nodiscard]] Eigen::VectorXd simulate(const SimulatedNoise& noise, Eigen::Index samples, double interval_s,
                                        std::mt19937_64& random);
 

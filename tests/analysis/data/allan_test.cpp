@@ -17,7 +17,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// The 1000 points of NIST SP 1065, section 12.4.
+/// Returns the 1000 points of NIST SP 1065, section 12.4.
 Eigen::VectorXd nist_values() {
   Eigen::VectorXd values(1000);
   std::int64_t n = 1234567890;
@@ -28,7 +28,7 @@ Eigen::VectorXd nist_values() {
   return values;
 }
 
-/// The overlapping Allan deviation of evenly spaced values at averaging m.
+/// Computes the overlapping Allan deviation of evenly spaced values at averaging factor m.
 double deviation_at(const Eigen::VectorXd& values, int m) {
   return allan_point({.interval_s = 1, .values = {values}}, m).deviation_deg_per_h;
 }
@@ -90,7 +90,8 @@ TEST(AllanCurve, AveragesTheSquaresOfAllStretches) {
 TEST(AllanCurve, NeverBridgesAGap) {
   std::mt19937_64 random(4);
   Eigen::VectorXd values = simulate({.N = 0.001}, 300, 1, random);
-  values.tail(200).array() += 1000;  // a step, hidden in the gaps
+  // Hides a step in the gap.
+  values.tail(200).array() += 1000;
   Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(300, 0, 299);
   time_s.tail(200).array() += 17;
   const RateStretches by_time = cut_at_gaps(time_s, values, 1);
@@ -113,8 +114,8 @@ TEST(AllanCurve, OfTooLittleIsEmpty) {
   EXPECT_TRUE(cut_at_gaps(Eigen::Vector3d{0, 1, 2}, nothing, 1).values.empty());
 }
 
-/// Rates about x, y and z of the recording of a real laser gyro unit: counts of 0.1 arcsec in 10 ms after fourteen
-/// lines of text.
+/// Reads the rates about x, y and z from the recording of a real laser gyro unit: counts of 0.1 arcsec in 10 ms after
+/// fourteen header lines.
 Eigen::MatrixXd laser_gyro_rates(const std::string& file) {
   std::ifstream stream(file);
   std::string line;
@@ -150,8 +151,8 @@ RateStretches simulated(const SimulatedNoise& noise, int stretches, Eigen::Index
 
 AllanFit fitted(const RateStretches& rates) { return fit_allan(allan_curve(rates), rates); }
 
-/// How many standard errors the found coefficient lies from the true one, over the seeds. Each must be seen, none may
-/// be farther than four; together they must spread as errors do.
+/// Errors of a coefficient over several seeds, in standard errors. Each coefficient must be significant and within four
+/// standard errors of the true value. The spread over the seeds must match the standard errors.
 class Pulls {
  public:
   Pulls(NoiseTerm term, double truth) : term_(term), truth_(truth) {}
@@ -239,7 +240,8 @@ TEST(AllanFit, RecoversARateRamp) {
   }
 }
 
-/// Whole pulses of 0.1 arcsec at a steady rate: their rounding is no white noise, and the curve is no sum of the five.
+/// Whole pulses of 0.1 arcsec at a steady rate. Their rounding is not white noise, so the curve is not a sum of the
+/// five terms.
 TEST(AllanFit, PulsesThatBeatWithTheSamplingBendNothingElse) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -332,14 +334,14 @@ TEST(AllanFit, OfAShortCurveIsStillAFit) {
   }
 }
 
-/// Made in steps of an eighth of an hour, so that the means of an hour are those of a walk without steps.
+/// Simulates hourly means from steps of an eighth of an hour, so that they are means of a nearly continuous walk.
 Eigen::VectorXd hourly(const SimulatedNoise& noise, Eigen::Index hours, std::mt19937_64& random) {
   constexpr Eigen::Index kParts = 8;
   const Eigen::VectorXd parts = simulate(noise, kParts * hours, 3600.0 / kParts, random);
   return parts.reshaped(kParts, hours).colwise().mean().transpose();
 }
 
-/// Covariances counted over many records, against those computed.
+/// Compares computed covariances with sample covariances over many records.
 TEST(AllanCovariance, IsWhatManyRecordsShow) {
   const std::vector<SimulatedNoise> noises = {{.N = 1}, {.Q = 1}, {.N = 0.2, .K = 1}, {.B = 1}, {.N = 1, .R = 4}};
   constexpr int kRecords = 3000;

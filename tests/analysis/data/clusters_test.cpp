@@ -11,7 +11,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// `rows` seconds of one thermometer that warms by 0.6 °C/min; bias is the second.
+/// Returns `rows` seconds of one thermometer that warms by 0.6 °C/min. The bias equals the time in s.
 Dataset ramp(Eigen::Index rows) {
   Dataset dataset;
   dataset.path = "ramp.db";
@@ -73,7 +73,8 @@ TEST(Clusters, AreDroppedForOneMissingReading) {
 
 TEST(Clusters, AreDroppedAcrossAGap) {
   Dataset dataset = ramp(400);
-  dataset.time_s.tail(250).array() += 130;  // samples 150 … 279 were never taken
+  // Omits samples 150…279.
+  dataset.time_s.tail(250).array() += 130;
   const auto clusters = make_clusters(dataset);
   ASSERT_TRUE(clusters);
   EXPECT_EQ(clusters->start_s, (Eigen::Vector3d{0, 300, 400}));

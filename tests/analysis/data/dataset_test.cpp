@@ -11,7 +11,8 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Four seconds: two in a hold, two in a ramp; one thermometer; the gyro counts 10, 12, 20, 20 pulses of 0.5".
+/// Returns four seconds: two in a hold, two in a ramp. There is one thermometer, and the gyro counts 10, 12, 20, 20
+/// pulses of 0.5".
 record::Record four_seconds() {
   record::Record record;
   record.info.id = "r";
@@ -160,7 +161,7 @@ TEST(Dataset, SaysWhereItsGapsAre) {
   EXPECT_EQ(dataset_of(record).gaps_s.front(), (std::pair{10.0, 20.0}));
 }
 
-/// The unit of four_seconds() and one with two axes, a temperature of its own and a current.
+/// Returns a record of the unit of four_seconds() and of one with two axes, its own temperature and a current.
 record::Record two_units() {
   record::Record record = four_seconds();
   record.info.thermometers = {{"A", "probe", {0.25}}, {"B", "probe", {}}, {"air", "probe", {}}};

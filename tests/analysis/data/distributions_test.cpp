@@ -11,7 +11,7 @@ namespace gyrotherm::data {
 namespace {
 
 TEST(ChiSquared, IsThatOfTheTables) {
-  // Abramowitz and Stegun, table 26.8: the values that are exceeded with these probabilities.
+  // Values exceeded with these probabilities: Abramowitz and Stegun, table 26.8.
   EXPECT_NEAR(chi_squared_exceeds(3.84146, 1), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_exceeds(18.3070, 10), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_exceeds(31.4104, 20), 0.05, 1e-6);
@@ -54,7 +54,8 @@ TEST(NoncentralChiSquared, OfOneDegreeIsTheSquareOfAShiftedNormal) {
   }
 }
 
-/// Of three degrees, root r and mean m the density of r is (r/m)(φ(r − m) − φ(r + m)).
+/// Checks the closed form for three degrees of freedom: the density of the root r for mean m is (r/m)(φ(r − m) − φ(r +
+/// m)).
 TEST(NoncentralChiSquared, OfThreeDegreesHasItsClosedForm) {
   const auto normal = [](double x) { return std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi); };
   for (const double mean : {0.2, 2.0, 11.0}) {

@@ -13,7 +13,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Clusters at these places, 100 s each, in these cycles.
+/// Returns clusters of 100 s at the given positions, in the given cycles.
 Clusters clusters_at(const std::vector<int>& places, const std::vector<int>& cycles) {
   Clusters clusters;
   const auto rows = static_cast<Eigen::Index>(places.size());
@@ -121,7 +121,8 @@ TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
     FoldOptions options = blocks(parts, draw(0, 12));
     if (draw(0, 1) == 1) options.kind = FoldKind::cycles;
     const auto plan = plan_folds({record, record}, options);
-    if (!plan) continue;  // the guard leaves nothing
+    // Skips plans in which the guard leaves no training clusters.
+    if (!plan) continue;
     expect_each_held_out_once(*plan, 2 * record.start_s.size());
     const auto first_of = [&](Eigen::Index k) { return k < clusters ? 0 : clusters; };
     for (const Fold& fold : plan->folds) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A term is typed by people: whatever they type, a term or a fault comes out, and a term reads itself back.
+/// Fuzzes the parser of terms. Any input must give a term or a fault, and a term must be parsed again from its own
+/// text.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +21,7 @@ void read(const std::string& typed) {
   if (!again || *again != *term) std::abort();
 }
 
-/// A few pieces of the language, so that many inputs are nearly terms.
+/// Composes text from pieces of the grammar, so that many inputs are nearly terms.
 std::string pieced_together(const std::uint8_t* data, std::size_t size) {
   constexpr std::array kPieces = {"A", "B", "die", "die-cap", "x*y", "z", "-", "*", "^2", "^3", "rate:", "cap"};
   std::string typed;

@@ -14,7 +14,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Clusters of white noise on a slow drift, one long hold and one ramp.
+/// Returns clusters of white noise on a slow drift, for one long hold and one ramp.
 Clusters noisy_clusters(Eigen::Index count, double noise, std::uint64_t seed = 5) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -39,11 +39,12 @@ TEST(NoiseFloor, IsTheWhiteNoiseUnderADrift) {
 TEST(NoiseFloor, DoesNotSeeASteadyDrift) {
   Clusters clusters = noisy_clusters(100, 0.002);
   const NoiseFloor floor = noise_floor(clusters, {kHoldSegment});
-  clusters.bias_deg_per_h += 1e-4 * clusters.start_s;  // five floors from each mean to the next
+  // Adds a drift of five noise floors per mean.
+  clusters.bias_deg_per_h += 1e-4 * clusters.start_s;
   EXPECT_NEAR(noise_floor(clusters, {kHoldSegment}).deg_per_h, floor.deg_per_h, 1e-12);
 }
 
-/// Holds of ten minutes in which the bias still dies away by 7 % from mean to mean, as in a random program.
+/// Simulates holds of ten minutes in which the bias still decays by 7 % from mean to mean, as in a random program.
 TEST(NoiseFloor, IsFairOnShortHoldsThatStillDrift) {
   constexpr int kHolds = 400, kMeans = 6;
   Clusters clusters = noisy_clusters(kHolds * kMeans, 0.002);
@@ -61,7 +62,7 @@ TEST(NoiseFloor, IsFairOnShortHoldsThatStillDrift) {
   EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are not";
 }
 
-/// Of a pulse of 1″ more than half of a mean's noise is of the counting, which neighbouring means share.
+/// More than half of the noise of a mean is quantisation for a pulse of 1″. Neighbouring means share it.
 TEST(NoiseFloor, OfCountedPulsesIsTheNoiseOfAMean) {
   constexpr Eigen::Index kMeans = 34;
   constexpr double kPulse_arcsec = 1, kLength_s = 100;
@@ -72,7 +73,7 @@ TEST(NoiseFloor, OfCountedPulsesIsTheNoiseOfAMean) {
       std::normal_distribution<double> normal(0, white_deg_per_h);
       std::uniform_real_distribution<double> anywhere(5, 15);
       Clusters clusters = noisy_clusters(kMeans, 0);
-      const double rate_deg_per_h = anywhere(random);  // °/h are ″/s
+      const double rate_deg_per_h = anywhere(random);  // °/h equals ″/s
       double angle = anywhere(random), counted = std::floor(angle / kPulse_arcsec);
       for (double& bias : clusters.bias_deg_per_h) {
         angle += (rate_deg_per_h + normal(random)) * kLength_s;
@@ -87,7 +88,7 @@ TEST(NoiseFloor, OfCountedPulsesIsTheNoiseOfAMean) {
   }
 }
 
-/// An imported ramp of 2000 s, which a straight line meets exactly, was called over-fit.
+/// An imported ramp of 2000 s that fits a straight line exactly must not give an over-fit warning.
 TEST(NoiseFloor, OfARecordThatNamesNoHoldIsNone) {
   Clusters ramp = noisy_clusters(20, 0.002);
   ramp.segment.setConstant(-1);
@@ -113,7 +114,8 @@ TEST(NoiseFloor, SaysWhyHoldsThatAreTooShortGiveNone) {
 TEST(NoiseFloor, LooksOnlyInsideHolds) {
   Clusters clusters = noisy_clusters(100, 0.002);
   clusters.segment.tail(50).setOnes();
-  clusters.last_segment.tail(51).setOnes();  // the corner lies inside cluster 49
+  // The segment ends inside cluster 49.
+  clusters.last_segment.tail(51).setOnes();
   EXPECT_EQ(noise_floor(clusters, {kHoldSegment, kRampSegment}).differences, 34);
   EXPECT_EQ(noise_floor(clusters, {kRampSegment, kHoldSegment}).differences, 34);
   EXPECT_EQ(noise_floor(clusters, {kHoldSegment, kHoldSegment}).differences, 68);
@@ -149,7 +151,7 @@ TEST(OverFit, ExpectsTheFloorLessWhatParametersExplain) {
   EXPECT_TRUE(std::isnan(expected_in_sample_std(floor, std::nan(""), 2000)));
 }
 
-/// Least squares of p parameters on white noise leaves floor·√(1 − p/n).
+/// Least squares with p parameters on white noise leaves a residual of floor·√(1 − p/n).
 TEST(OverFit, TheExpectationIsWhatLeastSquaresLeaves) {
   constexpr Eigen::Index kRows = 400, kParameters = 100;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -185,8 +187,8 @@ TEST(OverFit, IsNotSaidWhereThereIsNoFloor) {
   EXPECT_FALSE(over_fit_warning({.std = 0, .count = 10}, none, 3));
 }
 
-/// Holds of two hours with ramps of half an hour between them: white noise in the last hour of each hold, a great slope
-/// everywhere else.
+/// Returns holds of two hours with ramps of half an hour between them: white noise in the last hour of each hold, and a
+/// steep slope elsewhere.
 Dataset quiet_hours(int holds, double N, std::uint64_t seed) {
   constexpr Eigen::Index kHold = 7200, kRamp = 1800, kQuiet = 3600;
   std::mt19937_64 random(seed);
@@ -231,11 +233,13 @@ TEST(HoldNoise, MissingSamplesEndAStretch) {
 TEST(HoldNoise, OfSomeClustersLooksAtNoOthers) {
   const Dataset dataset = quiet_hours(2, 3e-4, 2);
   Clusters clusters;
-  clusters.start_s = Eigen::VectorXd::LinSpaced(90, 0, 8900);  // the first hold and its ramp
+  // Selects the first hold and its ramp.
+  clusters.start_s = Eigen::VectorXd::LinSpaced(90, 0, 8900);
   const HoldNoise noise = noise_of_holds(dataset, clusters);
   EXPECT_EQ(noise.holds, 1);
   EXPECT_EQ(noise.seconds, 3600);
-  clusters.start_s = clusters.start_s.segment(40, 10).eval();  // 1000 s of its last hour
+  // Selects 1000 s of its last hour.
+  clusters.start_s = clusters.start_s.segment(40, 10).eval();
   EXPECT_EQ(noise_of_holds(dataset, clusters).seconds, 1000);
   clusters.start_s.resize(0);
   EXPECT_TRUE(noise_of_holds(dataset, clusters).curve.empty());
@@ -289,7 +293,7 @@ TEST(HoldNoise, TakesTheRecordsOwnInterval) {
   EXPECT_NEAR(n.value, 0.01, 4 * n.error);
 }
 
-/// The great slope that a model takes away leaves the noise.
+/// A model that removes the steep slope must leave only the noise.
 TEST(HoldNoise, OfCompensatedHoldsIsWithoutWhatTheModelTakesAway) {
   Dataset dataset = quiet_hours(3, 3e-4, 5);
   const Eigen::VectorXd slope = 1e-5 * dataset.time_s;
@@ -315,7 +319,8 @@ TEST(HoldNoise, OfCompensatedHoldsMissesSamplesBesideAMissingCluster) {
   Dataset dataset = quiet_hours(1, 3e-4, 6);
   Clusters clusters;
   clusters.start_s = Eigen::VectorXd::LinSpaced(90, 0, 8900);
-  clusters.start_s.tail(20).array() += 100;  // one cluster of the hold is not there
+  // Removes one cluster of the hold.
+  clusters.start_s.tail(20).array() += 100;
   clusters.bias_deg_per_h.setZero(90);
   Eigen::VectorXd residual = Eigen::VectorXd::Zero(90);
   residual(40) = std::numeric_limits<double>::quiet_NaN();

@@ -31,7 +31,7 @@ TEST(InputCovariance, OfARateAndALagIsThatOfTheLastMean) {
   EXPECT_EQ(covariance(0, 1), 0);
 }
 
-/// Errors small against the temperatures: products bend too little to notice.
+/// The errors are small compared with the temperatures, so that products are nearly linear.
 TEST(InputCovariance, IsWhatErrorsOfTheThermometersMake) {
   const std::vector<Term> terms = {temperature_term("A"), gradient_term("A", "B"),
                                    temperature_term("A") * temperature_term("A"),

@@ -9,7 +9,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// A bias that follows a slow oven, with noise of about 1 °/h.
+/// Returns a bias that follows a slow oven, with noise of about 1 °/h.
 Dataset noisy(Eigen::Index rows) {
   Dataset dataset;
   dataset.time_s = Eigen::VectorXd::LinSpaced(rows, 0, static_cast<double>(rows - 1));

@@ -42,7 +42,7 @@ TEST(Improvement, IsThePrintedOneOnlyFromRoundedPercentages) {
   EXPECT_NEAR(100 * (multi - three) / three, 40.305, 5e-4);
 }
 
-/// x_k = φ x_{k−1} + white noise, of unit STD.
+/// Simulates x_k = φ x_{k−1} + white noise with unit STD.
 Eigen::VectorXd autoregression(double phi, Eigen::Index count, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   Eigen::VectorXd values(count);
@@ -121,7 +121,7 @@ TEST(Figures, WithoutAnEffectiveNumberHaveNoErrorBar) {
   EXPECT_TRUE(std::isnan(mean_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
 }
 
-/// It would be known exactly.
+/// A single value has no scatter; its error must not be 0.
 TEST(Figures, OfASingleValueHaveNoErrorBar) {
   const Figures figures = figures_of(Eigen::VectorXd::Constant(1, 0.5), [] {
     Clusters clusters;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What holds for every method of the table.
+/// Tests for every method in the table.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,8 @@ MethodOptions quick_options(int threads = 0) {
   return options;
 }
 
-/// A temperature, its square and cube, a gradient and rates: every method finds something to do.
+/// Returns samples with a temperature, its square and cube, a gradient and rates, so that every method finds usable
+/// inputs.
 data::Samples all_kinds_of_terms(Eigen::Index rows) {
   data::Samples samples = data::bent_samples(rows, 5, 0.1, 11);
   const data::Term t = data::temperature_term("A"), rate = data::rate_term("A");

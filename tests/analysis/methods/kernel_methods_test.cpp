@@ -122,7 +122,8 @@ TEST(MarginalLikelihood, IsClimbedToWhereItIsFlat) {
 }
 
 TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
-  const data::Samples samples = data::bent_samples(250, 3, 0.05, 4);  // C means nothing
+  // C has no effect on y.
+  const data::Samples samples = data::bent_samples(250, 3, 0.05, 4);
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   const auto& lengths = std::get<ExpansionModel>(fit->function).lengths;
@@ -131,13 +132,13 @@ TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
   EXPECT_NE(fit->particulars.find("predictive standard deviation"), std::string::npos);
 }
 
-/// The samples with errors of their thermometers, A's the largest.
+/// Returns the samples with thermometer errors, largest for A.
 FitInput in_error(const data::Samples& samples) {
   Eigen::MatrixXd covariance = Eigen::VectorXd::LinSpaced(samples.x.cols(), 0.05, 0.01).asDiagonal();
   return {samples.x, samples.y, samples.terms, covariance};
 }
 
-/// The process by the whole covariance of all samples, plane and Gaussians, with nothing left out.
+/// Posterior of the process from the full covariance of all samples, plane and Gaussians.
 struct DensePosterior {
   Eigen::VectorXd mean, variance;
 };
@@ -171,7 +172,7 @@ TEST(GaussianProcess, KnowsMeanAndVarianceOfTheWholePosterior) {
   }
 }
 
-/// Sixty of many samples say nearly as much.
+/// The variance from sixty samples must be close to that from all samples.
 TEST(GaussianProcess, ItsStoredVarianceIsNotBelowTheWholeOne) {
   const data::Samples samples = data::bent_samples(300, 2, 0.1, 8);
   const auto fit = fit_gaussian_process(in_error(samples), {}, {});
@@ -196,12 +197,13 @@ TEST(GaussianProcess, GoesOnAsAPlane) {
 }
 
 TEST(GaussianProcess, IsThePosteriorMeanOfAllSamples) {
-  const data::Samples samples = data::bent_samples(450, 2, 0.1, 5);  // more than the likelihood is asked of
+  // Uses more samples than the likelihood does (kMostSamples).
+  const data::Samples samples = data::bent_samples(450, 2, 0.1, 5);
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   const auto& expansion = std::get<ExpansionModel>(fit->function);
   EXPECT_EQ(expansion.centres.rows(), 450);
-  // K w + σ_n² w/σ_f² = y − mean: the residual is in proportion to the weights.
+  // K w + σ_n² w/σ_f² = y − mean, so the residual is proportional to the weights.
   const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
   const double part = residual.dot(expansion.weights) / expansion.weights.squaredNorm();
   EXPECT_LT((residual - part * expansion.weights).norm(), 1e-6 * residual.norm());

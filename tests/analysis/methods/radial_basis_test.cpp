@@ -142,7 +142,7 @@ TEST(RadialBasisNetwork, FitsWhatIsASumOfItsOwnUnits) {
   }
 }
 
-/// On a plane the widest units err least where they were not shown it.
+/// For a plane, the widest units have the lowest error outside the training data.
 TEST(RadialBasisNetwork, ChoosesWideUnitsForAPlane) {
   data::Samples samples{data::normal_matrix(200, 3, 7), {}, data::letters(3)};
   samples.y = samples.x.col(0) - 0.5 * samples.x.col(2) + 0.01 * data::normal_vector(200, 8);
@@ -152,7 +152,8 @@ TEST(RadialBasisNetwork, ChoosesWideUnitsForAPlane) {
 }
 
 TEST(RadialBasisNetwork, ChoosesAmongThoseThatTheFoldsCanCarry) {
-  const data::Samples samples = data::bent_samples(36, 2, 0.05, 3);  // 27 in a fold: 40 and 80 centres are too many
+  // Each fold trains on 27 samples, too few for 40 and 80 centres.
+  const data::Samples samples = data::bent_samples(36, 2, 0.05, 3);
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
   EXPECT_LE(value_of(choice->parameters, "centres"), 20);

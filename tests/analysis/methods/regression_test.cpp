@@ -12,7 +12,7 @@ namespace {
 
 const LinearModel& linear_of(const Fit& fit) { return std::get<LinearModel>(fit.function); }
 
-/// The five terms of a polynomial in A and its rate, from raw temperatures between −1 and 1.
+/// Returns the five terms of a polynomial in A and its rate, from raw temperatures between −1 and 1.
 data::Samples polynomial_samples(Eigen::Index rows, std::uint64_t seed) {
   const data::Term t = data::temperature_term("A"), rate = data::rate_term("A");
   data::Samples samples{data::SampleMatrix(rows, 5), {}, {t, t * t, t * t * t, rate, t * rate}};
@@ -52,7 +52,7 @@ TEST(Polynomial, OfInputsThatOfferOneOrderHasNoOther) {
   EXPECT_EQ(value_of(choice->parameters, "rate terms"), 0);
 }
 
-/// Partial F of adding `input`, from two plain regressions.
+/// Computes the partial F of adding `input` from two plain regressions.
 double f_of(const data::Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
   const auto rss = [&](const std::vector<Eigen::Index>& taken) {
     Eigen::MatrixXd design(samples.x.rows(), static_cast<Eigen::Index>(taken.size()) + 1);
@@ -99,7 +99,7 @@ TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
   }
 }
 
-// D, nearly the sum of A and B, enters first and explains nothing once both are in.
+// D, nearly the sum of A and B, enters first and is redundant once both have entered.
 TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
   data::Samples samples{data::normal_matrix(200, 4, 3), {}, data::letters(4)};
   samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.5 * data::normal_vector(200, 4);
@@ -136,7 +136,8 @@ TEST(Ridge, SatisfiesItsNormalEquations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const data::Samples samples =
-        data::bent_samples(seed % 2 == 0 ? 60 : 4, 6, 0.3, seed);  // also fewer samples than inputs
+        // Includes cases with fewer samples than inputs.
+        data::bent_samples(seed % 2 == 0 ? 60 : 4, 6, 0.3, seed);
     for (const double lambda : {1e-6, 1e-2, 1e2}) {
       const auto fit = fit_ridge(samples.set(), {{"lambda", lambda}}, {});
       ASSERT_TRUE(fit);
@@ -213,7 +214,7 @@ TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
   EXPECT_EQ(held_out_errors(folds, 3, all_fail, {}, {}).error().where, "a method");
 }
 
-/// The calibration of a thermometer of GUM, JCGM 100:2008, H.3: corrections, °C, at temperatures less 20 °C.
+/// Thermometer calibration of GUM, JCGM 100:2008, H.3: corrections, °C, at temperatures minus 20 °C.
 TEST(CoefficientVariance, IsThatOfTheGuidesThermometer) {
   Eigen::MatrixXd temperature(11, 1);
   temperature << 1.521, 2.012, 2.512, 3.003, 3.507, 3.999, 4.513, 5.002, 5.503, 6.010, 6.511;
@@ -240,7 +241,8 @@ TEST(CoefficientVariance, IsTheSquareByWhichPlanesOfManyDrawsErr) {
                            elsewhere = 4 * data::bent_samples(50, kInputs, 0, 2).x;
   const std::vector<data::Term> terms = data::bent_samples(1, kInputs, 0, 1).terms;
   constexpr double kNoise = 0.3;
-  for (const double lambda : {0.0, 0.02}) {  // with a penalty the weights are drawn as it believes
+  // A penalty requires weights drawn from its prior.
+  for (const double lambda : {0.0, 0.02}) {
     SCOPED_TRACE(lambda);
     double squares = 0, variances = 0;
     for (int draw = 1; draw <= kDraws; ++draw) {

@@ -45,11 +45,12 @@ TEST(RidgeU, OfExactInputsIsLeastSquares) {
   EXPECT_NEAR(ridge->effective_parameters, 4, 1e-10);
 }
 
-/// Exact samples to learn from, readings in error to be judged on: of all planes its own errs least.
+/// Trains on exact samples and evaluates on readings with errors. The plane must have the lowest error of all planes.
 TEST(RidgeU, ErrsLeastOnReadingsInError) {
   const Eigen::Index rows = 400;
   data::Samples samples{data::normal_matrix(rows, 3, 1), {}, data::letters(3)};
-  samples.x.col(2) = samples.x.col(1) + 0.05 * samples.x.col(2);  // two thermometers that see nearly the same
+  // Makes two thermometers nearly collinear.
+  samples.x.col(2) = samples.x.col(1) + 0.05 * samples.x.col(2);
   samples.y = samples.x.col(1) + 3 * (samples.x.col(2) - samples.x.col(1)) + 0.1 * data::normal_vector(rows, 2);
   const Eigen::MatrixXd covariance = Eigen::Vector3d(0.01, 0.04, 0.09).asDiagonal();
   const PenalisedPlane plane = penalised_plane(samples.x, samples.y, covariance);
@@ -69,7 +70,8 @@ TEST(RidgeU, ErrsLeastOnReadingsInError) {
                           plane.weights.dot(covariance * plane.weights);
   EXPECT_NEAR(least, expected, 0.02 * expected);
   const Eigen::VectorXd exact = penalised_plane(samples.x, samples.y, Eigen::Matrix3d::Zero()).weights;
-  for (const double part : {-0.5, 0.25, 0.5, 1.0})  // towards least squares, and away from it
+  // Moves towards least squares and away from it.
+  for (const double part : {-0.5, 0.25, 0.5, 1.0})
     EXPECT_GT(error_of(plane.weights + part * (exact - plane.weights)), least) << part;
   for (const double penalty : {0.1, 10.0})
     EXPECT_GT(error_of(penalised_plane(samples.x, samples.y, penalty * covariance).weights), least) << penalty;
@@ -88,8 +90,8 @@ TEST(RidgeU, DependsOnWhatItsTermsSpanAlone) {
   EXPECT_LT((*predict(*plain, clusters) - *predict(*turned, clusters)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-/// Twenty-eight gradients of eight thermometers, and one of these: weights that cancel each other are large ones as
-/// soon as one input is moved to the end of its range.
+/// Twenty-eight gradients of eight thermometers, and one thermometer. Large weights that cancel would cause large
+/// errors when one input is clamped to the end of its range.
 TEST(RidgeU, OfTermsThatDependOnEachOtherHasSmallWeights) {
   const data::Dataset dataset = data::make_synthetic_run({});
   model::TrainingOptions options;

@@ -11,7 +11,8 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// The bias follows A with a time constant of 1200 s and B with one of 9600 s, and a little of each directly.
+/// Returns clusters with a bias that follows A with a time constant of 1200 s and B with one of 9600 s, plus a small
+/// direct effect of each.
 data::Clusters with_two_states(const data::Dataset& dataset) {
   data::Clusters clusters = *make_clusters(dataset);
   const std::vector<data::Term> terms = {data::lag_term(1200, "A"), data::lag_term(9600, "B"),

@@ -27,8 +27,9 @@ TEST(ForwardPrediction, LeavesAConstantAndTheFirstValuesAsTheyAre) {
 TEST(ForwardPrediction, FollowsTheFormulaByHand) {
   const Eigen::VectorXd values = (Eigen::VectorXd(4) << 1, 2, 4, 3).finished();
   const Eigen::VectorXd predicted = forward_prediction(values, {.order = 2, .step = 0.5});
-  EXPECT_DOUBLE_EQ(predicted(2), 1.5);                    // a = (½, ½); e = 2.5, Σy² = 5
-  const double a1 = 0.5 + 0.25 * 2, a2 = 0.5 + 0.25 * 1;  // µ e/Σy² = 0.25
+  // Here a = (½, ½), e = 2.5 and Σy² = 5, so µ e/Σy² = 0.25.
+  EXPECT_DOUBLE_EQ(predicted(2), 1.5);
+  const double a1 = 0.5 + 0.25 * 2, a2 = 0.5 + 0.25 * 1;
   EXPECT_DOUBLE_EQ(predicted(3), a1 * 4 + a2 * 2);
 }
 
@@ -54,7 +55,7 @@ TEST(ForwardPrediction, TakesNoiseFromABiasThatStandsStill) {
   }
 }
 
-/// Two folds of 2100 rows to train on, of a smooth function in noise.
+/// Returns two folds with 2100 training rows each, of a smooth function with noise.
 std::vector<Fold> folds_of_many_rows() {
   std::vector<Fold> folds(2);
   for (Fold& fold : folds) {

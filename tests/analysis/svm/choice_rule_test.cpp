@@ -14,7 +14,7 @@ namespace {
 
 const std::vector<double> kFourths(4, 0.25);
 
-/// A position whose mean squared errors on four equal folds are these.
+/// Returns a position with the given mean squared errors on four equal folds.
 JudgedPosition judged(std::vector<double> position, std::vector<double> fold_mse) {
   for (double& mse : fold_mse) mse /= 4;
   return {.position = std::move(position), .shares = std::move(fold_mse)};
@@ -31,7 +31,7 @@ TEST(StandardErrorOfAHeldOutError, OfFoldsThatAgreeOrOfOneFoldIsNothing) {
   EXPECT_DOUBLE_EQ(standard_error({.position = {}, .shares = {1, 3}}, std::vector<double>{0.25, 0.75}), 0);
 }
 
-/// The formula against many draws of unequal folds.
+/// Compares the formula with many draws of unequal folds.
 TEST(StandardErrorOfAHeldOutError, IsHowFarTheMeanIsFromTheTruth) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -48,7 +48,7 @@ TEST(StandardErrorOfAHeldOutError, IsHowFarTheMeanIsFromTheTruth) {
 }
 
 TEST(OneStandardErrorRule, TakesTheSmallestCThatIsNotWorse) {
-  // The least error is 3 with a standard error of 0.91.
+  // The lowest error is 3, with a standard error of 0.91.
   const std::vector<JudgedPosition> all{judged({8, 1, -5}, {1, 2, 4, 5}), judged({2, 1, -5}, {3.8, 3.8, 3.8, 3.8}),
                                         judged({0, 1, -5}, {4, 4, 4, 4}), judged({5, 1, -5}, {3.1, 3.1, 3.1, 3.1})};
   const OneStandardErrorChoice choice = simplest_within_one_standard_error(all, kFourths);
@@ -69,8 +69,8 @@ TEST(OneStandardErrorRule, OfFoldsThatAgreeTakesTheBest) {
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 1U);
 }
 
-/// Whatever the errors: what is taken is within one standard error, nothing within it is simpler, and the order in
-/// which threads came by does not matter.
+/// For any errors, the chosen position is within one standard error, no simpler position is within it, and the order in
+/// which threads add positions has no effect.
 TEST(OneStandardErrorRule, KeepsItsPromiseOnAnyErrors) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(-2, 8), error(1, 3);
@@ -101,7 +101,7 @@ TEST(ChoiceRules, AreNamed) {
   EXPECT_EQ(parse_choice("simplest").error().kind, FaultKind::usage);
 }
 
-/// Four folds of a line in noise: the optimum is flat.
+/// Returns four folds of a noisy line. Its optimum is flat.
 std::vector<TuningFold> noisy_folds() {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal;

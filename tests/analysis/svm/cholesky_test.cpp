@@ -16,7 +16,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint
   return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-// 1 to 67 crosses every remainder of the tiles and the leaf; the others cross the blocks.
+// Orders 1 to 67 cover every remainder of the tiles and the leaf; the others cross the blocks.
 TEST(Cholesky, MultipliesBackToTheMatrixAtEveryOrder) {
   std::vector<Eigen::Index> orders = {191, 192, 193, 255, 257, 400, 521};
   for (Eigen::Index n = 1; n <= 67; ++n) orders.push_back(n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a sum of Gaussians is, term by term, in more digits than the fast ones have.
+/// Reference sum of Gaussians, computed term by term with more digits than the fast ones.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace gyrotherm::svm {
 
-/// Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)) at a row z of `points`.
+/// Computes Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)) at a row z of `points`.
 [[nodiscard]] inline double gaussian_formula(const SampleMatrix& points, Eigen::Index point,
                                              const SampleMatrix& centres, const Eigen::VectorXd& widths,
                                              const Eigen::VectorXd& weights) {

@@ -22,7 +22,7 @@ SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::mt19937_6
   return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-/// Centres in a random space of `rank` of the `inputs` dimensions, points in the same one.
+/// Returns centres in a random space of `rank` of the `inputs` dimensions, and points in the same space.
 Problem random_problem(Eigen::Index centres, Eigen::Index points, Eigen::Index inputs, Eigen::Index rank, double width,
                        std::mt19937_64& generator) {
   const SampleMatrix span = random_rows(rank, inputs, generator);
@@ -34,7 +34,7 @@ Problem random_problem(Eigen::Index centres, Eigen::Index points, Eigen::Index i
   return problem;
 }
 
-/// The largest error over the points, as a part of Σ|w|, with every instruction set that this processor has.
+/// Returns the largest error over the points relative to Σ|w|, over all instruction sets of this processor.
 double worst_error(const Problem& problem) {
   const GaussianSum sum(problem.centres, problem.widths, problem.weights);
   Eigen::VectorXd exact(problem.points.rows());
@@ -68,7 +68,7 @@ TEST(GaussianSum, LosesNothingOnASmoothModelOfManyVectors) {
   EXPECT_LT(worst_error(problem), 2e-15);
 }
 
-/// As in a support vector machine: weights of ±C that add up to nothing.
+/// Weights of ±C with a sum of zero, as in a support vector machine.
 TEST(GaussianSum, LosesLittleWhereLargeWeightsCancel) {
   std::mt19937_64 generator(8);
   Problem problem = random_problem(1000, 100, 8, 8, 30, generator);
@@ -113,7 +113,8 @@ TEST(GaussianSum, HasNoValueWhereAPointIsNotFinite) {
 TEST(GaussianSum, APointDoesNotDependOnThoseBesideIt) {
   std::mt19937_64 generator(5);
   Problem problem = random_problem(70, 100, 5, 4, 0.4, generator);
-  problem.points.topRows(50) *= 0.05;  // some near enough for products, some not
+  // Points near enough for products, and others.
+  problem.points.topRows(50) *= 0.05;
   const GaussianSum sum(problem.centres, problem.widths, problem.weights);
   const Eigen::VectorXd all = sum.at(problem.points);
   for (Eigen::Index i = 0; i < all.size(); ++i) EXPECT_EQ(sum.at(problem.points.row(i))(0), all(i));
@@ -136,7 +137,7 @@ TEST(GaussianSum, TakesWeightsOfAnySize) {
   }
 }
 
-/// Samples away from the origin, and β of which a part is 0.
+/// Samples away from the origin, with some β equal to 0.
 struct Trained {
   SampleMatrix x;
   Eigen::VectorXd beta;
@@ -149,7 +150,7 @@ Trained random_training(Eigen::Index samples, Eigen::Index inputs, double of_zer
           .beta = Eigen::VectorXd::NullaryExpr(samples, [&] { return zero(generator) ? 0 : 10 * normal(generator); })};
 }
 
-/// The largest error, as a part of Σ|β|, with every instruction set that this processor has.
+/// Returns the largest error relative to Σ|β|, over all instruction sets of this processor.
 double worst_error(const Trained& trained, double sigma) {
   Eigen::VectorXd exact(trained.beta.size());
   const Eigen::VectorXd widths = Eigen::VectorXd::Constant(exact.size(), sigma);

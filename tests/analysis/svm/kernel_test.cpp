@@ -84,7 +84,7 @@ TEST(Kernel, MemoryIsHandedOnToATrainingOfAnotherSize) {
   }
 }
 
-// One pair moves freely: with K = 1 apart from the diagonal's, the optimum of two points is known.
+// The optimum of two points with K = kBetween off the diagonal is known.
 TEST(Smo, MovesAPairToItsOptimum) {
   constexpr float kBetween = 0.25F;
   const std::vector<float> first = {1, kBetween}, second = {kBetween, 1};

@@ -26,7 +26,7 @@ struct Data {
   Eigen::VectorXd y;
 };
 
-// A smooth function of d inputs with 2 % noise, targets of unit spread.
+// Returns a smooth function of d inputs with 2 % noise. The targets have unit STD.
 Data smooth_data(Eigen::Index n, Eigen::Index d, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
@@ -40,7 +40,7 @@ Data smooth_data(Eigen::Index n, Eigen::Index d, std::uint64_t seed) {
   return data;
 }
 
-// By the definition, one std::exp per element.
+// Computes the kernel by its definition, one std::exp per element.
 Eigen::MatrixXd kernel_by_definition(const SampleMatrix& x, double sigma) {
   Eigen::MatrixXd kernel(x.rows(), x.rows());
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -55,16 +55,16 @@ double uniform(std::mt19937_64& generator, double from, double to) {
   return std::uniform_real_distribution<double>(from, to)(generator);
 }
 
-// A position of the search box.
+// Returns a random position in the search box.
 SvrParameters random_parameters(std::mt19937_64& generator) {
   return {.C = std::exp2(uniform(generator, -2, 12)),
           .sigma = std::exp2(uniform(generator, -2, 3.5)),
           .epsilon = std::exp2(uniform(generator, -8, -1))};
 }
 
-// With r = y − Kβ − b the duality gap is the sum of C max(0, |r_i| − ε) + ε|β_i| − r_iβ_i, each of which is at least 0,
-// and 0 just where point i meets its condition: β_i = 0 and |r_i| ≤ ε, or 0 < |β_i| < C and r_i = ε sign β_i, or |β_i|
-// = C and r_i sign β_i ≥ ε.
+// Checks optimality. With r = y − Kβ − b the duality gap is the sum of C max(0, |r_i| − ε) + ε|β_i| − r_iβ_i. Each term
+// is at least 0. It is 0 if and only if point i satisfies its condition: β_i = 0 and |r_i| ≤ ε, or 0 < |β_i| < C and
+// r_i = ε sign β_i, or |β_i| = C and r_i sign β_i ≥ ε.
 void expect_optimal(const Data& data, const SvrParameters& p, const SvrSolution& solution, double relative_gap) {
   const Eigen::MatrixXd kernel = kernel_by_definition(data.x, p.sigma);
   const Eigen::ArrayXd beta = solution.beta;
@@ -116,7 +116,7 @@ TEST(Svr, ATighterCertificateNeverWorsensTheObjective) {
   EXPECT_GE(tight->objective, loose->objective - loose->relative_gap * std::abs(loose->objective));
 }
 
-// Targets ±a at two points with kernel value k: β = (t, −t) minimises (1 − k)t² − 2(a − ε)t over 0 ≤ t ≤ C.
+// For targets ±a at two points with kernel value k, β = (t, −t) minimises (1 − k)t² − 2(a − ε)t over 0 ≤ t ≤ C.
 TEST(Svr, SolvesTwoPointsAsOnPaper) {
   SampleMatrix x(2, 1);
   x << 0, 1;
@@ -176,7 +176,7 @@ TEST(Svr, DuplicatedPointsAreCertified) {
   }
 }
 
-// Kβ = 0 for every feasible β, so the best is a constant: a median of the targets.
+// Kβ = 0 for every feasible β, so the best function is a constant, a median of the targets.
 TEST(Svr, PointsThatAreAllTheSameGiveTheMedian) {
   Eigen::VectorXd y(5);
   y << 1, 2, 3, 10, 100;
@@ -320,7 +320,8 @@ TEST(Svr, ReachesTheObjectiveOfLibsvmWhereThatConverges) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     std::mt19937_64 generator(seed);
     std::normal_distribution<double> normal;
-    const Eigen::Index n = seed % 3 == 0 ? 700 : 150;  // the larger ones go through working sets
+    // Larger problems use working sets.
+    const Eigen::Index n = seed % 3 == 0 ? 700 : 150;
     const auto x = SampleMatrix::NullaryExpr(n, 3, [&] { return normal(generator); }).eval();
     Eigen::VectorXd y(n);
     for (Eigen::Index i = 0; i < n; ++i) y[i] = std::sin(x(i, 0)) + 0.5 * x(i, 1) + 0.05 * normal(generator);
@@ -334,7 +335,7 @@ TEST(Svr, ReachesTheObjectiveOfLibsvmWhereThatConverges) {
     const double theirs = std::stod(match[1]);
     const auto ours = solve_svr(x, y, p, {.relative_gap = 1e-6});
     ASSERT_TRUE(ours) << "seed " << seed << ": " << text(ours.error());
-    // Theirs is of a kernel in single precision, and printed to six decimals.
+    // LIBSVM uses a kernel in single precision and prints six decimals.
     EXPECT_NEAR(ours->objective, theirs, 2e-5 * std::abs(theirs) + 1e-5) << "seed " << seed;
   }
   std::filesystem::remove_all(folder);

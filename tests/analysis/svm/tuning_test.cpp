@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-// Four folds of a smooth function of three inputs, with noise of `noise` standard deviations.
+// Returns four folds of a smooth function of three inputs, with noise of `noise` standard deviations.
 std::vector<TuningFold> four_folds(Eigen::Index rows, double noise) {
   std::mt19937_64 generator(4);
   std::normal_distribution<double> normal;
@@ -40,7 +40,7 @@ std::vector<TuningFold> four_folds(Eigen::Index rows, double noise) {
   return folds;
 }
 
-// The same folds, which say what rows they are of, so that each begins where the first ended.
+// Adds the row numbers to the folds, so that each fold begins at the solution of the first.
 std::vector<TuningFold> with_rows(std::vector<TuningFold> folds) {
   Eigen::Index first = 0;
   for (TuningFold& fold : folds) {

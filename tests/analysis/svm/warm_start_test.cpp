@@ -23,14 +23,14 @@ double drawn_between(std::mt19937_64& generator, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(generator);
 }
 
-// A position of the whole search box.
+// Returns a random position in the whole search box.
 SvrParameters drawn_position(std::mt19937_64& generator) {
   return {.C = std::exp2(drawn_between(generator, -2, 12)),
           .sigma = std::exp2(drawn_between(generator, -2, 3.5)),
           .epsilon = std::exp2(drawn_between(generator, -8, -1))};
 }
 
-// Rows of a smooth function of three inputs in noise; the folds leave out a quarter each.
+// Rows of a smooth function of three inputs with noise. Each fold leaves out a quarter.
 struct WarmData {
   SampleMatrix x;
   Eigen::VectorXd y;
@@ -53,13 +53,14 @@ struct WarmData {
   }
 };
 
-// D(β) by its definition.
+// Computes D(β) by its definition.
 double objective_of(const TuningFold& fold, const SvrParameters& p, const Eigen::VectorXd& beta) {
   const Eigen::MatrixXd kernel = gaussian_kernel(fold.train_x, fold.train_x, p.sigma);
   return 0.5 * beta.dot(kernel * beta) - fold.train_y.dot(beta) + p.epsilon * beta.lpNorm<1>();
 }
 
-// Both are optimal to the gap asked for, so that neither D lies farther from the other's than that.
+// Checks that two solutions agree. Both are optimal within the given gap, so their values of D differ by at most the
+// gap.
 void expect_agreement(const TuningFold& fold, const SvrParameters& p, const SvrSolution& warm, const SvrSolution& cold,
                       double relative_gap) {
   EXPECT_LE(warm.relative_gap, relative_gap);
@@ -85,7 +86,7 @@ TEST(WarmStart, AgreesWithAColdStartToTheCertifiedGap) {
     ASSERT_TRUE(solved) << text(solved.error());
     const SvrStart end{solved->beta, before.C};
 
-    // The same position on another fold, and another position, near or anywhere, on the same fold.
+    // Another fold at the same position, and another position, near or random, on the same fold.
     const SvrStart seeded = FoldSeed::between(first, second)->start(end);
     const auto warm = solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap}, &seeded);
     const auto cold = solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap});
@@ -135,7 +136,8 @@ TEST(FoldSeed, KeepsWhatIsSharedAndGivesTheRestToNeighbours) {
     if (same == first.train_rows.end()) continue;
     EXPECT_EQ(start.beta[static_cast<Eigen::Index>(i)], end.beta[same - first.train_rows.begin()]);
   }
-  end.beta *= 10;  // where there is not room for all of it, none goes beyond its bound
+  // Scales up, so that the bounds limit the β that is moved.
+  end.beta *= 10;
   EXPECT_LE(seed->start(end).beta.lpNorm<Eigen::Infinity>(), 2);
 }
 

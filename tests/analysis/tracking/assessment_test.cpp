@@ -21,7 +21,7 @@ const DenoiserFigures& of(const Assessment& assessment, const std::string& name)
 
 constexpr const char* kAlone = "thermal model alone";
 
-/// Judgements of ten known biases over 40 h.
+/// Returns assessments of ten known biases over 40 h.
 const std::vector<Assessment>& judgements() {
   static const std::vector<Assessment> all = [] {
     std::vector<Assessment> judged;
@@ -34,7 +34,7 @@ const std::vector<Assessment>& judgements() {
   return all;
 }
 
-/// The root of the mean square over the ten.
+/// Returns the root mean square of a result over the ten assessments.
 double over_all(const std::string& name, double DenoiserFigures::*figure) {
   double sum = 0;
   for (const Assessment& assessment : judgements()) sum += std::pow(of(assessment, name).*figure, 2);

@@ -27,7 +27,8 @@ TEST(BiasNoise, IsWhatTheResidualWasMadeWith) {
     const auto noise = noise_of_residual(known_bias(4000, seed, made).measured_deg_per_h, clusters_of(4000), kNoFloor);
     ASSERT_TRUE(noise) << text(noise.error());
     EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 0.15 * 3e-4) << seed;
-    // A tracker cannot tell flicker of this size from a walk that has the same deviation where they matter.
+    // Flicker of this size and a random walk with the same Allan deviation at the relevant times are equivalent for a
+    // tracker.
     const double wander =
         std::hypot(0.664 * noise->instability_deg_per_h, noise->rate_random_walk_deg_per_h_per_sqrt_h / std::sqrt(3));
     EXPECT_NEAR(wander, 0.664e-3, 0.25e-3) << seed;
@@ -57,7 +58,7 @@ TEST(BiasNoise, NeedsWhiteNoise) {
   EXPECT_NE(noise.error().what.find("no angle random walk"), std::string::npos) << noise.error().what;
 }
 
-/// What the model does not know may hide the white noise; the record's floor still knows it.
+/// Model errors may hide the white noise of the residual; the noise floor of the record still shows it.
 TEST(BiasNoise, TakesTheFloorsNoiseWhereTheResidualHidesIt) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
   const auto noise = noise_of_residual(line, clusters_of(1000), 0.0018);

@@ -9,7 +9,7 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// Rates of which some are missing, singly and an hour long.
+/// Returns rates with missing values, single ones and a gap of an hour.
 Eigen::VectorXd rates_with_an_hours_gap(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Eigen::VectorXd rates = draw(virtual_space(), 150, random).measured_deg_per_h;
@@ -71,7 +71,7 @@ TEST(BiasTracker, HasInnovationsThatAreWhiteAndAsLargeAsExpected) {
     large += consistency.mean_square < consistency.low || consistency.mean_square > consistency.high ? 1 : 0;
     coloured += consistency.whiteness.probability < 0.05 ? 1 : 0;
   }
-  // Of 200, 5 % are 10 ± 3.1.
+  // The expected number is 5 % of 200, 10 ± 3.1.
   EXPECT_GT(large, 0);
   EXPECT_LT(large, 23);
   EXPECT_GT(coloured, 0);
@@ -95,7 +95,7 @@ TEST(BiasTracker, CoversTheTruthAsOftenAsItSays) {
   EXPECT_NEAR(static_cast<double>(inside) / count, 0.95, 0.04) << "of " << count;
 }
 
-/// How long until the tracker, settled, has half of a step of 1 °/h, s.
+/// Returns the time in which the settled tracker reaches half of a step of 1 °/h, s.
 double half_of_a_step_s(const BiasNoise& noise) {
   BiasTracker tracker(state_space(noise, kInterval_s));
   for (int k = 0; k < 2000; ++k) tracker.push(0);
@@ -142,7 +142,8 @@ TEST(BiasTracker, OfABiasThatStandsStillIsTheMean) {
 
 TEST(BiasTracker, SaysTheSameOfMeansOverAnyInterval) {
   BiasNoise noise = virtual_noise();
-  noise.instability_deg_per_h = 0;  // its processes are placed by the interval
+  // Its Markov processes would depend on the interval.
+  noise.instability_deg_per_h = 0;
   std::mt19937_64 random(6);
   const Eigen::VectorXd seconds = draw(state_space(noise, 10), 20000, random).measured_deg_per_h;
   BiasTracker fine(state_space(noise, 10)), coarse(state_space(noise, 100));

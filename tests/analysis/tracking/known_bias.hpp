@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Biases that are known: made by the noise of the default virtual gyro, and their exact statistics.
+/// Known biases with the noise of the default virtual gyro, and their exact statistics.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,7 +16,7 @@ namespace gyrotherm::tracking {
 inline constexpr double kInterval_s = 100;
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-/// N, B and K of profiles/rigs/virtual.toml, and a turn-on as its residuals have it.
+/// Returns N, B and K of profiles/rigs/virtual.toml, with the turn-on seen in its residuals.
 [[nodiscard]] inline BiasNoise virtual_noise() {
   return {.angle_random_walk_deg_per_sqrt_h = 3e-4,
           .instability_deg_per_h = 4e-4,
@@ -26,15 +26,15 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 [[nodiscard]] inline StateSpace virtual_space() { return state_space(virtual_noise(), kInterval_s); }
 
-/// Independent numbers of the normal distribution of mean 0 and standard deviation 1.
+/// Draws independent standard normal numbers.
 [[nodiscard]] inline Eigen::VectorXd white_noise(Eigen::Index count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   return Eigen::VectorXd::NullaryExpr(count, [&] { return normal(random); });
 }
 
-/// A bias of that noise, its flicker made by another way than this room's Markov processes (Kasdin's filter), with a
-/// turn-on of its own, and what is measured of it.
+/// Simulates a bias with that noise, a random turn-on, and its measured means. The flicker comes from Kasdin's filter,
+/// which is independent of the Markov processes under test.
 [[nodiscard]] inline DrawnBias known_bias(Eigen::Index intervals, std::uint64_t seed,
                                           const BiasNoise& noise = virtual_noise()) {
   std::mt19937_64 random(seed);
@@ -51,7 +51,7 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   return known;
 }
 
-/// The covariance of the bias in each interval with that in each other.
+/// Computes the covariance of the bias between all intervals.
 [[nodiscard]] inline Eigen::MatrixXd covariance_of_bias(const StateSpace& space, Eigen::Index intervals) {
   return Eigen::MatrixXd::NullaryExpr(intervals, intervals, [&](Eigen::Index i, Eigen::Index j) {
     double sum = space.start(0) + space.fresh(0) * static_cast<double>(std::min(i, j));
@@ -62,8 +62,8 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   });
 }
 
-/// Mean and standard deviation of Σ_k weight_k bias_k, given the rates that are not missing: the conditional normal
-/// distribution, by one dense solution.
+/// Mean and standard deviation of Σ_k weight_k bias_k given the available rates: the conditional normal distribution
+/// from one dense solution.
 struct Posterior {
   double mean{}, std{};
 };

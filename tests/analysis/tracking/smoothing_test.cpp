@@ -45,7 +45,8 @@ TEST(Smoothing, IsThatOfRauchTungAndStriebel) {
   State state = states.back();
   Covariance covariance = covariances.back();
   const Covariance step = space.memory.asDiagonal();
-  for (std::size_t k = states.size() - 1; k-- > 0;) {  // their equations (3.29) to (3.31)
+  // Implements equations (3.29) to (3.31) of their paper.
+  for (std::size_t k = states.size() - 1; k-- > 0;) {
     Covariance predicted = step * covariances[k] * step;
     predicted.diagonal() += space.fresh;
     const Covariance gain = covariances[k] * step * predicted.inverse();

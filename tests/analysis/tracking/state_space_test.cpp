@@ -12,7 +12,8 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// Allan variance of a Markov process of variance 1 and correlation time 1 at τ (IEEE Std 952-1997, annex C).
+/// Returns the Allan variance at τ of a Markov process with variance 1 and correlation time 1 (IEEE Std 952-1997, annex
+/// C).
 double allan_variance_of_markov(double tau) {
   return 2 / tau * (1 - (3 - 4 * std::exp(-tau) + std::exp(-2 * tau)) / (2 * tau));
 }
@@ -37,8 +38,8 @@ TEST(StateSpace, HasTheAllanDeviationOfFlickerAboutItsMiddle) {
   }
 }
 
-/// By the spectrum of flicker, B²/(2πf) to either side, as means over Δ show it: from the fast end of the first process
-/// on.
+/// The expected value is the integral of the two-sided flicker spectrum B²/(2πf) for means over Δ, from the fast end of
+/// the first process on.
 TEST(StateSpace, CountsAsWhiteWhatIsFasterThanItsProcesses) {
   BiasNoise noise = virtual_noise();
   for (const double instability : {1e-4, 4e-4, 8e-4, 5e-3}) {
@@ -47,7 +48,8 @@ TEST(StateSpace, CountsAsWhiteWhatIsFasterThanItsProcesses) {
     noise.instability_deg_per_h = instability;
     const double edge_s = 3600 * correlation_times_h(noise, kInterval_s)[0] / std::sqrt(10);
     double sum = 0;
-    constexpr double kStep = 1e-4;  // of ln f
+    // Step of ln f.
+    constexpr double kStep = 1e-4;
     for (double f = 1 / (2 * std::numbers::pi * edge_s); f < 100; f *= std::exp(kStep)) {
       const double x = std::numbers::pi * f * kInterval_s;
       sum += 2 * instability * instability / (2 * std::numbers::pi) * std::pow(std::sin(x) / x, 2) * kStep;
@@ -56,10 +58,10 @@ TEST(StateSpace, CountsAsWhiteWhatIsFasterThanItsProcesses) {
   }
 }
 
-/// A bias of any number of independent states, and a tracker that takes it for another one.
+/// Bias with any number of independent states, and the white noise of its measured means.
 struct Mismatch {
-  Eigen::VectorXd memory, fresh, start;  ///< of the true states
-  double white{};                        ///< of the measured means
+  Eigen::VectorXd memory, fresh, start;  ///< true states
+  double white{};                        ///< measured means
 };
 
 Mismatch flicker_of(double instability, const BiasNoise& noise, int processes) {
@@ -68,17 +70,19 @@ Mismatch flicker_of(double instability, const BiasNoise& noise, int processes) {
   const StateSpace walk = state_space(noise, kInterval_s);
   truth.fresh(0) = walk.fresh(0);
   truth.start(0) = walk.start(0);
-  for (int m = 1; m <= processes; ++m) {  // two a decade from 1 s to 1e6 s, as the virtual gyro has them
+  // Two processes per decade from 1 s to 1e6 s, as in the virtual gyro.
+  for (int m = 1; m <= processes; ++m) {
     const double time = std::pow(10, (m - 1) / 2.0) / kInterval_s;
     truth.memory(m) = std::exp(-1 / time);
-    const double averaged = 2 * time * (1 - time * (1 - truth.memory(m)));  // what an interval's mean leaves of it
+    // Factor by which the mean over an interval reduces the process.
+    const double averaged = 2 * time * (1 - time * (1 - truth.memory(m)));
     truth.start(m) = averaged * instability * instability * std::numbers::ln10 / 2 / std::numbers::pi;
     truth.fresh(m) = truth.start(m) * (1 - truth.memory(m) * truth.memory(m));
   }
   return truth;
 }
 
-/// The weight of each state in the mean of the next 36 intervals, and the variance of what nobody can know of it.
+/// Returns the weight of each state in the mean of the next 36 intervals, and the variance of its unpredictable part.
 std::pair<Eigen::VectorXd, double> of_next_hour(const Eigen::VectorXd& memory, const Eigen::VectorXd& fresh) {
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(memory.size());
   double unknown = 0;
@@ -89,8 +93,8 @@ std::pair<Eigen::VectorXd, double> of_next_hour(const Eigen::VectorXd& memory, c
   return {weight.cwiseProduct(memory) / 36, unknown / (36 * 36)};
 }
 
-/// The RMS error of forecasts of the next hour's true mean over 1440 intervals, from the third hour on, of a filter
-/// that believes in another: the covariance of truth and filter together, step by step.
+/// Computes the RMS error of forecasts of the next hour's true mean over 1440 intervals, from the third hour on. The
+/// filter assumes the model `belief`. The covariance of truth and filter is propagated jointly, step by step.
 double forecast_error(const Mismatch& truth, const Mismatch& belief) {
   const Eigen::VectorXd &memory = belief.memory, &fresh = belief.fresh;
   const Eigen::Index n = truth.memory.size(), m = memory.size();
@@ -165,7 +169,7 @@ TEST(SteadyState, IsWhereTheFilterGoes) {
   for (const double instability : {0.0, 4e-4, 5e-3}) {
     BiasNoise noise = virtual_noise();
     noise.instability_deg_per_h = instability;
-    noise.rate_random_walk_deg_per_h_per_sqrt_h = 1e-3;  // soon settled
+    noise.rate_random_walk_deg_per_h_per_sqrt_h = 1e-3;  // settles quickly
     const StateSpace space = state_space(noise, kInterval_s);
     const Covariance last = track(space, Eigen::VectorXd::Zero(50000)).back().predicted_covariance;
     const SteadyState steady = steady_state(space);

@@ -76,20 +76,20 @@ double covariance_at(const std::vector<double>& g, Eigen::Index lag, Eigen::Inde
 /// Number of stretches of each length.
 using Lengths = std::map<Eigen::Index, double>;
 
-Lengths lengths_of(const RateStretches& rates) {
+Lengths count_lengths(const RateStretches& rates) {
   Lengths lengths;
   for (const Eigen::VectorXd& stretch : rates.values) ++lengths[stretch.size()];
   return lengths;
 }
 
 /// Counts the pairs (i, j) of differences over m and n samples inside one stretch with i − j = lag.
-double pairs_at(const Lengths& lengths, Eigen::Index lag, Eigen::Index m, Eigen::Index n) {
+double count_pairs(const Lengths& lengths, Eigen::Index lag, Eigen::Index m, Eigen::Index n) {
   double pairs = 0;
   for (const auto& [length, count] : lengths) {
-    const Eigen::Index of_m = length + 1 - 2 * m, of_n = length + 1 - 2 * n;
-    if (of_m < 1 || of_n < 1) continue;
+    const Eigen::Index count_m = length + 1 - 2 * m, count_n = length + 1 - 2 * n;
+    if (count_m < 1 || count_n < 1) continue;
     pairs += count * static_cast<double>(
-                         std::max<Eigen::Index>(0, std::min(of_m, of_n + lag) - std::max<Eigen::Index>(0, lag)));
+                         std::max<Eigen::Index>(0, std::min(count_m, count_n + lag) - std::max<Eigen::Index>(0, lag)));
   }
   return pairs;
 }
@@ -137,7 +137,7 @@ struct Problem {
   double misfit{};
 };
 
-Problem problem_of(const AllanCurve& curve, const RateStretches& rates) {
+Problem make_problem(const AllanCurve& curve, const RateStretches& rates) {
   const auto points = static_cast<Eigen::Index>(curve.size());
   Problem problem{curve, rates, Eigen::VectorXd(points), Eigen::MatrixXd(points, kNoiseTerms), Eigen::VectorXd(points)};
   for (Eigen::Index k = 0; k < points; ++k) {
@@ -259,19 +259,19 @@ void estimate_errors(Problem& problem, const Terms& terms) {
 }
 
 /// Computes the standard errors of the squares for a fit of exactly these terms.
-Eigen::VectorXd errors_of(const Problem& problem, const Terms& terms, const Fitted& about,
-                          const Eigen::MatrixXd& covariance) {
+Eigen::VectorXd standard_errors(const Problem& problem, const Terms& terms, const Fitted& about,
+                                const Eigen::MatrixXd& covariance) {
   const Eigen::MatrixXd map = LeastSquares(problem, terms, weights_about(problem, about.squares)).map();
   return (map * covariance * map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
 /// Removes the least certain term until every remaining term is significant.
-Fitted fit_seen(const Problem& problem, Terms terms) {
+Fitted fit_significant(const Problem& problem, Terms terms) {
   while (true) {
     Fitted fitted = fit_terms(problem, terms);
     if (fitted.terms.empty()) return fitted;
     const Eigen::MatrixXd covariance = covariance_about(problem, fitted.squares);
-    fitted.errors = spread_over(fitted.terms, errors_of(problem, fitted.terms, fitted, covariance));
+    fitted.errors = spread_over(fitted.terms, standard_errors(problem, fitted.terms, fitted, covariance));
     const auto certainty = [&](Eigen::Index term) { return fitted.squares(term) / fitted.errors(term); };
     const auto weakest = std::ranges::min_element(fitted.terms, {}, certainty);
     if (fitted.terms.size() == 1 || certainty(*weakest) >= kSignificance) return fitted;
@@ -287,26 +287,26 @@ struct Square {
 
 /// Fits `term` together with the significant terms and returns its square. Returns nothing if the curve has too few
 /// points.
-std::optional<Square> fitted_once_more(const Problem& problem, const Fitted& fitted, Eigen::Index term,
-                                       const Eigen::MatrixXd& covariance) {
+std::optional<Square> refit_with_term(const Problem& problem, const Fitted& fitted, Eigen::Index term,
+                                      const Eigen::MatrixXd& covariance) {
   Terms with = fitted.terms;
   if (std::ranges::count(with, term) == 0) with.push_back(term);
   if (with.size() > problem.curve.size()) return std::nullopt;
-  const auto place = std::ranges::find(with, term) - with.begin();
+  const auto position = std::ranges::find(with, term) - with.begin();
   const LeastSquares fit(problem, with, weights_about(problem, fitted.squares));
-  return Square{std::max(0.0, fit.solve(problem.variances)(place)),
-                errors_of(problem, with, fitted, covariance)(place)};
+  return Square{std::max(0.0, fit.solve(problem.variances)(position)),
+                standard_errors(problem, with, fitted, covariance)(position)};
 }
 
-double unit_of(NoiseTerm term) { return term == NoiseTerm::quantisation ? kArcsecPerDegree : 1; }
+double unit_factor(NoiseTerm term) { return term == NoiseTerm::quantisation ? kArcsecPerDegree : 1; }
 
-NoiseCoefficient coefficient_of(const Problem& problem, const Fitted& fitted, NoiseTerm term,
-                                const Eigen::MatrixXd& covariance) {
+NoiseCoefficient make_coefficient(const Problem& problem, const Fitted& fitted, NoiseTerm term,
+                                  const Eigen::MatrixXd& covariance) {
   const auto index = static_cast<Eigen::Index>(term);
   NoiseCoefficient coefficient{.term = term};
-  const double per_unit = std::pow(unit_of(term), 2);
-  if (const auto again = fitted_once_more(problem, fitted, index, covariance)) {
-    coefficient.at_most = unit_of(term) * std::sqrt(again->value + kOneSided95 * again->error);
+  const double per_unit = std::pow(unit_factor(term), 2);
+  if (const auto again = refit_with_term(problem, fitted, index, covariance)) {
+    coefficient.at_most = unit_factor(term) * std::sqrt(again->value + kOneSided95 * again->error);
     coefficient.square = per_unit * again->value;
     coefficient.square_error = per_unit * again->error;
   } else {
@@ -315,8 +315,8 @@ NoiseCoefficient coefficient_of(const Problem& problem, const Fitted& fitted, No
   const double square = fitted.squares(index);
   coefficient.seen = square > 0 && square >= kSignificance * fitted.errors(index);
   if (!coefficient.seen) return coefficient;
-  coefficient.value = unit_of(term) * std::sqrt(square);
-  coefficient.error = unit_of(term) * fitted.errors(index) / (2 * std::sqrt(square));
+  coefficient.value = unit_factor(term) * std::sqrt(square);
+  coefficient.error = unit_factor(term) * fitted.errors(index) / (2 * std::sqrt(square));
   coefficient.square = per_unit * square;
   coefficient.square_error = per_unit * fitted.errors(index);
   return coefficient;
@@ -331,8 +331,8 @@ RateStretches cut_at_gaps(const Eigen::Ref<const Eigen::VectorXd>& time_s,
   Eigen::Index first = 0;
   for (Eigen::Index k = 0; k <= time_s.size(); ++k) {
     const bool known = k < time_s.size() && std::isfinite(rate_deg_per_h(k));
-    const bool goes_on = known && (k == first || std::abs(time_s(k) - time_s(k - 1) - interval_s) < 0.5 * interval_s);
-    if (goes_on) continue;
+    const bool continues = known && (k == first || std::abs(time_s(k) - time_s(k - 1) - interval_s) < 0.5 * interval_s);
+    if (continues) continue;
     if (k > first) rates.values.emplace_back(rate_deg_per_h.segment(first, k - first));
     first = known ? k : k + 1;
   }
@@ -371,7 +371,7 @@ NoiseSquares noise_shapes(double tau_h) {
 
 Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& rates, const NoiseSquares& squares) {
   const double interval_h = rates.interval_s / kSecondsPerHour;
-  const Lengths lengths = lengths_of(rates);
+  const Lengths lengths = count_lengths(rates);
   const auto points = static_cast<Eigen::Index>(curve.size());
   // At lags above four times the longer averaging time only bias instability is still correlated, and its squared
   // covariance is negligible there.
@@ -386,7 +386,7 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
       const double means = squares(4) * tau_m * tau_m * tau_n * tau_n;
       double sum = 0;
       for (Eigen::Index lag = -kReach * m; lag <= kReach * m; ++lag) {
-        const double pairs = pairs_at(lengths, lag, m, n);
+        const double pairs = count_pairs(lengths, lag, m, n);
         if (pairs == 0) continue;
         const double c = covariance_at(g, lag, m, n);
         sum += pairs * (2 * c * c + 4 * means * c);
@@ -401,7 +401,7 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
 
 const NoiseTermInfo& info(NoiseTerm term) { return kInfo[static_cast<std::size_t>(term)]; }
 
-std::array<NoiseCoefficient, kNoiseTerms> nothing_seen() {
+std::array<NoiseCoefficient, kNoiseTerms> no_significant_terms() {
   std::array<NoiseCoefficient, kNoiseTerms> coefficients;
   for (std::size_t k = 0; k < kNoiseTerms; ++k)
     coefficients[k] = {.term = static_cast<NoiseTerm>(k), .at_most = std::numeric_limits<double>::quiet_NaN()};
@@ -422,7 +422,7 @@ const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term) {
 
 double deviation_of(const NoiseCoefficient& coefficient, double tau_s) {
   const double shape = noise_shapes(tau_s / kSecondsPerHour)(static_cast<Eigen::Index>(coefficient.term));
-  return coefficient.value / unit_of(coefficient.term) * std::sqrt(shape);
+  return coefficient.value / unit_factor(coefficient.term) * std::sqrt(shape);
 }
 
 double deviation_of(const AllanFit& fit, double tau_s) {
@@ -442,17 +442,17 @@ AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates) {
 
 AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates, const std::vector<NoiseTerm>& of) {
   assert(!of.empty() && of.size() <= curve.size());
-  Problem problem = problem_of(curve, rates);
+  Problem problem = make_problem(curve, rates);
   Terms terms;
   for (const NoiseTerm term : of) terms.push_back(static_cast<Eigen::Index>(term));
   std::ranges::sort(terms);
   estimate_errors(problem, terms);
-  const Fitted fitted = fit_seen(problem, terms);
+  const Fitted fitted = fit_significant(problem, terms);
   const Eigen::MatrixXd covariance = covariance_about(problem, fitted.squares);
   AllanFit fit;
   fit.misfit = problem.misfit / 2;
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {
-    fit.coefficients[k] = coefficient_of(problem, fitted, static_cast<NoiseTerm>(k), covariance);
+    fit.coefficients[k] = make_coefficient(problem, fitted, static_cast<NoiseTerm>(k), covariance);
   }
   const auto lowest =
       std::ranges::min_element(curve, {}, [&](const AllanPoint& point) { return deviation_of(fit, point.tau_s); });

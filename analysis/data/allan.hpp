@@ -100,11 +100,11 @@ struct NoiseCoefficient {
 };
 
 /// Returns coefficients in the order of NoiseTerm, none of them significant and without upper limits.
-[[nodiscard]] std::array<NoiseCoefficient, kNoiseTerms> nothing_seen();
+[[nodiscard]] std::array<NoiseCoefficient, kNoiseTerms> no_significant_terms();
 
 struct AllanFit {
   /// Coefficients in the order of NoiseTerm.
-  std::array<NoiseCoefficient, kNoiseTerms> coefficients = nothing_seen();
+  std::array<NoiseCoefficient, kNoiseTerms> coefficients = no_significant_terms();
   /// Relative misfit of σ. 0 means that sampling errors explain the residuals.
   double misfit{};
   /// Averaging time of the curve at which the fitted σ is lowest.
@@ -116,15 +116,15 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {
     auto& coefficient = fit.coefficients[k];
     const NoiseTermInfo& about = info(static_cast<NoiseTerm>(k));
-    form.object(about.symbol, [&](auto& form_of_one) {
-      form_of_one.derived("name", about.name);
-      form_of_one.derived("unit", about.unit);
-      form_of_one.derived("formula", about.formula);
-      form_of_one.derived("read_off_s", about.read_off_s);
-      form_of_one("seen", coefficient.seen);
-      form_of_one("value", known(coefficient.value));
-      form_of_one("error", known(coefficient.error));
-      form_of_one("at_most", coefficient.at_most);
+    form.object(about.symbol, [&](auto& inner) {
+      inner.derived("name", about.name);
+      inner.derived("unit", about.unit);
+      inner.derived("formula", about.formula);
+      inner.derived("read_off_s", about.read_off_s);
+      inner("seen", coefficient.seen);
+      inner("value", known(coefficient.value));
+      inner("error", known(coefficient.error));
+      inner("at_most", coefficient.at_most);
     });
   }
 }

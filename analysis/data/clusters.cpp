@@ -23,14 +23,14 @@ struct Span {
   Eigen::Index number{}, first{}, count{};
 };
 
-Eigen::Index number_of(double seconds, double length_s) {
+Eigen::Index cluster_number(double seconds, double length_s) {
   return static_cast<Eigen::Index>(std::floor(seconds / length_s + kTimeSlack));
 }
 
 std::vector<Span> cut(const Dataset& dataset, double length_s) {
   std::vector<Span> spans;
   for (Eigen::Index i = 0; i < dataset.time_s.size(); ++i) {
-    const Eigen::Index number = number_of(dataset.time_s(i) - dataset.time_s(0), length_s);
+    const Eigen::Index number = cluster_number(dataset.time_s(i) - dataset.time_s(0), length_s);
     if (spans.empty() || spans.back().number != number) spans.push_back({number, i, 0});
     ++spans.back().count;
   }
@@ -67,7 +67,7 @@ std::string missing_throughout(const Dataset& dataset) {
   return missing.empty() ? "" : fmt::format(": in no row is there a value of {}", fmt::join(missing, ", "));
 }
 
-Clusters with_rows(Eigen::Index rows, const std::vector<std::string>& thermometers, double length_s) {
+Clusters allocate_clusters(Eigen::Index rows, const std::vector<std::string>& thermometers, double length_s) {
   const auto columns = static_cast<Eigen::Index>(thermometers.size());
   Clusters clusters;
   clusters.length_s = length_s;
@@ -108,8 +108,8 @@ void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
 
 /// Stores the history of `spans` and the rows of `kept` in it. A run is assumed to start in thermal equilibrium, so the
 /// time before its first cluster is infinite.
-void remember_history(Clusters& clusters, const Dataset& dataset, const std::vector<Span>& spans,
-                      const std::vector<Span>& kept) {
+void store_history(Clusters& clusters, const Dataset& dataset, const std::vector<Span>& spans,
+                   const std::vector<Span>& kept) {
   const auto rows = static_cast<Eigen::Index>(spans.size());
   clusters.history.temperature_c.resize(rows, dataset.temperature_c.cols());
   clusters.history.elapsed_s.setConstant(rows, std::numeric_limits<double>::infinity());
@@ -169,7 +169,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   };
   if (dataset.time_s.size() == 0) return none();
   const double span_s = dataset.time_s(dataset.time_s.size() - 1) - dataset.time_s(0) + sample_interval_s(dataset);
-  const Eigen::Index complete = number_of(span_s, length_s);
+  const Eigen::Index complete = cluster_number(span_s, length_s);
 
   std::vector<Span> kept, remembered;
   int dropped_rest = 0;
@@ -183,10 +183,10 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   }
   if (kept.empty()) return none();
 
-  Clusters clusters = with_rows(static_cast<Eigen::Index>(kept.size()), dataset.thermometers, length_s);
+  Clusters clusters = allocate_clusters(static_cast<Eigen::Index>(kept.size()), dataset.thermometers, length_s);
   for (std::size_t k = 0; k < kept.size(); ++k) fill(clusters, static_cast<Eigen::Index>(k), dataset, kept[k]);
   fill_rates(clusters, kept);
-  remember_history(clusters, dataset, remembered, kept);
+  store_history(clusters, dataset, remembered, kept);
   clusters.dropped_rest = dropped_rest;
   clusters.dropped_gaps = static_cast<int>(complete - static_cast<Eigen::Index>(kept.size()));
   return clusters;
@@ -211,7 +211,7 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
     }
     rows += part.start_s.size();
   }
-  Clusters all = with_rows(rows, parts.front().thermometers, parts.front().length_s);
+  Clusters all = allocate_clusters(rows, parts.front().thermometers, parts.front().length_s);
   Eigen::Index target = 0;
   for (const Clusters& part : parts) {
     each_array(all, part, [&](auto& to, const auto& from) { to.middleRows(target, from.rows()) = from; });

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-Eigen::Index rows_of(const record::Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
+Eigen::Index row_count(const record::Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
 
 /// Returns a column of the record, or all NaN if an imported record does not have it.
 Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
@@ -24,15 +24,15 @@ Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), rows);
 }
 
-Eigen::VectorXd times_of(const record::Record& record) {
-  if (record.info.imported) return column(record.time_s, rows_of(record));
-  Eigen::VectorXd seconds(rows_of(record));
+Eigen::VectorXd sample_times(const record::Record& record) {
+  if (record.info.imported) return column(record.time_s, row_count(record));
+  Eigen::VectorXd seconds(row_count(record));
   for (Eigen::Index i = 0; i < seconds.size(); ++i) seconds(i) = static_cast<double>(record.slot[i]);
   return seconds;
 }
 
 /// Selected axis and its location in the record.
-struct Place {
+struct AxisLocation {
   const record::UnitInfo& unit;
   const record::AxisInfo& axis;
   const record::UnitColumns& columns;
@@ -46,7 +46,7 @@ bool is_called(const AxisChoice& axis, const std::string& name) {
 }
 
 /// Finds an axis in the record. choose_axis() has checked that it exists.
-Place place_of(const record::Record& record, const AxisChoice& of) {
+AxisLocation locate_axis(const record::Record& record, const AxisChoice& of) {
   const auto& units = record.info.units;
   const auto unit = std::ranges::find(units, of.unit, &record::UnitInfo::name);
   const auto axis = std::ranges::find(unit->axes, of.axis, &record::AxisInfo::name);
@@ -61,7 +61,7 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
 /// Returns the uncertainty of a value reported by the unit itself. A constant error of its sensor belongs to the unit
 /// and is not counted, but the sensor drifts. A temperature drifts like a thermometer with unknown uncertainty; any
 /// other value is assumed to drift by 1 % of its range in this record per year.
-record::ThermometerUncertainty uncertainty_of_own(bool is_temperature, const Eigen::VectorXd& values) {
+record::ThermometerUncertainty own_value_uncertainty(bool is_temperature, const Eigen::VectorXd& values) {
   constexpr double kShareInAYear = 0.01, kLeast = 1e-12;
   record::ThermometerUncertainty known{.calibration = Kelvins{}};
   if (is_temperature) return known;
@@ -69,14 +69,14 @@ record::ThermometerUncertainty uncertainty_of_own(bool is_temperature, const Eig
   for (const double value : values)
     if (std::isfinite(value)) finite.push_back(value);
   const auto [low, high] = std::ranges::minmax_element(finite);
-  const double reach = finite.empty() ? 0 : *high - *low;
-  known.drift_in_a_year = Kelvins{std::max(kLeast, kShareInAYear * reach)};
+  const double range = finite.empty() ? 0 : *high - *low;
+  known.drift_in_a_year = Kelvins{std::max(kLeast, kShareInAYear * range)};
   return known;
 }
 
 /// Adds names and columns of all model inputs: the calibrated thermometers and the values of the unit itself.
-void add_inputs(Dataset& dataset, const record::Record& record, const Place& at) {
-  const Eigen::Index rows = rows_of(record);
+void add_inputs(Dataset& dataset, const record::Record& record, const AxisLocation& at) {
+  const Eigen::Index rows = row_count(record);
   std::vector<Eigen::VectorXd> columns;
   const auto& channels = record.info.thermometers;
   for (std::size_t c = 0; c < channels.size(); ++c) {
@@ -95,30 +95,30 @@ void add_inputs(Dataset& dataset, const record::Record& record, const Place& at)
     const bool is_self = value.is_temperature && !std::exchange(has_self, has_self || value.is_temperature);
     dataset.thermometers.push_back(is_self ? std::string(kSelf) : std::string(kAux) + value.name);
     columns.push_back(column(at.columns.values[i], rows));
-    dataset.thermometer_uncertainty.push_back(uncertainty_of_own(value.is_temperature, columns.back()));
+    dataset.thermometer_uncertainty.push_back(own_value_uncertainty(value.is_temperature, columns.back()));
     dataset.input_units.push_back(value.is_temperature ? "°C" : value.unit);
   }
   dataset.temperature_c.resize(rows, std::ssize(columns));
   for (std::size_t c = 0; c < columns.size(); ++c) dataset.temperature_c.col(static_cast<Eigen::Index>(c)) = columns[c];
 }
 
-Eigen::VectorXd rotation_deg_per_h(const record::Record& record, const Place& at) {
-  const Eigen::VectorXd number = column(at.columns.rotation[at.index], rows_of(record));
+Eigen::VectorXd rotation_deg_per_h(const record::Record& record, const AxisLocation& at) {
+  const Eigen::VectorXd number = column(at.columns.rotation[at.index], row_count(record));
   if (at.axis.kind == record::GyroKind::rate) return at.axis.scale * number;
-  return at.axis.scale * number.array() / column(at.columns.interval_s, rows_of(record)).array();
+  return at.axis.scale * number.array() / column(at.columns.interval_s, row_count(record)).array();
 }
 
 /// Returns the rate of one pulse per second. Returns 0 if pulses are not counted: the axis reads a rate, or an angle
 /// with fractions of a pulse.
-double step_deg_per_h(const record::Record& record, const Place& at) {
+double step_deg_per_h(const record::Record& record, const AxisLocation& at) {
   if (at.axis.kind != record::GyroKind::pulse_count) return 0;
   const auto is_count = [](double number) { return !std::isfinite(number) || std::floor(number) == number; };
-  const Eigen::VectorXd numbers = column(at.columns.rotation[at.index], rows_of(record));
+  const Eigen::VectorXd numbers = column(at.columns.rotation[at.index], row_count(record));
   return std::ranges::all_of(numbers, is_count) ? std::abs(at.axis.scale) : 0;
 }
 
-void place_in_profile(Dataset& dataset, const record::Record& record) {
-  const Eigen::Index rows = rows_of(record);
+void assign_segments(Dataset& dataset, const record::Record& record) {
+  const Eigen::Index rows = row_count(record);
   dataset.segment = Eigen::VectorXi::Constant(rows, -1);
   dataset.cycle = Eigen::VectorXi::Constant(rows, -1);
   const auto segments = static_cast<int>(dataset.segments.size());
@@ -132,7 +132,7 @@ void place_in_profile(Dataset& dataset, const record::Record& record) {
 }
 
 /// Removes the bias while an operator was handling the unit.
-void drop_handling(Dataset& dataset, const record::Record& record) {
+void remove_handling(Dataset& dataset, const record::Record& record) {
   for (Eigen::Index row = 0; row < dataset.bias_deg_per_h.size(); ++row)
     if (std::isnan(turned_at(record, static_cast<std::size_t>(row)))) dataset.bias_deg_per_h(row) = kMissing;
 }
@@ -159,7 +159,7 @@ void remove_earth_rate(Dataset& dataset, const record::Record& record, DegreesPe
   }
 }
 
-void set_zero(Dataset& dataset, const record::Record& record, const std::optional<DegreesPerHour>& earth_rate) {
+void set_reference(Dataset& dataset, const record::Record& record, const std::optional<DegreesPerHour>& earth_rate) {
   dataset.bias_zero = "nothing removed";
   if (earth_rate) {
     remove_earth_rate(dataset, record, *earth_rate);
@@ -184,14 +184,14 @@ void name_three_points(Dataset& dataset, const record::UnitInfo& unit) {
   dataset.three_point_stand_in = true;
 }
 
-std::string identity_of(const record::RunInfo& info, const record::UnitInfo& unit) {
+std::string make_identity(const record::RunInfo& info, const record::UnitInfo& unit) {
   if (!info.simulated) return unit.serial_number;
   const bool is_one_of_several = info.units.size() > 1;
   const std::string name = unit.serial_number.empty() && is_one_of_several ? unit.name : unit.serial_number;
   return fmt::format("{}{}seed {}", name, name.empty() ? "" : ", ", info.seed);
 }
 
-std::string names_of(const std::vector<AxisChoice>& axes) {
+std::string join_names(const std::vector<AxisChoice>& axes) {
   std::string names;
   for (const AxisChoice& axis : axes) names += (names.empty() ? "" : ", ") + in_words(axis);
   return names;
@@ -208,12 +208,12 @@ bool is_temperature(std::string_view input) { return !input.starts_with(kAux); }
 
 Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of) {
   const record::RunInfo& info = record.info;
-  const Place at = place_of(record, of);
+  const AxisLocation at = locate_axis(record, of);
   Dataset dataset;
   dataset.run_id = info.id;
   dataset.path = path;
   dataset.of = of;
-  dataset.identity = identity_of(info, at.unit);
+  dataset.identity = make_identity(info, at.unit);
   dataset.simulated = info.simulated;
   dataset.imported = info.imported;
   dataset.profile_name = info.profile_name;
@@ -227,14 +227,14 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   if (at.axis.earth_rate) dataset.earth_rate_deg_per_h = at.axis.earth_rate->value;
   add_inputs(dataset, record, at);
   name_three_points(dataset, at.unit);
-  dataset.time_s = times_of(record);
-  dataset.moment_s = column(record.time_s, rows_of(record));
+  dataset.time_s = sample_times(record);
+  dataset.moment_s = column(record.time_s, row_count(record));
   dataset.bias_deg_per_h = rotation_deg_per_h(record, at);
-  dataset.true_bias_deg_per_h = column(at.columns.true_bias_deg_per_h[at.index], rows_of(record));
-  dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
-  place_in_profile(dataset, record);
-  drop_handling(dataset, record);
-  set_zero(dataset, record, at.axis.earth_rate);
+  dataset.true_bias_deg_per_h = column(at.columns.true_bias_deg_per_h[at.index], row_count(record));
+  dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, row_count(record));
+  assign_segments(dataset, record);
+  remove_handling(dataset, record);
+  set_reference(dataset, record, at.axis.earth_rate);
   for (const record::Gap& gap : record.gaps) {
     dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));
   }
@@ -248,36 +248,37 @@ std::vector<AxisChoice> axes_of(const record::RunInfo& info) {
   return axes;
 }
 
-Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& wanted, const std::string& path) {
+Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& requested, const std::string& path) {
   std::vector<AxisChoice> found = axes_of(info);
-  const std::string all = names_of(found);
-  const bool is_exact = std::ranges::any_of(found, [&](const AxisChoice& axis) { return axis.axis == wanted.axis; });
+  const std::string all = join_names(found);
+  const bool is_exact = std::ranges::any_of(found, [&](const AxisChoice& axis) { return axis.axis == requested.axis; });
   std::erase_if(found, [&](const AxisChoice& axis) {
-    const bool is_axis = wanted.axis.empty() || (is_exact ? axis.axis == wanted.axis : is_called(axis, wanted.axis));
-    return (!wanted.unit.empty() && axis.unit != wanted.unit) || !is_axis;
+    const bool is_axis =
+        requested.axis.empty() || (is_exact ? axis.axis == requested.axis : is_called(axis, requested.axis));
+    return (!requested.unit.empty() && axis.unit != requested.unit) || !is_axis;
   });
   if (found.size() == 1) return found.front();
   if (found.empty())
     return failure(FaultKind::usage, path,
-                   fmt::format("has no axis \"{}\" of a unit \"{}\", it has {}", wanted.axis, wanted.unit, all));
+                   fmt::format("has no axis \"{}\" of a unit \"{}\", it has {}", requested.axis, requested.unit, all));
   return failure(FaultKind::usage, path,
-                 fmt::format("has {} axes, {}: choose one with --unit and --axis", found.size(), names_of(found)));
+                 fmt::format("has {} axes, {}: choose one with --unit and --axis", found.size(), join_names(found)));
 }
 
-Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& wanted) {
+Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& requested) {
   const Result<record::Record> record = record::read_record(files);
   if (!record) return failure(record.error());
   if (!record->finished) {
     return failure(FaultKind::usage, files.path, "the run has not finished; \"gyrotherm resume\" ends it");
   }
-  return choose_axis(record->info, wanted, files.path).map([&](const AxisChoice& of) {
+  return choose_axis(record->info, requested, files.path).map([&](const AxisChoice& of) {
     return make_dataset(*record, files.path, of);
   });
 }
 
-Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted) {
+Result<Dataset> load_dataset(const std::string& path, const AxisChoice& requested) {
   return record::find_files_to_read(path).and_then(
-      [&](const record::RecordFiles& files) { return load_dataset(files, wanted); });
+      [&](const record::RecordFiles& files) { return load_dataset(files, requested); });
 }
 
 bool jumps_by_turning(const Dataset& dataset) {

@@ -129,13 +129,13 @@ inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 [[nodiscard]] std::vector<AxisChoice> axes_of(const record::RunInfo& info);
 /// Finds the requested axis. An empty name matches the only axis or unit. Fails with usage and lists the axes if none
 /// or several match. `path` names the record in the message.
-[[nodiscard]] Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& wanted,
+[[nodiscard]] Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& requested,
                                              const std::string& path);
 
 /// Reads a record and converts one of its axes. Fails as read_record and choose_axis do, and with usage if the run is
 /// not finished: an unfinished run must not be taken for a finished one.
-[[nodiscard]] Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& wanted = {});
-[[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted = {});
+[[nodiscard]] Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& requested = {});
+[[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const AxisChoice& requested = {});
 
 /// Returns whether the unit is turned around while the Earth rate is unknown. The bias then differs by twice the Earth
 /// rate between the two positions.

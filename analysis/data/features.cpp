@@ -24,7 +24,7 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-std::string place(std::string_view term) { return fmt::format("input \"{}\"", term); }
+std::string input_location(std::string_view term) { return fmt::format("input \"{}\"", term); }
 
 /// Parser of one term. All errors name the whole text.
 class TermReader {
@@ -37,27 +37,27 @@ class TermReader {
     auto best = power(text);
     for (auto star = text.find('*'); star != text.npos && !best; star = text.find('*', star + 1)) {
       const auto first = power(text.substr(0, star));
-      const auto rest = first ? product(text.substr(star + 1)) : first;
-      if (!first || !rest) {
-        if (star == text.find('*')) best = failure(rest.error());
+      const auto remainder = first ? product(text.substr(star + 1)) : first;
+      if (!first || !remainder) {
+        if (star == text.find('*')) best = failure(remainder.error());
         continue;
       }
-      if (first->factors.size() + rest->factors.size() > kMostFactors) return too_many();
-      return *first * *rest;
+      if (first->factors.size() + remainder->factors.size() > kMostFactors) return too_many();
+      return *first * *remainder;
     }
     return best;
   }
 
  private:
   [[nodiscard]] tl::unexpected<Fault> too_many() const {
-    return failure(FaultKind::usage, place(whole_), fmt::format("has more than {} factors", kMostFactors));
+    return failure(FaultKind::usage, input_location(whole_), fmt::format("has more than {} factors", kMostFactors));
   }
 
   [[nodiscard]] tl::unexpected<Fault> unknown(std::string_view name) const {
-    const std::string meant = nearest(name, thermometers_);
-    return failure(FaultKind::usage, place(whole_),
+    const std::string suggestion = nearest(name, thermometers_);
+    return failure(FaultKind::usage, input_location(whole_),
                    fmt::format("no thermometer \"{}\"{}; there are {}", name,
-                               meant.empty() ? "" : fmt::format(", did you mean \"{}\"?", meant),
+                               suggestion.empty() ? "" : fmt::format(", did you mean \"{}\"?", suggestion),
                                thermometers_.empty() ? "none" : fmt::format("{}", fmt::join(thermometers_, ", "))));
   }
 
@@ -69,7 +69,7 @@ class TermReader {
     const char times = text.back();
     if (times == '2') return *single * *single;
     if (times == '3') return *single * *single * *single;
-    return failure(FaultKind::usage, place(whole_), fmt::format("a power is ^2 or ^3, not ^{}", times));
+    return failure(FaultKind::usage, input_location(whole_), fmt::format("a power is ^2 or ^3, not ^{}", times));
   }
 
   [[nodiscard]] Result<Term> factor(std::string_view text) const {
@@ -89,7 +89,7 @@ class TermReader {
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), time_constant_s);
     const bool whole = error == std::errc{} && end == digits.data() + digits.size();
     if (colon == text.npos || !whole || time_constant_s < 1 || time_constant_s > kLongestTimeConstantS) {
-      return failure(FaultKind::usage, place(whole_),
+      return failure(FaultKind::usage, input_location(whole_),
                      fmt::format("a lag is lag:SECONDS:THERMOMETER, of 1 to {} whole seconds", kLongestTimeConstantS));
     }
     const std::string_view name = text.substr(colon + 1);
@@ -103,7 +103,7 @@ class TermReader {
       const auto first = text.substr(0, dash), second = text.substr(dash + 1);
       if (!contains(thermometers_, first) || !contains(thermometers_, second)) continue;
       if (first != second) return gradient_term(std::string(first), std::string(second));
-      return failure(FaultKind::usage, place(whole_), "a thermometer differs from itself by nothing");
+      return failure(FaultKind::usage, input_location(whole_), "a thermometer differs from itself by nothing");
     }
     const auto dash = text.find('-');
     if (dash == text.npos) return unknown(text);
@@ -125,7 +125,7 @@ std::string to_string(const Factor& factor) {
   return {};
 }
 
-Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name, const Term& term) {
+Result<Eigen::Index> find_column(const Clusters& clusters, const std::string& name, const Term& term) {
   const auto at = std::ranges::find(clusters.thermometers, name);
   if (at != clusters.thermometers.end()) return at - clusters.thermometers.begin();
   return failure(
@@ -136,7 +136,7 @@ Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name
 
 /// Computes the lag of one thermometer in each row of the history, K. The lag is 0 in the first row of each run with a
 /// temperature. It is NaN where the temperature is missing; the next step is then longer.
-Eigen::VectorXd lag_of(const TemperatureHistory& history, Eigen::Index thermometer, double time_constant_s) {
+Eigen::VectorXd compute_lag(const TemperatureHistory& history, Eigen::Index thermometer, double time_constant_s) {
   FirstOrderLag lag(time_constant_s);
   Eigen::VectorXd values(history.elapsed_s.size());
   // Time since the last known temperature.
@@ -152,17 +152,17 @@ Eigen::VectorXd lag_of(const TemperatureHistory& history, Eigen::Index thermomet
 
 Result<Eigen::VectorXd> lag_values(const Factor& factor, Eigen::Index column, const Clusters& clusters) {
   if (!has_history(clusters))
-    return failure(FaultKind::usage, place(to_string(factor)), "needs the temperatures of the whole run");
-  return lag_of(clusters.history, column, factor.time_constant_s)(clusters.moments).eval();
+    return failure(FaultKind::usage, input_location(to_string(factor)), "needs the temperatures of the whole run");
+  return compute_lag(clusters.history, column, factor.time_constant_s)(clusters.moments).eval();
 }
 
-Result<Eigen::VectorXd> values_of(const Factor& factor, const Term& term, const Clusters& clusters) {
-  const auto first = column_of(clusters, factor.first, term);
+Result<Eigen::VectorXd> factor_values(const Factor& factor, const Term& term, const Clusters& clusters) {
+  const auto first = find_column(clusters, factor.first, term);
   if (!first) return failure(first.error());
   if (factor.kind == FactorKind::rate) return clusters.rate_c_per_min.col(*first);
   if (factor.kind == FactorKind::temperature) return clusters.temperature_c.col(*first);
   if (factor.kind == FactorKind::lag) return lag_values(factor, *first, clusters);
-  const auto second = column_of(clusters, factor.second, term);
+  const auto second = find_column(clusters, factor.second, term);
   if (!second) return failure(second.error());
   return clusters.temperature_c.col(*first) - clusters.temperature_c.col(*second);
 }
@@ -171,9 +171,9 @@ Result<Eigen::VectorXd> values_of(const Factor& factor, const Term& term, const 
 using Axis = Factor;
 using Polynomial = std::map<std::vector<Axis>, double>;
 
-Polynomial polynomial_of(const Factor& factor) {
+Polynomial make_polynomial(const Factor& factor) {
   Polynomial sum;
-  for (const auto& [part, sign] : parts_of(factor)) sum[{part}] = sign;
+  for (const auto& [part, sign] : split_factor(factor)) sum[{part}] = sign;
   return sum;
 }
 
@@ -190,9 +190,9 @@ Polynomial product(const Polynomial& a, const Polynomial& b) {
   return result;
 }
 
-Polynomial polynomial_of(const Term& term) {
+Polynomial make_polynomial(const Term& term) {
   Polynomial result{{{}, 1}};
-  for (const Factor& factor : term.factors) result = product(result, polynomial_of(factor));
+  for (const Factor& factor : term.factors) result = product(result, make_polynomial(factor));
   return result;
 }
 
@@ -234,7 +234,7 @@ Term operator*(const Term& a, const Term& b) {
 
 bool has_rate(const Term& term) { return std::ranges::count(term.factors, FactorKind::rate, &Factor::kind) > 0; }
 
-std::vector<std::pair<Factor, double>> parts_of(const Factor& factor) {
+std::vector<std::pair<Factor, double>> split_factor(const Factor& factor) {
   if (factor.kind != FactorKind::gradient) return {{factor, 1}};
   return {{{FactorKind::temperature, factor.first, {}}, 1}, {{FactorKind::temperature, factor.second, {}}, -1}};
 }
@@ -262,15 +262,15 @@ Result<Term> parse_term(std::string_view text, const std::vector<std::string>& t
 }
 
 std::string to_string(const Term& term) {
-  std::string words;
+  std::string text;
   for (auto factor = term.factors.begin(); factor != term.factors.end();) {
     const auto next = std::find_if(factor, term.factors.end(), [&](const Factor& other) { return other != *factor; });
-    if (!words.empty()) words += '*';
-    words += to_string(*factor);
-    if (next - factor > 1) words += fmt::format("^{}", next - factor);
+    if (!text.empty()) text += '*';
+    text += to_string(*factor);
+    if (next - factor > 1) text += fmt::format("^{}", next - factor);
     factor = next;
   }
-  return words;
+  return text;
 }
 
 std::vector<Term> all_gradients(const std::vector<std::string>& names) {
@@ -286,7 +286,7 @@ Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& cl
   for (std::size_t j = 0; j < terms.size(); ++j) {
     assert(!terms[j].factors.empty());
     for (const Factor& factor : terms[j].factors) {
-      const auto column = values_of(factor, terms[j], clusters);
+      const auto column = factor_values(factor, terms[j], clusters);
       if (!column) return failure(column.error());
       values.col(static_cast<Eigen::Index>(j)).array() *= column->array();
     }
@@ -299,7 +299,7 @@ int rank_of(const std::vector<Term>& terms) {
   std::vector<Polynomial> polynomials;
   std::map<std::vector<Axis>, Eigen::Index> columns;
   for (const Term& term : terms) {
-    polynomials.push_back(polynomial_of(term));
+    polynomials.push_back(make_polynomial(term));
     for (const auto& [axes, weight] : polynomials.back()) {
       columns.try_emplace(axes, static_cast<Eigen::Index>(columns.size()));
     }

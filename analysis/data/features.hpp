@@ -68,7 +68,7 @@ void describe(auto& form, Like<Factor> auto& factor) {
 
 /// Splits a factor into signed measured or filtered quantities. A gradient is the difference of two temperatures; any
 /// other factor is its only part.
-[[nodiscard]] std::vector<std::pair<Factor, double>> parts_of(const Factor& factor);
+[[nodiscard]] std::vector<std::pair<Factor, double>> split_factor(const Factor& factor);
 
 /// Lists the distinct lags of the terms in order.
 [[nodiscard]] std::vector<Factor> lags_in(const std::vector<Term>& terms);
@@ -88,12 +88,12 @@ void describe(auto& form, Like<Factor> auto& factor) {
 
 /// Describes a term. The text is for users; the factors are unambiguous even if a thermometer name contains '-'.
 void describe(auto& form, Like<Term> auto& term) {
-  auto words = to_string(term);
-  form("term", words);
+  auto text = to_string(term);
+  form("term", text);
   form("factors", term.factors);
   form.expect("factors", !term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(term)>>) std::ranges::sort(term.factors);
-  form.expect("term", words == to_string(term), "does not say the same as its factors");
+  form.expect("term", text == to_string(term), "does not say the same as its factors");
 }
 
 /// Row-major matrix with one sample per row, so that a sample is contiguous.

@@ -26,7 +26,7 @@ struct Cut {
 };
 
 /// Numbers the distinct cycles in order of appearance.
-std::map<int, int> cycles_of(const Clusters& record) {
+std::map<int, int> number_cycles(const Clusters& record) {
   std::map<int, int> number;
   for (const int cycle : record.cycle) {
     if (cycle >= 0) number.try_emplace(cycle, static_cast<int>(number.size()));
@@ -35,7 +35,7 @@ std::map<int, int> cycles_of(const Clusters& record) {
 }
 
 Cut cut_at_cycles(const Clusters& record, const FoldOptions& options) {
-  const auto number = cycles_of(record);
+  const auto number = number_cycles(record);
   Cut cut{.fold = {},
           .folds = static_cast<int>(number.size()),
           .guard_s = options.guard_minutes.value_or(0) * kSecondsPerMinute};
@@ -120,7 +120,7 @@ std::string format_guard(const std::vector<double>& guards_s) {
 FoldKind kind_for(const std::vector<Clusters>& records, const FoldOptions& options) {
   if (options.kind != FoldKind::automatic) return options.kind;
   const bool without_cycles =
-      std::ranges::all_of(records, [](const Clusters& record) { return cycles_of(record).empty(); });
+      std::ranges::all_of(records, [](const Clusters& record) { return number_cycles(record).empty(); });
   return records.size() >= kFewestForRecords && without_cycles ? FoldKind::records : FoldKind::cycles;
 }
 
@@ -134,13 +134,13 @@ struct Tally {
   }
 };
 
-std::string statement_of(const Tally& cycles, const Tally& records, const Tally& blocks) {
+std::string describe_folds(const Tally& cycles, const Tally& records, const Tally& blocks) {
   if (records.folds > 0) return fmt::format("leave one record out ({})", records.folds);
-  std::string words;
-  if (cycles.folds > 0) words = fmt::format("leave one cycle out ({}){}", cycles.folds, format_guard(cycles.guards_s));
-  if (blocks.folds == 0) return words;
-  if (!words.empty()) words += " and ";
-  return words + fmt::format("{} consecutive blocks{}", blocks.folds, format_guard(blocks.guards_s));
+  std::string text;
+  if (cycles.folds > 0) text = fmt::format("leave one cycle out ({}){}", cycles.folds, format_guard(cycles.guards_s));
+  if (blocks.folds == 0) return text;
+  if (!text.empty()) text += " and ";
+  return text + fmt::format("{} consecutive blocks{}", blocks.folds, format_guard(blocks.guards_s));
 }
 
 Result<void> check(const FoldPlan& plan) {
@@ -218,7 +218,7 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   std::size_t cycles_in_all = 0;
   Eigen::Index all = 0;
   for (const Clusters& record : records) {
-    cycles_in_all += cycles_of(record).size();
+    cycles_in_all += number_cycles(record).size();
     all += record.cycle.size();
   }
   const FoldKind kind = kind_for(records, options);
@@ -232,7 +232,7 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   Tally cycles, whole, blocks;
   Eigen::Index first = 0;
   for (const Clusters& record : records) {
-    const bool by_cycle = kind == FoldKind::cycles && !cycles_of(record).empty() && !alone;
+    const bool by_cycle = kind == FoldKind::cycles && !number_cycles(record).empty() && !alone;
     const bool by_record = kind == FoldKind::records;
     const Result<Cut> cut = by_record  ? hold_out_whole(record)
                             : by_cycle ? cut_at_cycles(record, options)
@@ -242,7 +242,7 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
     append(plan, record, *cut, first, all);
     first += record.cycle.size();
   }
-  plan.statement = statement_of(cycles, whole, blocks);
+  plan.statement = describe_folds(cycles, whole, blocks);
   if (const auto sound = check(plan); !sound) return failure(sound.error());
   return plan;
 }

@@ -26,8 +26,8 @@ struct Rows {
 /// Finds the runs of rows in one hold. `hold_at` returns the segment of a row, or −1. A segment that is left and
 /// entered again gives two runs.
 template <class HoldAt>
-std::vector<Rows> holds_of(Eigen::Index rows, const std::vector<record::RunInfo::SegmentInfo>& segments,
-                           HoldAt hold_at) {
+std::vector<Rows> find_holds(Eigen::Index rows, const std::vector<record::RunInfo::SegmentInfo>& segments,
+                             HoldAt hold_at) {
   std::vector<Rows> holds;
   int open = -1;
   for (Eigen::Index k = 0; k < rows; ++k) {
@@ -40,7 +40,7 @@ std::vector<Rows> holds_of(Eigen::Index rows, const std::vector<record::RunInfo:
   return holds;
 }
 
-bool neighbours(const Clusters& clusters, Eigen::Index k) {
+bool are_neighbours(const Clusters& clusters, Eigen::Index k) {
   const double step_s = clusters.start_s(k + 1) - clusters.start_s(k);
   return std::abs(step_s - clusters.length_s) < 0.5 * clusters.length_s;
 }
@@ -78,7 +78,7 @@ void add_second_differences(SecondDifferences& all, const Clusters& clusters, co
   const double from_s = clusters.start_s(last) + clusters.length_s - kQuietSeconds;
   const auto is_used = [&](Eigen::Index k) {
     return k >= hold.first && k + 2 <= last && clusters.start_s(k) >= from_s - 0.5 * clusters.length_s &&
-           neighbours(clusters, k) && neighbours(clusters, k + 1);
+           are_neighbours(clusters, k) && are_neighbours(clusters, k + 1);
   };
   for (Eigen::Index k = hold.first; k + 2 <= last; ++k) {
     if (!is_used(k)) continue;
@@ -115,7 +115,7 @@ Eigen::VectorXd at_samples(const Dataset& dataset, const Clusters& clusters, con
   return at;
 }
 
-std::string statement_of(const HoldNoise& noise, const char* bias, const char* caution) {
+std::string summarise(const HoldNoise& noise, const char* bias, const char* caution) {
   if (noise.curve.empty()) return "no hold has samples enough without a gap";
   return fmt::format(
       "{} bias, one sample each {:g} s, in the last hour of {} hold{}: {} stretch{} without a gap, {:.0f} "
@@ -131,21 +131,21 @@ void add_point(AllanCurve& curve, const RateStretches& rates, double tau_s) {
   const double samples = tau_s / rates.interval_s;
   const int m = static_cast<int>(std::lround(samples));
   if (m < 1 || std::abs(samples - m) > kWhole * samples || m > curve.back().m) return;
-  const auto place = std::ranges::lower_bound(curve, m, {}, &AllanPoint::m);
-  if (place->m != m) curve.insert(place, allan_point(rates, m));
+  const auto position = std::ranges::lower_bound(curve, m, {}, &AllanPoint::m);
+  if (position->m != m) curve.insert(position, allan_point(rates, m));
 }
 
-HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
+HoldNoise measure_noise(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
   HoldNoise noise{.curve = {}, .fit = {}, .statement = {}};
   noise.interval_s = sample_interval_s(dataset);
   RateStretches rates{.interval_s = noise.interval_s, .values = {}};
   const Eigen::Index rows = noise.interval_s > 0 ? dataset.time_s.size() : 0;
-  for (const Rows& hold : holds_of(rows, dataset.segments, [&](Eigen::Index k) { return dataset.segment(k); })) {
+  for (const Rows& hold : find_holds(rows, dataset.segments, [&](Eigen::Index k) { return dataset.segment(k); })) {
     const Rows hour = last_hour(dataset, hold, noise.interval_s);
-    RateStretches of_hold = cut_at_gaps(dataset.time_s.segment(hour.first, hour.count),
-                                        bias_deg_per_h.segment(hour.first, hour.count), noise.interval_s);
-    noise.holds += of_hold.values.empty() ? 0 : 1;
-    std::ranges::move(of_hold.values, std::back_inserter(rates.values));
+    RateStretches hold_rates = cut_at_gaps(dataset.time_s.segment(hour.first, hour.count),
+                                           bias_deg_per_h.segment(hour.first, hour.count), noise.interval_s);
+    noise.holds += hold_rates.values.empty() ? 0 : 1;
+    std::ranges::move(hold_rates.values, std::back_inserter(rates.values));
   }
   noise.stretches = static_cast<int>(rates.values.size());
   for (const Eigen::VectorXd& stretch : rates.values) {
@@ -159,14 +159,13 @@ HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h
 }
 
 /// Returns the summary, or a note that the record names no hold.
-std::string statement_of(const Dataset& dataset, const HoldNoise& noise, const char* bias, const char* caution) {
-  return any_hold(dataset.segments) ? statement_of(noise, bias, caution) : kNoHold;
+std::string summarise(const Dataset& dataset, const HoldNoise& noise, const char* bias, const char* caution) {
+  return any_hold(dataset.segments) ? summarise(noise, bias, caution) : kNoHold;
 }
 
-HoldNoise noise_of_raw(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
-  HoldNoise noise = noise_of(dataset, bias_deg_per_h);
-  noise.statement =
-      statement_of(dataset, noise, "raw", "; what the temperature still does there is part of B, K and R");
+HoldNoise measure_raw_noise(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
+  HoldNoise noise = measure_noise(dataset, bias_deg_per_h);
+  noise.statement = summarise(dataset, noise, "raw", "; what the temperature still does there is part of B, K and R");
   return noise;
 }
 
@@ -197,7 +196,7 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunIn
   };
   SecondDifferences all;
   int used = 0;
-  for (const Rows& hold : holds_of(clusters.start_s.size(), segments, wholly_inside)) {
+  for (const Rows& hold : find_holds(clusters.start_s.size(), segments, wholly_inside)) {
     const int before = all.overlaps.differences;
     add_second_differences(all, clusters, hold);
     used += all.overlaps.differences > before ? 1 : 0;
@@ -207,9 +206,9 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunIn
     const char* why = any_hold(segments) ? "no hold has three neighbouring means in its last hour" : kNoHold;
     return {.deg_per_h = kUnknown, .differences = 0, .error_deg_per_h = kUnknown, .statement = why};
   }
-  constexpr double kOfCountingAlone = 0.6;
-  const double seen = all.sum / (6.0 * differences), of_a_pulse = step_deg_per_h / clusters.length_s;
-  const double floor = std::sqrt(std::max(seen - of_a_pulse * of_a_pulse / 9, kOfCountingAlone * seen));
+  constexpr double kQuantisationShare = 0.6;
+  const double observed = all.sum / (6.0 * differences), per_pulse = step_deg_per_h / clusters.length_s;
+  const double floor = std::sqrt(std::max(observed - per_pulse * per_pulse / 9, kQuantisationShare * observed));
   return {.deg_per_h = floor,
           .differences = differences,
           .error_deg_per_h = floor * relative_error(all.overlaps),
@@ -225,8 +224,8 @@ double expected_in_sample_std(const NoiseFloor& floor, double effective_paramete
 std::optional<std::string> over_fit_warning(const Figures& residual, const NoiseFloor& floor,
                                             double effective_parameters) {
   constexpr double kCoverage = 2;
-  const double of_residual = std_error(residual);
-  const double bar = kCoverage * std::hypot(std::isfinite(of_residual) ? of_residual : 0, floor.error_deg_per_h);
+  const double residual_error = std_error(residual);
+  const double bar = kCoverage * std::hypot(std::isfinite(residual_error) ? residual_error : 0, floor.error_deg_per_h);
   if (!(residual.std < floor.deg_per_h - bar)) return std::nullopt;
   std::string text = fmt::format(
       "over-fit: the residual STD, {:.4g} °/h, is below the noise floor, {:.4g} °/h, by "
@@ -240,18 +239,18 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
   return text;
 }
 
-HoldNoise noise_of_holds(const Dataset& dataset) { return noise_of_raw(dataset, dataset.bias_deg_per_h); }
+HoldNoise noise_of_holds(const Dataset& dataset) { return measure_raw_noise(dataset, dataset.bias_deg_per_h); }
 
 HoldNoise noise_of_holds(const Dataset& dataset, const Clusters& clusters) {
-  return noise_of_raw(dataset, within(dataset, clusters));
+  return measure_raw_noise(dataset, within(dataset, clusters));
 }
 
 HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clusters,
                                      const Eigen::VectorXd& residual_deg_per_h) {
   assert(residual_deg_per_h.size() == clusters.bias_deg_per_h.size());
   const Eigen::VectorXd predicted = clusters.bias_deg_per_h - residual_deg_per_h;
-  HoldNoise noise = noise_of(dataset, dataset.bias_deg_per_h - at_samples(dataset, clusters, predicted));
-  noise.statement = statement_of(dataset, noise, "compensated", "");
+  HoldNoise noise = measure_noise(dataset, dataset.bias_deg_per_h - at_samples(dataset, clusters, predicted));
+  noise.statement = summarise(dataset, noise, "compensated", "");
   return noise;
 }
 

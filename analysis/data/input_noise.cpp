@@ -21,7 +21,7 @@ using Quantity = Factor;
 Result<Eigen::VectorXd> derivative(const Term& term, const Quantity& quantity, const Clusters& clusters) {
   Eigen::VectorXd sum;
   for (std::size_t k = 0; k < term.factors.size(); ++k) {
-    for (const auto& [part, sign] : parts_of(term.factors[k])) {
+    for (const auto& [part, sign] : split_factor(term.factors[k])) {
       if (part != quantity) continue;
       Term others = term;
       others.factors.erase(others.factors.begin() + static_cast<std::ptrdiff_t>(k));
@@ -39,7 +39,7 @@ Result<Eigen::VectorXd> derivative(const Term& term, const Quantity& quantity, c
 }
 
 /// Returns the error of the quantity for an error of 1 K in the last mean of the thermometer.
-double reach_of(const Quantity& quantity, double length_s) {
+double error_gain(const Quantity& quantity, double length_s) {
   switch (quantity.kind) {
     case FactorKind::rate: return kSecondsPerMinute / length_s;
     case FactorKind::lag: return std::exp(-length_s / quantity.time_constant_s);
@@ -68,22 +68,22 @@ Result<void> add(const Quantity& quantity, double error, const std::vector<Term>
 }
 
 /// Returns the standard uncertainty of each quantity in the terms.
-Result<std::map<Quantity, double>> errors_of(const std::vector<Term>& terms, const Clusters& clusters,
-                                             const std::vector<double>& uncertainty_k) {
-  const auto wrong = [](std::string what) { return failure(FaultKind::usage, "uncertainty", std::move(what)); };
+Result<std::map<Quantity, double>> quantity_errors(const std::vector<Term>& terms, const Clusters& clusters,
+                                                   const std::vector<double>& uncertainty_k) {
+  const auto fail = [](std::string what) { return failure(FaultKind::usage, "uncertainty", std::move(what)); };
   if (uncertainty_k.size() != clusters.thermometers.size()) {
-    return wrong(
+    return fail(
         fmt::format("{} thermometers have {} uncertainties", clusters.thermometers.size(), uncertainty_k.size()));
   }
   if (!std::ranges::all_of(uncertainty_k, [](double u) { return u >= 0 && std::isfinite(u); })) {
-    return wrong("expected numbers not below 0");
+    return fail("expected numbers not below 0");
   }
   std::map<Quantity, double> errors;
   for (const Term& term : terms) {
     for (const Factor& factor : term.factors) {
-      for (const auto& [quantity, sign] : parts_of(factor)) {
+      for (const auto& [quantity, sign] : split_factor(factor)) {
         const auto at = std::ranges::find(clusters.thermometers, quantity.first) - clusters.thermometers.begin();
-        errors[quantity] = uncertainty_k[static_cast<std::size_t>(at)] * reach_of(quantity, clusters.length_s);
+        errors[quantity] = uncertainty_k[static_cast<std::size_t>(at)] * error_gain(quantity, clusters.length_s);
       }
     }
   }
@@ -95,7 +95,7 @@ Result<std::map<Quantity, double>> errors_of(const std::vector<Term>& terms, con
 Result<Eigen::MatrixXd> input_covariance(const std::vector<Term>& terms, const Clusters& clusters,
                                          const std::vector<double>& uncertainty_k) {
   if (const auto known = evaluate(terms, clusters); !known) return failure(known.error());
-  const auto errors = errors_of(terms, clusters, uncertainty_k);
+  const auto errors = quantity_errors(terms, clusters, uncertainty_k);
   if (!errors) return failure(errors.error());
   const auto count = static_cast<Eigen::Index>(terms.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);

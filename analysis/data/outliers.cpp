@@ -16,7 +16,7 @@ namespace {
 constexpr double kMadToSigma = 1.4826;
 constexpr std::size_t kShown = 5;
 
-double median_of(std::span<double> values) {
+double median(std::span<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::ranges::nth_element(values, middle);
   return *middle;
@@ -38,15 +38,15 @@ class Listed {
 
 }  // namespace
 
-std::vector<Eigen::Index> outliers_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+std::vector<Eigen::Index> find_outliers(const Eigen::Ref<const Eigen::VectorXd>& values) {
   constexpr std::size_t kFewest = 8;
   std::vector<double> known;
   for (const double value : values)
     if (std::isfinite(value)) known.push_back(value);
   if (known.size() < kFewest) return {};
-  const double middle = median_of(known);
+  const double middle = median(known);
   for (double& value : known) value = std::abs(value - middle);
-  const double sigma = kMadToSigma * median_of(known);
+  const double sigma = kMadToSigma * median(known);
   std::vector<Eigen::Index> found;
   for (Eigen::Index i = 0; i < values.size() && sigma > 0; ++i)
     if (std::abs(values(i) - middle) > kOutlierSigmas * sigma) found.push_back(i);
@@ -56,7 +56,7 @@ std::vector<Eigen::Index> outliers_of(const Eigen::Ref<const Eigen::VectorXd>& v
 std::vector<Spike> find_spikes(const Dataset& dataset) {
   constexpr Eigen::Index kHalf = 7;
   const Eigen::VectorXd& bias = dataset.bias_deg_per_h;
-  Eigen::VectorXd apart = Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN());
+  Eigen::VectorXd difference = Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN());
   std::array<double, 2 * kHalf + 1> around{};
   for (Eigen::Index i = 0; i < bias.size(); ++i) {
     if (!std::isfinite(bias(i))) continue;
@@ -65,10 +65,11 @@ std::vector<Spike> find_spikes(const Dataset& dataset) {
     std::size_t count = 0;
     for (Eigen::Index j = first; j < std::min(first + 2 * kHalf + 1, bias.size()); ++j)
       if (std::isfinite(bias(j))) around[count++] = bias(j);
-    apart(i) = bias(i) - median_of(std::span(around).first(count));
+    difference(i) = bias(i) - median(std::span(around).first(count));
   }
   std::vector<Spike> spikes;
-  for (const Eigen::Index row : outliers_of(apart)) spikes.push_back({row, dataset.time_s(row), apart(row)});
+  for (const Eigen::Index row : find_outliers(difference))
+    spikes.push_back({row, dataset.time_s(row), difference(row)});
   return spikes;
 }
 
@@ -85,7 +86,7 @@ std::string describe(const std::vector<Spike>& spikes) {
 std::string describe_outlying_clusters(const Clusters& clusters,
                                        const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h) {
   Listed list;
-  const auto rows = outliers_of(residual_deg_per_h);
+  const auto rows = find_outliers(residual_deg_per_h);
   for (const Eigen::Index row : rows) list.add(residual_deg_per_h(row), clusters.start_s(row));
   if (rows.empty()) return "";
   return fmt::format("{} clusters have an outlying held-out residual: {}", rows.size(), list.text());

@@ -17,7 +17,7 @@ inline constexpr double kOutlierSigmas = 8;
 
 /// Returns the indices of values further than kOutlierSigmas from the median. NaN is ignored. Returns none if fewer
 /// than 8 values are known or if half of them are equal.
-[[nodiscard]] std::vector<Eigen::Index> outliers_of(const Eigen::Ref<const Eigen::VectorXd>& values);
+[[nodiscard]] std::vector<Eigen::Index> find_outliers(const Eigen::Ref<const Eigen::VectorXd>& values);
 
 /// Sample of the bias that differs strongly from its neighbours.
 struct Spike {

@@ -11,30 +11,31 @@ namespace gyrotherm::data {
 namespace {
 
 /// Returns the position of each cluster, in cluster lengths. A later record starts far after the previous one.
-Eigen::VectorXi places_of(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
-  Eigen::VectorXi places(static_cast<Eigen::Index>(rows.size()));
+Eigen::VectorXi cluster_positions(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
+  Eigen::VectorXi positions(static_cast<Eigen::Index>(rows.size()));
   int shift = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto place = static_cast<int>(std::lround(clusters.start_s(rows[i]) / clusters.length_s));
+    const auto position = static_cast<int>(std::lround(clusters.start_s(rows[i]) / clusters.length_s));
     const auto at = static_cast<Eigen::Index>(i);
-    if (i > 0 && place + shift <= places(at - 1)) shift = places(at - 1) + static_cast<int>(rows.size()) - place;
-    places(at) = place + shift;
+    if (i > 0 && position + shift <= positions(at - 1))
+      shift = positions(at - 1) + static_cast<int>(rows.size()) - position;
+    positions(at) = position + shift;
   }
-  return places;
+  return positions;
 }
 
 }  // namespace
 
 LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
-                             const Eigen::Ref<const Eigen::VectorXi>& places, int lag) {
-  assert(centred.size() == places.size() && lag >= 0);
+                             const Eigen::Ref<const Eigen::VectorXi>& positions, int lag) {
+  assert(centred.size() == positions.size() && lag >= 0);
   double sum = 0;
   int pairs = 0;
   Eigen::Index later = 0;
-  for (Eigen::Index k = 0; k < places.size(); ++k) {
-    while (later < places.size() && places(later) < places(k) + lag) ++later;
-    if (later == places.size()) break;
-    if (places(later) != places(k) + lag) continue;
+  for (Eigen::Index k = 0; k < positions.size(); ++k) {
+    while (later < positions.size() && positions(later) < positions(k) + lag) ++later;
+    if (later == positions.size()) break;
+    if (positions(later) != positions(k) + lag) continue;
     sum += centred(k) * centred(later);
     ++pairs;
   }
@@ -42,8 +43,8 @@ LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
 }
 
 EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
-                                 const Eigen::Ref<const Eigen::VectorXi>& places) {
-  assert(values.size() == places.size());
+                                 const Eigen::Ref<const Eigen::VectorXi>& positions) {
+  assert(values.size() == positions.size());
   constexpr Eigen::Index kLeast = 4;
   // Limit in standard deviations of a correlation that is zero.
   constexpr double kChance = 2;
@@ -54,14 +55,16 @@ EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values
   if (!(variance > 0)) return {count, count};
   double squares = 0, sum = 0;
   for (int lag = 1; lag < values.size(); ++lag) {
-    const LaggedProduct at = lagged_product(centred, places, lag);
+    const LaggedProduct at = lagged_product(centred, positions, lag);
     const double correlation = at.mean / variance;
     if (at.pairs < kLeast || std::abs(correlation) * std::sqrt(at.pairs) < kChance) break;
     squares += at.pairs * correlation * correlation;
     sum += at.pairs * correlation;
   }
-  const auto worth = [&](double dependence) { return count * count / std::max(count, count + 2 * dependence); };
-  return {worth(squares), worth(sum)};
+  const auto effective_count = [&](double dependence) {
+    return count * count / std::max(count, count + 2 * dependence);
+  };
+  return {effective_count(squares), effective_count(sum)};
 }
 
 Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
@@ -79,7 +82,7 @@ Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Cluste
                    const std::vector<Eigen::Index>& rows) {
   assert(values.size() == static_cast<Eigen::Index>(rows.size()));
   Figures figures = figures_of(values);
-  figures.effective = effective_number(values, places_of(clusters, rows));
+  figures.effective = effective_number(values, cluster_positions(clusters, rows));
   return figures;
 }
 

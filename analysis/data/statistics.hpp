@@ -31,7 +31,7 @@ struct LaggedProduct {
 /// Computes the mean product of values at positions `lag` ≥ 0 apart. The values are centred; their positions are rising
 /// whole numbers. Divided by their variance it is the autocorrelation.
 [[nodiscard]] LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
-                                           const Eigen::Ref<const Eigen::VectorXi>& places, int lag);
+                                           const Eigen::Ref<const Eigen::VectorXi>& positions, int lag);
 
 /// Number of independent values with the same information as correlated ones. 0 if not computed.
 struct EffectiveNumber {
@@ -41,11 +41,11 @@ struct EffectiveNumber {
   double of_mean{};
 };
 
-/// Computes the effective number of values at rising whole `places`. n_k pairs are k positions apart, and ρ_k is their
-/// autocorrelation (Bartlett 1946, Gaussian values). The sums end before the first lag with |ρ_k| < 2/√n_k, the 95 %
-/// limit for uncorrelated values. Both numbers are n if there are fewer than four values or if they do not vary.
+/// Computes the effective number of values at rising whole `positions`. n_k pairs are k positions apart, and ρ_k is
+/// their autocorrelation (Bartlett 1946, Gaussian values). The sums end before the first lag with |ρ_k| < 2/√n_k, the
+/// 95 % limit for uncorrelated values. Both numbers are n if there are fewer than four values or if they do not vary.
 [[nodiscard]] EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
-                                               const Eigen::Ref<const Eigen::VectorXi>& places);
+                                               const Eigen::Ref<const Eigen::VectorXi>& positions);
 
 /// Statistics of cluster means, °/h. `std` is eq. 11 (N − 1) and 0 for a single value. All are 0 without values.
 struct Figures {

@@ -11,7 +11,7 @@ namespace gyrotherm::svm {
 namespace {
 
 /// Returns a position in octaves, ordered so that a lower value is simpler: C keeps its sign, σ and ε are negated.
-std::vector<double> complexity_of(const JudgedPosition& judged) {
+std::vector<double> complexity(const JudgedPosition& judged) {
   std::vector<double> octaves;
   for (std::size_t k = 0; k < judged.position.size(); ++k) {
     const double octave = std::floor(judged.position[k]);
@@ -46,7 +46,7 @@ double standard_error(const JudgedPosition& judged, std::span<const double> part
 
 bool is_simpler(const JudgedPosition& a, const JudgedPosition& b) {
   const auto order = [](const JudgedPosition& judged) {
-    return std::tuple(complexity_of(judged), mean_squared_error(judged), judged.position);
+    return std::tuple(complexity(judged), mean_squared_error(judged), judged.position);
   };
   return order(a) < order(b);
 }

@@ -172,20 +172,20 @@ struct PlainLanes {
   static GYROTHERM_INLINE void raise(Line (&x)[kGaussianTile]) {
     GYROTHERM_UNROLL
     for (int first = 0; first < kGaussianTile; first += kTogether) {
-      Line rounded[kTogether], rest[kTogether], power[kTogether];
+      Line rounded[kTogether], remainder[kTogether], power[kTogether];
       GYROTHERM_UNROLL
       for (int i = 0; i < kTogether; ++i) {
         const Line smallest = Line{} + kSmallestExponent;
         Line held = x[first + i];
         if constexpr (kLow) held = held > smallest ? held : smallest;
         rounded[i] = held + kRounder;
-        rest[i] = held - (rounded[i] - kRounder);
+        remainder[i] = held - (rounded[i] - kRounder);
         power[i] = Line{} + kPower[0];
       }
       GYROTHERM_UNROLL
       for (int k = 1; k < kPowers; ++k) {
         GYROTHERM_UNROLL
-        for (int i = 0; i < kTogether; ++i) power[i] = power[i] * rest[i] + kPower[k];
+        for (int i = 0; i < kTogether; ++i) power[i] = power[i] * remainder[i] + kPower[k];
       }
       GYROTHERM_UNROLL
       for (int i = 0; i < kTogether; ++i) {
@@ -245,11 +245,11 @@ GYROTHERM_INLINE void share_out(const typename Lanes::Line (&power)[kGaussianTil
   GYROTHERM_UNROLL
   for (int i = 0; i < kGaussianTile; ++i) sum[i] += power[i] * weight;
   if constexpr (kBoth) {
-    typename Lanes::Line of_centres;
-    read<Lanes>(centre_sums, of_centres);
+    typename Lanes::Line centre_line;
+    read<Lanes>(centre_sums, centre_line);
     GYROTHERM_UNROLL
-    for (int i = 0; i < kGaussianTile; ++i) of_centres += power[i] * weights[i];
-    *reinterpret_cast<typename Lanes::UnalignedLine*>(centre_sums) = of_centres;
+    for (int i = 0; i < kGaussianTile; ++i) centre_line += power[i] * weights[i];
+    *reinterpret_cast<typename Lanes::UnalignedLine*>(centre_sums) = centre_line;
   }
 }
 

@@ -69,10 +69,10 @@ struct Avx512 {
   static GYROTHERM_INLINE void factors(const Line (&x)[kGaussianTile], Line (&power)[kGaussianTile],
                                        Line (&whole)[kGaussianTile]) {
     const Line low = _mm512_load_pd(kRoots), high = _mm512_load_pd(kRoots + 8);
-    Line rest[kGaussianTile];
+    Line remainder[kGaussianTile];
     GYROTHERM_UNROLL
     for (int i = 0; i < kGaussianTile; ++i) {
-      rest[i] = _mm512_reduce_pd(x[i], kDownToSixteenths);
+      remainder[i] = _mm512_reduce_pd(x[i], kDownToSixteenths);
       const Line index =
           _mm512_maskz_add_round_pd(kAll, x[i], _mm512_set1_pd(kSixteenths), _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
       whole[i] = _mm512_permutex2var_pd(low, _mm512_castpd_si512(index), high);
@@ -81,7 +81,7 @@ struct Avx512 {
     for (int k = 1; k < 7; ++k) {
       GYROTHERM_UNROLL
       for (int i = 0; i < kGaussianTile; ++i) {
-        power[i] = _mm512_fmadd_pd(power[i], rest[i], _mm512_set1_pd(kPower[k]));
+        power[i] = _mm512_fmadd_pd(power[i], remainder[i], _mm512_set1_pd(kPower[k]));
       }
     }
     GYROTHERM_UNROLL

@@ -83,12 +83,12 @@ const GaussianLoops& gaussian_loops() {
 
 // State of kPointsTogether points: the columns ‖u‖², u of each dimension, and the distance from the space of the
 // centres; flags for points near enough for products; the sums of each loop.
-struct GaussianSum::Places {
-  Places(Eigen::Index inputs, Eigen::Index rank)
-      : columns(Columns::Zero(kPointsTogether, rank + 2)), rest(Columns::Zero(kPointsTogether, inputs)) {}
+struct GaussianSum::PointState {
+  PointState(Eigen::Index inputs, Eigen::Index rank)
+      : columns(Columns::Zero(kPointsTogether, rank + 2)), outside(Columns::Zero(kPointsTogether, inputs)) {}
   Columns columns;
   /// Component of each input outside the space of the centres.
-  Columns rest;
+  Columns outside;
   std::array<bool, kPointsTogether> near{};
   Eigen::Array<double, kGaussianLanes, kPointsTogether> by_products, by_differences;
 };
@@ -106,54 +106,55 @@ GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Ei
   one_width_ = scale_ == scales.maxCoeff();
 
   Eigen::MatrixXd coordinates(centres.rows(), rank_ + 2);
-  Places places(inputs_, rank_);
+  PointState state(inputs_, rank_);
   for (Eigen::Index first = 0; first < centres.rows(); first += kPointsTogether) {
     const Eigen::Index count = std::min(kPointsTogether, centres.rows() - first);
-    place(centres.middleRows(first, count), places);
-    coordinates.middleRows(first, count) = places.columns.topRows(count);
+    project(centres.middleRows(first, count), state);
+    coordinates.middleRows(first, count) = state.columns.topRows(count);
   }
   radius_ = std::sqrt(coordinates.col(0).maxCoeff());
   pack(coordinates, scales, weights);
 }
 
 void GaussianSum::span(const Eigen::MatrixXd& centred) {
-  Eigen::MatrixXd basis = directions_of(centred);
+  Eigen::MatrixXd basis = spanning_directions(centred);
   rank_ = basis.cols();
   if (rank_ < inputs_) basis_ = std::move(basis);
 }
 
 // Fills the coordinates of the points. Unused entries keep their previous values.
-void GaussianSum::place(const Eigen::Ref<const SampleMatrix>& points, Places& places) const {
+void GaussianSum::project(const Eigen::Ref<const SampleMatrix>& points, PointState& state) const {
   const Eigen::Index count = points.rows();
   for (Eigen::Index i = 0; i < count; ++i) {
-    for (Eigen::Index k = 0; k < inputs_; ++k) places.rest(i, k) = points(i, k) - mean_(k);
+    for (Eigen::Index k = 0; k < inputs_; ++k) state.outside(i, k) = points(i, k) - mean_(k);
   }
-  auto u = places.columns.middleCols(1, rank_);
+  auto u = state.columns.middleCols(1, rank_);
   if (rank_ == inputs_) {
-    u = places.rest;
+    u = state.outside;
   } else {
-    turn(basis_.data(), inputs_, rank_, places.rest.data(), u.data());
-    places.columns.rightCols<1>() = places.rest.square().rowwise().sum().sqrt();
+    turn(basis_.data(), inputs_, rank_, state.outside.data(), u.data());
+    state.columns.rightCols<1>() = state.outside.square().rowwise().sum().sqrt();
   }
-  places.columns.col(0) = places.columns.rightCols(rank_ + 1).square().rowwise().sum();
+  state.columns.col(0) = state.columns.rightCols(rank_ + 1).square().rowwise().sum();
   for (Eigen::Index i = 0; i < kPointsTogether; ++i) {
-    const double reach = std::sqrt(places.columns(i, 0)) + radius_;
-    places.near[i] = -scale_ * reach * reach <= kLargestProduct;
+    const double reach = std::sqrt(state.columns(i, 0)) + radius_;
+    state.near[i] = -scale_ * reach * reach <= kLargestProduct;
   }
 }
 
 // Packs the centres in blocks with weights of one sign. Blocks of both signs alternate to keep the sums small, because
 // the positive and negative weights of a support vector machine cancel.
-void GaussianSum::pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights) {
+void GaussianSum::pack(const Eigen::MatrixXd& coordinates, const Eigen::VectorXd& scales,
+                       const Eigen::VectorXd& weights) {
   const Eigen::VectorXd logarithms = (weights.array().abs() / weight_unit_).log() * std::numbers::log2e;
   std::array<std::vector<Eigen::Index>, 2> signs;  // positive, negative
   for (Eigen::Index j = 0; j < weights.size(); ++j) {
     if (logarithms(j) > kSmallestWeight) signs[weights(j) > 0 ? 0 : 1].push_back(j);
   }
-  const auto blocks_of = [](const std::vector<Eigen::Index>& some) {
+  const auto count_blocks = [](const std::vector<Eigen::Index>& some) {
     return (static_cast<Eigen::Index>(some.size()) + kGaussianBlock - 1) / kGaussianBlock;
   };
-  blocks_.count = blocks_of(signs[0]) + blocks_of(signs[1]);
+  blocks_.count = count_blocks(signs[0]) + count_blocks(signs[1]);
   blocks_.negative = std::make_unique<bool[]>(static_cast<std::size_t>(blocks_.count));
   blocks_.by_products.assign(static_cast<std::size_t>(blocks_.count * product_block()), 0.0);
   blocks_.by_differences.assign(static_cast<std::size_t>(blocks_.count * difference_block()), 0.0);
@@ -169,25 +170,25 @@ void GaussianSum::pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& sca
           continue;
         }
         const Eigen::Index j = some[from + lane];
-        pack_centre(slot, places.row(j), scales(j), logarithms(j));
+        pack_centre(slot, coordinates.row(j), scales(j), logarithms(j));
       }
       ++block;
     }
   }
 }
 
-void GaussianSum::pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& place, double a,
+void GaussianSum::pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& coordinates, double a,
                               double logarithm) {
   const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
   double* product = blocks_.by_products.data() + block * product_block() + lane;
   double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
-  *product = logarithm + a * place(0);
+  *product = logarithm + a * coordinates(0);
   if (!one_width_) *(product += kGaussianBlock) = a;
   *difference = logarithm;
   *(difference += kGaussianBlock) = a;
   for (Eigen::Index k = 1; k <= rank_; ++k) {
-    *(product += kGaussianBlock) = -2 * a * place(k);
-    *(difference += kGaussianBlock) = place(k);
+    *(product += kGaussianBlock) = -2 * a * coordinates(k);
+    *(difference += kGaussianBlock) = coordinates(k);
   }
 }
 
@@ -202,25 +203,25 @@ void GaussianSum::pack_nothing(Eigen::Index slot) {
 
 // Evaluates each tile with the loops that its points require, or with both if they differ. The result for a point thus
 // never depends on the other points.
-void GaussianSum::add(const GaussianLoops& loops, Places& places) const {
+void GaussianSum::add(const GaussianLoops& loops, PointState& state) const {
   const Eigen::Index together =
       std::max<Eigen::Index>(1, kGaussianBytes / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
-  places.by_products.setZero();
-  places.by_differences.setZero();
+  state.by_products.setZero();
+  state.by_differences.setZero();
   for (Eigen::Index first = 0; first < blocks_.count; first += together) {
     const Eigen::Index count = std::min(together, blocks_.count - first);
     const bool* negative = blocks_.negative.get() + first;
     for (Eigen::Index point = 0; point < kPointsTogether; point += kGaussianTile) {
-      const double* columns = places.columns.data() + point;
-      const auto near = std::count(places.near.begin() + point, places.near.begin() + point + kGaussianTile, true);
+      const double* columns = state.columns.data() + point;
+      const auto near = std::count(state.near.begin() + point, state.near.begin() + point + kGaussianTile, true);
       if (near > 0) {
         loops.by_products(blocks_.by_products.data() + first * product_block(), negative, count, product_dimensions(),
                           one_width_ ? columns + kPointsTogether : columns, kPointsTogether,
-                          places.by_products.col(point).data());
+                          state.by_products.col(point).data());
       }
       if (near < kGaussianTile) {
         loops.by_differences(blocks_.by_differences.data() + first * difference_block(), negative, count, rank_ + 1,
-                             columns + kPointsTogether, kPointsTogether, places.by_differences.col(point).data());
+                             columns + kPointsTogether, kPointsTogether, state.by_differences.col(point).data());
       }
     }
   }
@@ -230,16 +231,16 @@ Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, co
   assert(points.cols() == inputs_);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(points.rows());
   if (weight_unit_ == 0) return f;
-  Places places(inputs_, rank_);
+  PointState state(inputs_, rank_);
   for (Eigen::Index first = 0; first < points.rows(); first += kPointsTogether) {
     const auto some = points.middleRows(first, std::min(kPointsTogether, points.rows() - first));
-    place(some, places);
-    add(loops, places);
+    project(some, state);
+    add(loops, state);
     for (Eigen::Index i = 0; i < some.rows(); ++i) {
-      const double part = one_width_ ? std::exp2(scale_ * places.columns(i, 0)) : 1;
+      const double part = one_width_ ? std::exp2(scale_ * state.columns(i, 0)) : 1;
       f(first + i) =
-          weight_unit_ * (places.near[i] ? part * places.by_products.col(i).sum() : places.by_differences.col(i).sum());
-      const bool missing = !std::isfinite(places.columns(i, 0)) && !some.row(i).allFinite();
+          weight_unit_ * (state.near[i] ? part * state.by_products.col(i).sum() : state.by_differences.col(i).sum());
+      const bool missing = !std::isfinite(state.columns(i, 0)) && !some.row(i).allFinite();
       if (missing) f(first + i) = std::numeric_limits<double>::quiet_NaN();
     }
   }
@@ -252,7 +253,7 @@ namespace {
 constexpr Eigen::Index kGroup = std::lcm(kGaussianTile, kGaussianBlock);
 constexpr Eigen::Index kGroupBlocks = kGroup / kGaussianBlock;
 
-Eigen::Index groups_of(Eigen::Index count) { return (count + kGroup - 1) / kGroup; }
+Eigen::Index count_groups(Eigen::Index count) { return (count + kGroup - 1) / kGroup; }
 
 // Returns the support in blocks of alternating sign to keep the sums small, because the positive and negative β of a
 // support vector machine cancel.
@@ -281,17 +282,17 @@ class Pairs {
  public:
   Pairs(const Eigen::MatrixXd& centred, double scale, const Eigen::VectorXd& beta)
       : order_(balanced(beta)),
-        support_groups_(groups_of(static_cast<Eigen::Index>(order_.size()))),
+        support_groups_(count_groups(static_cast<Eigen::Index>(order_.size()))),
         support_(static_cast<Eigen::Index>(order_.size())),
         dimensions_(centred.cols()) {
     for (Eigen::Index i = 0; i < beta.size(); ++i)
       if (beta(i) == 0) order_.push_back(i);
-    groups_ = support_groups_ + groups_of(beta.size() - support_);
+    groups_ = support_groups_ + count_groups(beta.size() - support_);
     points_ = Eigen::MatrixXd::Zero(groups_ * kGroup, dimensions_);
     powers_ = Eigen::VectorXd::Zero(groups_ * kGroup);
     weights_ = Eigen::VectorXd::Zero(groups_ * kGroup);
     for (std::size_t i = 0; i < order_.size(); ++i) {
-      const Eigen::Index at = place_of(i), sample = order_[i];
+      const Eigen::Index at = slot_for(i), sample = order_[i];
       points_.row(at) = centred.row(sample);
       powers_(at) = std::exp2(-scale * centred.row(sample).squaredNorm());
       weights_(at) = powers_(at) * beta(sample);
@@ -315,7 +316,7 @@ class Pairs {
     for (Eigen::Index group = support_groups_; group < groups_; ++group) add(loops.one_way, group, 0, block_count());
     Eigen::VectorXd out(static_cast<Eigen::Index>(order_.size()));
     for (std::size_t i = 0; i < order_.size(); ++i) {
-      const Eigen::Index at = place_of(i);
+      const Eigen::Index at = slot_for(i);
       out(order_[i]) = powers_(at) * (sums_.col(at).sum() + centre_sums_(at));
     }
     return out;
@@ -325,7 +326,7 @@ class Pairs {
   [[nodiscard]] Eigen::Index block_size() const { return (1 + dimensions_) * kGaussianBlock; }
   [[nodiscard]] Eigen::Index block_count() const { return support_groups_ * kGroupBlocks; }
   [[nodiscard]] double* block_at(Eigen::Index block) { return blocks_.data() + block * block_size(); }
-  [[nodiscard]] Eigen::Index place_of(std::size_t i) const {
+  [[nodiscard]] Eigen::Index slot_for(std::size_t i) const {
     const auto at = static_cast<Eigen::Index>(i);
     return at < support_ ? at : support_groups_ * kGroup + at - support_;
   }

@@ -43,7 +43,7 @@ class GaussianSum {
   [[nodiscard]] Eigen::Index dimensions() const { return rank_; }
 
  private:
-  struct Places;
+  struct PointState;
   /// Centres in the layouts of both loops.
   struct Blocks {
     std::vector<double> by_products, by_differences;
@@ -52,11 +52,12 @@ class GaussianSum {
     Eigen::Index count{};
   };
   void span(const Eigen::MatrixXd& centred);
-  void pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights);
-  void pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& place, double a, double logarithm);
+  void pack(const Eigen::MatrixXd& coordinates, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights);
+  void pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& coordinates, double a,
+                   double logarithm);
   void pack_nothing(Eigen::Index slot);
-  void place(const Eigen::Ref<const SampleMatrix>& points, Places& places) const;
-  void add(const GaussianLoops& loops, Places& places) const;
+  void project(const Eigen::Ref<const SampleMatrix>& points, PointState& state) const;
+  void add(const GaussianLoops& loops, PointState& state) const;
   [[nodiscard]] Eigen::Index product_dimensions() const { return one_width_ ? rank_ : rank_ + 1; }
   [[nodiscard]] Eigen::Index product_block() const { return (1 + product_dimensions()) * kGaussianBlock; }
   [[nodiscard]] Eigen::Index difference_block() const { return (2 + rank_ + 1) * kGaussianBlock; }

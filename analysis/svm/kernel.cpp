@@ -56,17 +56,17 @@ void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen
 
 }  // namespace
 
-Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
+Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
                              const Eigen::Ref<const SampleMatrix>& samples, double sigma, const Eigen::VectorXd& beta) {
   const std::vector<Eigen::Index> support = support_of(beta);
   const auto count = static_cast<Eigen::Index>(support.size());
   const GaussianSum sum(samples(support, Eigen::all), Eigen::VectorXd::Constant(count, sigma), beta(support),
                         GaussianSum::Space::whole);
-  return sum.at(places);
+  return sum.at(positions);
 }
 
-GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()), places_(spanned(x)) {
-  lay_out(places_, doubles_, singles_);
+GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()), coordinates_(spanned(x)) {
+  lay_out(coordinates_, doubles_, singles_);
 }
 
 void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const {
@@ -82,7 +82,7 @@ void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out) c
 }
 
 Eigen::VectorXd GaussianSamples::response(double sigma, const Eigen::VectorXd& beta) const {
-  return gaussian_response(places_, sigma, beta);
+  return gaussian_response(coordinates_, sigma, beta);
 }
 
 float* KernelMemory::singles(Eigen::Index n) {

@@ -23,7 +23,7 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
 
 /// Computes Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each position z_j from the non-zero β alone. Samples and positions are
 /// in coordinates returned by `spanned`.
-[[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
+[[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
                                            const Eigen::Ref<const SampleMatrix>& samples, double sigma,
                                            const Eigen::VectorXd& beta);
 
@@ -45,7 +45,7 @@ class GaussianSamples {
 
  private:
   Eigen::Index size_;
-  SampleMatrix places_;
+  SampleMatrix coordinates_;
   // One column per direction in which the samples differ, padded with zeros.
   Eigen::MatrixXf singles_;
   Eigen::MatrixXd doubles_;

@@ -25,7 +25,7 @@ constexpr int kFurtherCentres = 2;
 
 enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
 
-bool on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
+bool is_on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
 
 // Returns the growth of σ. It is larger after a proximal step that took few Newton steps.
 double growth(int steps) {
@@ -42,7 +42,7 @@ class Newton {
   // Returns β(r) for the present centre and weight.
   [[nodiscard]] Eigen::ArrayXd shrink(const Eigen::ArrayXd& residual) const;
   [[nodiscard]] Eigen::ArrayXd residual() const { return problem_.y - response_ - Eigen::VectorXd::Constant(n_, b_); }
-  [[nodiscard]] Piece piece_of(Eigen::Index i, double residual) const;
+  [[nodiscard]] Piece find_piece(Eigen::Index i, double residual) const;
 
   // Performs one proximal step. Returns false if the step should be shorter.
   bool minimise();
@@ -50,7 +50,7 @@ class Newton {
   bool solve_slope(Eigen::VectorXd& moved);
   [[nodiscard]] double balanced_offset(const Eigen::VectorXd& moved) const;
   [[nodiscard]] double line_search() const;
-  [[nodiscard]] bool settled(double step) const;
+  [[nodiscard]] bool is_settled(double step) const;
   void take_centre();
   void retreat();
   void keep_if_best();
@@ -94,11 +94,11 @@ Eigen::ArrayXd Newton::shrink(const Eigen::ArrayXd& residual) const {
   return ((raw - threshold).max(0.0) + (raw + threshold).min(0.0)).max(-problem_.C).min(problem_.C);
 }
 
-Piece Newton::piece_of(Eigen::Index i, double residual) const {
+Piece Newton::find_piece(Eigen::Index i, double residual) const {
   const double raw = centre_[i] + sigma_ * residual;
-  const double beyond = std::abs(raw) - sigma_ * problem_.epsilon;
-  if (beyond <= 0) return Piece::zero;
-  if (beyond >= problem_.C) return raw > 0 ? Piece::at_upper : Piece::at_lower;
+  const double excess = std::abs(raw) - sigma_ * problem_.epsilon;
+  if (excess <= 0) return Piece::zero;
+  if (excess >= problem_.C) return raw > 0 ? Piece::at_upper : Piece::at_lower;
   return raw > 0 ? Piece::rising : Piece::falling;
 }
 
@@ -108,8 +108,8 @@ bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
   slope_.clear();
   direction_ = target.matrix() - beta_;
   for (Eigen::Index i = 0; i < n_; ++i) {
-    pieces_[i] = piece_of(i, residual[i]);
-    if (!on_slope(pieces_[i])) continue;
+    pieces_[i] = find_piece(i, residual[i]);
+    if (!is_on_slope(pieces_[i])) continue;
     slope_.push_back(i);
     direction_[i] = 0;
   }
@@ -186,10 +186,10 @@ double Newton::line_search() const {
 }
 
 // Returns whether every point stayed on its piece, or β̃ and β(r) agree.
-bool Newton::settled(double step) const {
+bool Newton::is_settled(double step) const {
   const Eigen::ArrayXd r = residual();
   bool same = step == 1;
-  for (Eigen::Index i = 0; i < n_ && same; ++i) same = piece_of(i, r[i]) == pieces_[i];
+  for (Eigen::Index i = 0; i < n_ && same; ++i) same = find_piece(i, r[i]) == pieces_[i];
   return same || (shrink(r) - beta_.array()).abs().maxCoeff() <= kAgreement * problem_.C;
 }
 
@@ -202,7 +202,7 @@ bool Newton::minimise() {
     beta_ += t * direction_;
     response_ += t * response_direction_;
     b_ += t * b_direction_;
-    if (settled(t)) return true;
+    if (is_settled(t)) return true;
     short_steps += t < kShort;
     if (short_steps >= kShortSteps) return false;
   }
@@ -216,7 +216,7 @@ void Newton::take_centre() {
   const Eigen::ArrayXd shrunk = shrink(r);
   std::vector<Eigen::Index> free;
   for (Eigen::Index i = 0; i < n_; ++i) {
-    const bool slope = on_slope(piece_of(i, r[i]));
+    const bool slope = is_on_slope(find_piece(i, r[i]));
     centre_[i] = slope ? std::clamp(beta_[i], -problem_.C, problem_.C) : shrunk[i];
     if (slope) free.push_back(i);
   }
@@ -253,10 +253,10 @@ void Newton::keep_if_best() {
 
 NewtonResult Newton::run() {
   const auto reaches = [this](double gap) { return best_.relative_gap <= gap; };
-  const double asked = options_.relative_gap;
-  const double aim = reaches(asked) ? asked : std::min(options_.aim, asked);
+  const double requested = options_.relative_gap;
+  const double aim = reaches(requested) ? requested : std::min(options_.aim, requested);
   for (int further = kFurtherCentres; !reaches(aim) && best_.steps < options_.max_steps;) {
-    if (reaches(asked) && further-- == 0) break;
+    if (reaches(requested) && further-- == 0) break;
     const int before = best_.steps;
     if (!minimise()) {
       retreat();

@@ -16,9 +16,9 @@ namespace {
 
 // Returns whether a point that moves by `units` times its part leaves its range.
 GYROTHERM_CLONES
-bool passes(const double* part, const double* beta, const double* low, const double* high, double units) {
+bool leaves_range(const double* part, const double* beta, const double* low, const double* high, double units) {
   int passing = 0;
-  for (int p = 0; p < SmoDirection::kPlaces; ++p) {
+  for (int p = 0; p < SmoDirection::kEntries; ++p) {
     const double there = beta[p] + units * part[p];
     passing += (there > high[p]) + (there < low[p]);
   }
@@ -151,7 +151,7 @@ SmoPartner choose_partner(const float* row, const float* h, const float* fall, f
 }
 
 // Returns the distance by which β_i may rise and β_j fall together. The decrease per unit is initially `slack`. It
-// falls by `curvature` per unit, and by 2ε where one of them passes zero.
+// falls by `curvature` per unit, and by 2ε where one of them leaves_range zero.
 double pair_step(double beta_i, double beta_j, double slack, double curvature, double C, double epsilon) {
   const double room = std::min(C - beta_i, beta_j + C);
   const double whole = slack / curvature;
@@ -294,15 +294,15 @@ SmoRun Decomposition::optimise(double tolerance, int most) {
   block_.resize(count);
   rows_.resize(static_cast<std::size_t>(count) * block_.stride());
   has_row_.assign(count, 0);
-  for (int p = 0; p < count; ++p) block_.place(p, all_.beta(set_[p]), all_.error(set_[p]));
+  for (int p = 0; p < count; ++p) block_.set_point(p, all_.beta(set_[p]), all_.error(set_[p]));
   // Computed on demand, since many points of a set never move.
-  const auto row_of = [&](int p) {
+  const auto kernel_row = [&](int p) {
     float* row = rows_.data() + static_cast<std::size_t>(p) * block_.stride();
     if (has_row_[p] == 0) gather(problem_.kernel.row(set_[p]), set_.data(), count, row);
     has_row_[p] = 1;
     return row;
   };
-  return block_.run(row_of, tolerance, kInnerFraction, std::min(most, kInnerIterations * count));
+  return block_.run(kernel_row, tolerance, kInnerFraction, std::min(most, kInnerIterations * count));
 }
 
 // Updates the errors of all points for the new β of the working set.
@@ -351,7 +351,7 @@ void SmoDirection::clear() {
   steps_ = 0;
 }
 
-int SmoDirection::place_of(const Point& point) {
+int SmoDirection::find_entry(const Point& point) {
   for (int p = 0; p < count_; ++p) {
     if (index_[p] == point.index) return p;
   }
@@ -364,20 +364,20 @@ int SmoDirection::place_of(const Point& point) {
 
 void SmoDirection::start(const Point& i, const Point& j) {
   clear();
-  part_[place_of(i)] = 1;
-  part_[place_of(j)] = -1;
+  part_[find_entry(i)] = 1;
+  part_[find_entry(j)] = -1;
 }
 
 void SmoDirection::turn(const Point& i, const Point& j, double kept) {
   for (double& part : part_) part *= kept;
-  part_[place_of(i)] += 1;
-  part_[place_of(j)] -= 1;
+  part_[find_entry(i)] += 1;
+  part_[find_entry(j)] -= 1;
   ++steps_;
 }
 
 SmoDirection::Length SmoDirection::reach(double units) const {
   Length length{units, -1};
-  if (!passes(part_.data(), beta_.data(), low_.data(), high_.data(), units)) return length;
+  if (!leaves_range(part_.data(), beta_.data(), low_.data(), high_.data(), units)) return length;
   for (int p = 0; p < count_; ++p) {
     const double room = (part_[p] > 0 ? high_[p] : low_[p]) - beta_[p];
     if (std::abs(room) < length.units * std::abs(part_[p])) length = {room / part_[p], p};
@@ -402,7 +402,7 @@ void SmoState::resize(int count) {
   direction_.clear();
 }
 
-void SmoState::place(int i, double beta, float error) {
+void SmoState::set_point(int i, double beta, float error) {
   h_[i] = error;
   set(i, beta);
 }
@@ -425,7 +425,7 @@ SmoSteepest SmoState::steepest() const {
   return found;
 }
 
-SmoPartner SmoState::partner_of(const SmoSteepest& first, const float* row) const {
+SmoPartner SmoState::find_partner(const SmoSteepest& first, const float* row) const {
   return choose_partner(row, h_.data(), fall_.data(), first.slope, stride_);
 }
 
@@ -492,16 +492,16 @@ Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int mo
   SmoState all(problem.C, problem.epsilon);
   all.resize(n);
   if (start == nullptr) {
-    for (int i = 0; i < n; ++i) all.place(i, 0, static_cast<float>(problem.y[i]));
+    for (int i = 0; i < n; ++i) all.set_point(i, 0, static_cast<float>(problem.y[i]));
   } else {
     const Eigen::VectorXd error = problem.y - problem.kernel.response(*start);
-    for (int i = 0; i < n; ++i) all.place(i, (*start)[i], static_cast<float>(error[i]));
+    for (int i = 0; i < n; ++i) all.set_point(i, (*start)[i], static_cast<float>(error[i]));
   }
-  const auto row_of = [&](int i) { return problem.kernel.row(i); };
+  const auto kernel_row = [&](int i) { return problem.kernel.row(i); };
   const bool small = n <= kSmall;
   // Few points move from a given start, so a working set is chosen at once.
-  const int of_all = small ? most : start == nullptr ? std::min(most, n) : 0;
-  SmoRun run = all.run(row_of, tolerance, 0, of_all);
+  const int all_iterations = small ? most : start == nullptr ? std::min(most, n) : 0;
+  SmoRun run = all.run(kernel_row, tolerance, 0, all_iterations);
   if (!small && run.violation > tolerance) Decomposition(problem, all).run(tolerance, most, run);
   return Eigen::Map<const Eigen::VectorXd>(all.beta().data(), n);
 }

@@ -46,8 +46,8 @@ class SmoDirection {
  public:
   static constexpr int kMostSteps = 5;
   /// At least two entries for each step and the first one.
-  static constexpr int kPlaces = 16;
-  static_assert(2 * (kMostSteps + 1) <= kPlaces);
+  static constexpr int kEntries = 16;
+  static_assert(2 * (kMostSteps + 1) <= kEntries);
 
   struct Point {
     int index;
@@ -75,20 +75,20 @@ class SmoDirection {
   void move(const Length& length);
 
   [[nodiscard]] int count() const { return count_; }
-  [[nodiscard]] int index(int place) const { return index_[place]; }
-  [[nodiscard]] double beta(int place) const { return beta_[place]; }
+  [[nodiscard]] int index(int entry) const { return index_[entry]; }
+  [[nodiscard]] double beta(int entry) const { return beta_[entry]; }
 
  private:
-  [[nodiscard]] int place_of(const Point& point);
+  [[nodiscard]] int find_entry(const Point& point);
 
   int count_ = 0;
   int steps_ = 0;
-  std::array<int, kPlaces> index_{};
+  std::array<int, kEntries> index_{};
   // Entries above count_ are zero.
-  std::array<double, kPlaces> part_{};
-  std::array<double, kPlaces> beta_{};
-  std::array<double, kPlaces> low_{};
-  std::array<double, kPlaces> high_{};
+  std::array<double, kEntries> part_{};
+  std::array<double, kEntries> beta_{};
+  std::array<double, kEntries> low_{};
+  std::array<double, kEntries> high_{};
 };
 
 /// Result of a run.
@@ -109,10 +109,10 @@ class SmoState {
  public:
   SmoState(double C, double epsilon) : C_(C), epsilon_(epsilon) {}
 
-  /// Allocates `count` points. Each must then be set by place().
+  /// Allocates `count` points. Each must then be set by set_point().
   void resize(int count);
   /// Initialises point i. `error` is h_i.
-  void place(int i, double beta, float error);
+  void set_point(int i, double beta, float error);
   /// Sets β_i without updating h.
   void set(int i, double beta);
   [[nodiscard]] int stride() const { return stride_; }
@@ -124,15 +124,15 @@ class SmoState {
   [[nodiscard]] float v(int i) const { return h_[i] - fall_[i]; }
 
   /// Optimises until the KKT violation is at most `tolerance`, or at most `fraction` of its initial value, or until
-  /// `most` iterations are done. `row_of(i)` returns K_i over these points, stride() floats. The working set is the
+  /// `most` iterations are done. `kernel_row(i)` returns K_i over these points, stride() floats. The working set is the
   /// most violating point i and the point j with the largest second-order decrease (Fan, Chen, Lin 2005). The step
   /// continues through the kinks of ε|β|.
-  template <class RowOf>
-  SmoRun run(RowOf row_of, double tolerance, double fraction, int most);
+  template <class KernelRow>
+  SmoRun run(KernelRow kernel_row, double tolerance, double fraction, int most);
 
  private:
   [[nodiscard]] SmoSteepest steepest() const;
-  [[nodiscard]] SmoPartner partner_of(const SmoSteepest& first, const float* row) const;
+  [[nodiscard]] SmoPartner find_partner(const SmoSteepest& first, const float* row) const;
   [[nodiscard]] SmoSteepest step(const SmoSteepest& first, int second, const float* up, const float* down);
   [[nodiscard]] std::optional<SmoStep> step_conjugately(const SmoPair& pair);
   [[nodiscard]] SmoStep step_alone(const SmoPair& pair);
@@ -150,18 +150,18 @@ class SmoState {
   double curvature_ = 0;         // dᵀKd
 };
 
-template <class RowOf>
-SmoRun SmoState::run(RowOf row_of, double tolerance, double fraction, int most) {
+template <class KernelRow>
+SmoRun SmoState::run(KernelRow kernel_row, double tolerance, double fraction, int most) {
   SmoRun run;
   direction_.clear();
   SmoSteepest first = steepest();
   while (true) {
-    const float* up = row_of(first.index);
-    const SmoPartner second = partner_of(first, up);
+    const float* up = kernel_row(first.index);
+    const SmoPartner second = find_partner(first, up);
     run.violation = static_cast<double>(first.slope) - static_cast<double>(second.least_slope);
     if (run.iterations == 0) tolerance = std::max(tolerance, fraction * run.violation);
     if (run.violation <= tolerance || run.iterations >= most) return run;
-    first = step(first, second.index, up, row_of(second.index));
+    first = step(first, second.index, up, kernel_row(second.index));
     ++run.iterations;
   }
 }

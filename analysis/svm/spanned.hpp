@@ -11,7 +11,7 @@ namespace gyrotherm::svm {
 
 /// Returns an orthonormal basis, one vector per column, of the directions in which centred rows differ by at least
 /// 1e-13 of the largest extent. Returns the identity if these are all directions.
-[[nodiscard]] Eigen::MatrixXd directions_of(const Eigen::Ref<const Eigen::MatrixXd>& centred);
+[[nodiscard]] Eigen::MatrixXd spanning_directions(const Eigen::Ref<const Eigen::MatrixXd>& centred);
 
 /// Returns the samples, one per row, in coordinates of these directions. Returns them unchanged if these are all
 /// directions.

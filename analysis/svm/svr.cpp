@@ -85,12 +85,12 @@ void add_squared_differences(const double* values, double value, Eigen::Index co
 
 // Computes the kernel between one position and the rows of `columns` from `first` on. Uses the differences, so equal
 // rows have distance exactly 0. `out` begins with the value for `first`.
-void fill_kernel(const Eigen::MatrixXd& columns, Eigen::Index first, const Eigen::RowVectorXd& place, double sigma,
+void fill_kernel(const Eigen::MatrixXd& columns, Eigen::Index first, const Eigen::RowVectorXd& position, double sigma,
                  double* out) {
   const Eigen::Index count = columns.rows() - first;
   std::fill_n(out, count, 0.0);
-  for (Eigen::Index k = 0; k < place.size(); ++k)
-    add_squared_differences(columns.col(k).data() + first, place(k), count, out);
+  for (Eigen::Index k = 0; k < position.size(); ++k)
+    add_squared_differences(columns.col(k).data() + first, position(k), count, out);
   exponentiate(out, count, -0.5 / (sigma * sigma), out);
 }
 

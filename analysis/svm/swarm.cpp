@@ -21,7 +21,7 @@ namespace {
 constexpr double kNothingYet = std::numeric_limits<double>::infinity();
 
 // Returns the number of threads, at most those of the machine. oneTBB prints a warning on stderr for more.
-int threads_of(const SwarmOptions& options) {
+int thread_count(const SwarmOptions& options) {
   const int available = tbb::info::default_concurrency();
   return options.threads == 0 ? available : std::min(options.threads, available);
 }
@@ -103,7 +103,7 @@ Swarm::Swarm(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& op
       generator_(options.seed),
       particles_(static_cast<std::size_t>(options.particles)),
       values_(particles_.size()),
-      arena_(threads_of(options)) {
+      arena_(thread_count(options)) {
   for (Particle& particle : particles_) {
     for (std::size_t k = 0; k < box.lower.size(); ++k) {
       const double range = box.upper[k] - box.lower[k];
@@ -172,7 +172,7 @@ void Swarm::move(int iteration) {
       const double r2 = uniform(generator_);
       now.velocity = omega * now.velocity + options_.c1 * r1 * (particle.best[k] - now.position) +
                      options_.c2 * r2 * (summary_.best[k] - now.position);
-      now = moved(now, options_.v_max * (box_.upper[k] - box_.lower[k]), box_.lower[k], box_.upper[k]);
+      now = move_within_box(now, options_.v_max * (box_.upper[k] - box_.lower[k]), box_.lower[k], box_.upper[k]);
     }
   }
 }
@@ -218,7 +218,7 @@ double inertia_weight(const SwarmOptions& options, int t) {
   return options.omega_max - (options.omega_max - options.omega_min) * t / options.iterations;
 }
 
-Coordinate moved(Coordinate from, double v_max, double lower, double upper) {
+Coordinate move_within_box(Coordinate from, double v_max, double lower, double upper) {
   const double velocity = std::clamp(from.velocity, -v_max, v_max);
   const double position = from.position + velocity;
   if (position < lower) return {lower, 0};

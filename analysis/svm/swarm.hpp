@@ -106,6 +106,6 @@ struct Coordinate {
 
 /// Moves a coordinate with the velocity from eq. 9. Limits the velocity to ±`v_max`, then moves, then clamps the
 /// position to the box. Clamping sets the velocity to 0.
-[[nodiscard]] Coordinate moved(Coordinate from, double v_max, double lower, double upper);
+[[nodiscard]] Coordinate move_within_box(Coordinate from, double v_max, double lower, double upper);
 
 }  // namespace gyrotherm::svm

@@ -26,7 +26,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 // Returns the samples of both sides of a fold, the held-out ones below, in coordinates of the space that they span
 // together.
-SampleMatrix places_of(const TuningFold& fold) {
+SampleMatrix both_sides(const TuningFold& fold) {
   SampleMatrix both(fold.train_x.rows() + fold.test_x.rows(), fold.train_x.cols());
   both << fold.train_x, fold.test_x;
   return spanned(both);
@@ -36,7 +36,7 @@ SampleMatrix places_of(const TuningFold& fold) {
 class PreparedFold {
  public:
   explicit PreparedFold(const TuningFold& fold)
-      : fold_(&fold), places_(places_of(fold)), samples_(places_.topRows(fold.train_x.rows())) {}
+      : fold_(&fold), coordinates_(both_sides(fold)), samples_(coordinates_.topRows(fold.train_x.rows())) {}
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
@@ -51,9 +51,10 @@ class PreparedFold {
                                      const SvrStart* start) const {
     auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, start);
     if (!solution) return failure(solution.error());
-    const auto held_out_places = places_.bottomRows(held_out());
+    const auto held_out_coordinates = coordinates_.bottomRows(held_out());
     const Eigen::ArrayXd predicted =
-        gaussians_at(held_out_places, places_.topRows(samples_.size()), parameters.sigma, solution->beta).array() +
+        gaussians_at(held_out_coordinates, coordinates_.topRows(samples_.size()), parameters.sigma, solution->beta)
+            .array() +
         solution->b;
     return Solved{
         .squared_error = fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum(),
@@ -63,7 +64,7 @@ class PreparedFold {
 
  private:
   const TuningFold* fold_;
-  SampleMatrix places_;
+  SampleMatrix coordinates_;
   GaussianSamples samples_;
 };
 
@@ -160,7 +161,7 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
   return shares;
 }
 
-double sum_of(const std::vector<double>& shares) { return std::accumulate(shares.begin(), shares.end(), 0.0); }
+double sum_shares(const std::vector<double>& shares) { return std::accumulate(shares.begin(), shares.end(), 0.0); }
 
 // All positions of a search with their shares, as one_standard_error requires. Thread-safe.
 class JudgedPositions {
@@ -182,7 +183,7 @@ struct Coordinates {
   std::vector<const char*> names;
 };
 
-Coordinates coordinates_of(const TuningOptions& options) {
+Coordinates search_coordinates(const TuningOptions& options) {
   Coordinates coordinates{.box = {}, .names = {}};
   const auto add = [&](const char* name, const std::pair<double, double>& bounds) {
     coordinates.names.push_back(name);
@@ -219,8 +220,8 @@ std::vector<double> take_simplest(TuningSummary& summary, const std::vector<Judg
 }
 
 // Returns warnings about coordinates on the edge of their box and positions without a certificate.
-std::vector<std::string> warnings_of(const std::vector<double>& taken, const Coordinates& coordinates, int uncertified,
-                                     int evaluations) {
+std::vector<std::string> collect_warnings(const std::vector<double>& taken, const Coordinates& coordinates,
+                                          int uncertified, int evaluations) {
   const auto& [box, names] = coordinates;
   std::vector<std::string> warnings;
   for (std::size_t k = 0; k < taken.size(); ++k) {
@@ -237,15 +238,15 @@ std::vector<std::string> warnings_of(const std::vector<double>& taken, const Coo
 }  // namespace
 
 Result<void> check_fold(const TuningFold& fold, std::size_t number) {
-  const auto wrong = [](std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); };
+  const auto fail = [](std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); };
   if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0)
-    return wrong(fmt::format("fold {} has {} training and {} held-out rows, must have both", number,
-                             fold.train_x.rows(), fold.test_x.rows()));
+    return fail(fmt::format("fold {} has {} training and {} held-out rows, must have both", number, fold.train_x.rows(),
+                            fold.test_x.rows()));
   if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
       fold.train_x.cols() != fold.test_x.cols())
-    return wrong(fmt::format("fold {}: inputs and targets have different shapes", number));
+    return fail(fmt::format("fold {}: inputs and targets have different shapes", number));
   if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite())
-    return wrong(fmt::format("fold {} has a value that is not finite", number));
+    return fail(fmt::format("fold {} has a value that is not finite", number));
   return {};
 }
 
@@ -256,7 +257,7 @@ Result<double> cross_validation_error(std::span<const TuningFold> folds, const S
   History none(folds.size());
   return Evaluation(PreparedFolds(folds), parameters, options, memories)
       .shares(limit, false, none, nullptr)
-      .map(sum_of);
+      .map(sum_shares);
 }
 
 Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
@@ -266,7 +267,7 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   Memories memories;
   std::atomic<int> uncertified = 0;
   Workers workers = 0;
-  const bool judges_all = options.choice == ChoiceRule::one_standard_error;
+  const bool evaluates_all = options.choice == ChoiceRule::one_standard_error;
   JudgedPositions judged;
   std::vector<History> histories(static_cast<std::size_t>(std::max(options.swarm.particles, 0)), History(folds.size()));
   const Fitness fitness = [&](std::size_t particle, const std::vector<double>& position,
@@ -274,14 +275,14 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     ++workers;
     const SvrParameters parameters = parameters_at(position, options);
     const auto shares = Evaluation(prepared, parameters, options.svr, memories)
-                            .shares(limit, judges_all, histories[particle], &workers);
+                            .shares(limit, evaluates_all, histories[particle], &workers);
     --workers;
-    if (shares && judges_all) judged.add(position, *shares);
-    if (shares || shares.error().kind != FaultKind::numeric) return shares.map(sum_of);
+    if (shares && evaluates_all) judged.add(position, *shares);
+    if (shares || shares.error().kind != FaultKind::numeric) return shares.map(sum_shares);
     ++uncertified;
     return kNoLimit;
   };
-  const Coordinates coordinates = coordinates_of(options);
+  const Coordinates coordinates = search_coordinates(options);
   auto swarm = minimise(fitness, coordinates.box, options.swarm, progress);
   if (!swarm) return failure(swarm.error());
   if (!std::isfinite(swarm->best_fitness)) {
@@ -290,20 +291,20 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   }
   // Computes the error of a position by trainings that do not start from another position, so that the result is
   // reproducible. Returns the error of the search if one training misses its certificate.
-  const auto afresh = [&](const SvrParameters& parameters, double judged_error) {
+  const auto reproducible_error = [&](const SvrParameters& parameters, double search_error) {
     History none(folds.size());
     const auto shares = Evaluation(prepared, parameters, options.svr, memories).shares(kNoLimit, true, none, &workers);
-    return shares ? sum_of(*shares) : judged_error;
+    return shares ? sum_shares(*shares) : search_error;
   };
   TuningSummary summary;
   summary.best = parameters_at(swarm->best, options);
   summary.cross_validation_mse = swarm->best_fitness;
   summary.uncertified = uncertified;
   std::vector<double> taken = swarm->best;
-  if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options);
-  summary.cross_validation_mse = afresh(summary.best, summary.cross_validation_mse);
-  if (auto& rule = summary.one_standard_error) rule->best_mse = afresh(rule->best, rule->best_mse);
-  summary.warnings = warnings_of(taken, coordinates, uncertified, swarm->evaluations);
+  if (evaluates_all) taken = take_simplest(summary, judged.all(), prepared, options);
+  summary.cross_validation_mse = reproducible_error(summary.best, summary.cross_validation_mse);
+  if (auto& rule = summary.one_standard_error) rule->best_mse = reproducible_error(rule->best, rule->best_mse);
+  summary.warnings = collect_warnings(taken, coordinates, uncertified, swarm->evaluations);
   summary.swarm = std::move(*swarm);
   return summary;
 }

@@ -17,10 +17,10 @@ constexpr double kAtBound = 1e-12;
 // Tolerance of the sum in units of C n, stricter than that of certify().
 constexpr double kStartSumTolerance = 1e-13;
 
-using RowsOf = std::unordered_map<Eigen::Index, Eigen::Index>;
+using RowIndex = std::unordered_map<Eigen::Index, Eigen::Index>;
 
-RowsOf rows_by_number(const std::vector<Eigen::Index>& numbers) {
-  RowsOf rows;
+RowIndex rows_by_number(const std::vector<Eigen::Index>& numbers) {
+  RowIndex rows;
   for (std::size_t i = 0; i < numbers.size(); ++i) rows.emplace(numbers[i], static_cast<Eigen::Index>(i));
   return rows;
 }
@@ -29,24 +29,24 @@ RowsOf rows_by_number(const std::vector<Eigen::Index>& numbers) {
 
 std::optional<FoldSeed> FoldSeed::between(const TuningFold& from, const TuningFold& to) {
   if (from.train_rows.empty() || to.train_rows.empty() || from.train_x.cols() != to.train_x.cols()) return {};
-  const RowsOf rows_of_from = rows_by_number(from.train_rows), rows_of_to = rows_by_number(to.train_rows);
+  const RowIndex from_rows = rows_by_number(from.train_rows), to_rows = rows_by_number(to.train_rows);
   FoldSeed seed;
   std::vector<Eigen::Index> fresh;
   for (std::size_t i = 0; i < to.train_rows.size(); ++i) {
-    const auto same = rows_of_from.find(to.train_rows[i]);
-    seed.shared_.push_back(same == rows_of_from.end() ? -1 : same->second);
-    if (same == rows_of_from.end()) fresh.push_back(static_cast<Eigen::Index>(i));
+    const auto same = from_rows.find(to.train_rows[i]);
+    seed.shared_.push_back(same == from_rows.end() ? -1 : same->second);
+    if (same == from_rows.end()) fresh.push_back(static_cast<Eigen::Index>(i));
   }
-  std::vector<std::pair<double, Eigen::Index>> apart(fresh.size());
+  std::vector<std::pair<double, Eigen::Index>> distances(fresh.size());
   for (std::size_t i = 0; i < from.train_rows.size(); ++i) {
-    if (rows_of_to.contains(from.train_rows[i])) continue;
+    if (to_rows.contains(from.train_rows[i])) continue;
     Removed removed{.row = static_cast<Eigen::Index>(i), .nearest_rows = {}};
     for (std::size_t k = 0; k < fresh.size(); ++k)
-      apart[k] = {(to.train_x.row(fresh[k]) - from.train_x.row(removed.row)).squaredNorm(), fresh[k]};
-    const auto count = std::min<std::ptrdiff_t>(kNeighbours, std::ssize(apart));
-    std::partial_sort(apart.begin(), apart.begin() + count, apart.end());
+      distances[k] = {(to.train_x.row(fresh[k]) - from.train_x.row(removed.row)).squaredNorm(), fresh[k]};
+    const auto count = std::min<std::ptrdiff_t>(kNeighbours, std::ssize(distances));
+    std::partial_sort(distances.begin(), distances.begin() + count, distances.end());
     removed.nearest_rows.fill(-1);
-    for (std::ptrdiff_t k = 0; k < count; ++k) removed.nearest_rows[k] = apart[k].second;
+    for (std::ptrdiff_t k = 0; k < count; ++k) removed.nearest_rows[k] = distances[k].second;
     seed.removed_.push_back(removed);
   }
   return seed;
@@ -58,12 +58,12 @@ SvrStart FoldSeed::start(const SvrStart& solved) const {
     if (shared_[i] >= 0) start.beta[static_cast<Eigen::Index>(i)] = solved.beta[shared_[i]];
   }
   for (const Removed& removed : removed_) {
-    double left = solved.beta[removed.row];
+    double remainder = solved.beta[removed.row];
     for (const Eigen::Index row : removed.nearest_rows) {
-      if (left == 0 || row < 0) break;
-      const double moved = std::clamp(start.beta[row] + left, -start.bound, start.bound) - start.beta[row];
+      if (remainder == 0 || row < 0) break;
+      const double moved = std::clamp(start.beta[row] + remainder, -start.bound, start.bound) - start.beta[row];
       start.beta[row] += moved;
-      left -= moved;
+      remainder -= moved;
     }
   }
   return start;

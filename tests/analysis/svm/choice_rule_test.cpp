@@ -73,12 +73,12 @@ TEST(OneStandardErrorRule, OfFoldsThatAgreeTakesTheBest) {
 /// which threads add positions has no effect.
 TEST(OneStandardErrorRule, KeepsItsPromiseOnAnyErrors) {
   std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> place(-2, 8), error(1, 3);
+  std::uniform_real_distribution<double> coordinate(-2, 8), error(1, 3);
   for (int trial = 0; trial < 100; ++trial) {
     SCOPED_TRACE(trial);
     std::vector<JudgedPosition> all;
     for (int k = 0; k < 40; ++k)
-      all.push_back(judged({place(random), place(random), place(random)},
+      all.push_back(judged({coordinate(random), coordinate(random), coordinate(random)},
                            {error(random), error(random), error(random), error(random)}));
     const OneStandardErrorChoice choice = simplest_within_one_standard_error(all, kFourths);
     const double limit = mean_squared_error(all[choice.best]) + choice.standard_error;

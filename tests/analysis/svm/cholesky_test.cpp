@@ -34,12 +34,12 @@ TEST(Cholesky, MultipliesBackToTheMatrixAtEveryOrder) {
 TEST(Cholesky, SolvesForEveryColumn) {
   const Eigen::MatrixXd half = random_matrix(100, 100, 2);
   const Eigen::MatrixXd a = half * half.transpose() + Eigen::MatrixXd::Identity(100, 100);
-  const Eigen::MatrixXd wanted = random_matrix(100, 2, 3);
+  const Eigen::MatrixXd expected = random_matrix(100, 2, 3);
   Eigen::MatrixXd factor = a;
   ASSERT_TRUE(factor_cholesky(factor));
-  Eigen::MatrixXd b = a * wanted;
+  Eigen::MatrixXd b = a * expected;
   solve_cholesky(factor, b);
-  EXPECT_LT((b - wanted).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((b - expected).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(Cholesky, InvertsItsMatrixAndKnowsTheDiagonalAlone) {
@@ -61,8 +61,8 @@ TEST(Cholesky, SubtractsTheSquareOfAnyShape) {
     const Eigen::MatrixXd a = random_matrix(rows, columns, 5), c = random_matrix(rows, rows, 6);
     Eigen::MatrixXd result = c;
     subtract_square(a, result);
-    const Eigen::MatrixXd wanted = c - a * a.transpose();
-    const Eigen::MatrixXd difference = (result - wanted).triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd expected = c - a * a.transpose();
+    const Eigen::MatrixXd difference = (result - expected).triangularView<Eigen::Lower>();
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-10) << rows << " x " << columns;
   }
 }

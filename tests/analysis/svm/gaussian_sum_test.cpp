@@ -143,9 +143,9 @@ struct Trained {
   Eigen::VectorXd beta;
 };
 
-Trained random_training(Eigen::Index samples, Eigen::Index inputs, double of_zeros, std::mt19937_64& generator) {
+Trained random_training(Eigen::Index samples, Eigen::Index inputs, double zero_share, std::mt19937_64& generator) {
   std::normal_distribution<double> normal;
-  std::bernoulli_distribution zero(of_zeros);
+  std::bernoulli_distribution zero(zero_share);
   return {.x = SampleMatrix::NullaryExpr(samples, inputs, [&] { return 3 + normal(generator); }),
           .beta = Eigen::VectorXd::NullaryExpr(samples, [&] { return zero(generator) ? 0 : 10 * normal(generator); })};
 }
@@ -177,9 +177,9 @@ TEST(GaussianPairs, AreTheFormulaToTheBound) {
 TEST(GaussianPairs, FillGroupsOfAnySize) {
   std::mt19937_64 generator(1);
   for (const Eigen::Index samples : {1, 2, 5, 6, 7, 15, 16, 17, 47, 48, 49, 95, 96, 97, 144, 145})
-    for (const double of_zeros : {0.0, 0.5}) {
+    for (const double zero_share : {0.0, 0.5}) {
       SCOPED_TRACE(testing::Message() << samples << " samples");
-      Trained trained = random_training(samples, 3, of_zeros, generator);
+      Trained trained = random_training(samples, 3, zero_share, generator);
       trained.beta(samples - 1) = -2;
       EXPECT_LT(worst_error(trained, 2), 1e-14);
     }

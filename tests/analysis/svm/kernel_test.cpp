@@ -65,8 +65,8 @@ TEST(Kernel, GivesTheSameColumnsWhetherItKeepsThemOrNot) {
   Kernel little(samples, 0.8, little_memory, 0);
   for (int round = 0; round < 2; ++round) {
     for (Eigen::Index i = 0; i < 50; ++i) {
-      const double *kept = much.column(i), *made_anew = little.column(i);
-      for (Eigen::Index j = 0; j < 50; ++j) ASSERT_EQ(kept[j], made_anew[j]) << i << ", " << j;
+      const double *kept = much.column(i), *recomputed = little.column(i);
+      for (Eigen::Index j = 0; j < 50; ++j) ASSERT_EQ(kept[j], recomputed[j]) << i << ", " << j;
     }
   }
 }
@@ -92,8 +92,8 @@ TEST(Smo, MovesAPairToItsOptimum) {
   state.resize(2);
   std::vector<float> rows[2] = {first, second};
   for (auto& row : rows) row.resize(state.stride());
-  state.place(0, 0, 1);
-  state.place(1, 0, -1);
+  state.set_point(0, 0, 1);
+  state.set_point(1, 0, -1);
   const SmoRun run = state.run([&](int i) { return rows[i].data(); }, 1e-6, 0, 100);
   EXPECT_LE(run.violation, 1e-6);
   EXPECT_NEAR(state.beta(0), (1 - 0.125) / (1 - kBetween), 1e-6);
@@ -115,7 +115,7 @@ TEST(Smo, KeepsBoundsBalanceAndErrorsWhateverStepsItTakes) {
     std::vector<std::vector<float>> rows(n, std::vector<float>(state.stride()));
     for (int i = 0; i < n; ++i) {
       samples.single_row(i, 1.5, rows[i].data());
-      state.place(i, 0, static_cast<float>(y[i]));
+      state.set_point(i, 0, static_cast<float>(y[i]));
     }
     const SmoRun run = state.run([&](int i) { return rows[i].data(); }, 1e-3, 0, 200 * n);
     EXPECT_LE(run.violation, 1e-3);

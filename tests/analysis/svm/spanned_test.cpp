@@ -15,10 +15,11 @@ SampleMatrix drawn(Eigen::Index rows, Eigen::Index columns) {
   return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-double greatest_change_of_a_distance(const SampleMatrix& x, const Eigen::MatrixXd& places) {
+double greatest_distance_change(const SampleMatrix& x, const Eigen::MatrixXd& coordinates) {
   double greatest = 0;
   for (Eigen::Index i = 1; i < x.rows(); ++i)
-    greatest = std::max(greatest, std::abs((x.row(i) - x.row(0)).norm() - (places.row(i) - places.row(0)).norm()));
+    greatest =
+        std::max(greatest, std::abs((x.row(i) - x.row(0)).norm() - (coordinates.row(i) - coordinates.row(0)).norm()));
   return greatest;
 }
 
@@ -32,17 +33,17 @@ TEST(Spanned, SamplesOfIndependentInputsStayAsTheyAre) {
 TEST(Spanned, InputsThatDependOnEachOtherAreFewerWithTheSameDistances) {
   for (const Eigen::Index rows : {9, 60, 600}) {
     const SampleMatrix x = drawn(rows, 7) * drawn(7, 13);
-    const Eigen::MatrixXd places = spanned(x);
-    EXPECT_EQ(places.cols(), 7) << rows;
-    EXPECT_LT(greatest_change_of_a_distance(x, places), 1e-13 * x.norm()) << rows;
+    const Eigen::MatrixXd coordinates = spanned(x);
+    EXPECT_EQ(coordinates.cols(), 7) << rows;
+    EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm()) << rows;
   }
 }
 
 TEST(Spanned, FewSamplesSpanNoMoreThanTheyAre) {
   const SampleMatrix x = drawn(5, 13);
-  const Eigen::MatrixXd places = spanned(x);
-  EXPECT_EQ(places.cols(), 4) << "one less, about their mean";
-  EXPECT_LT(greatest_change_of_a_distance(x, places), 1e-13 * x.norm());
+  const Eigen::MatrixXd coordinates = spanned(x);
+  EXPECT_EQ(coordinates.cols(), 4) << "one less, about their mean";
+  EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm());
 }
 
 TEST(Spanned, ADirectionThatIsSeenLateIsOneToo) {
@@ -58,7 +59,7 @@ TEST(Spanned, SamplesThatAreAllAlikeSpanNothing) {
 
 TEST(Spanned, DirectionsAreOrthonormal) {
   const Eigen::MatrixXd x = drawn(300, 4) * drawn(4, 9);
-  const Eigen::MatrixXd basis = directions_of(x.rowwise() - x.colwise().mean());
+  const Eigen::MatrixXd basis = spanning_directions(x.rowwise() - x.colwise().mean());
   EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(4, 4)).norm(), 1e-14);
 }
 

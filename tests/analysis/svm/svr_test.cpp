@@ -230,16 +230,16 @@ TEST(Svr, TheJudgeRejectsAPairThatIsNotFeasible) {
   Kernel kernel(samples, 1, memory, 0);
   const Eigen::Ref<const Eigen::VectorXd> y(data.y);
   const SvrProblem problem{kernel, y, 1, 0.1};
-  const auto gap_of = [&](const Eigen::VectorXd& beta) {
+  const auto certified_gap = [&](const Eigen::VectorXd& beta) {
     return certify(problem, {beta, 0}, problem.kernel.response(beta)).relative_gap;
   };
   Eigen::VectorXd beta = Eigen::VectorXd::Zero(10);
-  EXPECT_TRUE(std::isfinite(gap_of(beta)));
+  EXPECT_TRUE(std::isfinite(certified_gap(beta)));
   beta[0] = 0.5;
-  EXPECT_EQ(gap_of(beta), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(certified_gap(beta), std::numeric_limits<double>::infinity());
   beta[0] = 2;
   beta[1] = -2;
-  EXPECT_EQ(gap_of(beta), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(certified_gap(beta), std::numeric_limits<double>::infinity());
 }
 
 TEST(Svr, AMissedCertificateIsAFault) {
@@ -289,13 +289,13 @@ TEST(Kernel, IsSymmetricAndPositiveSemidefinite) {
 
 TEST(Kernel, IsItsDefinition) {
   const Data data = smooth_data(50, 6, 16);
-  const Eigen::MatrixXd wanted = kernel_by_definition(data.x, 1.7);
-  EXPECT_LT((gaussian_kernel(data.x, data.x, 1.7) - wanted).cwiseAbs().maxCoeff(), 1e-15);
+  const Eigen::MatrixXd expected = kernel_by_definition(data.x, 1.7);
+  EXPECT_LT((gaussian_kernel(data.x, data.x, 1.7) - expected).cwiseAbs().maxCoeff(), 1e-15);
   const SampleMatrix some = data.x.topRows(7);
-  EXPECT_LT((gaussian_kernel(some, data.x, 1.7) - wanted.topRows(7)).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_LT((gaussian_kernel(some, data.x, 1.7) - expected.topRows(7)).cwiseAbs().maxCoeff(), 1e-15);
 }
 
-std::string output_of(const std::string& command) {
+std::string command_output(const std::string& command) {
   std::string text;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return text;
@@ -328,15 +328,15 @@ TEST(Svr, ReachesTheObjectiveOfLibsvmWhereThatConverges) {
     const SvrParameters p{.C = std::exp2(static_cast<double>(seed % 7)), .sigma = 1.5, .epsilon = 0.02};
     const std::string data = folder / "data", model = folder / "model";
     write_data(data, x, y);
-    const std::string said = output_of(fmt::format("svm-train -s 3 -t 2 -e 1e-6 -g {} -c {} -p {} {} {}",
-                                                   0.5 / (p.sigma * p.sigma), p.C, p.epsilon, data, model));
+    const std::string output = command_output(fmt::format("svm-train -s 3 -t 2 -e 1e-6 -g {} -c {} -p {} {} {}",
+                                                          0.5 / (p.sigma * p.sigma), p.C, p.epsilon, data, model));
     std::smatch match;
-    ASSERT_TRUE(std::regex_search(said, match, std::regex("obj = (-?[0-9.]+)"))) << said;
-    const double theirs = std::stod(match[1]);
-    const auto ours = solve_svr(x, y, p, {.relative_gap = 1e-6});
-    ASSERT_TRUE(ours) << "seed " << seed << ": " << text(ours.error());
+    ASSERT_TRUE(std::regex_search(output, match, std::regex("obj = (-?[0-9.]+)"))) << output;
+    const double libsvm = std::stod(match[1]);
+    const auto own = solve_svr(x, y, p, {.relative_gap = 1e-6});
+    ASSERT_TRUE(own) << "seed " << seed << ": " << text(own.error());
     // LIBSVM uses a kernel in single precision and prints six decimals.
-    EXPECT_NEAR(ours->objective, theirs, 2e-5 * std::abs(theirs) + 1e-5) << "seed " << seed;
+    EXPECT_NEAR(own->objective, libsvm, 2e-5 * std::abs(libsvm) + 1e-5) << "seed " << seed;
   }
   std::filesystem::remove_all(folder);
 }

@@ -54,19 +54,19 @@ TEST(Swarm, InertiaFallsFromNineTenthsToFourTenths) {
 }
 
 TEST(Swarm, LimitsTheVelocityBeforeTheMove) {
-  const Coordinate up = moved({.position = 1, .velocity = 9}, 0.5, -5, 5);
+  const Coordinate up = move_within_box({.position = 1, .velocity = 9}, 0.5, -5, 5);
   EXPECT_EQ(up.position, 1.5);
   EXPECT_EQ(up.velocity, 0.5);
-  const Coordinate down = moved({.position = 1, .velocity = -9}, 0.5, -5, 5);
+  const Coordinate down = move_within_box({.position = 1, .velocity = -9}, 0.5, -5, 5);
   EXPECT_EQ(down.position, 0.5);
   EXPECT_EQ(down.velocity, -0.5);
 }
 
 TEST(Swarm, StopsAtTheEdgeOfTheBox) {
-  const Coordinate out = moved({.position = 4.8, .velocity = 0.4}, 0.5, -5, 5);
+  const Coordinate out = move_within_box({.position = 4.8, .velocity = 0.4}, 0.5, -5, 5);
   EXPECT_EQ(out.position, 5);
   EXPECT_EQ(out.velocity, 0);
-  const Coordinate onto = moved({.position = 4.5, .velocity = 0.5}, 0.5, -5, 5);
+  const Coordinate onto = move_within_box({.position = 4.5, .velocity = 0.5}, 0.5, -5, 5);
   EXPECT_EQ(onto.position, 5);
   EXPECT_EQ(onto.velocity, 0.5);
 }

@@ -54,7 +54,7 @@ struct WarmData {
 };
 
 // Computes D(β) by its definition.
-double objective_of(const TuningFold& fold, const SvrParameters& p, const Eigen::VectorXd& beta) {
+double dual_objective(const TuningFold& fold, const SvrParameters& p, const Eigen::VectorXd& beta) {
   const Eigen::MatrixXd kernel = gaussian_kernel(fold.train_x, fold.train_x, p.sigma);
   return 0.5 * beta.dot(kernel * beta) - fold.train_y.dot(beta) + p.epsilon * beta.lpNorm<1>();
 }
@@ -66,10 +66,10 @@ void expect_agreement(const TuningFold& fold, const SvrParameters& p, const SvrS
   EXPECT_LE(warm.relative_gap, relative_gap);
   EXPECT_LE(warm.beta.lpNorm<Eigen::Infinity>(), p.C);
   EXPECT_NEAR(warm.beta.sum(), 0, 1e-12 * p.C * static_cast<double>(warm.beta.size()));
-  const double of_warm = objective_of(fold, p, warm.beta), of_cold = objective_of(fold, p, cold.beta);
-  const double scale = std::max(std::abs(of_warm), std::abs(of_cold));
+  const double warm_objective = dual_objective(fold, p, warm.beta), cold_objective = dual_objective(fold, p, cold.beta);
+  const double scale = std::max(std::abs(warm_objective), std::abs(cold_objective));
   const double floor = 1e-9 * p.C * fold.train_y.cwiseAbs().sum();
-  EXPECT_NEAR(of_warm, of_cold, relative_gap * scale + floor);
+  EXPECT_NEAR(warm_objective, cold_objective, relative_gap * scale + floor);
 }
 
 TEST(WarmStart, AgreesWithAColdStartToTheCertifiedGap) {
@@ -96,9 +96,9 @@ TEST(WarmStart, AgreesWithAColdStartToTheCertifiedGap) {
     SvrParameters after = drawn_position(generator);
     if (seed % 2 == 0) after = {before.C * 1.3, before.sigma * 0.9, before.epsilon * 1.1};
     const auto moved = solve_svr(first_samples, memory, first.train_y, after, {.relative_gap = kGap}, &end);
-    const auto anew = solve_svr(first_samples, memory, first.train_y, after, {.relative_gap = kGap});
-    ASSERT_TRUE(moved && anew);
-    expect_agreement(first, after, *moved, *anew, kGap);
+    const auto cold_moved = solve_svr(first_samples, memory, first.train_y, after, {.relative_gap = kGap});
+    ASSERT_TRUE(moved && cold_moved);
+    expect_agreement(first, after, *moved, *cold_moved, kGap);
   }
 }
 
@@ -148,9 +148,9 @@ TEST(FoldSeed, IsNoneWhereRowsOrInputsAreNotTheSame) {
   unknown.train_rows.clear();
   EXPECT_FALSE(FoldSeed::between(known, unknown));
   EXPECT_FALSE(FoldSeed::between(unknown, known));
-  TuningFold of_others = data.without_quarter(1);
-  of_others.train_x = of_others.train_x.leftCols(2).eval();
-  EXPECT_FALSE(FoldSeed::between(known, of_others));
+  TuningFold other_inputs = data.without_quarter(1);
+  other_inputs.train_x = other_inputs.train_x.leftCols(2).eval();
+  EXPECT_FALSE(FoldSeed::between(known, other_inputs));
 }
 
 TEST(FeasibleStart, IsFeasibleOrNone) {

@@ -46,7 +46,7 @@ double between(double low, double high, std::mt19937_64& generator) {
 
 /// Returns a start of the climb: the first in the middle of the range for standardised data, the others at random
 /// around it.
-Covariance start_of(std::size_t start, Eigen::Index inputs, std::uint64_t seed) {
+Covariance make_start(std::size_t start, Eigen::Index inputs, std::uint64_t seed) {
   const double middle = std::sqrt(static_cast<double>(inputs));
   if (start == 0) return {.lengths = Eigen::RowVectorXd::Constant(inputs, middle), .signal = 1, .noise = 0.1};
   std::mt19937_64 generator(seed * kAscents + start);
@@ -60,7 +60,7 @@ Covariance start_of(std::size_t start, Eigen::Index inputs, std::uint64_t seed) 
 Result<Ascent> best_ascent(const data::SampleMatrix& x, const Eigen::VectorXd& y, const MethodOptions& options) {
   std::vector<Result<Ascent>> ascents(options.quick ? 1 : kAscents);
   const bool finished = in_parallel(ascents.size(), options.tuning.swarm.threads, "fitting", {}, [&](std::size_t i) {
-    ascents[i] = climb_likelihood(start_of(i, x.cols(), options.seed), x, y, kMostEvaluations);
+    ascents[i] = climb_likelihood(make_start(i, x.cols(), options.seed), x, y, kMostEvaluations);
   });
   assert(finished);
   static_cast<void>(finished);
@@ -80,8 +80,8 @@ std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
   return kept;
 }
 
-std::string particulars_of(const Covariance& covariance, const std::vector<data::Term>& terms,
-                           const Eigen::VectorXd& deviation, std::size_t samples) {
+std::string describe_fit(const Covariance& covariance, const std::vector<data::Term>& terms,
+                         const Eigen::VectorXd& deviation, std::size_t samples) {
   std::vector<std::string> lengths;
   for (std::size_t j = 0; j < terms.size(); ++j) {
     lengths.push_back(fmt::format("{} {:.3g}", to_string(terms[j]), covariance.lengths[static_cast<Eigen::Index>(j)]));
@@ -104,8 +104,8 @@ Eigen::MatrixXd lower_covariance(const Covariance& covariance, const data::Sampl
   return lower;
 }
 
-Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& covariance,
-                                         const Eigen::MatrixXd& precision_of_slope) {
+Result<PredictiveVariance> compute_variance(const FitInput& set, const Covariance& covariance,
+                                            const Eigen::MatrixXd& slope_precision) {
   PredictiveVariance stored{.centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all),
                             .lengths = covariance.lengths,
                             .signal = covariance.signal,
@@ -114,15 +114,15 @@ Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& 
   const double signal = covariance.signal * covariance.signal;
   Eigen::MatrixXd kernel = covariance_matrix(covariance, stored.centres, stored.centres);
   kernel.diagonal().array() += kJitter * signal;
-  const Eigen::LLT<Eigen::MatrixXd> of_kernel(kernel);
-  if (of_kernel.info() != Eigen::Success) return not_definite();
-  stored.root = of_kernel.matrixL();
+  const Eigen::LLT<Eigen::MatrixXd> kernel_llt(kernel);
+  if (kernel_llt.info() != Eigen::Success) return not_definite();
+  stored.root = kernel_llt.matrixL();
 
-  const Eigen::MatrixXd features = features_of(stored, set.x);
-  const auto untold = (signal - features.rightCols(count).rowwise().squaredNorm().array()).max(0);
-  const Eigen::VectorXd weights = (untold + covariance.noise * covariance.noise).inverse();
+  const Eigen::MatrixXd features = compute_features(stored, set.x);
+  const auto unexplained = (signal - features.rightCols(count).rowwise().squaredNorm().array()).max(0);
+  const Eigen::VectorXd weights = (unexplained + covariance.noise * covariance.noise).inverse();
   Eigen::MatrixXd precision = features.transpose() * weights.asDiagonal() * features;
-  precision.topLeftCorner(inputs, inputs) += precision_of_slope;
+  precision.topLeftCorner(inputs, inputs) += slope_precision;
   precision.bottomRightCorner(count, count).diagonal().array() += 1;
   const Eigen::LLT<Eigen::MatrixXd> whole(precision);
   if (whole.info() != Eigen::Success) return not_definite();
@@ -132,13 +132,13 @@ Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& 
 
 }  // namespace
 
-Eigen::VectorXd logarithms_of(const Covariance& covariance) {
+Eigen::VectorXd to_logarithms(const Covariance& covariance) {
   Eigen::VectorXd all(covariance.lengths.size() + 2);
   all << covariance.lengths.transpose(), covariance.signal, covariance.noise;
   return all.array().log();
 }
 
-Covariance covariance_of(const Eigen::VectorXd& logarithms) {
+Covariance from_logarithms(const Eigen::VectorXd& logarithms) {
   const Eigen::Index inputs = logarithms.size() - 2;
   const Eigen::VectorXd all = logarithms.array().exp();
   return {.lengths = all.head(inputs).transpose(), .signal = all(inputs), .noise = all(inputs + 1)};
@@ -207,18 +207,18 @@ Eigen::VectorXd RpropSteps::next(Eigen::VectorXd gradient) {
 Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x, const Eigen::VectorXd& y,
                                 int most) {
   constexpr double kFlat = 0.05;  // nats per unit of a logarithm
-  Eigen::VectorXd at = clamped(logarithms_of(start));
-  auto likelihood = marginal_likelihood(covariance_of(at), x, y);
+  Eigen::VectorXd at = clamped(to_logarithms(start));
+  auto likelihood = marginal_likelihood(from_logarithms(at), x, y);
   if (!likelihood) return failure(likelihood.error());
-  Ascent best{.covariance = covariance_of(at), .log_likelihood = likelihood->log_value, .evaluations = 1};
+  Ascent best{.covariance = from_logarithms(at), .log_likelihood = likelihood->log_value, .evaluations = 1};
   RpropSteps steps(at.size());
   while (best.evaluations < most && likelihood->gradient.cwiseAbs().maxCoeff() > kFlat) {
     at = clamped(at + steps.next(likelihood->gradient));
-    likelihood = marginal_likelihood(covariance_of(at), x, y);
+    likelihood = marginal_likelihood(from_logarithms(at), x, y);
     ++best.evaluations;
     if (!likelihood) break;
     if (!(likelihood->log_value > best.log_likelihood)) continue;
-    best.covariance = covariance_of(at);
+    best.covariance = from_logarithms(at);
     best.log_likelihood = likelihood->log_value;
   }
   return best;
@@ -229,7 +229,7 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   const double mean = set.y.mean();
   const Eigen::VectorXd y = set.y.array() - mean;
   const auto kept = thinned(set.x.rows(), kMostSamples);
-  const auto ascent = best_ascent(set.x(kept, Eigen::all), beside_the_plane(set)(kept), options);
+  const auto ascent = best_ascent(set.x(kept, Eigen::all), plane_residual(set)(kept), options);
   if (!ascent) return failure(ascent.error());
   const Covariance& covariance = ascent->covariance;
   const double variance = covariance.noise * covariance.noise;
@@ -244,7 +244,7 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   svm::solve_cholesky(factor, alpha);
   const Eigen::VectorXd diagonal = svm::inverse_diagonal(factor);
   const Eigen::VectorXd deviation = (variance - variance * variance * diagonal.array()).max(0).sqrt();
-  auto stored = variance_from(set, covariance, precision);
+  auto stored = compute_variance(set, covariance, precision);
   if (!stored) return failure(stored.error());
   return Fit{.function = ExpansionModel{.centres = set.x,
                                         .lengths = covariance.lengths,
@@ -253,7 +253,7 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
                                         .b = mean,
                                         .slope = prior_times_x * alpha.col(0)},
              .effective_parameters = static_cast<double>(y.size()) - variance * diagonal.sum(),
-             .particulars = particulars_of(covariance, set.terms, deviation, kept.size()),
+             .particulars = describe_fit(covariance, set.terms, deviation, kept.size()),
              .variance = std::move(*stored)};
 }
 

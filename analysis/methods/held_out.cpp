@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-tl::unexpected<Fault> wrong_training(std::string what) {
+tl::unexpected<Fault> training_fault(std::string what) {
   return failure(FaultKind::usage, "training", std::move(what));
 }
 
@@ -33,7 +33,7 @@ Errors squared_errors(const Fold& fold, std::size_t index, const Trial& trial) {
 }
 
 /// Returns the mean over all rows. It is infinite if a fold could not be trained or its predictions are not finite.
-Eigen::VectorXd mean_of(std::span<const Errors> folds, Eigen::Index rows) {
+Eigen::VectorXd mean_errors(std::span<const Errors> folds, Eigen::Index rows) {
   Eigen::VectorXd sum;
   for (const Errors& fold : folds) {
     if (!fold) return Eigen::VectorXd::Constant(1, kInfinite);
@@ -55,7 +55,9 @@ bool in_parallel(std::size_t count, int threads, std::string_view stage, const P
   const auto caller = std::this_thread::get_id();
   std::atomic<std::size_t> done = 0;
   std::atomic<bool> stopped = false;
-  const auto ask = [&] { return keep_going(progress, stage, static_cast<double>(done) / static_cast<double>(count)); };
+  const auto report_progress = [&] {
+    return keep_going(progress, stage, static_cast<double>(done) / static_cast<double>(count));
+  };
   arena.execute([&] {
     tbb::parallel_for(
         std::size_t{0}, count,
@@ -63,22 +65,22 @@ bool in_parallel(std::size_t count, int threads, std::string_view stage, const P
           if (stopped) return;
           work(index);
           ++done;
-          if (std::this_thread::get_id() == caller && !ask()) stopped = true;
+          if (std::this_thread::get_id() == caller && !report_progress()) stopped = true;
         },
         tbb::simple_partitioner{});
   });
-  return !stopped && ask();
+  return !stopped && report_progress();
 }
 
 Result<void> check_set(const FitInput& set, Eigen::Index fewest) {
-  if (set.x.cols() == 0) return wrong_training("no input");
+  if (set.x.cols() == 0) return training_fault("no input");
   if (set.x.rows() != set.y.size()) {
-    return wrong_training(fmt::format("{} rows of inputs and {} targets", set.x.rows(), set.y.size()));
+    return training_fault(fmt::format("{} rows of inputs and {} targets", set.x.rows(), set.y.size()));
   }
   if (set.x.rows() < fewest) {
-    return wrong_training(fmt::format("{} clusters are too few, at least {} are needed", set.x.rows(), fewest));
+    return training_fault(fmt::format("{} clusters are too few, at least {} are needed", set.x.rows(), fewest));
   }
-  if (!set.x.allFinite() || !set.y.allFinite()) return wrong_training("a value that is not finite");
+  if (!set.x.allFinite() || !set.y.allFinite()) return training_fault("a value that is not finite");
   return {};
 }
 
@@ -95,16 +97,16 @@ Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds
   for (const Fold& fold : folds) rows += fold.test_y.size();
   std::vector<Eigen::VectorXd> errors;
   for (std::size_t i = 0; i < trials; ++i) {
-    errors.push_back(mean_of(std::span(all).subspan(i * folds.size(), folds.size()), rows));
+    errors.push_back(mean_errors(std::span(all).subspan(i * folds.size(), folds.size()), rows));
   }
-  const auto known = [](const Eigen::VectorXd& of_trial) { return of_trial.array().isFinite().any(); };
+  const auto known = [](const Eigen::VectorXd& trial_errors) { return trial_errors.array().isFinite().any(); };
   if (std::ranges::any_of(errors, known)) return errors;
   const auto failed = std::ranges::find_if_not(all, &Errors::has_value);
   if (failed != all.end()) return failure(failed->error());
   return failure(FaultKind::numeric, "training", "no candidate has a finite error on the held-out folds");
 }
 
-Least least_of(const std::vector<Eigen::VectorXd>& errors) {
+Least find_least(const std::vector<Eigen::VectorXd>& errors) {
   Least least;
   double value = kInfinite;
   for (std::size_t trial = 0; trial < errors.size(); ++trial) {
@@ -127,7 +129,7 @@ Result<Choice> choose_among(std::span<const HyperParameters> candidates, FitFunc
   const auto errors = held_out_errors(folds, candidates.size(), refit, options, progress);
   if (!errors) return failure(errors.error());
   Choice choice;
-  choice.parameters = candidates[least_of(*errors).trial];
+  choice.parameters = candidates[find_least(*errors).trial];
   return choice;
 }
 

@@ -40,7 +40,7 @@ struct Least {
   std::size_t trial{};
   Eigen::Index candidate{};
 };
-[[nodiscard]] Least least_of(const std::vector<Eigen::VectorXd>& errors);
+[[nodiscard]] Least find_least(const std::vector<Eigen::VectorXd>& errors);
 
 /// Chooses the candidate with the lowest held-out error. Each candidate is fitted on each fold. Fails as
 /// held_out_errors does.

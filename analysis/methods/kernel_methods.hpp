@@ -34,7 +34,7 @@ struct LsSvm {
 /// Returns the diagonal d of M⁻¹ over the samples. e_i = α_i/d_i is the residual of a sample for the machine trained
 /// without it (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007). n − Σd_i/γ is the trace of the matrix from
 /// y to fitted values.
-[[nodiscard]] Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine);
+[[nodiscard]] Eigen::VectorXd bordered_inverse_diagonal(const LsSvm& machine);
 
 /// Chooses "gamma" and "sigma" by held-out error. First searches a grid over log2 γ = 2…18 and log2 σ = −½…5½ in steps
 /// of 4 and 1½, then around the best position with one half and one quarter of these steps (quick: the grid only). Each
@@ -61,8 +61,8 @@ struct Covariance {
 };
 
 /// Convert to and from the coordinates of the search: log l_1 … log l_d, log σ_f, log σ_n.
-[[nodiscard]] Eigen::VectorXd logarithms_of(const Covariance& covariance);
-[[nodiscard]] Covariance covariance_of(const Eigen::VectorXd& logarithms);
+[[nodiscard]] Eigen::VectorXd to_logarithms(const Covariance& covariance);
+[[nodiscard]] Covariance from_logarithms(const Eigen::VectorXd& logarithms);
 
 /// Computes the covariance between the rows of a and b, without noise.
 [[nodiscard]] Eigen::MatrixXd covariance_matrix(const Covariance& covariance, const data::SampleMatrix& a,

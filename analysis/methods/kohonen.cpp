@@ -25,7 +25,8 @@ std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generato
 }
 
 /// Moves the nodes of the map towards one sample.
-void show(const Eigen::RowVectorXd& sample, double rate, double radius, Eigen::Index side, data::SampleMatrix& nodes) {
+void present_sample(const Eigen::RowVectorXd& sample, double rate, double radius, Eigen::Index side,
+                    data::SampleMatrix& nodes) {
   Eigen::Index winner = 0;
   (nodes.rowwise() - sample).rowwise().squaredNorm().minCoeff(&winner);
   const Eigen::Index row = winner / side, column = winner % side;
@@ -44,31 +45,31 @@ double tolerance_at(Eigen::Index step) { return std::pow(10.0, -1 - 0.25 * stati
 /// Nodes of a map, and their mean distance from their neighbours.
 struct Map {
   data::SampleMatrix nodes;
-  double apart{};
+  double spacing{};
   [[nodiscard]] Eigen::VectorXd widths(double factor) const {
-    return Eigen::VectorXd::Constant(nodes.rows(), factor * apart);
+    return Eigen::VectorXd::Constant(nodes.rows(), factor * spacing);
   }
 };
 
 Result<Map> make_map(const data::SampleMatrix& x, std::uint64_t seed) {
-  Map map{.nodes = self_organising_map(x, seed), .apart = 0};
-  map.apart = neighbour_distances(map.nodes).mean();
-  if (map.apart > 0) return map;
+  Map map{.nodes = self_organising_map(x, seed), .spacing = 0};
+  map.spacing = neighbour_distances(map.nodes).mean();
+  if (map.spacing > 0) return map;
   return failure(FaultKind::usage, "self-organising map", "the samples do not differ");
 }
 
-ExpansionModel expansion_of(const Map& map, double factor, const OrthogonalPath& path, Eigen::Index count) {
+ExpansionModel make_expansion(const Map& map, double factor, const OrthogonalPath& path, Eigen::Index count) {
   const std::vector<Eigen::Index> taken(path.order.begin(), path.order.begin() + count);
-  const Eigen::VectorXd weights = weights_of(path, count);
+  const Eigen::VectorXd weights = path_weights(path, count);
   return {.centres = map.nodes(taken, Eigen::all),
           .lengths = Eigen::RowVectorXd::Ones(map.nodes.cols()),
           .widths = map.widths(factor).head(count),
           .weights = weights,
-          .b = offset_of(path, weights)};
+          .b = path_offset(path, weights)};
 }
 
-OrthogonalPath path_of(const Map& map, double factor, const data::SampleMatrix& x, const Eigen::VectorXd& y,
-                       double tolerance) {
+OrthogonalPath compute_path(const Map& map, double factor, const data::SampleMatrix& x, const Eigen::VectorXd& y,
+                            double tolerance) {
   return orthogonal_least_squares(gaussian_units(x, map.nodes, map.widths(factor)), y, tolerance, map.nodes.rows());
 }
 
@@ -81,12 +82,12 @@ data::SampleMatrix self_organising_map(const data::SampleMatrix& samples, std::u
   data::SampleMatrix nodes(options.side * options.side, samples.cols());
   for (Eigen::Index j = 0; j < nodes.rows(); ++j) nodes.row(j) = samples.row(index_below(samples.rows(), generator));
   const double last = std::max(1.0, static_cast<double>(options.rounds) * static_cast<double>(samples.rows()) - 1);
-  double shown = 0;
+  double presented = 0;
   for (int round = 0; round < options.rounds; ++round) {
     for (const Eigen::Index i : shuffled(samples.rows(), generator)) {
-      const double way = shown++ / last;
-      show(samples.row(i), std::lerp(options.first_rate, options.last_rate, way),
-           std::lerp(options.first_radius, options.last_radius, way), options.side, nodes);
+      const double progress_made = presented++ / last;
+      present_sample(samples.row(i), std::lerp(options.first_rate, options.last_rate, progress_made),
+                     std::lerp(options.first_radius, options.last_radius, progress_made), options.side, nodes);
     }
   }
   return nodes;
@@ -102,9 +103,9 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
   path.means = candidates.colwise().mean();
   path.target_mean = y.mean();
   // Remainders, orthogonal to all candidates taken.
-  Eigen::MatrixXd left = candidates.rowwise() - path.means;
+  Eigen::MatrixXd remainder = candidates.rowwise() - path.means;
   const Eigen::VectorXd target = y.array() - path.target_mean;
-  const Eigen::ArrayXd whole = left.colwise().squaredNorm().transpose();
+  const Eigen::ArrayXd whole = remainder.colwise().squaredNorm().transpose();
   const double spread = target.squaredNorm();
   most = std::min({most, candidates.cols(), candidates.rows() - 1});
   path.triangle = Eigen::MatrixXd::Identity(most, most);
@@ -114,27 +115,27 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
   Eigen::ArrayXd open = Eigen::ArrayXd::Ones(candidates.cols());
   double unexplained = 1;
   while (static_cast<Eigen::Index>(path.order.size()) < most && spread > 0 && unexplained >= tolerance) {
-    const Eigen::ArrayXd squares = left.colwise().squaredNorm().transpose();
+    const Eigen::ArrayXd squares = remainder.colwise().squaredNorm().transpose();
     open = (squares > kOwn * whole).select(open, 0.0);
-    const Eigen::ArrayXd products = left.transpose() * target;
+    const Eigen::ArrayXd products = remainder.transpose() * target;
     const Eigen::ArrayXd ratios = (open > 0).select(products.square() / (squares * spread), 0.0);
     Eigen::Index best = 0;
     if (!(ratios.maxCoeff(&best) > 0)) break;
     const auto k = static_cast<Eigen::Index>(path.order.size());
-    const Eigen::VectorXd direction = left.col(best);
+    const Eigen::VectorXd direction = remainder.col(best);
     path.triangle.col(k).head(k) = shares.col(best).head(k);
     path.orthogonal(k) = products(best) / squares(best);
     path.order.push_back(best);
     path.ratios.push_back(ratios(best));
     unexplained -= ratios(best);
-    shares.row(k) = (direction.transpose() * left) / squares(best);
-    left -= direction * shares.row(k);
+    shares.row(k) = (direction.transpose() * remainder) / squares(best);
+    remainder -= direction * shares.row(k);
     open(best) = 0;
   }
   return path;
 }
 
-Eigen::Index taken_at(const OrthogonalPath& path, double tolerance) {
+Eigen::Index count_taken(const OrthogonalPath& path, double tolerance) {
   double unexplained = 1;
   Eigen::Index count = 0;
   for (const double ratio : path.ratios) {
@@ -145,14 +146,14 @@ Eigen::Index taken_at(const OrthogonalPath& path, double tolerance) {
   return count;
 }
 
-Eigen::VectorXd weights_of(const OrthogonalPath& path, Eigen::Index count) {
+Eigen::VectorXd path_weights(const OrthogonalPath& path, Eigen::Index count) {
   assert(count <= static_cast<Eigen::Index>(path.order.size()));
   return path.triangle.topLeftCorner(count, count)
       .triangularView<Eigen::UnitUpper>()
       .solve(path.orthogonal.head(count));
 }
 
-double offset_of(const OrthogonalPath& path, const Eigen::VectorXd& weights) {
+double path_offset(const OrthogonalPath& path, const Eigen::VectorXd& weights) {
   double offset = path.target_mean;
   for (Eigen::Index k = 0; k < weights.size(); ++k) offset -= path.means(path.order[k]) * weights(k);
   return offset;
@@ -160,22 +161,22 @@ double offset_of(const OrthogonalPath& path, const Eigen::VectorXd& weights) {
 
 Result<Choice> choose_kohonen(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
   constexpr Eigen::Index kSteps = kToleranceSteps + 1;
-  const Trial along_the_paths = [&](const Fold& fold, std::size_t) -> Result<Eigen::MatrixXd> {
+  const Trial predict_paths = [&](const Fold& fold, std::size_t) -> Result<Eigen::MatrixXd> {
     const auto map = make_map(fold.train_x, options.seed);
     if (!map) return failure(map.error());
     Eigen::MatrixXd predicted(fold.test_x.rows(), kSteps * static_cast<Eigen::Index>(kWidthFactors.size()));
     for (std::size_t i = 0; i < kWidthFactors.size(); ++i) {
-      const auto path = path_of(*map, kWidthFactors[i], fold.train_x, fold.train_y, tolerance_at(kToleranceSteps));
+      const auto path = compute_path(*map, kWidthFactors[i], fold.train_x, fold.train_y, tolerance_at(kToleranceSteps));
       for (Eigen::Index step = 0; step < kSteps; ++step) {
-        const auto function = expansion_of(*map, kWidthFactors[i], path, taken_at(path, tolerance_at(step)));
+        const auto function = make_expansion(*map, kWidthFactors[i], path, count_taken(path, tolerance_at(step)));
         predicted.col(static_cast<Eigen::Index>(i) * kSteps + step) = value_of(function, fold.test_x);
       }
     }
     return predicted;
   };
-  const auto errors = held_out_errors(folds, 1, along_the_paths, options, progress);
+  const auto errors = held_out_errors(folds, 1, predict_paths, options, progress);
   if (!errors) return failure(errors.error());
-  const Eigen::Index least = least_of(*errors).candidate;
+  const Eigen::Index least = find_least(*errors).candidate;
   Choice choice;
   choice.parameters = {{"width factor", kWidthFactors[least / kSteps]}, {"tolerance", tolerance_at(least % kSteps)}};
   return choice;
@@ -186,9 +187,9 @@ Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters, 
   const auto map = make_map(set.x, options.seed);
   if (!map) return failure(map.error());
   const double factor = value_of(parameters, "width factor");
-  const auto path = path_of(*map, factor, set.x, set.y, value_of(parameters, "tolerance"));
+  const auto path = compute_path(*map, factor, set.x, set.y, value_of(parameters, "tolerance"));
   const auto count = static_cast<Eigen::Index>(path.order.size());
-  return Fit{.function = expansion_of(*map, factor, path, count),
+  return Fit{.function = make_expansion(*map, factor, path, count),
              .effective_parameters = static_cast<double>(count) + 1,
              .particulars = fmt::format("{} of {} nodes taken as centres", count, map->nodes.rows())};
 }

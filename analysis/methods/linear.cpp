@@ -49,8 +49,8 @@ PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen
   return variance_of_plane(variance * open, std::sqrt(variance));
 }
 
-Fit fit_of_plane(const FitInput& set, LinearModel plane, double effective_parameters,
-                 const Eigen::MatrixXd& penalty_rows) {
+Fit make_plane_fit(const FitInput& set, LinearModel plane, double effective_parameters,
+                   const Eigen::MatrixXd& penalty_rows) {
   Fit fit;
   fit.effective_parameters = effective_parameters;
   fit.variance = coefficient_variance(set.x, set.y, plane, effective_parameters, penalty_rows);
@@ -58,8 +58,8 @@ Fit fit_of_plane(const FitInput& set, LinearModel plane, double effective_parame
   return fit;
 }
 
-PredictiveVariance over_all_inputs(const PredictiveVariance& variance, const std::vector<Eigen::Index>& columns,
-                                   Eigen::Index inputs) {
+PredictiveVariance expand_to_inputs(const PredictiveVariance& variance, const std::vector<Eigen::Index>& columns,
+                                    Eigen::Index inputs) {
   std::vector<Eigen::Index> with_constant = columns;
   with_constant.push_back(inputs);
   Eigen::MatrixXd open = Eigen::MatrixXd::Zero(inputs + 1, inputs + 1);
@@ -79,37 +79,37 @@ Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const Method
                    fmt::format("{} clusters are too few for {} coefficients", set.x.rows(), qr.rank()));
   }
   const Eigen::VectorXd coefficients = qr.solve(set.y);
-  return fit_of_plane(set, {.weights = coefficients.head(set.x.cols()), .b = coefficients(set.x.cols())},
-                      static_cast<double>(qr.rank()));
+  return make_plane_fit(set, {.weights = coefficients.head(set.x.cols()), .b = coefficients(set.x.cols())},
+                        static_cast<double>(qr.rank()));
 }
 
 namespace {
 
 constexpr int kHighestOrder = 3;
 
-int order_of(const data::Term& term) {
+int polynomial_order(const data::Term& term) {
   return static_cast<int>(std::ranges::count_if(
       term.factors, [](const data::Factor& factor) { return factor.kind != data::FactorKind::rate; }));
 }
 
-std::vector<Eigen::Index> columns_of(const std::vector<data::Term>& terms, int order, bool rates) {
+std::vector<Eigen::Index> select_columns(const std::vector<data::Term>& terms, int order, bool rates) {
   std::vector<Eigen::Index> columns;
   for (std::size_t j = 0; j < terms.size(); ++j) {
-    const bool taken = has_rate(terms[j]) ? rates : order_of(terms[j]) <= order;
+    const bool taken = has_rate(terms[j]) ? rates : polynomial_order(terms[j]) <= order;
     if (taken) columns.push_back(static_cast<Eigen::Index>(j));
   }
   return columns;
 }
 
 /// Lists every distinct polynomial that the inputs allow, simple ones first.
-std::vector<HyperParameters> candidates_of(const std::vector<data::Term>& terms) {
+std::vector<HyperParameters> list_candidates(const std::vector<data::Term>& terms) {
   std::vector<HyperParameters> candidates;
-  std::vector<std::vector<Eigen::Index>> seen;
+  std::vector<std::vector<Eigen::Index>> found;
   for (int order = 1; order <= kHighestOrder; ++order) {
     for (const bool rates : {false, true}) {
-      const auto columns = columns_of(terms, order, rates);
-      if (columns.empty() || std::ranges::count(seen, columns) > 0) continue;
-      seen.push_back(columns);
+      const auto columns = select_columns(terms, order, rates);
+      if (columns.empty() || std::ranges::count(found, columns) > 0) continue;
+      found.push_back(columns);
       candidates.push_back({{"order", static_cast<double>(order)}, {"rate terms", rates ? 1.0 : 0.0}});
     }
   }
@@ -121,12 +121,12 @@ std::vector<HyperParameters> candidates_of(const std::vector<data::Term>& terms)
 Result<Choice> choose_polynomial(std::span<const Fold> folds, const MethodOptions& options,
                                  const ProgressSink& progress) {
   if (const auto sound = check_folds(folds); !sound) return failure(sound.error());
-  return choose_among(candidates_of(folds.front().terms), fit_polynomial, folds, options, progress);
+  return choose_among(list_candidates(folds.front().terms), fit_polynomial, folds, options, progress);
 }
 
 Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
-  const auto columns =
-      columns_of(set.terms, static_cast<int>(value_of(parameters, "order")), value_of(parameters, "rate terms") != 0);
+  const auto columns = select_columns(set.terms, static_cast<int>(value_of(parameters, "order")),
+                                      value_of(parameters, "rate terms") != 0);
   const data::SampleMatrix taken = set.x(Eigen::all, columns);
   auto fitted = fit_linear({taken, set.y, set.terms}, parameters, options);
   if (!fitted) return fitted;
@@ -134,7 +134,7 @@ Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameter
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(set.x.cols());
   weights(columns) = polynomial.weights;
   polynomial.weights = std::move(weights);
-  fitted->variance = over_all_inputs(*fitted->variance, columns, set.x.cols());
+  fitted->variance = expand_to_inputs(*fitted->variance, columns, set.x.cols());
   return fitted;
 }
 

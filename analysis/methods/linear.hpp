@@ -22,12 +22,12 @@ namespace gyrotherm::methods {
                                                       const Eigen::MatrixXd& penalty_rows = {});
 
 /// Makes a fit from a plane fitted to a set with that penalty. Adds its coefficient_variance().
-[[nodiscard]] Fit fit_of_plane(const FitInput& set, LinearModel plane, double effective_parameters,
-                               const Eigen::MatrixXd& penalty_rows = {});
+[[nodiscard]] Fit make_plane_fit(const FitInput& set, LinearModel plane, double effective_parameters,
+                                 const Eigen::MatrixXd& penalty_rows = {});
 
 /// Expands the variance of a plane in the given `columns` to all `inputs`.
-[[nodiscard]] PredictiveVariance over_all_inputs(const PredictiveVariance& variance,
-                                                 const std::vector<Eigen::Index>& columns, Eigen::Index inputs);
+[[nodiscard]] PredictiveVariance expand_to_inputs(const PredictiveVariance& variance,
+                                                  const std::vector<Eigen::Index>& columns, Eigen::Index inputs);
 
 // Multiple linear regression by least squares.
 

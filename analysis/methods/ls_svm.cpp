@@ -92,22 +92,22 @@ Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel, cons
   return machine;
 }
 
-Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine) {
+Eigen::VectorXd bordered_inverse_diagonal(const LsSvm& machine) {
   return svm::inverse_diagonal(machine.factor).array() - machine.eta.array().square() / machine.eta.sum();
 }
 
 Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
-  std::vector<Line> tried;
+  std::vector<Line> lines;
   std::vector<Eigen::VectorXd> errors;
   const auto try_all = [&](const std::vector<Line>& grid) -> Result<Position> {
     const Trial trial = [&](const Fold& fold, std::size_t i) { return held_out_prediction(fold, grid[i]); };
     const auto more = held_out_errors(folds, grid.size(), trial, options, progress);
     if (!more) return failure(more.error());
-    tried.insert(tried.end(), grid.begin(), grid.end());
+    lines.insert(lines.end(), grid.begin(), grid.end());
     errors.insert(errors.end(), more->begin(), more->end());
-    const Least least = least_of(errors);
-    return Position{.gamma = tried[least.trial].gammas[static_cast<std::size_t>(least.candidate)],
-                    .sigma = tried[least.trial].sigma};
+    const Least least = find_least(errors);
+    return Position{.gamma = lines[least.trial].gammas[static_cast<std::size_t>(least.candidate)],
+                    .sigma = lines[least.trial].sigma};
   };
   auto best = try_all(coarse_grid());
   for (const double part : {0.5, 0.25}) {
@@ -126,7 +126,7 @@ Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, c
   const double gamma = value_of(parameters, "gamma"), sigma = value_of(parameters, "sigma");
   const auto machine = solve_ls_svm(svm::gaussian_kernel_lower(set.x, sigma), set.y, gamma);
   if (!machine) return failure(machine.error());
-  const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
+  const Eigen::VectorXd diagonal = bordered_inverse_diagonal(*machine);
   const auto samples = static_cast<double>(set.y.size());
   const double left_out = std::sqrt((machine->alpha.array() / diagonal.array()).square().mean());
   return Fit{.function = ExpansionModel{.centres = set.x,

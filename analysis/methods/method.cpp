@@ -45,14 +45,14 @@ Eigen::VectorXd value(const NetworkModel& network, const data::SampleMatrix&, co
   return (sums.array().tanh().matrix() * network.out).array() + network.b;
 }
 
-int numbers(const SvrModel& svr) { return static_cast<int>(svr.support_vectors.size() + svr.beta.size()) + 2; }
-int numbers(const LinearModel& linear) { return static_cast<int>((linear.weights.array() != 0).count()) + 1; }
-int numbers(const ExpansionModel& expansion) {
+int count_parameters(const SvrModel& svr) { return static_cast<int>(svr.support_vectors.size() + svr.beta.size()) + 2; }
+int count_parameters(const LinearModel& linear) { return static_cast<int>((linear.weights.array() != 0).count()) + 1; }
+int count_parameters(const ExpansionModel& expansion) {
   return static_cast<int>(expansion.centres.size() + expansion.lengths.size() + expansion.widths.size() +
                           expansion.weights.size() + expansion.slope.size()) +
          1;
 }
-int numbers(const NetworkModel& network) {
+int count_parameters(const NetworkModel& network) {
   return static_cast<int>(network.weights.size() + network.offsets.size() + network.out.size()) + 1;
 }
 
@@ -177,7 +177,7 @@ Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& sca
 }
 
 int numbers_in(const Function& function) {
-  return std::visit([](const auto& form) { return numbers(form); }, function);
+  return std::visit([](const auto& form) { return count_parameters(form); }, function);
 }
 
 PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise) {
@@ -191,7 +191,7 @@ PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise) {
           .root = Eigen::MatrixXd::Ones(1, 1)};
 }
 
-Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
+Eigen::MatrixXd compute_features(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
   const Covariance covariance{.lengths = variance.lengths, .signal = variance.signal, .noise = variance.noise};
   const Eigen::MatrixXd kernel = covariance_matrix(covariance, scaled, variance.centres);
   Eigen::MatrixXd features(scaled.rows(), scaled.cols() + kernel.cols());
@@ -200,10 +200,10 @@ Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::Samp
 }
 
 Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
-  const Eigen::MatrixXd features = features_of(variance, scaled);
+  const Eigen::MatrixXd features = compute_features(variance, scaled);
   const Eigen::VectorXd known = (features * variance.posterior).cwiseProduct(features).rowwise().sum();
-  const Eigen::VectorXd seen = features.rightCols(variance.centres.rows()).rowwise().squaredNorm();
-  return (known.array() + (variance.signal * variance.signal - seen.array()).max(0)).max(0);
+  const Eigen::VectorXd explained = features.rightCols(variance.centres.rows()).rowwise().squaredNorm();
+  return (known.array() + (variance.signal * variance.signal - explained.array()).max(0)).max(0);
 }
 
 std::span<const Method> methods() { return kMethods; }

@@ -73,7 +73,7 @@ struct PredictiveVariance {
 [[nodiscard]] PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise);
 
 /// Computes φ at each row: rows × (inputs + m).
-[[nodiscard]] Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
+[[nodiscard]] Eigen::MatrixXd compute_features(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
 /// Computes the variance of f at each row. `scaled` must have one column per input of the function.
 [[nodiscard]] Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);

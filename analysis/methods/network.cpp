@@ -19,7 +19,7 @@ namespace gyrotherm::methods {
 namespace {
 
 /// Computes tanh of each element with one fast pass of exp. The absolute error is the rounding error of 1.
-Eigen::MatrixXd tanh_of(const Eigen::MatrixXd& sums) {
+Eigen::MatrixXd fast_tanh(const Eigen::MatrixXd& sums) {
   Eigen::MatrixXd shrunk = sums.cwiseAbs();
   svm::exponentiate(shrunk.data(), shrunk.size(), -2, shrunk.data());
   return ((1 - shrunk.array()) / (1 + shrunk.array())) *
@@ -27,8 +27,8 @@ Eigen::MatrixXd tanh_of(const Eigen::MatrixXd& sums) {
 }
 
 /// Computes the outputs of the hidden units, units × samples.
-Eigen::MatrixXd hidden_of(const NetworkModel& network, const data::SampleMatrix& x) {
-  return tanh_of((network.weights * x.transpose()).colwise() + network.offsets);
+Eigen::MatrixXd hidden_outputs(const NetworkModel& network, const data::SampleMatrix& x) {
+  return fast_tanh((network.weights * x.transpose()).colwise() + network.offsets);
 }
 
 Eigen::VectorXd value_at(const NetworkModel& network, const Eigen::MatrixXd& hidden) {
@@ -40,17 +40,17 @@ constexpr std::array kSteps = {5, 10, 15, 20, 30, 40, 60};
 constexpr std::size_t kQuickHidden = 2, kQuickSteps = 6;  // number of values tried
 constexpr std::size_t kStarts = 10;
 
-std::uint64_t seed_of(const MethodOptions& options, std::size_t start) { return options.seed * kStarts + start; }
+std::uint64_t start_seed(const MethodOptions& options, std::size_t start) { return options.seed * kStarts + start; }
 
 /// Predicts the held-out rows after each number of steps in `marks` for one start.
-Eigen::MatrixXd predictions_on_the_way(const Fold& fold, int hidden, std::uint64_t seed, std::span<const int> marks) {
+Eigen::MatrixXd predict_at_steps(const Fold& fold, int hidden, std::uint64_t seed, std::span<const int> marks) {
   LevenbergMarquardt training(random_network(fold.train_x.cols(), hidden, seed), fold.train_x, fold.train_y);
   Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(marks.size()));
   int steps = 0;
-  bool going = true;
+  bool improving = true;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    while (going && steps < marks[i]) {
-      going = training.step();
+    while (improving && steps < marks[i]) {
+      improving = training.step();
       ++steps;
     }
     predicted.col(static_cast<Eigen::Index>(i)) = value_of(training.network(), fold.test_x);
@@ -83,13 +83,13 @@ NetworkModel random_network(Eigen::Index inputs, int hidden, std::uint64_t seed)
   return network;
 }
 
-Eigen::VectorXd numbers_of(const NetworkModel& network) {
+Eigen::VectorXd parameter_vector(const NetworkModel& network) {
   Eigen::VectorXd numbers(network.weights.size() + 2 * network.out.size() + 1);
   numbers << network.weights.reshaped<Eigen::RowMajor>(), network.offsets, network.out, network.b;
   return numbers;
 }
 
-void set_numbers(NetworkModel& network, const Eigen::VectorXd& numbers) {
+void set_parameters(NetworkModel& network, const Eigen::VectorXd& numbers) {
   const Eigen::Index hidden = network.out.size(), inner = network.weights.size();
   network.weights.reshaped<Eigen::RowMajor>() = numbers.head(inner);
   network.offsets = numbers.segment(inner, hidden);
@@ -99,7 +99,7 @@ void set_numbers(NetworkModel& network, const Eigen::VectorXd& numbers) {
 
 Linearised linearise(const NetworkModel& network, const data::SampleMatrix& x) {
   const Eigen::Index hidden = network.out.size(), inputs = x.cols(), samples = x.rows();
-  const Eigen::MatrixXd units = hidden_of(network, x);
+  const Eigen::MatrixXd units = hidden_outputs(network, x);
   Linearised at{.value = value_at(network, units), .derivatives = Eigen::MatrixXd(hidden * (inputs + 2) + 1, samples)};
   const Eigen::MatrixXd slopes = (1 - units.array().square()).colwise() * network.out.array();
   for (Eigen::Index i = 0; i < samples; ++i) {
@@ -116,13 +116,13 @@ LevenbergMarquardt::LevenbergMarquardt(NetworkModel start, const data::SampleMat
     : network_(std::move(start)),
       x_(x),
       y_(y),
-      squared_error_((value_at(network_, hidden_of(network_, x)) - y).squaredNorm()) {}
+      squared_error_((value_at(network_, hidden_outputs(network_, x)) - y).squaredNorm()) {}
 
 bool LevenbergMarquardt::step() {
   constexpr double kLargestMu = 1e10, kLeastMu = 1e-12;
   const Linearised at = linearise(network_, x_);
   const Eigen::VectorXd gradient = at.derivatives * (at.value - y_);
-  const Eigen::VectorXd numbers = numbers_of(network_);
+  const Eigen::VectorXd numbers = parameter_vector(network_);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(numbers.size(), numbers.size());
   svm::subtract_square(at.derivatives, normal);
   for (; mu_ <= kLargestMu; mu_ *= 10) {
@@ -132,8 +132,8 @@ bool LevenbergMarquardt::step() {
     Eigen::MatrixXd change = -gradient;
     svm::solve_cholesky(factor, change);
     NetworkModel next = network_;
-    set_numbers(next, numbers + change.col(0));
-    const double error = (value_at(next, hidden_of(next, x_)) - y_).squaredNorm();
+    set_parameters(next, numbers + change.col(0));
+    const double error = (value_at(next, hidden_outputs(next, x_)) - y_).squaredNorm();
     if (!(error < squared_error_)) continue;
     network_ = std::move(next);
     squared_error_ = error;
@@ -149,7 +149,7 @@ Result<Choice> choose_network(std::span<const Fold> folds, const MethodOptions& 
   const Trial train = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
     if (const auto sound = check_set({fold.train_x, fold.train_y, fold.terms}, 2); !sound)
       return failure(sound.error());
-    return predictions_on_the_way(fold, sizes[trial / kStarts], seed_of(options, trial % kStarts), marks);
+    return predict_at_steps(fold, sizes[trial / kStarts], start_seed(options, trial % kStarts), marks);
   };
   const auto errors = held_out_errors(folds, sizes.size() * kStarts, train, options, progress);
   if (!errors) return failure(errors.error());
@@ -174,10 +174,10 @@ Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters, 
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const int hidden = static_cast<int>(value_of(parameters, "hidden units"));
   const auto start = static_cast<std::size_t>(value_of(parameters, "start"));
-  LevenbergMarquardt training(random_network(set.x.cols(), hidden, seed_of(options, start)), set.x, set.y);
-  const int asked = static_cast<int>(value_of(parameters, "steps"));
+  LevenbergMarquardt training(random_network(set.x.cols(), hidden, start_seed(options, start)), set.x, set.y);
+  const int requested = static_cast<int>(value_of(parameters, "steps"));
   int steps = 0;
-  while (steps < asked && training.step()) ++steps;
+  while (steps < requested && training.step()) ++steps;
   const NetworkModel& network = training.network();
   const int weights = numbers_in(network);
   return Fit{.function = network,

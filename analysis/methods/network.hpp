@@ -20,9 +20,9 @@ namespace gyrotherm::methods {
 [[nodiscard]] NetworkModel random_network(Eigen::Index inputs, int hidden, std::uint64_t seed);
 
 /// Returns all parameters in one vector: weights of one hidden unit after the other, offsets, out, b.
-[[nodiscard]] Eigen::VectorXd numbers_of(const NetworkModel& network);
+[[nodiscard]] Eigen::VectorXd parameter_vector(const NetworkModel& network);
 /// Sets all parameters of a network of the same shape from such a vector.
-void set_numbers(NetworkModel& network, const Eigen::VectorXd& numbers);
+void set_parameters(NetworkModel& network, const Eigen::VectorXd& numbers);
 
 /// Values of the network at each sample, and their derivatives with respect to its parameters: parameters × samples.
 struct Linearised {

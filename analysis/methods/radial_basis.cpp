@@ -24,7 +24,7 @@ Eigen::VectorXd squared_distances_to(const Eigen::MatrixXd& samples, const Eigen
 
 /// Draws start centres. Each next centre is a sample, drawn with a probability proportional to its squared distance
 /// from the previous centres.
-Result<data::SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count, std::mt19937_64& generator) {
+Result<data::SampleMatrix> draw_centres(const Eigen::MatrixXd& samples, int count, std::mt19937_64& generator) {
   data::SampleMatrix centres(count, samples.cols());
   Eigen::VectorXd nearest = Eigen::VectorXd::Constant(samples.rows(), std::numeric_limits<double>::infinity());
   Eigen::Index chosen = index_below(samples.rows(), generator);
@@ -32,12 +32,12 @@ Result<data::SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count,
     centres.row(k) = samples.row(chosen);
     nearest = nearest.cwiseMin(squared_distances_to(samples, centres.row(k)));
     if (k + 1 == count) break;
-    double left = uniform(generator) * nearest.sum();
+    double remainder = uniform(generator) * nearest.sum();
     if (!(nearest.maxCoeff() > 0)) {
       return failure(FaultKind::usage, "k-means",
                      fmt::format("{} centres of {} different samples cannot be told apart", count, k + 1));
     }
-    for (chosen = 0; chosen + 1 < nearest.size() && (left -= nearest(chosen)) >= 0;) ++chosen;
+    for (chosen = 0; chosen + 1 < nearest.size() && (remainder -= nearest(chosen)) >= 0;) ++chosen;
     while (!(nearest(chosen) > 0)) chosen = chosen > 0 ? chosen - 1 : nearest.size() - 1;  // rounding at the end
   }
   return centres;
@@ -80,19 +80,19 @@ constexpr std::array kLambdas = {1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
 /// Centres, and their distances from their neighbours.
 struct Units {
   data::SampleMatrix centres;
-  Eigen::VectorXd apart;
+  Eigen::VectorXd distances;
 };
 
 Result<Units> place_units(const data::SampleMatrix& x, int count, std::uint64_t seed) {
   return k_means(x, count, seed).map([](KMeans&& found) {
-    Eigen::VectorXd apart = neighbour_distances(found.centres);
-    return Units{std::move(found.centres), std::move(apart)};
+    Eigen::VectorXd distances = neighbour_distances(found.centres);
+    return Units{std::move(found.centres), std::move(distances)};
   });
 }
 
 /// Predicts the held-out rows of the fold with units of this width factor, one column per λ.
-Eigen::MatrixXd path_on(const Units& units, double factor, const Fold& fold) {
-  const Eigen::VectorXd widths = factor * units.apart;
+Eigen::MatrixXd predict_path(const Units& units, double factor, const Fold& fold) {
+  const Eigen::VectorXd widths = factor * units.distances;
   const RidgePath path(gaussian_units(fold.train_x, units.centres, widths), fold.train_y);
   const Eigen::MatrixXd held_out = gaussian_units(fold.test_x, units.centres, widths);
   Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(kLambdas.size()));
@@ -113,7 +113,7 @@ Result<KMeans> k_means(const data::SampleMatrix& samples, int count, std::uint64
   if (samples.rows() < count) {
     return failure(FaultKind::usage, "k-means", fmt::format("{} centres of {} samples", count, samples.rows()));
   }
-  auto centres = spread_out(columns, count, generator);
+  auto centres = draw_centres(columns, count, generator);
   if (!centres) return failure(centres.error());
   KMeans result{.centres = std::move(*centres), .costs = {}};
   Eigen::VectorXd nearest;
@@ -153,18 +153,19 @@ Eigen::MatrixXd gaussian_units(const data::SampleMatrix& samples, const data::Sa
 Result<Choice> choose_radial_basis(std::span<const Fold> folds, const MethodOptions& options,
                                    const ProgressSink& progress) {
   constexpr auto kPaths = static_cast<Eigen::Index>(kLambdas.size());
-  const Trial of_each_width = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
+  const Trial predict_widths = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
     const auto units = place_units(fold.train_x, kCentres[trial], options.seed);
     if (!units) return failure(units.error());
     Eigen::MatrixXd predicted(fold.test_x.rows(), kPaths * static_cast<Eigen::Index>(kUnitWidthFactors.size()));
     for (std::size_t i = 0; i < kUnitWidthFactors.size(); ++i) {
-      predicted.middleCols(static_cast<Eigen::Index>(i) * kPaths, kPaths) = path_on(*units, kUnitWidthFactors[i], fold);
+      predicted.middleCols(static_cast<Eigen::Index>(i) * kPaths, kPaths) =
+          predict_path(*units, kUnitWidthFactors[i], fold);
     }
     return predicted;
   };
-  const auto errors = held_out_errors(folds, kCentres.size(), of_each_width, options, progress);
+  const auto errors = held_out_errors(folds, kCentres.size(), predict_widths, options, progress);
   if (!errors) return failure(errors.error());
-  const Least least = least_of(*errors);
+  const Least least = find_least(*errors);
   Choice choice;
   choice.parameters = {{"centres", static_cast<double>(kCentres[least.trial])},
                        {"width factor", kUnitWidthFactors[static_cast<std::size_t>(least.candidate / kPaths)]},
@@ -176,7 +177,7 @@ Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& paramet
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   auto units = place_units(set.x, static_cast<int>(value_of(parameters, "centres")), options.seed);
   if (!units) return failure(units.error());
-  const Eigen::VectorXd widths = value_of(parameters, "width factor") * units->apart;
+  const Eigen::VectorXd widths = value_of(parameters, "width factor") * units->distances;
   const double lambda = value_of(parameters, "lambda");
   const RidgePath path(gaussian_units(set.x, units->centres, widths), set.y);
   const Eigen::VectorXd weights = path.weights(lambda);

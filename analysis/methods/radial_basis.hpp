@@ -87,12 +87,12 @@ struct OrthogonalPath {
                                                       Eigen::Index most);
 
 /// Returns the number of candidates taken until 1 − Σ of the ratios is below the tolerance, or all of them.
-[[nodiscard]] Eigen::Index taken_at(const OrthogonalPath& path, double tolerance);
+[[nodiscard]] Eigen::Index count_taken(const OrthogonalPath& path, double tolerance);
 
 /// Computes the weights of the first `count` candidates, in the order of the path, by back substitution.
-[[nodiscard]] Eigen::VectorXd weights_of(const OrthogonalPath& path, Eigen::Index count);
+[[nodiscard]] Eigen::VectorXd path_weights(const OrthogonalPath& path, Eigen::Index count);
 /// Returns the constant for these weights.
-[[nodiscard]] double offset_of(const OrthogonalPath& path, const Eigen::VectorXd& weights);
+[[nodiscard]] double path_offset(const OrthogonalPath& path, const Eigen::VectorXd& weights);
 
 /// Chooses "width factor" = 1, 2, 4, 8 or 16, and "tolerance", the fraction of the spread that may remain unexplained,
 /// 10⁻¹ … 10⁻⁴ in quarter decades, by held-out error.

@@ -44,7 +44,7 @@ double RidgePath::effective_parameters(double lambda) const {
 Result<Choice> choose_ridge(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
   std::vector<double> lambdas;
   for (int decade = kLastDecade; decade >= kFirstDecade; --decade) lambdas.push_back(std::pow(10.0, decade));
-  const Trial along_the_path = [&](const Fold& fold, std::size_t) -> Result<Eigen::MatrixXd> {
+  const Trial predict_path = [&](const Fold& fold, std::size_t) -> Result<Eigen::MatrixXd> {
     const RidgePath path(fold.train_x, fold.train_y);
     Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(lambdas.size()));
     for (Eigen::Index i = 0; i < predicted.cols(); ++i) {
@@ -53,10 +53,10 @@ Result<Choice> choose_ridge(std::span<const Fold> folds, const MethodOptions& op
     }
     return predicted;
   };
-  const auto errors = held_out_errors(folds, 1, along_the_path, options, progress);
+  const auto errors = held_out_errors(folds, 1, predict_path, options, progress);
   if (!errors) return failure(errors.error());
   Choice choice;
-  choice.parameters = {{"lambda", lambdas[least_of(*errors).candidate]}};
+  choice.parameters = {{"lambda", lambdas[find_least(*errors).candidate]}};
   return choice;
 }
 
@@ -67,7 +67,8 @@ Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters, co
   const Eigen::VectorXd weights = path.weights(lambda);
   const Eigen::MatrixXd penalty =
       std::sqrt(lambda * static_cast<double>(set.x.rows())) * Eigen::MatrixXd::Identity(set.x.cols(), set.x.cols());
-  return fit_of_plane(set, {.weights = weights, .b = path.offset(weights)}, path.effective_parameters(lambda), penalty);
+  return make_plane_fit(set, {.weights = weights, .b = path.offset(weights)}, path.effective_parameters(lambda),
+                        penalty);
 }
 
 }  // namespace gyrotherm::methods

@@ -14,7 +14,7 @@ namespace gyrotherm::methods {
 namespace {
 
 /// Returns a root R of the matrix, RᵀR = C. Eigenvalues that rounding made negative are taken as 0.
-Eigen::MatrixXd root_of(const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
+Eigen::MatrixXd matrix_root(const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
   return eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
 }
@@ -36,7 +36,7 @@ PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const
   const Eigen::VectorXd rotated = samples.householderQ().transpose() * (y.array() - y_mean).matrix();
   Eigen::MatrixXd stacked(kept + inputs, inputs);
   stacked << Eigen::MatrixXd(samples.matrixQR().topRows(kept).triangularView<Eigen::Upper>()),
-      std::sqrt(static_cast<double>(z.rows())) * root_of(covariance);
+      std::sqrt(static_cast<double>(z.rows())) * matrix_root(covariance);
   Eigen::VectorXd target = Eigen::VectorXd::Zero(kept + inputs);
   target.head(kept) = rotated.head(kept);
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whole(stacked.rows(), stacked.cols());
@@ -50,13 +50,13 @@ PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const
   return plane;
 }
 
-PenalisedPlane plane_of(const FitInput& set) {
+PenalisedPlane fit_plane(const FitInput& set) {
   if (set.input_covariance.size() > 0) return penalised_plane(set.x, set.y, set.input_covariance);
   return penalised_plane(set.x, set.y, Eigen::MatrixXd::Zero(set.x.cols(), set.x.cols()));
 }
 
-Eigen::VectorXd beside_the_plane(const FitInput& set) {
-  const PenalisedPlane plane = plane_of(set);
+Eigen::VectorXd plane_residual(const FitInput& set) {
+  const PenalisedPlane plane = fit_plane(set);
   return set.y - ((set.x * plane.weights).array() + plane.b).matrix();
 }
 
@@ -69,11 +69,11 @@ Eigen::MatrixXd slope_penalty(const FitInput& set, double variance) {
 
 Result<Fit> fit_ridge_u(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  const PenalisedPlane plane = plane_of(set);
+  const PenalisedPlane plane = fit_plane(set);
   Eigen::MatrixXd penalty;
   if (set.input_covariance.size() > 0)
-    penalty = std::sqrt(static_cast<double>(set.x.rows())) * root_of(set.input_covariance);
-  return fit_of_plane(set, {.weights = plane.weights, .b = plane.b}, plane.effective_parameters, penalty);
+    penalty = std::sqrt(static_cast<double>(set.x.rows())) * matrix_root(set.input_covariance);
+  return make_plane_fit(set, {.weights = plane.weights, .b = plane.b}, plane.effective_parameters, penalty);
 }
 
 }  // namespace gyrotherm::methods

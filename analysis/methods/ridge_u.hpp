@@ -34,10 +34,10 @@ struct PenalisedPlane {
                                              const Eigen::Ref<const Eigen::MatrixXd>& covariance);
 
 /// Computes the penalised_plane of a set that passed check_set. Without a covariance its inputs are taken as exact.
-[[nodiscard]] PenalisedPlane plane_of(const FitInput& set);
+[[nodiscard]] PenalisedPlane fit_plane(const FitInput& set);
 
-/// Returns the residual of plane_of.
-[[nodiscard]] Eigen::VectorXd beside_the_plane(const FitInput& set);
+/// Returns the residual of the plane of fit_plane().
+[[nodiscard]] Eigen::VectorXd plane_residual(const FitInput& set);
 
 /// Prior STD of the slope of a plane fitted together with Gaussians, in STDs of the target per STD of an input. Used if
 /// the uncertainty of the thermometers is unknown.
@@ -48,7 +48,7 @@ inline constexpr double kWidestSlope = 100;
 /// Without a covariance only the second is used.
 [[nodiscard]] Eigen::MatrixXd slope_penalty(const FitInput& set, double variance);
 
-/// Fits plane_of. Fails with usage as check_set does.
+/// Fits the plane of fit_plane(). Fails with usage as check_set does.
 [[nodiscard]] FitFunction fit_ridge_u;
 
 // Linear state-space model with a few states, driven by the temperatures.
@@ -56,9 +56,10 @@ inline constexpr double kWidestSlope = 100;
 // A body of thermal conductances and capacities driven by temperatures has only real poles. In modal form each state
 // follows its inputs with one time constant: dx_i/dt = (Σ_j b_ij T_j − x_i)/τ_i, bias = Σ_i c_i x_i + Σ_j d_j T_j + b.
 // With one output only the products c_i b_ij are identifiable. With opposite sign they are the weights of the lags T_j
-// − F_ij of each thermometer with τ_i (data::FirstOrderLag). The model with n states is therefore plane_of on the
-// temperatures and their lags with n time constants. Only the time constants are searched, by held-out error among all
-// subsets of a bank (separable least squares; Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+// − F_ij of each thermometer with τ_i (data::FirstOrderLag). The model with n states is therefore the plane of
+// fit_plane() on the temperatures and their lags with n time constants. Only the time constants are searched, by
+// held-out error among all subsets of a bank (separable least squares; Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973)
+// 413).
 //
 // Subspace methods are not used. Eight temperatures of one block are nearly collinear (singular values of the
 // standardised inputs from 2.7 to 0.0004), so the impulse responses that such methods require cannot be separated. The
@@ -72,8 +73,9 @@ inline constexpr std::size_t kMostStates = 4;
 /// no state, and a warning is returned. Fails as choose_among does.
 [[nodiscard]] ChooseFunction choose_state_space;
 
-/// Fits plane_of on terms without a lag and on those with a chosen time constant, "tau_1_s" …. The other terms get the
-/// weight 0. The effective parameters are those of the plane plus one per state. Fails with usage as check_set does.
+/// Fits the plane of fit_plane() on terms without a lag and on those with a chosen time constant, "tau_1_s" …. The
+/// other terms get the weight 0. The effective parameters are those of the plane plus one per state. Fails with usage
+/// as check_set does.
 [[nodiscard]] FitFunction fit_state_space;
 
 }  // namespace gyrotherm::methods

@@ -34,7 +34,7 @@ class Subsets {
     return (triangle_.col(inputs_) - triangle_(Eigen::all, subset) * weights(subset)).squaredNorm();
   }
   /// Returns whether the input is nearly a linear combination of the subset.
-  [[nodiscard]] bool depends(Eigen::Index input, const Subset& subset) const {
+  [[nodiscard]] bool is_dependent(Eigen::Index input, const Subset& subset) const {
     constexpr double kOwn = 1e-9;
     if (subset.empty()) return false;
     const Eigen::MatrixXd taken = triangle_(Eigen::all, subset);
@@ -65,7 +65,7 @@ bool add_best(const Subsets& regression, Subset& subset) {
   double best = kFToEnter;
   Eigen::Index chosen = -1;
   for (Eigen::Index input = 0; input < regression.inputs(); ++input) {
-    if (std::ranges::count(subset, input) > 0 || regression.depends(input, subset)) continue;
+    if (std::ranges::count(subset, input) > 0 || regression.is_dependent(input, subset)) continue;
     Subset larger = subset;
     larger.push_back(input);
     const double f = regression.partial_f(before, regression.residual(larger), larger.size());
@@ -104,11 +104,11 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
     while (drop_worst(regression, subset)) {
     }
   }
-  LinearModel of_taken{.weights = regression.weights(subset), .b = set.y.mean()};
+  LinearModel reduced{.weights = regression.weights(subset), .b = set.y.mean()};
   LinearModel linear{.weights = Eigen::VectorXd::Zero(set.x.cols()), .b = 0};
-  if (!subset.empty()) linear.weights(subset) = of_taken.weights;
-  of_taken.b -= set.x.colwise().mean() * linear.weights;
-  linear.b = of_taken.b;
+  if (!subset.empty()) linear.weights(subset) = reduced.weights;
+  reduced.b -= set.x.colwise().mean() * linear.weights;
+  linear.b = reduced.b;
   std::vector<std::string> names;
   for (const Eigen::Index input : subset) names.push_back(to_string(set.terms[input]));
   const auto parameters = static_cast<double>(subset.size()) + 1;
@@ -118,7 +118,7 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
       .effective_parameters = parameters,
       .particulars = fmt::format("{} of {} inputs entered, in this order: {}", subset.size(), set.x.cols(),
                                  names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))),
-      .variance = over_all_inputs(coefficient_variance(taken, set.y, of_taken, parameters), subset, set.x.cols())};
+      .variance = expand_to_inputs(coefficient_variance(taken, set.y, reduced, parameters), subset, set.x.cols())};
 }
 
 }  // namespace gyrotherm::methods

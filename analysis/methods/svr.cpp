@@ -16,7 +16,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-SvrModel model_of(const FitInput& set, const svm::SvrSolution& solution, const svm::SvrParameters& parameters) {
+SvrModel make_model(const FitInput& set, const svm::SvrSolution& solution, const svm::SvrParameters& parameters) {
   const std::vector<Eigen::Index> support = svm::support_of(solution.beta);
   return SvrModel{.support_vectors = set.x(support, Eigen::all),
                   .beta = solution.beta(support),
@@ -42,7 +42,7 @@ Eigen::Index end_of_stretch(const data::Clusters& clusters, Eigen::Index first) 
 constexpr Eigen::Index kMostQuickRows = 2000;
 constexpr Eigen::Index kThinnedRows = 1000;
 
-Eigen::Index thinning_of(const std::vector<svm::TuningFold>& folds) {
+Eigen::Index thinning_factor(const std::vector<svm::TuningFold>& folds) {
   Eigen::Index most = 0;
   for (const svm::TuningFold& fold : folds) most = std::max(most, fold.train_y.size());
   return most <= kMostQuickRows ? 1 : (most + kThinnedRows - 1) / kThinnedRows;
@@ -77,27 +77,27 @@ Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, cons
 }
 
 /// Plane, and the RMS of its residual over its training rows as the unit.
-struct Rest {
+struct PlaneResidual {
   PenalisedPlane plane;
   double unit{};
-  [[nodiscard]] Eigen::VectorXd of(const data::SampleMatrix& x, const Eigen::VectorXd& y) const {
+  [[nodiscard]] Eigen::VectorXd apply(const data::SampleMatrix& x, const Eigen::VectorXd& y) const {
     return ((y - x * plane.weights).array() - plane.b) / unit;
   }
 };
 
 /// Computes the residual of the plane. The unit is above 0 even for a zero residual, to avoid a division by 0.
-Rest rest_of(const FitInput& set) {
-  Rest rest{plane_of(set), 1};
-  const double spread = rest.of(set.x, set.y).norm() / std::sqrt(static_cast<double>(set.y.size()));
-  rest.unit = std::max(spread, std::numeric_limits<double>::epsilon());
-  return rest;
+PlaneResidual fit_plane_residual(const FitInput& set) {
+  PlaneResidual residual{fit_plane(set), 1};
+  const double spread = residual.apply(set.x, set.y).norm() / std::sqrt(static_cast<double>(set.y.size()));
+  residual.unit = std::max(spread, std::numeric_limits<double>::epsilon());
+  return residual;
 }
 
 }  // namespace
 
 Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
   std::vector<svm::TuningFold> unnamed(folds.begin(), folds.end());
-  const Eigen::Index kth = options.quick ? thinning_of(unnamed) : 1;
+  const Eigen::Index kth = options.quick ? thinning_factor(unnamed) : 1;
   if (kth > 1)
     for (svm::TuningFold& fold : unnamed) keep_every(kth, fold);
   auto tuned = tune_svr(unnamed, options.tuning, progress);
@@ -121,7 +121,7 @@ Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, cons
   const auto solution = solve_to_keep(svm::GaussianSamples(set.x), set.y, svr, options);
   if (!solution) return failure(solution.error());
   const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();
-  return Fit{.function = model_of(set, *solution, svr), .effective_parameters = static_cast<double>(free)};
+  return Fit{.function = make_model(set, *solution, svr), .effective_parameters = static_cast<double>(free)};
 }
 
 Eigen::VectorXd forward_prediction(const Eigen::Ref<const Eigen::VectorXd>& values, const ForwardPrediction& options) {
@@ -151,22 +151,22 @@ Eigen::VectorXd filter_bias(const data::Clusters& training) {
 
 Result<Choice> choose_svr_linear(std::span<const Fold> folds, const MethodOptions& options,
                                  const ProgressSink& progress) {
-  std::vector<Fold> rests(folds.begin(), folds.end());
-  for (Fold& fold : rests) {
+  std::vector<Fold> residual_folds(folds.begin(), folds.end());
+  for (Fold& fold : residual_folds) {
     const FitInput set{fold.train_x, fold.train_y, fold.terms, fold.input_covariance};
     if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-    const Rest rest = rest_of(set);
-    fold.train_y = rest.of(fold.train_x, fold.train_y);
-    fold.test_y = rest.of(fold.test_x, fold.test_y);
-    fold.target_scale *= rest.unit;
+    const PlaneResidual residual = fit_plane_residual(set);
+    fold.train_y = residual.apply(fold.train_x, fold.train_y);
+    fold.test_y = residual.apply(fold.test_x, fold.test_y);
+    fold.target_scale *= residual.unit;
   }
-  return choose_svr(rests, options, progress);
+  return choose_svr(residual_folds, options, progress);
 }
 
 Result<Fit> fit_svr_linear(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  const Rest rest = rest_of(set);
-  const Eigen::VectorXd y = rest.of(set.x, set.y);
+  const PlaneResidual residual = fit_plane_residual(set);
+  const Eigen::VectorXd y = residual.apply(set.x, set.y);
   auto fit = fit_svr({set.x, y, set.terms}, parameters, options);
   if (!fit) return fit;
   const auto& svr = std::get<SvrModel>(fit->function);
@@ -174,11 +174,11 @@ Result<Fit> fit_svr_linear(const FitInput& set, const HyperParameters& parameter
   ExpansionModel both{.centres = svr.support_vectors,
                       .lengths = Eigen::RowVectorXd::Ones(set.x.cols()),
                       .widths = Eigen::VectorXd::Constant(count, svr.parameters.sigma),
-                      .weights = rest.unit * svr.beta,
-                      .b = rest.plane.b + rest.unit * svr.b,
-                      .slope = rest.plane.weights};
+                      .weights = residual.unit * svr.beta,
+                      .b = residual.plane.b + residual.unit * svr.b,
+                      .slope = residual.plane.weights};
   return Fit{.function = std::move(both),
-             .effective_parameters = rest.plane.effective_parameters + fit->effective_parameters};
+             .effective_parameters = residual.plane.effective_parameters + fit->effective_parameters};
 }
 
 }  // namespace gyrotherm::methods

@@ -78,19 +78,19 @@ TEST_P(EveryMethod, NamesWhatIsWrongWithItsSamples) {
   const data::Samples samples = all_kinds_of_terms(60);
   const auto choice = method.choose(folds_of(samples, 3), quick_options(), {});
   ASSERT_TRUE(choice);
-  const auto fault_of = [&](const data::SampleMatrix& x, const Eigen::VectorXd& y) {
+  const auto fit_fault = [&](const data::SampleMatrix& x, const Eigen::VectorXd& y) {
     const auto fit = method.fit({x, y, samples.terms}, choice->parameters, quick_options());
     EXPECT_FALSE(fit);
     return fit ? Fault{} : fit.error();
   };
-  data::SampleMatrix spoilt = samples.x;
-  spoilt(3, 1) = std::nan("");
-  EXPECT_EQ(fault_of(spoilt, samples.y).kind, FaultKind::usage);
+  data::SampleMatrix invalid = samples.x;
+  invalid(3, 1) = std::nan("");
+  EXPECT_EQ(fit_fault(invalid, samples.y).kind, FaultKind::usage);
   Eigen::VectorXd infinite = samples.y;
   infinite(2) = HUGE_VAL;
-  EXPECT_EQ(fault_of(samples.x, infinite).kind, FaultKind::usage);
-  EXPECT_EQ(fault_of(samples.x.topRows(1), samples.y.head(1)).kind, FaultKind::usage);
-  EXPECT_EQ(fault_of(samples.x.topRows(0), samples.y.head(0)).kind, FaultKind::usage);
+  EXPECT_EQ(fit_fault(samples.x, infinite).kind, FaultKind::usage);
+  EXPECT_EQ(fit_fault(samples.x.topRows(1), samples.y.head(1)).kind, FaultKind::usage);
+  EXPECT_EQ(fit_fault(samples.x.topRows(0), samples.y.head(0)).kind, FaultKind::usage);
 }
 
 TEST_P(EveryMethod, ThatChoosesNeedsFoldsAndStopsWhenAsked) {

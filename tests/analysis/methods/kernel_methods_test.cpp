@@ -33,13 +33,13 @@ TEST(LeastSquaresSvm, KnowsTheResidualOfASampleLeftOutWithoutTrainingAnew) {
     const data::Samples samples = data::bent_samples(60, 3, 0.2, seed);
     const double gamma = 50, sigma = 1.5;
     const auto machine = solve_ls_svm(svm::gaussian_kernel(samples.x, samples.x, sigma), samples.y, gamma);
-    const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
+    const Eigen::VectorXd diagonal = bordered_inverse_diagonal(*machine);
     for (const Eigen::Index left_out : {0, 20, 59}) {
-      std::vector<Eigen::Index> rest(60);
-      std::iota(rest.begin(), rest.end(), 0);
-      rest.erase(rest.begin() + left_out);
-      const data::SampleMatrix outside = samples.x(rest, Eigen::all);
-      const auto without = solve_ls_svm(svm::gaussian_kernel(outside, outside, sigma), samples.y(rest), gamma);
+      std::vector<Eigen::Index> others(60);
+      std::iota(others.begin(), others.end(), 0);
+      others.erase(others.begin() + left_out);
+      const data::SampleMatrix outside = samples.x(others, Eigen::all);
+      const auto without = solve_ls_svm(svm::gaussian_kernel(outside, outside, sigma), samples.y(others), gamma);
       const Eigen::VectorXd kernel = svm::gaussian_kernel(samples.x.row(left_out), outside, sigma).transpose();
       const double residual = samples.y(left_out) - kernel.dot(without->alpha) - without->b;
       EXPECT_NEAR(machine->alpha(left_out) / diagonal(left_out), residual, 1e-10);
@@ -98,12 +98,12 @@ TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {
     const auto likelihood = marginal_likelihood(at, samples.x, samples.y);
     ASSERT_TRUE(likelihood);
     EXPECT_NEAR(likelihood->log_value, log_density(at, samples), 1e-8);
-    const Eigen::VectorXd logarithms = logarithms_of(at);
+    const Eigen::VectorXd logarithms = to_logarithms(at);
     for (Eigen::Index k = 0; k < logarithms.size(); ++k) {
       constexpr double kStep = 1e-5;
       const Eigen::VectorXd shift = kStep * Eigen::VectorXd::Unit(logarithms.size(), k);
-      const double slope = (log_density(covariance_of(logarithms + shift), samples) -
-                            log_density(covariance_of(logarithms - shift), samples)) /
+      const double slope = (log_density(from_logarithms(logarithms + shift), samples) -
+                            log_density(from_logarithms(logarithms - shift), samples)) /
                            (2 * kStep);
       EXPECT_NEAR(likelihood->gradient(k), slope, 1e-5 * (1 + std::abs(slope))) << k;
     }

@@ -18,13 +18,13 @@ TEST(Network, DerivativesAgreeWithDifferences) {
     network.b = 0.3;
     const Linearised at = linearise(network, x);
     EXPECT_LT((at.value - value_of(network, x)).cwiseAbs().maxCoeff(), 1e-14) << "seed " << seed;
-    const Eigen::VectorXd numbers = numbers_of(network);
+    const Eigen::VectorXd numbers = parameter_vector(network);
     ASSERT_EQ(numbers.size(), numbers_in(network));
     for (Eigen::Index k = 0; k < numbers.size(); ++k) {
       constexpr double kStep = 1e-5;
       NetworkModel ahead = network, behind = network;
-      set_numbers(ahead, numbers + kStep * Eigen::VectorXd::Unit(numbers.size(), k));
-      set_numbers(behind, numbers - kStep * Eigen::VectorXd::Unit(numbers.size(), k));
+      set_parameters(ahead, numbers + kStep * Eigen::VectorXd::Unit(numbers.size(), k));
+      set_parameters(behind, numbers - kStep * Eigen::VectorXd::Unit(numbers.size(), k));
       const Eigen::VectorXd slope = (value_of(ahead, x) - value_of(behind, x)) / (2 * kStep);
       EXPECT_LT((slope - at.derivatives.row(k).transpose()).cwiseAbs().maxCoeff(), 1e-8) << "seed " << seed << " " << k;
     }
@@ -34,7 +34,7 @@ TEST(Network, DerivativesAgreeWithDifferences) {
 TEST(Network, NumbersComeBackAsTheyWere) {
   const NetworkModel network = random_network(3, 2, 5);
   NetworkModel other = random_network(3, 2, 6);
-  set_numbers(other, numbers_of(network));
+  set_parameters(other, parameter_vector(network));
   EXPECT_EQ(other.weights, network.weights);
   EXPECT_EQ(other.offsets, network.offsets);
   EXPECT_EQ(other.out, network.out);
@@ -88,8 +88,8 @@ TEST(BackPropagationNetwork, KeepsTheStartWhoseHeldOutErrorIsTheMedian) {
       errors[start] += (value_of(fit->function, fold.test_x) - fold.test_y).squaredNorm();
     }
   }
-  const double of_the_chosen = errors[static_cast<std::size_t>(chosen)];
-  EXPECT_EQ(std::ranges::count_if(errors, [&](double error) { return error < of_the_chosen; }), 4);
+  const double chosen_error = errors[static_cast<std::size_t>(chosen)];
+  EXPECT_EQ(std::ranges::count_if(errors, [&](double error) { return error < chosen_error; }), 4);
 }
 
 TEST(BackPropagationNetwork, LearnsWhatALineCannot) {

@@ -99,13 +99,13 @@ TEST(OrthogonalLeastSquares, RatiosSumToTheShareThatIsExplained) {
     double explained = 0;
     for (Eigen::Index count = 1; count <= 10; ++count) {
       explained += path.ratios[static_cast<std::size_t>(count) - 1];
-      const Eigen::VectorXd weights = weights_of(path, count);
+      const Eigen::VectorXd weights = path_weights(path, count);
       const std::vector<Eigen::Index> taken(path.order.begin(), path.order.begin() + count);
       Eigen::MatrixXd design(40, count + 1);
       design << candidates(Eigen::all, taken), Eigen::VectorXd::Ones(40);
       const Eigen::VectorXd oracle = design.householderQr().solve(y);
       EXPECT_LT((weights - oracle.head(count)).cwiseAbs().maxCoeff(), 1e-10);
-      EXPECT_NEAR(offset_of(path, weights), oracle(count), 1e-10);
+      EXPECT_NEAR(path_offset(path, weights), oracle(count), 1e-10);
       EXPECT_NEAR(1 - explained, (y - design * oracle).squaredNorm() / centred.squaredNorm(), 1e-12);
     }
   }
@@ -117,9 +117,9 @@ TEST(OrthogonalLeastSquares, TakesTheLargestFirstAndStopsAtTheTolerance) {
   const auto path = orthogonal_least_squares(candidates, y, 0.01, 6);
   EXPECT_EQ(path.order, (std::vector<Eigen::Index>{4, 1}));
   const auto whole = orthogonal_least_squares(candidates, y, 0, 6);
-  EXPECT_EQ(taken_at(whole, 0.01), 2);
-  EXPECT_EQ(taken_at(whole, 0), 6);
-  EXPECT_EQ(taken_at(whole, 2), 0);
+  EXPECT_EQ(count_taken(whole, 0.01), 2);
+  EXPECT_EQ(count_taken(whole, 0), 6);
+  EXPECT_EQ(count_taken(whole, 2), 0);
 }
 
 TEST(OrthogonalLeastSquares, PassesOverACandidateThatIsACopy) {

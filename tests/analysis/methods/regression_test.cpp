@@ -10,7 +10,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-const LinearModel& linear_of(const Fit& fit) { return std::get<LinearModel>(fit.function); }
+const LinearModel& linear_model(const Fit& fit) { return std::get<LinearModel>(fit.function); }
 
 /// Returns the five terms of a polynomial in A and its rate, from raw temperatures between −1 and 1.
 data::Samples polynomial_samples(Eigen::Index rows, std::uint64_t seed) {
@@ -37,7 +37,7 @@ TEST(Polynomial, IsRecoveredWithItsOrder) {
       EXPECT_GE(value_of(choice->parameters, "rate terms"), rates ? 1 : 0);
       const auto fit = fit_polynomial(samples.set(), {{"order", double(order)}, {"rate terms", rates ? 1.0 : 0.0}}, {});
       ASSERT_TRUE(fit);
-      EXPECT_LT((linear_of(*fit).weights - weights).cwiseAbs().maxCoeff(), 2e-3);
+      EXPECT_LT((linear_model(*fit).weights - weights).cwiseAbs().maxCoeff(), 2e-3);
       EXPECT_EQ(fit->effective_parameters, 1 + order + (rates ? 2 : 0));
       EXPECT_EQ(numbers_in(fit->function), 1 + order + (rates ? 2 : 0)) << "what is not taken weighs nothing";
     }
@@ -53,7 +53,7 @@ TEST(Polynomial, OfInputsThatOfferOneOrderHasNoOther) {
 }
 
 /// Computes the partial F of adding `input` from two plain regressions.
-double f_of(const data::Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
+double partial_f(const data::Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
   const auto rss = [&](const std::vector<Eigen::Index>& taken) {
     Eigen::MatrixXd design(samples.x.rows(), static_cast<Eigen::Index>(taken.size()) + 1);
     design << samples.x(Eigen::all, taken), Eigen::VectorXd::Ones(samples.x.rows());
@@ -66,7 +66,7 @@ double f_of(const data::Samples& samples, std::vector<Eigen::Index> columns, Eig
   return (before - after) / (after / freedom);
 }
 
-std::vector<Eigen::Index> taken_by(const LinearModel& model) {
+std::vector<Eigen::Index> taken_inputs(const LinearModel& model) {
   std::vector<Eigen::Index> taken;
   for (Eigen::Index j = 0; j < model.weights.size(); ++j) {
     if (model.weights(j) != 0) taken.push_back(j);
@@ -82,14 +82,14 @@ TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
     samples.y = samples.x.col(0) + samples.x.col(1) + 0.2 * samples.x.col(5) + data::normal_vector(50, seed + 200);
     const auto fit = fit_stepwise(samples.set(), {}, {});
     ASSERT_TRUE(fit);
-    const auto taken = taken_by(linear_of(*fit));
+    const auto taken = taken_inputs(linear_model(*fit));
     for (Eigen::Index input = 0; input < 7; ++input) {
       if (std::ranges::count(taken, input) > 0) {
         auto others = taken;
         std::erase(others, input);
-        EXPECT_GE(f_of(samples, others, input), kFToRemove) << input;
+        EXPECT_GE(partial_f(samples, others, input), kFToRemove) << input;
       } else {
-        EXPECT_LE(f_of(samples, taken, input), kFToEnter) << input;
+        EXPECT_LE(partial_f(samples, taken, input), kFToEnter) << input;
       }
     }
     EXPECT_EQ(fit->effective_parameters, static_cast<double>(taken.size() + 1));
@@ -106,8 +106,8 @@ TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
   samples.y = samples.x.col(0) + samples.x.col(1) + 0.01 * data::normal_vector(200, 5);
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
-  EXPECT_EQ(linear_of(*fit).weights(3), 0);
-  EXPECT_NEAR(linear_of(*fit).weights(0), 1, 0.01);
+  EXPECT_EQ(linear_model(*fit).weights(3), 0);
+  EXPECT_NEAR(linear_model(*fit).weights(0), 1, 0.01);
 }
 
 TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
@@ -118,7 +118,7 @@ TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   EXPECT_EQ(numbers_in(fit->function), 1);
-  EXPECT_NEAR(linear_of(*fit).b, 0.5, 1e-12);
+  EXPECT_NEAR(linear_model(*fit).b, 0.5, 1e-12);
 }
 
 TEST(Stepwise, PassesOverAnInputThatIsACopy) {
@@ -127,7 +127,7 @@ TEST(Stepwise, PassesOverAnInputThatIsACopy) {
   samples.y = samples.x.col(0) + 0.1 * data::normal_vector(80, 7);
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
-  const auto taken = taken_by(linear_of(*fit));
+  const auto taken = taken_inputs(linear_model(*fit));
   ASSERT_EQ(taken.size(), 1u);
   EXPECT_NE(taken.front(), 1);
 }
@@ -142,8 +142,8 @@ TEST(Ridge, SatisfiesItsNormalEquations) {
       const auto fit = fit_ridge(samples.set(), {{"lambda", lambda}}, {});
       ASSERT_TRUE(fit);
       const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
-      const Eigen::VectorXd gradient =
-          samples.x.transpose() * residual - lambda * static_cast<double>(samples.y.size()) * linear_of(*fit).weights;
+      const Eigen::VectorXd gradient = samples.x.transpose() * residual -
+                                       lambda * static_cast<double>(samples.y.size()) * linear_model(*fit).weights;
       EXPECT_LT(gradient.cwiseAbs().maxCoeff(), 1e-10);
       EXPECT_NEAR(residual.mean(), 0, 1e-12);
     }
@@ -165,7 +165,7 @@ TEST(Ridge, CountsTheTraceOfItsHatMatrix) {
 TEST(Ridge, WithoutAPenaltyIsLeastSquares) {
   const data::Samples samples = data::bent_samples(60, 5, 0.3, 2);
   const auto ridge = fit_ridge(samples.set(), {{"lambda", 1e-14}}, {}), plain = fit_linear(samples.set(), {}, {});
-  EXPECT_LT((linear_of(*ridge).weights - linear_of(*plain).weights).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_LT((linear_model(*ridge).weights - linear_model(*plain).weights).cwiseAbs().maxCoeff(), 1e-10);
   EXPECT_NEAR(ridge->effective_parameters, 6, 1e-10);
 }
 
@@ -195,7 +195,7 @@ TEST(HeldOut, MeanErrorIsThatOfTheHeldOutRowsAlone) {
   for (const Fold& fold : folds) sum += fold.target_scale * fold.target_scale * fold.test_y.squaredNorm();
   EXPECT_NEAR(errors->front()(0), sum / 40, 1e-14);
   EXPECT_EQ(errors->front()(1), 0);
-  EXPECT_EQ(least_of(*errors).candidate, 1);
+  EXPECT_EQ(find_least(*errors).candidate, 1);
 }
 
 TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
@@ -207,7 +207,7 @@ TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
   };
   const auto errors = held_out_errors(folds, 3, second_fails, {}, {});
   ASSERT_TRUE(errors);
-  EXPECT_EQ(least_of(*errors).trial, 1u);
+  EXPECT_EQ(find_least(*errors).trial, 1u);
   const Trial all_fail = [](const Fold&, std::size_t) -> Result<Eigen::MatrixXd> {
     return failure(FaultKind::usage, "a method", "too few");
   };
@@ -223,8 +223,8 @@ TEST(CoefficientVariance, IsThatOfTheGuidesThermometer) {
   const data::SampleMatrix x = temperature;
   const auto fit = fit_linear({x, correction, {data::temperature_term("A")}}, {}, {});
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(linear_of(*fit).b, -0.1712, 5e-5);
-  EXPECT_NEAR(linear_of(*fit).weights(0), 0.00218, 5e-6);
+  EXPECT_NEAR(linear_model(*fit).b, -0.1712, 5e-5);
+  EXPECT_NEAR(linear_model(*fit).weights(0), 0.00218, 5e-6);
   const Eigen::MatrixXd& open = fit->variance->posterior;
   EXPECT_NEAR(std::sqrt(open(1, 1)), 0.0029, 5e-5);
   EXPECT_NEAR(std::sqrt(open(0, 0)), 0.00067, 5e-6);

@@ -55,7 +55,7 @@ TEST(RidgeU, ErrsLeastOnReadingsInError) {
   const Eigen::MatrixXd covariance = Eigen::Vector3d(0.01, 0.04, 0.09).asDiagonal();
   const PenalisedPlane plane = penalised_plane(samples.x, samples.y, covariance);
   const Eigen::MatrixXd root = covariance.llt().matrixL().transpose();
-  const auto error_of = [&](const Eigen::VectorXd& weights) {
+  const auto mean_error = [&](const Eigen::VectorXd& weights) {
     double sum = 0;
     for (std::uint64_t draw = 0; draw < 200; ++draw) {
       const Eigen::MatrixXd read = samples.x + data::normal_matrix(rows, 3, 1000 + draw) * root;
@@ -64,7 +64,7 @@ TEST(RidgeU, ErrsLeastOnReadingsInError) {
     }
     return sum / (200 * static_cast<double>(rows));
   };
-  const double least = error_of(plane.weights);
+  const double least = mean_error(plane.weights);
   const Eigen::VectorXd residual = samples.y - samples.x * plane.weights;
   const double expected = (residual.array() - residual.mean()).matrix().squaredNorm() / static_cast<double>(rows) +
                           plane.weights.dot(covariance * plane.weights);
@@ -72,9 +72,9 @@ TEST(RidgeU, ErrsLeastOnReadingsInError) {
   const Eigen::VectorXd exact = penalised_plane(samples.x, samples.y, Eigen::Matrix3d::Zero()).weights;
   // Moves towards least squares and away from it.
   for (const double part : {-0.5, 0.25, 0.5, 1.0})
-    EXPECT_GT(error_of(plane.weights + part * (exact - plane.weights)), least) << part;
+    EXPECT_GT(mean_error(plane.weights + part * (exact - plane.weights)), least) << part;
   for (const double penalty : {0.1, 10.0})
-    EXPECT_GT(error_of(penalised_plane(samples.x, samples.y, penalty * covariance).weights), least) << penalty;
+    EXPECT_GT(mean_error(penalised_plane(samples.x, samples.y, penalty * covariance).weights), least) << penalty;
 }
 
 TEST(RidgeU, DependsOnWhatItsTermsSpanAlone) {

@@ -50,8 +50,8 @@ TEST(StateSpace, IsThePlaneOfTheChosenLagsAlone) {
   const auto& linear = std::get<LinearModel>(fit->function);
   EXPECT_EQ(linear.weights(2), 0);
   const std::vector<Eigen::Index> chosen = {0, 1, 3};
-  const data::SampleMatrix of_chosen = x(Eigen::all, chosen);
-  const PenalisedPlane plane = plane_of({of_chosen, clusters.bias_deg_per_h, terms});
+  const data::SampleMatrix chosen_x = x(Eigen::all, chosen);
+  const PenalisedPlane plane = fit_plane({chosen_x, clusters.bias_deg_per_h, terms});
   EXPECT_EQ(linear.weights(chosen), plane.weights);
   EXPECT_NEAR(fit->effective_parameters, plane.effective_parameters + 1, 1e-12);
 }

@@ -56,7 +56,7 @@ TEST(ForwardPrediction, TakesNoiseFromABiasThatStandsStill) {
 }
 
 /// Returns two folds with 2100 training rows each, of a smooth function with noise.
-std::vector<Fold> folds_of_many_rows() {
+std::vector<Fold> large_folds() {
   std::vector<Fold> folds(2);
   for (Fold& fold : folds) {
     const bool second = &fold == &folds.back();
@@ -78,7 +78,7 @@ std::vector<Fold> folds_of_many_rows() {
 }
 
 TEST(ChooseSvr, AQuickSearchOfManyRowsIsThatOfEveryThirdOfThem) {
-  std::vector<Fold> folds = folds_of_many_rows();
+  std::vector<Fold> folds = large_folds();
   MethodOptions options;
   options.tuning.swarm.particles = 3;
   options.tuning.swarm.iterations = 1;
@@ -122,9 +122,9 @@ TEST(SvrLinear, IsAPlaneAndTheSupportVectorsOfWhatItLeaves) {
   const auto fit = fit_svr_linear({samples.x, samples.y, samples.terms, covariance}, kParameters, {});
   ASSERT_TRUE(fit);
   const PenalisedPlane plane = penalised_plane(samples.x, samples.y, covariance);
-  const Eigen::VectorXd left = (samples.y - samples.x * plane.weights).array() - plane.b;
-  const double unit = std::sqrt(left.squaredNorm() / 150);
-  const Eigen::VectorXd y = left / unit;
+  const Eigen::VectorXd residual = (samples.y - samples.x * plane.weights).array() - plane.b;
+  const double unit = std::sqrt(residual.squaredNorm() / 150);
+  const Eigen::VectorXd y = residual / unit;
   const auto support = fit_svr({samples.x, y, samples.terms}, kParameters, {});
   ASSERT_TRUE(support);
   const Eigen::VectorXd expected =
@@ -166,13 +166,13 @@ TEST(PlaneBesideKernel, GoesOnAsAPlaneWhereSupportVectorsStop) {
 
 TEST(PlaneBesideKernel, WithALargerUncertaintyDependsLessOnThatInput) {
   const data::Samples samples = data::bent_plane(150, 4);
-  const auto slope_of = [&](double variance) {
+  const auto fitted_slope = [&](double variance) {
     const Eigen::MatrixXd covariance = Eigen::Vector3d(0, 0, variance).asDiagonal();
     const auto fit = fit_svr_linear({samples.x, samples.y, samples.terms, covariance}, kParameters, {});
     return std::get<ExpansionModel>(fit->function).slope(2);
   };
-  EXPECT_GT(slope_of(0), slope_of(0.1));
-  EXPECT_GT(slope_of(0.1), slope_of(1));
+  EXPECT_GT(fitted_slope(0), fitted_slope(0.1));
+  EXPECT_GT(fitted_slope(0.1), fitted_slope(1));
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ struct RootMeanSquare {
 };
 
 /// Returns at index k the mean of the following `hour` values. NaN if one of them is missing.
-Eigen::VectorXd means_of_next(const Eigen::VectorXd& values, Eigen::Index hour) {
+Eigen::VectorXd next_hour_means(const Eigen::VectorXd& values, Eigen::Index hour) {
   Eigen::VectorXd means = Eigen::VectorXd::Constant(values.size(), kNothing);
   for (Eigen::Index k = 0; k + hour < values.size(); ++k) means(k) = values.segment(k + 1, hour).mean();
   return means;
@@ -46,7 +46,7 @@ Eigen::VectorXd means_of_next(const Eigen::VectorXd& values, Eigen::Index hour) 
 /// Computes the errors of a denoiser's forecasts for the hours of `values`.
 RootMeanSquare forecast_errors(const Denoised& denoised, const Eigen::VectorXd& values, Eigen::Index hour) {
   RootMeanSquare errors;
-  const Eigen::VectorXd means = means_of_next(values, hour);
+  const Eigen::VectorXd means = next_hour_means(values, hour);
   for (Eigen::Index k = kSettlingHours * hour; k < values.size(); ++k) errors.add(denoised.next_hour(k) - means(k));
   return errors;
 }
@@ -68,37 +68,37 @@ double standard_error(const RootMeanSquare& errors, Eigen::Index hour) {
 
 /// Shuffles the values that are not missing and subtracts their mean.
 Eigen::VectorXd shuffled(const Eigen::VectorXd& values, std::uint64_t seed) {
-  std::vector<Eigen::Index> places;
+  std::vector<Eigen::Index> indices;
   for (Eigen::Index k = 0; k < values.size(); ++k) {
-    if (std::isfinite(values(k))) places.push_back(k);
+    if (std::isfinite(values(k))) indices.push_back(k);
   }
   Eigen::VectorXd mixed = values;
   std::mt19937_64 random(seed);
-  for (std::size_t left = places.size(); left > 1; --left) {
-    const auto other = static_cast<std::size_t>(index_below(static_cast<std::int64_t>(left), random));
-    std::swap(mixed(places[left - 1]), mixed(places[other]));
+  for (std::size_t remaining = indices.size(); remaining > 1; --remaining) {
+    const auto other = static_cast<std::size_t>(index_below(static_cast<std::int64_t>(remaining), random));
+    std::swap(mixed(indices[remaining - 1]), mixed(indices[other]));
   }
-  if (!places.empty()) mixed.array() -= values(places).mean();
+  if (!indices.empty()) mixed.array() -= values(indices).mean();
   return mixed;
 }
 
 double shuffled_gain(const Denoiser& denoiser, const Eigen::VectorXd& residual, Eigen::Index hour) {
   constexpr std::uint64_t kShuffles = 8;
-  RootMeanSquare ours, none;
+  RootMeanSquare denoised_errors, none;
   for (std::uint64_t seed = 1; seed <= kShuffles; ++seed) {
     const Eigen::VectorXd values = shuffled(residual, seed);
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(values.size());
-    ours.add(forecast_errors(denoiser.denoise(values), values, hour));
+    denoised_errors.add(forecast_errors(denoiser.denoise(values), values, hour));
     none.add(forecast_errors({zero, zero}, values, hour));
   }
-  return 1 - ours.value() / none.value();
+  return 1 - denoised_errors.value() / none.value();
 }
 
 /// Returns the residual minus the bias estimate of the previous interval.
-Eigen::VectorXd left_of(const Eigen::VectorXd& residual, const Denoised& denoised) {
-  Eigen::VectorXd left = residual;
-  for (Eigen::Index k = 1; k < left.size(); ++k) left(k) -= denoised.bias(k - 1);
-  return left;
+Eigen::VectorXd residual_rate(const Eigen::VectorXd& residual, const Denoised& denoised) {
+  Eigen::VectorXd remaining = residual;
+  for (Eigen::Index k = 1; k < remaining.size(); ++k) remaining(k) -= denoised.bias(k - 1);
+  return remaining;
 }
 
 double allan_deviation(const Eigen::VectorXd& rates, double interval_s, Eigen::Index intervals) {
@@ -111,13 +111,13 @@ double allan_deviation(const Eigen::VectorXd& rates, double interval_s, Eigen::I
 }
 
 /// Returns the response of a denoiser to rates with a change minus its response to them without it.
-Eigen::VectorXd said_of(const Denoiser& denoiser, const Eigen::VectorXd& noise, const Eigen::VectorXd& change) {
+Eigen::VectorXd change_response(const Denoiser& denoiser, const Eigen::VectorXd& noise, const Eigen::VectorXd& change) {
   return denoiser.denoise(noise + change).bias - denoiser.denoise(noise).bias;
 }
 
 /// Scales the values by a power of 2 so that the square of the greatest is representable. Correlations are
 /// bit-identical.
-Eigen::VectorXd of_moderate_size(const Eigen::Ref<const Eigen::VectorXd>& values) {
+Eigen::VectorXd scale_to_unit(const Eigen::Ref<const Eigen::VectorXd>& values) {
   double greatest = 0;
   for (const double value : values)
     if (std::isfinite(value)) greatest = std::max(greatest, std::abs(value));
@@ -128,10 +128,10 @@ Eigen::VectorXd of_moderate_size(const Eigen::Ref<const Eigen::VectorXd>& values
 
 }  // namespace
 
-Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags) {
+Whiteness test_whiteness(const Eigen::Ref<const Eigen::VectorXd>& values, int lags) {
   assert(lags >= 1);
   Whiteness whiteness{.lags = lags, .probability = kNothing};
-  const Eigen::VectorXd scaled = of_moderate_size(values);
+  const Eigen::VectorXd scaled = scale_to_unit(values);
   double squares = 0;
   int count = 0;
   for (const double value : scaled) {
@@ -158,7 +158,7 @@ Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags
   return whiteness;
 }
 
-Consistency consistency_of(const std::vector<TrackedInterval>& intervals, std::size_t settling) {
+Consistency test_consistency(const std::vector<TrackedInterval>& intervals, std::size_t settling) {
   constexpr int kLags = 20;
   Consistency consistency{.mean_square = kNothing, .low = kNothing, .high = kNothing};
   const std::size_t count = intervals.size() > settling ? intervals.size() - settling : 0;
@@ -172,7 +172,7 @@ Consistency consistency_of(const std::vector<TrackedInterval>& intervals, std::s
     sum += value * value;
     ++consistency.innovations;
   }
-  consistency.whiteness = whiteness_of(normalised, kLags);
+  consistency.whiteness = test_whiteness(normalised, kLags);
   if (consistency.innovations == 0) return consistency;
   constexpr double kTwoSided95 = 1.959963985;
   const double bar = kTwoSided95 * std::sqrt(2.0 / consistency.innovations);
@@ -185,18 +185,18 @@ Consistency consistency_of(const std::vector<TrackedInterval>& intervals, std::s
 Eigen::VectorXd evenly_spaced(const Eigen::Ref<const Eigen::VectorXd>& values, const data::Clusters& clusters) {
   assert(values.size() == clusters.start_s.size());
   if (values.size() == 0) return {};
-  const auto place = [&](Eigen::Index k) {
+  const auto index = [&](Eigen::Index k) {
     return static_cast<Eigen::Index>(std::llround((clusters.start_s(k) - clusters.start_s(0)) / clusters.length_s));
   };
-  Eigen::VectorXd spaced = Eigen::VectorXd::Constant(place(values.size() - 1) + 1, kNothing);
-  for (Eigen::Index k = 0; k < values.size(); ++k) spaced(place(k)) = values(k);
+  Eigen::VectorXd spaced = Eigen::VectorXd::Constant(index(values.size() - 1) + 1, kNothing);
+  for (Eigen::Index k = 0; k < values.size(); ++k) spaced(index(k)) = values(k);
   return spaced;
 }
 
-Response response_of(const Denoiser& denoiser, const StateSpace& space) {
+Response measure_response(const Denoiser& denoiser, const StateSpace& space) {
   constexpr double kStep = 1, kRounding = 1e-9, kSlopePerHour = 0.6;  // 0.01 °/h/min
   constexpr Eigen::Index kDay = 24, kRampHours = 6;
-  const Eigen::Index hour = intervals_of_hour(space.interval_s), begin = kDay * hour, count = 2 * begin;
+  const Eigen::Index hour = intervals_per_hour(space.interval_s), begin = kDay * hour, count = 2 * begin;
   std::mt19937_64 random(1);
   const Eigen::VectorXd noise = draw(space, count, random).measured_deg_per_h;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(count), ramp = step;
@@ -205,20 +205,21 @@ Response response_of(const Denoiser& denoiser, const StateSpace& space) {
   for (Eigen::Index k = begin; k < count; ++k) {
     ramp(k) = rise * (static_cast<double>(std::min(k - begin, kRampHours * hour)) + 0.5);
   }
-  const Eigen::VectorXd of_step = said_of(denoiser, noise, step), of_ramp = said_of(denoiser, noise, ramp);
+  const Eigen::VectorXd step_response = change_response(denoiser, noise, step),
+                        ramp_response = change_response(denoiser, noise, ramp);
   Response response{.step_delay_s = kNothing};
   for (Eigen::Index k = count - 1; k >= begin; --k) {
-    if (of_step(k) >= kStep / 2 - kRounding)
+    if (step_response(k) >= kStep / 2 - kRounding)
       response.step_delay_s = static_cast<double>(k + 1 - begin) * space.interval_s;
   }
   const Eigen::Index end = begin + kRampHours * hour;
-  response.step_overshoot = std::max(0.0, of_step.tail(count - begin).maxCoeff() / kStep - 1);
-  response.ramp_delay_s = (ramp(end) - of_ramp(end)) / kSlopePerHour * kSecondsPerHour;
-  response.ramp_overshoot_deg_per_h = std::max(0.0, of_ramp.tail(count - begin).maxCoeff() - ramp(end));
+  response.step_overshoot = std::max(0.0, step_response.tail(count - begin).maxCoeff() / kStep - 1);
+  response.ramp_delay_s = (ramp(end) - ramp_response(end)) / kSlopePerHour * kSecondsPerHour;
+  response.ramp_overshoot_deg_per_h = std::max(0.0, ramp_response.tail(count - begin).maxCoeff() - ramp(end));
   return response;
 }
 
-TrackedSeries series_of(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s) {
+TrackedSeries make_series(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s) {
   const StateSpace space = state_space(noise, interval_s);
   const auto numbers = [](const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); };
   const SmoothedBias smoothed = smooth(space, residual_deg_per_h);
@@ -237,7 +238,7 @@ Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per
   const Eigen::VectorXd& truth = true_bias_deg_per_h;
   assert(truth.size() == 0 || truth.size() == residual_deg_per_h.size());
   const StateSpace space = state_space(noise, interval_s);
-  const Eigen::Index hour = intervals_of_hour(interval_s);
+  const Eigen::Index hour = intervals_per_hour(interval_s);
   Assessment assessment{.noise = noise,
                         .interval_s = interval_s,
                         .steady_gain = steady_state(space).gain.sum(),
@@ -247,7 +248,7 @@ Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per
     const Denoised denoised = denoiser.denoise(residual_deg_per_h);
     const RootMeanSquare errors = forecast_errors(denoised, residual_deg_per_h, hour);
     assessment.hours = std::max(assessment.hours, errors.count / static_cast<int>(hour));
-    const Eigen::VectorXd left = left_of(residual_deg_per_h, denoised);
+    const Eigen::VectorXd residual_rates = residual_rate(residual_deg_per_h, denoised);
     assessment.denoisers.push_back(
         {.name = denoiser.name,
          .latency_s = static_cast<double>(denoiser.latency) * interval_s,
@@ -256,12 +257,12 @@ Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per
          .next_hour_rmse_to_truth = forecast_errors(denoised, truth, hour).value(),
          .rmse_to_truth = rmse_to_truth(denoised, truth, denoiser, hour),
          .shuffled_gain = shuffled_gain(denoiser, residual_deg_per_h, hour),
-         .allan_interval = denoiser.latency > 0 ? kNothing : allan_deviation(left, interval_s, 1),
-         .allan_hour = denoiser.latency > 0 ? kNothing : allan_deviation(left, interval_s, hour),
-         .response = response_of(denoiser, space)});
+         .allan_interval = denoiser.latency > 0 ? kNothing : allan_deviation(residual_rates, interval_s, 1),
+         .allan_hour = denoiser.latency > 0 ? kNothing : allan_deviation(residual_rates, interval_s, hour),
+         .response = measure_response(denoiser, space)});
   }
-  assessment.series = series_of(noise, residual_deg_per_h, interval_s);
-  assessment.consistency = consistency_of(track(space, residual_deg_per_h), kSettlingHours * hour);
+  assessment.series = make_series(noise, residual_deg_per_h, interval_s);
+  assessment.consistency = test_consistency(track(space, residual_deg_per_h), kSettlingHours * hour);
   return assessment;
 }
 

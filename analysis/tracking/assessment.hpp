@@ -27,7 +27,7 @@ struct Whiteness {
   double probability{};
 };
 /// Tests values for whiteness. NaN values are missing; pairs with a missing value are skipped.
-[[nodiscard]] Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags);
+[[nodiscard]] Whiteness test_whiteness(const Eigen::Ref<const Eigen::VectorXd>& values, int lags);
 
 /// Consistency of the innovations of a filter (Bar-Shalom, Li, Kirubarajan, 2001, section 5.4).
 struct Consistency {
@@ -40,7 +40,7 @@ struct Consistency {
 };
 /// Computes the consistency. Skips the first `settling` intervals, in which the initial uncertainty dominates the
 /// innovation.
-[[nodiscard]] Consistency consistency_of(const std::vector<TrackedInterval>& intervals, std::size_t settling = 0);
+[[nodiscard]] Consistency test_consistency(const std::vector<TrackedInterval>& intervals, std::size_t settling = 0);
 
 void describe(auto& form, Like<Consistency> auto& consistency) {
   form("innovations", consistency.innovations);
@@ -71,7 +71,7 @@ struct Response {
   /// Overshoot above the end value of the ramp.
   double ramp_overshoot_deg_per_h{};
 };
-[[nodiscard]] Response response_of(const Denoiser& denoiser, const StateSpace& space);
+[[nodiscard]] Response measure_response(const Denoiser& denoiser, const StateSpace& space);
 
 /// Results of one denoiser. NaN where a result is not available, such as the forecasts of a denoiser with latency.
 struct DenoiserFigures {
@@ -119,8 +119,8 @@ struct TrackedSeries {
   /// Bias estimated from all intervals. Not used in any result.
   std::vector<double> smoothed, smoothed_std;
 };
-[[nodiscard]] TrackedSeries series_of(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h,
-                                      double interval_s);
+[[nodiscard]] TrackedSeries make_series(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h,
+                                        double interval_s);
 
 void describe(auto& form, Like<TrackedSeries> auto& series) {
   form("residual_deg_per_h", series.residual);

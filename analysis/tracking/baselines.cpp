@@ -16,7 +16,7 @@ namespace gyrotherm::tracking {
 namespace {
 
 /// Returns at index k the prediction of value k + 1 by normalised least mean squares.
-Eigen::VectorXd predicted_by_least_mean_squares(const Eigen::VectorXd& values) {
+Eigen::VectorXd predict_by_least_mean_squares(const Eigen::VectorXd& values) {
   const Eigen::Index count = values.size();
   const methods::ForwardPrediction options;
   // The last element is predicted and not used for adaptation.
@@ -29,12 +29,12 @@ Eigen::VectorXd predicted_by_least_mean_squares(const Eigen::VectorXd& values) {
 }
 
 Denoised held(const Eigen::VectorXd& bias) { return {bias, bias}; }
-Denoised late(const Eigen::VectorXd& bias) {
+Denoised without_forecast(const Eigen::VectorXd& bias) {
   return {bias, Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN())};
 }
 
 Denoised tracked(const StateSpace& space, const Eigen::VectorXd& rates) {
-  const auto hour = static_cast<int>(intervals_of_hour(space.interval_s));
+  const auto hour = static_cast<int>(intervals_per_hour(space.interval_s));
   BiasTracker tracker(space);
   Denoised denoised{Eigen::VectorXd(rates.size()), Eigen::VectorXd(rates.size())};
   for (Eigen::Index k = 0; k < rates.size(); ++k) {
@@ -74,7 +74,7 @@ Eigen::Index power_of_two(Eigen::Index count) {
 
 }  // namespace
 
-Eigen::Index intervals_of_hour(double interval_s) {
+Eigen::Index intervals_per_hour(double interval_s) {
   return std::max<Eigen::Index>(1, std::lround(kSecondsPerHour / interval_s));
 }
 
@@ -182,11 +182,11 @@ Eigen::VectorXd wavelet_denoised_in_windows(const Eigen::Ref<const Eigen::Vector
 
 std::vector<Denoiser> denoisers(const StateSpace& space) {
   constexpr Eigen::Index kWindow = 256;
-  const Eigen::Index hour = intervals_of_hour(space.interval_s);
+  const Eigen::Index hour = intervals_per_hour(space.interval_s);
   const auto wavelet = [](Eigen::Index delay) {
     return [delay](const Eigen::VectorXd& rates) {
       const Eigen::VectorXd bias = wavelet_denoised_in_windows(without_gaps(rates), kWindow, delay);
-      return delay > 0 ? late(bias) : held(bias);
+      return delay > 0 ? without_forecast(bias) : held(bias);
     };
   };
   std::vector<Denoiser> all;
@@ -198,15 +198,16 @@ std::vector<Denoiser> denoisers(const StateSpace& space) {
   all.push_back(
       {"mean of the last hour", 0, [hour](const Eigen::VectorXd& rates) { return held(trailing_means(rates, hour)); }});
   all.push_back({"linear prediction, LMS", 0, [](const Eigen::VectorXd& rates) {
-                   return held(predicted_by_least_mean_squares(without_gaps(rates)));
+                   return held(predict_by_least_mean_squares(without_gaps(rates)));
                  }});
   all.push_back({"linear prediction, RLS", 0,
                  [](const Eigen::VectorXd& rates) { return held(predicted_next(without_gaps(rates))); }});
   all.push_back({"wavelet, at once", 0, wavelet(0)});
   if (hour < kWindow) all.push_back({"wavelet, an hour late", hour, wavelet(hour)});
   all.push_back({"Kalman", 0, [space](const Eigen::VectorXd& rates) { return tracked(space, rates); }});
-  all.push_back({"Kalman, an hour late", hour,
-                 [space, hour](const Eigen::VectorXd& rates) { return late(smooth_with_lag(space, rates, hour)); }});
+  all.push_back({"Kalman, an hour late", hour, [space, hour](const Eigen::VectorXd& rates) {
+                   return without_forecast(smooth_with_lag(space, rates, hour));
+                 }});
   return all;
 }
 

@@ -78,6 +78,6 @@ struct Denoiser {
 [[nodiscard]] std::vector<Denoiser> denoisers(const StateSpace& space);
 
 /// Returns the number of intervals per hour, at least 1.
-[[nodiscard]] Eigen::Index intervals_of_hour(double interval_s);
+[[nodiscard]] Eigen::Index intervals_per_hour(double interval_s);
 
 }  // namespace gyrotherm::tracking

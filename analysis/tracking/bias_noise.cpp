@@ -13,7 +13,7 @@ namespace gyrotherm::tracking {
 namespace {
 
 /// Returns the root mean square of the finite values.
-double rms_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+double finite_rms(const Eigen::Ref<const Eigen::VectorXd>& values) {
   double sum = 0;
   int count = 0;
   for (const double value : values) {
@@ -39,8 +39,8 @@ Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& res
   }
   using enum data::NoiseTerm;
   const data::AllanFit fit = data::fit_allan(curve, rates, {angle_random_walk, bias_instability, rate_random_walk});
-  const double of_floor = floor_deg_per_h * std::sqrt(clusters.length_s / kSecondsPerHour);
-  const double walk = of(fit, angle_random_walk).seen ? of(fit, angle_random_walk).value : of_floor;
+  const double floor_walk = floor_deg_per_h * std::sqrt(clusters.length_s / kSecondsPerHour);
+  const double walk = of(fit, angle_random_walk).seen ? of(fit, angle_random_walk).value : floor_walk;
   if (!(walk > 0)) {
     return failure(FaultKind::usage, "bias tracking",
                    "the residual shows no angle random walk, and the record has no noise floor");
@@ -48,7 +48,7 @@ Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& res
   return BiasNoise{.angle_random_walk_deg_per_sqrt_h = walk,
                    .instability_deg_per_h = of(fit, bias_instability).value,
                    .rate_random_walk_deg_per_h_per_sqrt_h = of(fit, rate_random_walk).value,
-                   .start_deg_per_h = rms_of(residual_deg_per_h)};
+                   .start_deg_per_h = finite_rms(residual_deg_per_h)};
 }
 
 }  // namespace gyrotherm::tracking

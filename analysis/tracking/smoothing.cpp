@@ -19,15 +19,16 @@ struct Hindsight {
 };
 
 /// Moves the recursion back over one interval.
-Hindsight before(const Hindsight& after, const StateSpace& space, const TrackedInterval& interval) {
+Hindsight step_back(const Hindsight& after, const StateSpace& space, const TrackedInterval& interval) {
   Hindsight hindsight{after.r.cwiseProduct(space.memory),
                       after.n.cwiseProduct(space.memory * space.memory.transpose())};
   if (std::isnan(interval.innovation)) return hindsight;
-  const State seen = State::Ones();
+  const State observation = State::Ones();
   const State gain = interval.predicted_covariance.rowwise().sum() / interval.innovation_variance;
-  const Covariance kept = Covariance::Identity() - gain * seen.transpose();
-  hindsight.r = kept.transpose() * hindsight.r + seen * (interval.innovation / interval.innovation_variance);
-  hindsight.n = kept.transpose() * hindsight.n * kept + seen * seen.transpose() / interval.innovation_variance;
+  const Covariance kept = Covariance::Identity() - gain * observation.transpose();
+  hindsight.r = kept.transpose() * hindsight.r + observation * (interval.innovation / interval.innovation_variance);
+  hindsight.n =
+      kept.transpose() * hindsight.n * kept + observation * observation.transpose() / interval.innovation_variance;
   return hindsight;
 }
 
@@ -45,7 +46,7 @@ SmoothedBias smooth(const StateSpace& space, const Eigen::Ref<const Eigen::Vecto
   Hindsight hindsight;
   for (Eigen::Index k = rates_deg_per_h.size() - 1; k >= 0; --k) {
     const TrackedInterval& interval = intervals[static_cast<std::size_t>(k)];
-    hindsight = before(hindsight, space, interval);
+    hindsight = step_back(hindsight, space, interval);
     const Estimate estimate = smoothed(interval, hindsight);
     bias.deg_per_h(k) = estimate.deg_per_h;
     bias.std_deg_per_h(k) = estimate.std_deg_per_h;
@@ -62,7 +63,7 @@ Eigen::VectorXd smooth_with_lag(const StateSpace& space, const Eigen::Ref<const 
   for (Eigen::Index k = lag; k < count; ++k) {
     Hindsight hindsight;
     for (Eigen::Index j = k; j >= k - lag; --j) {
-      hindsight = before(hindsight, space, intervals[static_cast<std::size_t>(j)]);
+      hindsight = step_back(hindsight, space, intervals[static_cast<std::size_t>(j)]);
     }
     bias(k) = smoothed(intervals[static_cast<std::size_t>(k - lag)], hindsight).deg_per_h;
   }

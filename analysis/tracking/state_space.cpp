@@ -88,8 +88,8 @@ SteadyState steady_state(const StateSpace& space) {
     h += more;
     if (more.cwiseAbs().maxCoeff() <= kConverged * h.cwiseAbs().maxCoeff()) break;
   }
-  const State shown = h.rowwise().sum();
-  return {.gain = shown / (shown.sum() + 1), .predicted = h * space.white};
+  const State row_sums = h.rowwise().sum();
+  return {.gain = row_sums / (row_sums.sum() + 1), .predicted = h * space.white};
 }
 
 }  // namespace gyrotherm::tracking

@@ -37,12 +37,12 @@ record::Record four_seconds() {
   return record;
 }
 
-Dataset dataset_of(const record::Record& record) {
+Dataset to_dataset(const record::Record& record) {
   return make_dataset(record, "run.db", choose_axis(record.info, {}, "run.db").value());
 }
 
 TEST(Dataset, CalibratesTemperaturesAndKeepsWhatIsMissing) {
-  const Dataset dataset = dataset_of(four_seconds());
+  const Dataset dataset = to_dataset(four_seconds());
   EXPECT_DOUBLE_EQ(dataset.temperature_c(0, 0), 20.25);
   EXPECT_TRUE(std::isnan(dataset.temperature_c(2, 0)));
 }
@@ -50,7 +50,7 @@ TEST(Dataset, CalibratesTemperaturesAndKeepsWhatIsMissing) {
 TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
   record::Record record = four_seconds();
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.bias_zero, "earth rate removed");
   EXPECT_FALSE(dataset.zero_is_its_own);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
@@ -59,19 +59,19 @@ TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
 
 TEST(Dataset, CountsPulsesWhereNumbersAreWhole) {
   record::Record record = four_seconds();
-  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0.5);
+  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0.5);
   record.info.units[0].axes[0].scale = -0.5;
   record.units[0].rotation[0][1] = std::nan("");
-  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0.5) << "mounted upside down, and one second is missing";
+  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0.5) << "mounted upside down, and one second is missing";
   record.units[0].rotation[0][1] = 11.5;
-  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0) << "an angle, as an imported increment in degrees";
+  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0) << "an angle, as an imported increment in degrees";
   record.info.units[0].axes[0].kind = record::GyroKind::rate;
   record.units[0].rotation[0][1] = 12;
-  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0) << "a rate";
+  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0) << "a rate";
 }
 
 TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
-  const Dataset dataset = dataset_of(four_seconds());
+  const Dataset dataset = to_dataset(four_seconds());
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
   EXPECT_TRUE(dataset.zero_is_its_own);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), -0.5);
@@ -82,11 +82,11 @@ TEST(Dataset, AddsTheEarthRateWhereTheUnitIsTurnedAround) {
   record::Record record = four_seconds();
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   record.info.segments[1].unit.turned = true;
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2), 0.5 * 20 + 4);
   record.info.units[0].axes[0].earth_rate.reset();
-  const Dataset unknown = dataset_of(record);
+  const Dataset unknown = to_dataset(record);
   EXPECT_EQ(unknown.bias_zero, "nothing removed") << "a mean of one position would be wrong twofold in the other";
   EXPECT_DOUBLE_EQ(unknown.bias_deg_per_h(0), 5);
 }
@@ -96,7 +96,7 @@ TEST(Dataset, HasNoBiasWhileTheUnitIsInPeoplesHands) {
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   record.info.segments[1].prompt = "turn the unit around";
   record.progress[3].in_segment = std::chrono::seconds(1);
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(1))) << "nobody was asked for anything";
   EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(2)));
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
@@ -106,18 +106,18 @@ TEST(Dataset, TakesItsZeroFromTheFirstHoldThatHasABias) {
   record::Record record = four_seconds();
   record.info.segments[1].hold = true;
   record.units[0].rotation[0][0] = record.units[0].rotation[0][1] = std::nan("");
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2) + dataset.bias_deg_per_h(3), 0);
 }
 
 TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
   record::Record record = four_seconds();
-  EXPECT_TRUE(dataset_of(record).true_bias_deg_per_h.array().isNaN().all());
-  EXPECT_TRUE(dataset_of(record).zero_is_its_own);
+  EXPECT_TRUE(to_dataset(record).true_bias_deg_per_h.array().isNaN().all());
+  EXPECT_TRUE(to_dataset(record).zero_is_its_own);
   record.units[0].true_bias_deg_per_h[0] = {1, 2, 3, 4};
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "Earth's rate is not in it";
   EXPECT_FALSE(dataset.zero_is_its_own);
 }
@@ -128,7 +128,7 @@ TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
   record.info.units = {{.axes = {{.kind = record::GyroKind::rate, .scale = 2}}}};
   record.info.segments.clear();
   record.progress.clear();
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.bias_zero, "nothing removed");
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 24);
   EXPECT_DOUBLE_EQ(dataset.time_s(1), 1.001);
@@ -137,7 +137,7 @@ TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
 }
 
 TEST(Dataset, CountsOurOwnTimeInSlots) {
-  const Dataset dataset = dataset_of(four_seconds());
+  const Dataset dataset = to_dataset(four_seconds());
   EXPECT_EQ(dataset.time_s(3), 3);
   EXPECT_EQ(dataset.segment(3), 1);
 }
@@ -146,19 +146,19 @@ TEST(Dataset, LetsGStandInForTheShell) {
   record::Record record = four_seconds();
   record.info.thermometers = {{"A", "", {}}, {"D", "", {}}, {"G", "", {}}};
   record.thermometers_c.resize(3, {1, 2, 3, 4});
-  const Dataset dataset = dataset_of(record);
+  const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.three_point, (std::vector<std::string>{"A", "D", "G"}));
   EXPECT_TRUE(dataset.three_point_stand_in);
   EXPECT_EQ(dataset.gradients, dataset.thermometers);
 
   record.info.units[0].three_point = {"A", "D", "shell"};
-  EXPECT_FALSE(dataset_of(record).three_point_stand_in);
+  EXPECT_FALSE(to_dataset(record).three_point_stand_in);
 }
 
 TEST(Dataset, SaysWhereItsGapsAre) {
   record::Record record = four_seconds();
   record.gaps = {{10, 19, "power cut"}};
-  EXPECT_EQ(dataset_of(record).gaps_s.front(), (std::pair{10.0, 20.0}));
+  EXPECT_EQ(to_dataset(record).gaps_s.front(), (std::pair{10.0, 20.0}));
 }
 
 /// Returns a record of the unit of four_seconds() and of one with two axes, its own temperature and a current.
@@ -198,7 +198,7 @@ TEST(Dataset, IsOfOneAxisOfOneUnit) {
 
 TEST(Dataset, OfARecordWithSeveralAxesMustBeChosen) {
   const auto info = two_units().info;
-  const auto chosen = [&](const AxisChoice& wanted) { return choose_axis(info, wanted, "run.db"); };
+  const auto chosen = [&](const AxisChoice& requested) { return choose_axis(info, requested, "run.db"); };
   EXPECT_EQ(chosen({.unit = "u1"}), (AxisChoice{"u1", ""})) << "it has one axis";
   EXPECT_EQ(chosen({.axis = "y"}), (AxisChoice{"u2", "y"})) << "no other unit has such an axis";
   EXPECT_EQ(text(chosen({}).error()), "run.db: has 3 axes, u1, u2.x, u2.y: choose one with --unit and --axis");

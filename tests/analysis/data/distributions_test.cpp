@@ -79,7 +79,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 TEST(StudentsT, HasThePublishedCoverageFactors) {
   struct Published {
-    double degrees_of_freedom, of_90, of_95, of_99;
+    double degrees_of_freedom, factor_90, factor_95, factor_99;
   };
   // GUM (JCGM 100:2008), table G.2.
   constexpr Published kTable[] = {{1, 6.31, 12.71, 63.66},         {2, 2.92, 4.30, 9.92},  {3, 2.35, 3.18, 5.84},
@@ -88,9 +88,9 @@ TEST(StudentsT, HasThePublishedCoverageFactors) {
                                   {kInfinite, 1.645, 1.960, 2.576}};
   for (const Published& row : kTable) {
     const double rounding = row.degrees_of_freedom < 100 ? 0.0051 : 0.00051;
-    EXPECT_NEAR(coverage_factor(0.90, row.degrees_of_freedom), row.of_90, rounding) << row.degrees_of_freedom;
-    EXPECT_NEAR(coverage_factor(0.95, row.degrees_of_freedom), row.of_95, rounding) << row.degrees_of_freedom;
-    EXPECT_NEAR(coverage_factor(0.99, row.degrees_of_freedom), row.of_99, rounding) << row.degrees_of_freedom;
+    EXPECT_NEAR(coverage_factor(0.90, row.degrees_of_freedom), row.factor_90, rounding) << row.degrees_of_freedom;
+    EXPECT_NEAR(coverage_factor(0.95, row.degrees_of_freedom), row.factor_95, rounding) << row.degrees_of_freedom;
+    EXPECT_NEAR(coverage_factor(0.99, row.degrees_of_freedom), row.factor_99, rounding) << row.degrees_of_freedom;
   }
 }
 

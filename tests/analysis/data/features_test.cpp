@@ -24,11 +24,11 @@ Clusters two_clusters() {
 }
 
 TEST(Term, IsReadAsItIsWritten) {
-  for (const char* word : {"A", "A-B", "rate:A", "A^2", "A^3", "A-B^2", "rate:A^3", "A*rate:A", "A*A-B", "A^2*rate:B",
-                           "A*B*A-B", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap", "die-cap^2*die-cap-A"}) {
-    const auto term = parse_term(word, kOddNames);
-    ASSERT_TRUE(term) << word;
-    EXPECT_EQ(to_string(*term), word);
+  for (const char* input : {"A", "A-B", "rate:A", "A^2", "A^3", "A-B^2", "rate:A^3", "A*rate:A", "A*A-B", "A^2*rate:B",
+                            "A*B*A-B", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap", "die-cap^2*die-cap-A"}) {
+    const auto term = parse_term(input, kOddNames);
+    ASSERT_TRUE(term) << input;
+    EXPECT_EQ(to_string(*term), input);
   }
   EXPECT_EQ(*parse_term("die-cap", kOddNames), temperature_term("die-cap")) << "a whole name comes first";
   EXPECT_EQ(*parse_term("die-cap-A", kOddNames), (gradient_term("die-cap", "A")));
@@ -39,8 +39,8 @@ TEST(Term, OfAnUnknownThermometerNamesTheNearest) {
   ASSERT_FALSE(term);
   EXPECT_EQ(term.error().kind, FaultKind::usage);
   EXPECT_NE(term.error().what.find("did you mean \"die\"?"), std::string::npos) << term.error().what;
-  for (const char* word : {"", "-", "rate:", "^2", "A-A", "rate:A-B"})
-    EXPECT_FALSE(parse_term(word, kOddNames)) << word;
+  for (const char* input : {"", "-", "rate:", "^2", "A-A", "rate:A-B"})
+    EXPECT_FALSE(parse_term(input, kOddNames)) << input;
 }
 
 TEST(Term, IsTheSameHoweverItsFactorsAreOrdered) {
@@ -52,16 +52,16 @@ TEST(Term, IsTheSameHoweverItsFactorsAreOrdered) {
 }
 
 TEST(Term, OfTooManyFactorsOrAnUnknownPowerIsRefused) {
-  for (const char* word : {"A*A*A*A", "A^3*B", "A^2*A^2"}) {
-    const auto term = parse_term(word, kOddNames);
-    ASSERT_FALSE(term) << word;
+  for (const char* input : {"A*A*A*A", "A^3*B", "A^2*A^2"}) {
+    const auto term = parse_term(input, kOddNames);
+    ASSERT_FALSE(term) << input;
     EXPECT_NE(term.error().what.find("more than 3 factors"), std::string::npos) << text(term.error());
-    EXPECT_EQ(term.error().where, std::string("input \"") + word + "\"");
+    EXPECT_EQ(term.error().where, std::string("input \"") + input + "\"");
   }
   EXPECT_NE(parse_term("A^4", kOddNames).error().what.find("^2 or ^3"), std::string::npos);
   EXPECT_NE(parse_term("A*rate:dye", kOddNames).error().what.find("did you mean \"die\"?"), std::string::npos);
-  for (const char* word : {"*", "A*", "*A", "A**A", "A*A-A", "A^2^2"})
-    EXPECT_FALSE(parse_term(word, kOddNames)) << word;
+  for (const char* input : {"*", "A*", "*A", "A**A", "A*A-A", "A^2^2"})
+    EXPECT_FALSE(parse_term(input, kOddNames)) << input;
 }
 
 TEST(Features, AreEvaluatedPerCluster) {
@@ -86,9 +86,9 @@ TEST(Features, OfProductsAreTheProductsOfTheirFactors) {
 }
 
 TEST(Features, ThatAreTheSamePolynomialDoNotRaiseTheRank) {
-  const auto rank = [](std::initializer_list<const char*> words) {
+  const auto rank = [](std::initializer_list<const char*> inputs) {
     std::vector<Term> terms;
-    for (const char* word : words) terms.push_back(*parse_term(word, kOddNames));
+    for (const char* input : inputs) terms.push_back(*parse_term(input, kOddNames));
     return rank_of(terms);
   };
   EXPECT_EQ(rank({"A*A-B", "A^2", "A*B"}), 2);
@@ -209,18 +209,18 @@ TEST(Lags, NeedTheWholeRun) {
 
 TEST(LagTerm, IsReadAsItIsWritten) {
   const std::vector<std::string> names = {"A", "B", "die-cap", "C:D"};
-  for (const char* word :
+  for (const char* input :
        {"lag:600:A", "A*lag:600:A", "lag:1:die-cap^2", "rate:A*lag:86400:B", "lag:60:A*lag:600:A", "lag:600:C:D"}) {
-    const auto term = parse_term(word, names);
-    ASSERT_TRUE(term) << word;
-    EXPECT_EQ(to_string(*term), word);
+    const auto term = parse_term(input, names);
+    ASSERT_TRUE(term) << input;
+    EXPECT_EQ(to_string(*term), input);
     EXPECT_EQ(lags_in({*term}).empty(), false);
   }
   EXPECT_EQ(*parse_term("lag:600:A", names), lag_term(600, "A"));
   EXPECT_EQ(*parse_term("lag:600:A", {"A", "lag:600:A"}), temperature_term("lag:600:A")) << "a whole name comes first";
-  for (const char* word : {"lag:", "lag:A", "lag:600", "lag:0:A", "lag:-5:A", "lag:6.5:A", "lag:86401:A", "lag::A",
-                           "lag:99999999999:A", "lag:600:Z", "lag:600:A-B"})
-    EXPECT_EQ(parse_term(word, names).error().kind, FaultKind::usage) << word;
+  for (const char* input : {"lag:", "lag:A", "lag:600", "lag:0:A", "lag:-5:A", "lag:6.5:A", "lag:86401:A", "lag::A",
+                            "lag:99999999999:A", "lag:600:Z", "lag:600:A-B"})
+    EXPECT_EQ(parse_term(input, names).error().kind, FaultKind::usage) << input;
 }
 
 TEST(LagTerm, RaisesTheRank) {

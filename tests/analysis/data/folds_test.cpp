@@ -14,14 +14,14 @@ namespace gyrotherm::data {
 namespace {
 
 /// Returns clusters of 100 s at the given positions, in the given cycles.
-Clusters clusters_at(const std::vector<int>& places, const std::vector<int>& cycles) {
+Clusters clusters_at(const std::vector<int>& positions, const std::vector<int>& cycles) {
   Clusters clusters;
-  const auto rows = static_cast<Eigen::Index>(places.size());
+  const auto rows = static_cast<Eigen::Index>(positions.size());
   clusters.thermometers = {"A"};
   clusters.start_s.resize(rows);
   clusters.cycle.resize(rows);
   for (Eigen::Index k = 0; k < rows; ++k) {
-    clusters.start_s(k) = 100.0 * places[k];
+    clusters.start_s(k) = 100.0 * positions[k];
     clusters.cycle(k) = cycles[k];
   }
   clusters.temperature_c.setZero(rows, 1);
@@ -35,9 +35,9 @@ Clusters clusters_at(const std::vector<int>& places, const std::vector<int>& cyc
 }
 
 Clusters without_cycles(int rows) {
-  std::vector<int> places(rows);
-  for (int k = 0; k < rows; ++k) places[k] = k;
-  return clusters_at(places, std::vector<int>(rows, -1));
+  std::vector<int> positions(rows);
+  for (int k = 0; k < rows; ++k) positions[k] = k;
+  return clusters_at(positions, std::vector<int>(rows, -1));
 }
 
 FoldOptions blocks(int count, double guard_minutes) {
@@ -110,21 +110,21 @@ TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
     std::mt19937_64 random(seed);
     const auto draw = [&](int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); };
     const int parts = draw(2, 6), clusters = 30 + draw(0, 60);
-    std::vector<int> places, cycles;
+    std::vector<int> positions, cycles;
     for (int k = 0, at = draw(0, 5), cycle = -1; k < clusters; ++k) {
       at += draw(0, 9) == 0 ? draw(2, 8) : 1;
       if (draw(0, 14) == 0) ++cycle;
-      places.push_back(at);
+      positions.push_back(at);
       cycles.push_back(cycle);
     }
-    const Clusters record = clusters_at(places, cycles);
+    const Clusters record = clusters_at(positions, cycles);
     FoldOptions options = blocks(parts, draw(0, 12));
     if (draw(0, 1) == 1) options.kind = FoldKind::cycles;
     const auto plan = plan_folds({record, record}, options);
     // Skips plans in which the guard leaves no training clusters.
     if (!plan) continue;
     expect_each_held_out_once(*plan, 2 * record.start_s.size());
-    const auto first_of = [&](Eigen::Index k) { return k < clusters ? 0 : clusters; };
+    const auto record_start = [&](Eigen::Index k) { return k < clusters ? 0 : clusters; };
     for (const Fold& fold : plan->folds) {
       for (Eigen::Index k = 0; k < 2 * clusters; ++k) {
         if (std::ranges::binary_search(fold.held_out, k)) {
@@ -133,7 +133,7 @@ TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
         }
         double gap_s = 1e9;
         for (const Eigen::Index h : fold.held_out) {
-          if (first_of(h) != first_of(k)) continue;
+          if (record_start(h) != record_start(k)) continue;
           gap_s = std::min(gap_s, std::abs(record.start_s(h % clusters) - record.start_s(k % clusters)) - 100);
         }
         EXPECT_EQ(std::ranges::binary_search(fold.training, k), gap_s >= 60 * *options.guard_minutes) << k;
@@ -233,8 +233,8 @@ TEST(Folds, AreReadFromTheirWord) {
   EXPECT_EQ(parse_folds("cycles")->kind, FoldKind::cycles);
   EXPECT_EQ(parse_folds("blocks")->blocks, kDefaultBlocks);
   EXPECT_EQ(parse_folds("blocks:6")->blocks, 6);
-  for (const char* word : {"", "random", "blocks:", "blocks:1", "blocks:-3", "blocks:4x", "cycles:4", "records:2"}) {
-    EXPECT_FALSE(parse_folds(word)) << word;
+  for (const char* input : {"", "random", "blocks:", "blocks:1", "blocks:-3", "blocks:4x", "cycles:4", "records:2"}) {
+    EXPECT_FALSE(parse_folds(input)) << input;
   }
 }
 

@@ -160,10 +160,10 @@ TEST(OverFit, TheExpectationIsWhatLeastSquaresLeaves) {
     const auto draw = [&] { return normal(random); };
     const Eigen::MatrixXd design = Eigen::MatrixXd::NullaryExpr(kRows, kParameters, draw);
     const Eigen::VectorXd noise = Eigen::VectorXd::NullaryExpr(kRows, draw);
-    const Eigen::VectorXd left = noise - design * design.colPivHouseholderQr().solve(noise);
+    const Eigen::VectorXd residual = noise - design * design.colPivHouseholderQr().solve(noise);
     const NoiseFloor floor{.deg_per_h = 1, .differences = 100, .error_deg_per_h = 0.1};
     const double expected = expected_in_sample_std(floor, kParameters, kRows);
-    EXPECT_NEAR(figures_of(left).std, expected, 4 * expected / std::sqrt(2.0 * (kRows - kParameters))) << seed;
+    EXPECT_NEAR(figures_of(residual).std, expected, 4 * expected / std::sqrt(2.0 * (kRows - kParameters))) << seed;
   }
 }
 

@@ -41,19 +41,19 @@ TEST(InputCovariance, IsWhatErrorsOfTheThermometersMake) {
   const SampleMatrix exact = *evaluate(terms, clusters);
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;
-  Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(4, 4);
+  Eigen::MatrixXd observed = Eigen::MatrixXd::Zero(4, 4);
   constexpr int kDraws = 400;
   for (int draw = 0; draw < kDraws; ++draw) {
     Clusters erring = clusters;
     for (Eigen::Index j = 0; j < 3; ++j)
       for (double& t : erring.temperature_c.col(j)) t += u[static_cast<std::size_t>(j)] * normal(generator);
     const Eigen::MatrixXd error = *evaluate(terms, erring) - exact;
-    seen += error.transpose() * error / static_cast<double>(error.rows() * kDraws);
+    observed += error.transpose() * error / static_cast<double>(error.rows() * kDraws);
   }
   const Eigen::MatrixXd covariance = *input_covariance(terms, clusters, u);
   const Eigen::VectorXd std = covariance.diagonal().cwiseSqrt();
   for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) EXPECT_NEAR(seen(i, j), covariance(i, j), 0.02 * std(i) * std(j)) << i << ", " << j;
+    for (int j = 0; j < 4; ++j) EXPECT_NEAR(observed(i, j), covariance(i, j), 0.02 * std(i) * std(j)) << i << ", " << j;
 }
 
 TEST(InputCovariance, NamesWhatIsWrong) {

@@ -22,14 +22,14 @@ const DenoiserFigures& of(const Assessment& assessment, const std::string& name)
 constexpr const char* kAlone = "thermal model alone";
 
 /// Returns assessments of ten known biases over 40 h.
-const std::vector<Assessment>& judgements() {
+const std::vector<Assessment>& assessments() {
   static const std::vector<Assessment> all = [] {
-    std::vector<Assessment> judged;
+    std::vector<Assessment> assessed;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const DrawnBias known = known_bias(1440, seed);
-      judged.push_back(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s, known.bias_deg_per_h));
+      assessed.push_back(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s, known.bias_deg_per_h));
     }
-    return judged;
+    return assessed;
   }();
   return all;
 }
@@ -37,8 +37,8 @@ const std::vector<Assessment>& judgements() {
 /// Returns the root mean square of a result over the ten assessments.
 double over_all(const std::string& name, double DenoiserFigures::*figure) {
   double sum = 0;
-  for (const Assessment& assessment : judgements()) sum += std::pow(of(assessment, name).*figure, 2);
-  return std::sqrt(sum / static_cast<double>(judgements().size()));
+  for (const Assessment& assessment : assessments()) sum += std::pow(of(assessment, name).*figure, 2);
+  return std::sqrt(sum / static_cast<double>(assessments().size()));
 }
 
 TEST(Assessment, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
@@ -46,7 +46,7 @@ TEST(Assessment, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
   const double hour = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_LT(kalman, 5.5e-4) << "a part of the flicker is faster than anybody can follow";
   EXPECT_LT(hour, 4.5e-4);
-  for (const DenoiserFigures& figures : judgements().front().denoisers) {
+  for (const DenoiserFigures& figures : assessments().front().denoisers) {
     if (figures.name == "Kalman" || figures.latency_s > 0) continue;
     EXPECT_GT(over_all(figures.name, &DenoiserFigures::rmse_to_truth), 1.05 * kalman) << figures.name;
     EXPECT_GT(over_all(figures.name, &DenoiserFigures::next_hour_rmse_to_truth), 1.03 * hour) << figures.name;
@@ -60,7 +60,7 @@ TEST(Assessment, FindsItNearestOfAllThatAnswerAnHourLateToo) {
 }
 
 TEST(Assessment, FindsAGainOnEverySeedAndNoneOnTheShuffledOne) {
-  for (const Assessment& assessment : judgements()) {
+  for (const Assessment& assessment : assessments()) {
     const DenoiserFigures &alone = of(assessment, kAlone), &kalman = of(assessment, "Kalman");
     EXPECT_EQ(alone.shuffled_gain, 0);
     EXPECT_LT(kalman.next_hour_rmse, alone.next_hour_rmse);
@@ -78,7 +78,7 @@ TEST(Assessment, MeasuresTheHourWithItsOwnNoise) {
 }
 
 TEST(Assessment, FindsThatNobodyLowersTheAngleRandomWalk) {
-  for (const Assessment& assessment : judgements()) {
+  for (const Assessment& assessment : assessments()) {
     const double none = of(assessment, kAlone).allan_interval;
     for (const DenoiserFigures& figures : assessment.denoisers) {
       EXPECT_FALSE(figures.allan_interval < 0.99 * none) << figures.name;
@@ -89,7 +89,7 @@ TEST(Assessment, FindsThatNobodyLowersTheAngleRandomWalk) {
 
 TEST(Assessment, CallsTheInnovationsOfARightNoiseConsistent) {
   int inside = 0, white = 0;
-  for (const Assessment& assessment : judgements()) {
+  for (const Assessment& assessment : assessments()) {
     const Consistency& consistency = assessment.consistency;
     EXPECT_EQ(consistency.innovations, 1440 - 72);
     inside += consistency.mean_square > consistency.low && consistency.mean_square < consistency.high ? 1 : 0;
@@ -121,7 +121,7 @@ TEST(Assessment, CountsOnlyHoursWithoutAGap) {
 Response named_response(const std::string& name) {
   const StateSpace space = virtual_space();
   const auto all = denoisers(space);
-  return response_of(*std::ranges::find(all, name, &Denoiser::name), space);
+  return measure_response(*std::ranges::find(all, name, &Denoiser::name), space);
 }
 
 TEST(Response, OfTheMeanOfAnHourIsHalfAnHourLate) {
@@ -165,7 +165,7 @@ TEST(Whiteness, OfWhiteValuesIsUniform) {
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     Eigen::VectorXd values = white_noise(600, seed);
     values.segment(100, 40).setConstant(kMissing);
-    probabilities.push_back(whiteness_of(values, 20).probability);
+    probabilities.push_back(test_whiteness(values, 20).probability);
   }
   std::ranges::sort(probabilities);
   double farthest = 0;  // Kolmogorov and Smirnov
@@ -180,26 +180,26 @@ TEST(Whiteness, FindsAWeakCorrelation) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     Eigen::VectorXd values = white_noise(1440, seed);
     for (Eigen::Index k = 1; k < values.size(); ++k) values(k) += 0.2 * values(k - 1);
-    found += whiteness_of(values, 20).probability < 0.01 ? 1 : 0;
+    found += test_whiteness(values, 20).probability < 0.01 ? 1 : 0;
   }
   EXPECT_EQ(found, 50);
 }
 
 TEST(Whiteness, OfTooFewIsNotKnown) {
-  EXPECT_TRUE(std::isnan(whiteness_of(white_noise(40, 1), 20).probability));
-  EXPECT_TRUE(std::isnan(whiteness_of(Eigen::VectorXd::Zero(100), 20).probability));
+  EXPECT_TRUE(std::isnan(test_whiteness(white_noise(40, 1), 20).probability));
+  EXPECT_TRUE(std::isnan(test_whiteness(Eigen::VectorXd::Zero(100), 20).probability));
 }
 
 TEST(Whiteness, IsTheSameOfValuesOfAnySize) {
   Eigen::VectorXd values = white_noise(200, 1);
   values(7) = kMissing;
-  const Whiteness expected = whiteness_of(values, 20);
+  const Whiteness expected = test_whiteness(values, 20);
   for (const int exponent : {1000, 500, -500, -900}) {
-    const Whiteness found = whiteness_of(values * std::exp2(exponent), 20);
+    const Whiteness found = test_whiteness(values * std::exp2(exponent), 20);
     EXPECT_EQ(found.statistic, expected.statistic) << exponent;
     EXPECT_EQ(found.probability, expected.probability) << exponent;
   }
-  EXPECT_LT(whiteness_of(Eigen::VectorXd::Constant(200, -1e308), 20).probability, 1e-6);
+  EXPECT_LT(test_whiteness(Eigen::VectorXd::Constant(200, -1e308), 20).probability, 1e-6);
 }
 
 TEST(Consistency, SeesANoiseThatIsNotTheOneThatWasTold) {
@@ -207,15 +207,15 @@ TEST(Consistency, SeesANoiseThatIsNotTheOneThatWasTold) {
   BiasNoise quiet = virtual_noise(), lazy = virtual_noise();
   quiet.angle_random_walk_deg_per_sqrt_h /= 1.1;
   lazy.instability_deg_per_h = lazy.rate_random_walk_deg_per_h_per_sqrt_h = 0;
-  const auto judged = [&](const BiasNoise& noise) {
-    return consistency_of(track(state_space(noise, kInterval_s), rates), 72);
+  const auto assessed = [&](const BiasNoise& noise) {
+    return test_consistency(track(state_space(noise, kInterval_s), rates), 72);
   };
-  EXPECT_GT(judged(quiet).mean_square, judged(quiet).high);
-  const Consistency right = judged(virtual_noise());
+  EXPECT_GT(assessed(quiet).mean_square, assessed(quiet).high);
+  const Consistency right = assessed(virtual_noise());
   EXPECT_GT(right.mean_square, right.low);
   EXPECT_LT(right.mean_square, right.high);
   EXPECT_GT(right.whiteness.probability, 0.05);
-  EXPECT_GT(judged(lazy).whiteness.statistic, right.whiteness.statistic);
+  EXPECT_GT(assessed(lazy).whiteness.statistic, right.whiteness.statistic);
   EXPECT_EQ(right.innovations, 1440 - 72);
 }
 

@@ -67,7 +67,7 @@ TEST(BiasTracker, HasInnovationsThatAreWhiteAndAsLargeAsExpected) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     std::mt19937_64 random(seed);
     const auto intervals = track(virtual_space(), draw(virtual_space(), 800, random).measured_deg_per_h);
-    const Consistency consistency = consistency_of(intervals);
+    const Consistency consistency = test_consistency(intervals);
     large += consistency.mean_square < consistency.low || consistency.mean_square > consistency.high ? 1 : 0;
     coloured += consistency.whiteness.probability < 0.05 ? 1 : 0;
   }
@@ -96,7 +96,7 @@ TEST(BiasTracker, CoversTheTruthAsOftenAsItSays) {
 }
 
 /// Returns the time in which the settled tracker reaches half of a step of 1 °/h, s.
-double half_of_a_step_s(const BiasNoise& noise) {
+double half_step_time_s(const BiasNoise& noise) {
   BiasTracker tracker(state_space(noise, kInterval_s));
   for (int k = 0; k < 2000; ++k) tracker.push(0);
   for (int k = 1; k < 2000; ++k) {
@@ -107,8 +107,8 @@ double half_of_a_step_s(const BiasNoise& noise) {
 }
 
 TEST(BiasTracker, HasHalfOfAStepWithinAnHour) {
-  EXPECT_GT(half_of_a_step_s(virtual_noise()), 0.5 * 3600);
-  EXPECT_LT(half_of_a_step_s(virtual_noise()), 1 * 3600);
+  EXPECT_GT(half_step_time_s(virtual_noise()), 0.5 * 3600);
+  EXPECT_LT(half_step_time_s(virtual_noise()), 1 * 3600);
 }
 
 TEST(BiasTracker, FollowsAWalkAsSlowlyAsItsGainSays) {
@@ -116,7 +116,7 @@ TEST(BiasTracker, FollowsAWalkAsSlowlyAsItsGainSays) {
   noise.instability_deg_per_h = 0;
   noise.rate_random_walk_deg_per_h_per_sqrt_h = 3e-4;
   const double gain = steady_state(state_space(noise, kInterval_s)).gain(0);
-  EXPECT_NEAR(half_of_a_step_s(noise) / kInterval_s, std::log(0.5) / std::log(1 - gain), 1);
+  EXPECT_NEAR(half_step_time_s(noise) / kInterval_s, std::log(0.5) / std::log(1 - gain), 1);
 }
 
 TEST(BiasTracker, IsBehindARampByItsSlopeOverItsGain) {
@@ -178,8 +178,8 @@ TEST(RestTracker, LearnsNothingWhileTheGyroMoves) {
   for (int row = 0; row < 100 * kRows; ++row) {
     const bool moves = row >= 40 * kRows + 37 && row < 60 * kRows + 2;
     const double rotation = moves ? 15000 : 0;
-    const double said = rest.push(0.001 + rotation, !moves).deg_per_h;
-    EXPECT_LE(said, 0.0011) << row;
+    const double returned = rest.push(0.001 + rotation, !moves).deg_per_h;
+    EXPECT_LE(returned, 0.0011) << row;
     still.push(moves ? kMissing : 0.001, true);
   }
   EXPECT_EQ(rest.tracker().now().deg_per_h, still.tracker().now().deg_per_h);

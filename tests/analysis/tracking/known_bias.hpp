@@ -69,16 +69,16 @@ struct Posterior {
 };
 [[nodiscard]] inline Posterior posterior(const StateSpace& space, const Eigen::VectorXd& weights,
                                          const Eigen::VectorXd& rates) {
-  std::vector<Eigen::Index> seen;
+  std::vector<Eigen::Index> available;
   for (Eigen::Index k = 0; k < rates.size(); ++k) {
-    if (std::isfinite(rates(k))) seen.push_back(k);
+    if (std::isfinite(rates(k))) available.push_back(k);
   }
   const Eigen::MatrixXd prior = covariance_of_bias(space, weights.size());
-  const Eigen::VectorXd reach = (prior * weights)(seen);
-  Eigen::MatrixXd measured = prior(seen, seen);
+  const Eigen::VectorXd reach = (prior * weights)(available);
+  Eigen::MatrixXd measured = prior(available, available);
   measured.diagonal().array() += space.white;
   const Eigen::LDLT<Eigen::MatrixXd> solver(measured);
-  const Eigen::VectorXd values = rates(seen);
+  const Eigen::VectorXd values = rates(available);
   return {reach.dot(solver.solve(values)), std::sqrt(weights.dot(prior * weights) - reach.dot(solver.solve(reach)))};
 }
 

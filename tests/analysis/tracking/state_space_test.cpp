@@ -64,7 +64,7 @@ struct Mismatch {
   double white{};                        ///< measured means
 };
 
-Mismatch flicker_of(double instability, const BiasNoise& noise, int processes) {
+Mismatch make_flicker(double instability, const BiasNoise& noise, int processes) {
   Mismatch truth{Eigen::VectorXd::Ones(processes + 1), Eigen::VectorXd::Zero(processes + 1),
                  Eigen::VectorXd::Zero(processes + 1), 1.8e-3 * 1.8e-3};
   const StateSpace walk = state_space(noise, kInterval_s);
@@ -83,7 +83,7 @@ Mismatch flicker_of(double instability, const BiasNoise& noise, int processes) {
 }
 
 /// Returns the weight of each state in the mean of the next 36 intervals, and the variance of its unpredictable part.
-std::pair<Eigen::VectorXd, double> of_next_hour(const Eigen::VectorXd& memory, const Eigen::VectorXd& fresh) {
+std::pair<Eigen::VectorXd, double> next_hour_weights(const Eigen::VectorXd& memory, const Eigen::VectorXd& fresh) {
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(memory.size());
   double unknown = 0;
   for (int n = 1; n <= 36; ++n) {
@@ -100,9 +100,9 @@ double forecast_error(const Mismatch& truth, const Mismatch& belief) {
   const Eigen::Index n = truth.memory.size(), m = memory.size();
   Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(n + m, n + m), believed = belief.start.asDiagonal();
   joint.topLeftCorner(n, n) = truth.start.asDiagonal();
-  const auto [of_truth, unknown] = of_next_hour(truth.memory, truth.fresh);
+  const auto [truth_weights, unknown] = next_hour_weights(truth.memory, truth.fresh);
   Eigen::VectorXd error(n + m), both(n + m);
-  error << of_truth, -of_next_hour(memory, fresh).first;
+  error << truth_weights, -next_hour_weights(memory, fresh).first;
   both << truth.memory, memory;
   double sum = 0;
   for (int k = 0; k < 1440; ++k) {
@@ -126,12 +126,12 @@ TEST(StateSpace, ForecastsFlickerWithThreeProcessesAsWellAsWithThirteen) {
   for (const double instability : {1e-4, 4e-4, 8e-4, 2e-3, 5e-3}) {
     BiasNoise noise = virtual_noise();
     noise.instability_deg_per_h = instability;
-    const Mismatch truth = flicker_of(instability, noise, 13);
+    const Mismatch truth = make_flicker(instability, noise, 13);
     const StateSpace space = state_space(noise, kInterval_s);
     const double best = forecast_error(truth, truth);
-    const double ours = forecast_error(truth, {space.memory, space.fresh, space.start, space.white});
-    EXPECT_GE(ours, best * (1 - 1e-9)) << "nothing beats the true model";
-    EXPECT_LT(ours, 1.01 * best) << instability;
+    const double own = forecast_error(truth, {space.memory, space.fresh, space.start, space.white});
+    EXPECT_GE(own, best * (1 - 1e-9)) << "nothing beats the true model";
+    EXPECT_LT(own, 1.01 * best) << instability;
   }
 }
 

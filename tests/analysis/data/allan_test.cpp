@@ -33,7 +33,7 @@ double deviation_at(const Eigen::VectorXd& values, int m) {
   return allan_point({.interval_s = 1, .values = {values}}, m).deviation_deg_per_h;
 }
 
-TEST(AllanDeviation, IsTheNistReference) {
+TEST(AllanDeviation, MatchesNistReference) {
   const Eigen::VectorXd values = nist_values();
   EXPECT_NEAR(values(0), 0.5748904732, 5e-11);
   EXPECT_NEAR(values(999), 0.7264947764, 5e-11);
@@ -43,7 +43,7 @@ TEST(AllanDeviation, IsTheNistReference) {
   EXPECT_NEAR(deviation_at(values, 100), 3.241343e-02, 5e-9);
 }
 
-TEST(AllanDeviation, IsTheMeanSquareDifferenceOfNeighbouringMeans) {
+TEST(AllanDeviation, EqualsRootMeanSquareDifferenceOfNeighbouringMeans) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
@@ -59,12 +59,12 @@ TEST(AllanDeviation, IsTheMeanSquareDifferenceOfNeighbouringMeans) {
   }
 }
 
-TEST(AllanDeviation, OfALineIsItsSlope) {
+TEST(AllanDeviation, IsProportionalToSlopeOfLine) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(100, 5, 5 + 99 * 0.25);
   for (const int m : {1, 3, 20}) EXPECT_NEAR(deviation_at(line, m), 0.25 * m / std::sqrt(2), 1e-11);
 }
 
-TEST(AllanCurve, OfOneStretchIsTheDeviationInOctaves) {
+TEST(AllanCurve, ComputesDeviationInOctavesForOneStretch) {
   const RateStretches rates{.interval_s = 2, .values = {nist_values()}};
   const AllanCurve curve = allan_curve(rates);
   ASSERT_EQ(curve.size(), 9U) << "m = 256 leaves three means, 512 one";
@@ -77,7 +77,7 @@ TEST(AllanCurve, OfOneStretchIsTheDeviationInOctaves) {
   }
 }
 
-TEST(AllanCurve, AveragesTheSquaresOfAllStretches) {
+TEST(AllanCurve, AveragesSquaresOfAllStretches) {
   std::mt19937_64 random(3);
   const Eigen::VectorXd a = simulate({.N = 1}, 64, 1, random), b = simulate({.N = 5}, 40, 1, random);
   const AllanCurve curve = allan_curve({.interval_s = 1, .values = {a, b}});
@@ -87,7 +87,7 @@ TEST(AllanCurve, AveragesTheSquaresOfAllStretches) {
   EXPECT_NEAR(curve[2].deviation_deg_per_h, std::sqrt((57 * square_a + 33 * square_b) / 90), 1e-9);
 }
 
-TEST(AllanCurve, NeverBridgesAGap) {
+TEST(AllanCurve, DoesNotBridgeGaps) {
   std::mt19937_64 random(4);
   Eigen::VectorXd values = simulate({.N = 0.001}, 300, 1, random);
   // Hides a step in the gap.
@@ -106,7 +106,7 @@ TEST(AllanCurve, NeverBridgesAGap) {
   EXPECT_LT(allan_curve(by_nan).front().deviation_deg_per_h, 1);
 }
 
-TEST(AllanCurve, OfTooLittleIsEmpty) {
+TEST(AllanCurve, IsEmptyForTooFewSamples) {
   EXPECT_TRUE(allan_curve({.interval_s = 1, .values = {}}).empty());
   EXPECT_TRUE(allan_curve({.interval_s = 1, .values = {Eigen::Vector2d{1, 2}}}).empty());
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -127,7 +127,7 @@ Eigen::MatrixXd laser_gyro_rates(const std::string& file) {
   return 10 * Eigen::Map<Eigen::MatrixXd>(counts.data(), 6, rows).topRows(3).transpose();
 }
 
-TEST(AllanDeviation, OfARealLaserGyroIsTheReference) {
+TEST(AllanDeviation, MatchesReferenceForRealLaserGyro) {
   const char* shared = std::getenv("GYROTHERM_SHARED");
   if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
   const Eigen::MatrixXd rates = laser_gyro_rates(std::string(shared) + "/data/lasergyro.imu");
@@ -177,7 +177,7 @@ class Pulls {
   int count_ = 0;
 };
 
-TEST(AllanFit, RecoversTheAngleRandomWalkOfHolds) {
+TEST(AllanFit, RecoversAngleRandomWalkOfHolds) {
   Pulls n(NoiseTerm::angle_random_walk, 3e-4);
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
@@ -187,7 +187,7 @@ TEST(AllanFit, RecoversTheAngleRandomWalkOfHolds) {
   }
 }
 
-TEST(AllanFit, SeesNothingElseInWhiteNoise) {
+TEST(AllanFit, FindsNoOtherTermInWhiteNoise) {
   int false_ones = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const AllanFit fit = fitted(simulated({.N = 3e-4}, 24, 3600, seed));
@@ -200,7 +200,7 @@ TEST(AllanFit, SeesNothingElseInWhiteNoise) {
   EXPECT_LE(false_ones, 12) << "of 160, at two standard errors";
 }
 
-TEST(AllanFit, RecoversRateRandomWalkBesideAngleRandomWalk) {
+TEST(AllanFit, RecoversRateRandomWalkWithAngleRandomWalk) {
   Pulls n(NoiseTerm::angle_random_walk, 3e-4), k(NoiseTerm::rate_random_walk, 8e-3);
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
@@ -210,7 +210,7 @@ TEST(AllanFit, RecoversRateRandomWalkBesideAngleRandomWalk) {
   }
 }
 
-TEST(AllanFit, RecoversBiasInstabilityBesideAngleRandomWalk) {
+TEST(AllanFit, RecoversBiasInstabilityWithAngleRandomWalk) {
   Pulls n(NoiseTerm::angle_random_walk, 3e-4), b(NoiseTerm::bias_instability, 3e-3);
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -230,7 +230,7 @@ TEST(AllanFit, RecoversQuantisationInArcseconds) {
   }
 }
 
-TEST(AllanFit, RecoversARateRamp) {
+TEST(AllanFit, RecoversRateRamp) {
   Pulls n(NoiseTerm::angle_random_walk, 3e-4), r(NoiseTerm::rate_ramp, 6e-3);
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
@@ -242,7 +242,7 @@ TEST(AllanFit, RecoversARateRamp) {
 
 /// Whole pulses of 0.1 arcsec at a steady rate. Their rounding is not white noise, so the curve is not a sum of the
 /// five terms.
-TEST(AllanFit, PulsesThatBeatWithTheSamplingBendNothingElse) {
+TEST(AllanFit, RecoversAngleRandomWalkWhenPulsesBeatWithSampling) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
@@ -266,7 +266,7 @@ TEST(AllanFit, PulsesThatBeatWithTheSamplingBendNothingElse) {
   }
 }
 
-TEST(AllanFit, AnUnseenCoefficientLiesBelowItsLimit) {
+TEST(AllanFit, BoundsInsignificantCoefficient) {
   int covered = 0;
   constexpr int kSeeds = 60;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -277,7 +277,7 @@ TEST(AllanFit, AnUnseenCoefficientLiesBelowItsLimit) {
   EXPECT_GE(covered, 52) << "of 60, at 95 %";
 }
 
-TEST(AllanFit, ScalesWithTheRate) {
+TEST(AllanFit, ScalesWithRate) {
   RateStretches rates = simulated({.N = 3e-4, .K = 8e-3}, 6, 14400, 7);
   const AllanFit small = fitted(rates);
   for (Eigen::VectorXd& stretch : rates.values) stretch *= 1e4;
@@ -290,7 +290,7 @@ TEST(AllanFit, ScalesWithTheRate) {
   }
 }
 
-TEST(AllanFit, EachTermIsReadOffAtItsOwnTime) {
+TEST(AllanFit, ReadsEachTermOffAtItsAveragingTime) {
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {
     const auto term = static_cast<NoiseTerm>(k);
     const NoiseCoefficient coefficient{.term = term, .seen = true, .value = 3600, .error = 1, .at_most = 2};
@@ -303,7 +303,7 @@ TEST(AllanFit, EachTermIsReadOffAtItsOwnTime) {
   }
 }
 
-TEST(AllanFit, OfChosenTermsSeesNoOther) {
+TEST(AllanFit, FitsOnlyChosenTerms) {
   const RateStretches rates = simulated({.Q = 1e-5, .N = 3e-4, .B = 1e-3}, 1, 20000, 11);
   const AllanCurve curve = allan_curve(rates);
   const AllanFit all = fit_allan(curve, rates);
@@ -318,14 +318,14 @@ TEST(AllanFit, OfChosenTermsSeesNoOther) {
       << "what is not fitted goes to what is";
 }
 
-TEST(AllanFit, OfAConstantSeesNothing) {
+TEST(AllanFit, FindsNoTermInConstantRate) {
   const RateStretches rates{.interval_s = 1, .values = {Eigen::VectorXd::Constant(200, 0.25)}};
   const AllanFit fit = fitted(rates);
   EXPECT_EQ(fit.coefficients.size(), 5u);
   for (const NoiseCoefficient& coefficient : fit.coefficients) EXPECT_FALSE(coefficient.seen);
 }
 
-TEST(AllanFit, OfAShortCurveIsStillAFit) {
+TEST(AllanFit, FitsShortCurve) {
   for (Eigen::Index samples = 3; samples <= 40; ++samples) {
     std::mt19937_64 random(9);
     const RateStretches rates{.interval_s = 100, .values = {simulate({.N = 3e-4}, samples, 100, random)}};
@@ -342,7 +342,7 @@ Eigen::VectorXd hourly(const SimulatedNoise& noise, Eigen::Index hours, std::mt1
 }
 
 /// Compares computed covariances with sample covariances over many records.
-TEST(AllanCovariance, IsWhatManyRecordsShow) {
+TEST(AllanCovariance, MatchesSampleCovarianceOfManyRecords) {
   const std::vector<SimulatedNoise> noises = {{.N = 1}, {.Q = 1}, {.N = 0.2, .K = 1}, {.B = 1}, {.N = 1, .R = 4}};
   constexpr int kRecords = 3000;
   std::mt19937_64 random(11);

@@ -25,7 +25,7 @@ Dataset ramp(Eigen::Index rows) {
   return dataset;
 }
 
-TEST(Clusters, AreMeansOverOneHundredSecondsAndDropTheRest) {
+TEST(Clusters, AverageOverOneHundredSecondsAndDropRemainder) {
   const auto clusters = make_clusters(ramp(399));
   ASSERT_TRUE(clusters);
   ASSERT_EQ(clusters->start_s.size(), 3);
@@ -36,7 +36,7 @@ TEST(Clusters, AreMeansOverOneHundredSecondsAndDropTheRest) {
   EXPECT_EQ(clusters->samples(0), 100);
 }
 
-TEST(Clusters, HaveTheMeanOfTheTrueBiasWhereItIsKnown) {
+TEST(Clusters, AverageTrueBiasWhenKnown) {
   Dataset dataset = ramp(300);
   EXPECT_TRUE(make_clusters(dataset)->true_bias_deg_per_h.array().isNaN().all());
   const auto unknown = *make_clusters(dataset);
@@ -52,15 +52,15 @@ TEST(Clusters, HaveTheMeanOfTheTrueBiasWhereItIsKnown) {
   EXPECT_DOUBLE_EQ(both->true_bias_deg_per_h(4), 2 * 149.5);
 }
 
-TEST(Clusters, KeepALastOneThatIsExactlyWhole) { EXPECT_EQ(make_clusters(ramp(400))->start_s.size(), 4); }
+TEST(Clusters, KeepLastClusterWhenExactlyComplete) { EXPECT_EQ(make_clusters(ramp(400))->start_s.size(), 4); }
 
-TEST(Clusters, HaveACausalRate) {
+TEST(Clusters, ComputeCausalRate) {
   const auto clusters = make_clusters(ramp(400));
   EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(0, 0))) << "the first has none";
   EXPECT_NEAR(clusters->rate_c_per_min(1, 0), 0.6, 1e-12);
 }
 
-TEST(Clusters, AreDroppedForOneMissingReading) {
+TEST(Clusters, DropClusterWithMissingReading) {
   Dataset dataset = ramp(400);
   dataset.temperature_c(150, 0) = std::nan("");
   const auto clusters = make_clusters(dataset);
@@ -71,7 +71,7 @@ TEST(Clusters, AreDroppedForOneMissingReading) {
   EXPECT_NEAR(clusters->rate_c_per_min(2, 0), 0.6, 1e-12);
 }
 
-TEST(Clusters, AreDroppedAcrossAGap) {
+TEST(Clusters, DropClustersAcrossGap) {
   Dataset dataset = ramp(400);
   // Omits samples 150…279.
   dataset.time_s.tail(250).array() += 130;
@@ -82,12 +82,12 @@ TEST(Clusters, AreDroppedAcrossAGap) {
   EXPECT_EQ(clusters->dropped_rest, 30);
 }
 
-TEST(Clusters, OfNothingAreAFault) {
+TEST(Clusters, FailWithoutCompleteCluster) {
   EXPECT_EQ(make_clusters(ramp(99)).error().kind, FaultKind::usage);
   EXPECT_EQ(make_clusters(ramp(0)).error().kind, FaultKind::usage);
 }
 
-TEST(Clusters, OfADeadThermometerAreAFaultThatNamesIt) {
+TEST(Clusters, NameDeadThermometerInFault) {
   Dataset dataset = ramp(400);
   dataset.thermometers = {"A", "B", "self"};
   dataset.temperature_c = dataset.temperature_c.col(0).replicate(1, 3).eval();
@@ -98,7 +98,7 @@ TEST(Clusters, OfADeadThermometerAreAFaultThatNamesIt) {
   EXPECT_TRUE(make_clusters(dataset).error().what.ends_with("of B, the bias"));
 }
 
-TEST(Clusters, KnowWhereACornerLiesInside) {
+TEST(Clusters, RecordSegmentChangeInsideCluster) {
   Dataset dataset = ramp(200);
   dataset.segment.tail(80).setOnes();
   const auto clusters = make_clusters(dataset);
@@ -106,7 +106,7 @@ TEST(Clusters, KnowWhereACornerLiesInside) {
   EXPECT_EQ(clusters->last_segment, (Eigen::Vector2i{0, 1})) << "a corner at 120 s";
 }
 
-TEST(Clusters, ArePickedAndJoinedRowByRow) {
+TEST(Clusters, PickAndConcatenateRows) {
   const auto clusters = make_clusters(ramp(400));
   const Clusters picked = pick(*clusters, {3, 1});
   EXPECT_EQ(picked.start_s, (Eigen::Vector2d{300, 100}));
@@ -117,7 +117,7 @@ TEST(Clusters, ArePickedAndJoinedRowByRow) {
   EXPECT_FALSE(concatenate({}));
 }
 
-TEST(Clusters, OfARealRecordFollowItsOwnTime) {
+TEST(Clusters, FollowTimeStampsOfRealRecord) {
   const auto dataset = load_freeimu(FreeImuAxis::x);
   if (!dataset) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
   const auto clusters = make_clusters(*dataset);

@@ -41,13 +41,13 @@ Dataset to_dataset(const record::Record& record) {
   return make_dataset(record, "run.db", choose_axis(record.info, {}, "run.db").value());
 }
 
-TEST(Dataset, CalibratesTemperaturesAndKeepsWhatIsMissing) {
+TEST(Dataset, CalibratesTemperaturesAndKeepsMissingReadings) {
   const Dataset dataset = to_dataset(four_seconds());
   EXPECT_DOUBLE_EQ(dataset.temperature_c(0, 0), 20.25);
   EXPECT_TRUE(std::isnan(dataset.temperature_c(2, 0)));
 }
 
-TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
+TEST(Dataset, DividesPulsesByExactIntervalAndRemovesEarthRate) {
   record::Record record = four_seconds();
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   const Dataset dataset = to_dataset(record);
@@ -57,7 +57,7 @@ TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(3), 0.5 * 20 / 0.5 - 4);
 }
 
-TEST(Dataset, CountsPulsesWhereNumbersAreWhole) {
+TEST(Dataset, DetectsPulseCountsFromWholeNumbers) {
   record::Record record = four_seconds();
   EXPECT_EQ(to_dataset(record).step_deg_per_h, 0.5);
   record.info.units[0].axes[0].scale = -0.5;
@@ -70,7 +70,7 @@ TEST(Dataset, CountsPulsesWhereNumbersAreWhole) {
   EXPECT_EQ(to_dataset(record).step_deg_per_h, 0) << "a rate";
 }
 
-TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
+TEST(Dataset, RemovesMeanOfFirstHoldWhenEarthRateIsUnknown) {
   const Dataset dataset = to_dataset(four_seconds());
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
   EXPECT_TRUE(dataset.zero_is_its_own);
@@ -78,7 +78,7 @@ TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 0.5);
 }
 
-TEST(Dataset, AddsTheEarthRateWhereTheUnitIsTurnedAround) {
+TEST(Dataset, AddsEarthRateWhenUnitIsTurnedAround) {
   record::Record record = four_seconds();
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   record.info.segments[1].unit.turned = true;
@@ -91,7 +91,7 @@ TEST(Dataset, AddsTheEarthRateWhereTheUnitIsTurnedAround) {
   EXPECT_DOUBLE_EQ(unknown.bias_deg_per_h(0), 5);
 }
 
-TEST(Dataset, HasNoBiasWhileTheUnitIsInPeoplesHands) {
+TEST(Dataset, OmitsBiasWhileOperatorHandlesUnit) {
   record::Record record = four_seconds();
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   record.info.segments[1].prompt = "turn the unit around";
@@ -102,7 +102,7 @@ TEST(Dataset, HasNoBiasWhileTheUnitIsInPeoplesHands) {
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
 }
 
-TEST(Dataset, TakesItsZeroFromTheFirstHoldThatHasABias) {
+TEST(Dataset, TakesReferenceFromFirstHoldWithBias) {
   record::Record record = four_seconds();
   record.info.segments[1].hold = true;
   record.units[0].rotation[0][0] = record.units[0].rotation[0][1] = std::nan("");
@@ -111,7 +111,7 @@ TEST(Dataset, TakesItsZeroFromTheFirstHoldThatHasABias) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2) + dataset.bias_deg_per_h(3), 0);
 }
 
-TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
+TEST(Dataset, ProvidesTrueBiasOnlyForVirtualGyro) {
   record::Record record = four_seconds();
   EXPECT_TRUE(to_dataset(record).true_bias_deg_per_h.array().isNaN().all());
   EXPECT_TRUE(to_dataset(record).zero_is_its_own);
@@ -122,7 +122,7 @@ TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
   EXPECT_FALSE(dataset.zero_is_its_own);
 }
 
-TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
+TEST(Dataset, KeepsBiasAndTimesOfImportedRecord) {
   record::Record record = four_seconds();
   record.info.imported = true;
   record.info.units = {{.axes = {{.kind = record::GyroKind::rate, .scale = 2}}}};
@@ -136,13 +136,13 @@ TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
   EXPECT_TRUE(std::isnan(dataset.set_point_c(0)));
 }
 
-TEST(Dataset, CountsOurOwnTimeInSlots) {
+TEST(Dataset, UsesSlotsAsTimeOfNativeRecord) {
   const Dataset dataset = to_dataset(four_seconds());
   EXPECT_EQ(dataset.time_s(3), 3);
   EXPECT_EQ(dataset.segment(3), 1);
 }
 
-TEST(Dataset, LetsGStandInForTheShell) {
+TEST(Dataset, UsesGWhenShellIsMissing) {
   record::Record record = four_seconds();
   record.info.thermometers = {{"A", "", {}}, {"D", "", {}}, {"G", "", {}}};
   record.thermometers_c.resize(3, {1, 2, 3, 4});
@@ -155,7 +155,7 @@ TEST(Dataset, LetsGStandInForTheShell) {
   EXPECT_FALSE(to_dataset(record).three_point_stand_in);
 }
 
-TEST(Dataset, SaysWhereItsGapsAre) {
+TEST(Dataset, ListsGaps) {
   record::Record record = four_seconds();
   record.gaps = {{10, 19, "power cut"}};
   EXPECT_EQ(to_dataset(record).gaps_s.front(), (std::pair{10.0, 20.0}));
@@ -182,7 +182,7 @@ record::Record two_units() {
   return record;
 }
 
-TEST(Dataset, IsOfOneAxisOfOneUnit) {
+TEST(Dataset, ContainsOneAxisOfOneUnit) {
   const record::Record record = two_units();
   const Dataset dataset = make_dataset(record, "run.db", {"u2", "y"});
   EXPECT_EQ(dataset.of, (AxisChoice{"u2", "y"}));
@@ -196,7 +196,7 @@ TEST(Dataset, IsOfOneAxisOfOneUnit) {
   EXPECT_EQ(make_dataset(record, "run.db", {"u1", ""}).thermometers, (std::vector<std::string>{"A", "air"}));
 }
 
-TEST(Dataset, OfARecordWithSeveralAxesMustBeChosen) {
+TEST(Dataset, RequiresChoiceAmongSeveralAxes) {
   const auto info = two_units().info;
   const auto chosen = [&](const AxisChoice& requested) { return choose_axis(info, requested, "run.db"); };
   EXPECT_EQ(chosen({.unit = "u1"}), (AxisChoice{"u1", ""})) << "it has one axis";
@@ -206,7 +206,7 @@ TEST(Dataset, OfARecordWithSeveralAxesMustBeChosen) {
   EXPECT_EQ(chosen({.unit = "u3"}).error().kind, FaultKind::usage);
 }
 
-TEST(Dataset, AClusterStandsWithoutWhatAUnitDidNotTell) {
+TEST(Dataset, KeepsClusterWhenOwnValueIsMissing) {
   record::Record record = two_units();
   const auto clusters = make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4).value();
   ASSERT_EQ(clusters.start_s.size(), 1);

@@ -10,7 +10,7 @@
 namespace gyrotherm::data {
 namespace {
 
-TEST(ChiSquared, IsThatOfTheTables) {
+TEST(ChiSquared, MatchesPublishedTables) {
   // Values exceeded with these probabilities: Abramowitz and Stegun, table 26.8.
   EXPECT_NEAR(chi_squared_exceeds(3.84146, 1), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_exceeds(18.3070, 10), 0.05, 1e-6);
@@ -20,13 +20,13 @@ TEST(ChiSquared, IsThatOfTheTables) {
   EXPECT_NEAR(chi_squared_exceeds(149.449, 100), 0.001, 1e-6);
 }
 
-TEST(ChiSquared, OfTwoDegreesIsTheExponential) {
+TEST(ChiSquared, IsExponentialForTwoDegreesOfFreedom) {
   for (const double value : {0.0, 0.3, 2.0, 5.0, 40.0, 400.0}) {
     EXPECT_NEAR(chi_squared_exceeds(value, 2), std::exp(-value / 2), 1e-14);
   }
 }
 
-TEST(ChiSquared, HasItsLimitWhereItIsExceededAsOftenAsWasAsked) {
+TEST(ChiSquared, InvertsProbabilityAtLimit) {
   EXPECT_NEAR(chi_squared_limit(0.05, 1), 3.84146, 1e-5);
   EXPECT_NEAR(chi_squared_limit(0.001, 100), 149.449, 1e-3);
   for (const double probability : {0.999, 0.5, 1e-3, 1e-9, 1e-100}) {
@@ -40,7 +40,7 @@ TEST(ChiSquared, HasItsLimitWhereItIsExceededAsOftenAsWasAsked) {
 
 double normal_exceeds(double value) { return 0.5 * std::erfc(value / std::numbers::sqrt2); }
 
-TEST(NoncentralChiSquared, OfOneDegreeIsTheSquareOfAShiftedNormal) {
+TEST(NoncentralChiSquared, IsSquareOfShiftedNormalForOneDegreeOfFreedom) {
   for (const double mean : {0.0, 0.1, 1.0, 3.0, 8.0, 30.0}) {
     for (const double root : {0.5, 2.0, 7.0, 29.0, 33.0}) {
       const double exact = normal_exceeds(root - mean) + normal_exceeds(root + mean);
@@ -56,7 +56,7 @@ TEST(NoncentralChiSquared, OfOneDegreeIsTheSquareOfAShiftedNormal) {
 
 /// Checks the closed form for three degrees of freedom: the density of the root r for mean m is (r/m)(φ(r − m) − φ(r +
 /// m)).
-TEST(NoncentralChiSquared, OfThreeDegreesHasItsClosedForm) {
+TEST(NoncentralChiSquared, MatchesClosedFormForThreeDegreesOfFreedom) {
   const auto normal = [](double x) { return std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi); };
   for (const double mean : {0.2, 2.0, 11.0}) {
     for (const double root : {0.3, 3.0, 12.5}) {
@@ -69,7 +69,7 @@ TEST(NoncentralChiSquared, OfThreeDegreesHasItsClosedForm) {
   }
 }
 
-TEST(NoncentralChiSquared, WithoutAShiftIsTheCentralOne) {
+TEST(NoncentralChiSquared, EqualsCentralDistributionWithoutShift) {
   for (const double value : {0.0, 0.7, 5.0, 60.0}) {
     EXPECT_NEAR(noncentral_chi_squared_exceeds(value, 5, 0), chi_squared_exceeds(value, 5), 1e-15);
   }
@@ -77,7 +77,7 @@ TEST(NoncentralChiSquared, WithoutAShiftIsTheCentralOne) {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-TEST(StudentsT, HasThePublishedCoverageFactors) {
+TEST(StudentsT, MatchesPublishedCoverageFactors) {
   struct Published {
     double degrees_of_freedom, factor_90, factor_95, factor_99;
   };
@@ -94,19 +94,19 @@ TEST(StudentsT, HasThePublishedCoverageFactors) {
   }
 }
 
-TEST(StudentsT, IsWhatItsClosedFormsAreForOneAndTwoDegreesOfFreedom) {
+TEST(StudentsT, MatchesClosedFormsForOneAndTwoDegreesOfFreedom) {
   for (const double t : {-30.0, -2.0, -0.1, 0.0, 0.3, 1.0, 4.0, 1e4}) {
     EXPECT_NEAR(students_t_probability(t, 1), 0.5 + std::atan(t) / std::numbers::pi, 1e-13) << t;
     EXPECT_NEAR(students_t_probability(t, 2), 0.5 + 0.5 * t / std::sqrt(2 + t * t), 1e-13) << t;
   }
 }
 
-TEST(StudentsT, GoesOverIntoTheNormalDistribution) {
+TEST(StudentsT, ConvergesToNormalDistribution) {
   EXPECT_NEAR(coverage_factor(0.95, kInfinite), 1.959963984540054, 1e-12);
   EXPECT_NEAR(coverage_factor(0.95, 1e9), coverage_factor(0.95, kInfinite), 1e-6);
 }
 
-TEST(StudentsT, FallsAsTheDegreesOfFreedomGrow) {
+TEST(StudentsT, DecreasesWithDegreesOfFreedom) {
   double before = coverage_factor(0.95, 0.5);
   for (double degrees = 1; degrees < 1e7; degrees *= 1.7) {
     const double factor = coverage_factor(0.95, degrees);

@@ -23,7 +23,7 @@ Clusters two_clusters() {
   return clusters;
 }
 
-TEST(Term, IsReadAsItIsWritten) {
+TEST(Term, RoundTripsThroughText) {
   for (const char* input : {"A", "A-B", "rate:A", "A^2", "A^3", "A-B^2", "rate:A^3", "A*rate:A", "A*A-B", "A^2*rate:B",
                             "A*B*A-B", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap", "die-cap^2*die-cap-A"}) {
     const auto term = parse_term(input, kOddNames);
@@ -34,7 +34,7 @@ TEST(Term, IsReadAsItIsWritten) {
   EXPECT_EQ(*parse_term("die-cap-A", kOddNames), (gradient_term("die-cap", "A")));
 }
 
-TEST(Term, OfAnUnknownThermometerNamesTheNearest) {
+TEST(Term, SuggestsNearestForUnknownThermometer) {
   const auto term = parse_term("A-dye", kOddNames);
   ASSERT_FALSE(term);
   EXPECT_EQ(term.error().kind, FaultKind::usage);
@@ -43,7 +43,7 @@ TEST(Term, OfAnUnknownThermometerNamesTheNearest) {
     EXPECT_FALSE(parse_term(input, kOddNames)) << input;
 }
 
-TEST(Term, IsTheSameHoweverItsFactorsAreOrdered) {
+TEST(Term, IgnoresOrderOfFactors) {
   EXPECT_EQ(*parse_term("rate:A*A", kOddNames), *parse_term("A*rate:A", kOddNames));
   EXPECT_EQ(*parse_term("A*A*A", kOddNames), *parse_term("A^3", kOddNames));
   EXPECT_EQ(*parse_term("B*A^2", kOddNames), *parse_term("A*B*A", kOddNames));
@@ -51,7 +51,7 @@ TEST(Term, IsTheSameHoweverItsFactorsAreOrdered) {
   EXPECT_EQ(*parse_term("A*B*A", {"A", "A*B"}), temperature_term("A") * temperature_term("A*B"));
 }
 
-TEST(Term, OfTooManyFactorsOrAnUnknownPowerIsRefused) {
+TEST(Term, RejectsTooManyFactorsAndUnknownPowers) {
   for (const char* input : {"A*A*A*A", "A^3*B", "A^2*A^2"}) {
     const auto term = parse_term(input, kOddNames);
     ASSERT_FALSE(term) << input;
@@ -64,7 +64,7 @@ TEST(Term, OfTooManyFactorsOrAnUnknownPowerIsRefused) {
     EXPECT_FALSE(parse_term(input, kOddNames)) << input;
 }
 
-TEST(Features, AreEvaluatedPerCluster) {
+TEST(Features, EvaluatePerCluster) {
   const auto values = evaluate(
       {temperature_term("B"), gradient_term("A", "B"), rate_term("B"), temperature_term("A") * temperature_term("A")},
       two_clusters());
@@ -75,7 +75,7 @@ TEST(Features, AreEvaluatedPerCluster) {
   EXPECT_FALSE(evaluate({gradient_term("A", "C")}, two_clusters()));
 }
 
-TEST(Features, OfProductsAreTheProductsOfTheirFactors) {
+TEST(Features, MultiplyFactorsOfProducts) {
   const auto values = evaluate({*parse_term("A^3", kOddNames), *parse_term("A*rate:B", kOddNames),
                                 *parse_term("B*A-B", kOddNames), *parse_term("A-B^2", kOddNames)},
                                two_clusters());
@@ -85,7 +85,7 @@ TEST(Features, OfProductsAreTheProductsOfTheirFactors) {
   EXPECT_EQ(*values, expected);
 }
 
-TEST(Features, ThatAreTheSamePolynomialDoNotRaiseTheRank) {
+TEST(Features, KeepRankForDependentPolynomials) {
   const auto rank = [](std::initializer_list<const char*> inputs) {
     std::vector<Term> terms;
     for (const char* input : inputs) terms.push_back(*parse_term(input, kOddNames));
@@ -97,7 +97,7 @@ TEST(Features, ThatAreTheSamePolynomialDoNotRaiseTheRank) {
   EXPECT_EQ(rank({"A-B^3", "A-B^2", "A-B"}), 3);
 }
 
-TEST(Features, OfEightThermometersHaveTwentyEightGradientsOfRankSeven) {
+TEST(Features, HaveRankSevenForGradientsOfEightThermometers) {
   const auto gradients = all_gradients({"A", "B", "C", "D", "E", "F", "G", "H"});
   EXPECT_EQ(gradients.size(), 28u);
   EXPECT_EQ(rank_of(gradients), 7);
@@ -106,7 +106,7 @@ TEST(Features, OfEightThermometersHaveTwentyEightGradientsOfRankSeven) {
   EXPECT_EQ(rank_of({temperature_term("A"), temperature_term("B"), gradient_term("A", "B")}), 2);
 }
 
-TEST(Scaling, MakesZeroMeanAndUnitStd) {
+TEST(Scaling, GivesZeroMeanAndUnitStd) {
   const std::vector<Term> terms = {temperature_term("A"), temperature_term("B")};
   const auto values = evaluate(terms, two_clusters());
   const auto scaling = fit_scaling(*values, terms);
@@ -116,7 +116,7 @@ TEST(Scaling, MakesZeroMeanAndUnitStd) {
   EXPECT_NEAR(scaled.col(0).squaredNorm(), 1, 1e-15);
 }
 
-TEST(Scaling, NamesTheInputThatDoesNotVary) {
+TEST(Scaling, NamesConstantInput) {
   SampleMatrix values = SampleMatrix::Constant(3, 1, 20.1);
   const auto scaling = fit_scaling(values, {gradient_term("A", "B")});
   ASSERT_FALSE(scaling);
@@ -125,14 +125,14 @@ TEST(Scaling, NamesTheInputThatDoesNotVary) {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-TEST(Lag, IsTheExactSolutionForAStaircase) {
+TEST(Lag, MatchesExactSolutionForStaircase) {
   const double tau = 600, step = 100;
   FirstOrderLag lag(tau);
   EXPECT_EQ(lag.push(20, kNever), 0) << "a run starts in balance";
   for (int k = 1; k <= 40; ++k) EXPECT_NEAR(lag.push(30, step), 10 * std::exp(-k * step / tau), 1e-12);
 }
 
-TEST(Lag, BehindARampIsItsRateTimesTheTimeConstant) {
+TEST(Lag, EqualsRateTimesTimeConstantForRamp) {
   const double tau = 600, fine_s = 0.5, rate = 1.0 / 60;  // K/s
   FirstOrderLag lag(tau);
   double behind = lag.push(0, kNever);
@@ -140,7 +140,7 @@ TEST(Lag, BehindARampIsItsRateTimesTheTimeConstant) {
   EXPECT_NEAR(behind, rate * tau, 2 * rate * fine_s) << "but for the width of a stair";
 }
 
-TEST(Lag, OverAGapIsOneLongStep) {
+TEST(Lag, TreatsGapAsOneLongStep) {
   FirstOrderLag whole(2400), gap(2400);
   for (FirstOrderLag* lag : {&whole, &gap}) lag->push(20, kNever);
   double behind = 0;
@@ -153,7 +153,7 @@ std::vector<Term> lags() {
   return {lag_term(600, "A"), lag_term(2400, "H"), lag_term(600, "A") * temperature_term("B")};
 }
 
-TEST(Lags, OfAPartAreThoseOfTheWholeRun) {
+TEST(Lags, UseHistoryOfWholeRunForSelectedClusters) {
   const Clusters clusters = *make_clusters(make_synthetic_run({}));
   const SampleMatrix whole = *evaluate(lags(), clusters);
   const std::vector<Eigen::Index> rows = {0, 3, 4, 50, 51, 90};
@@ -163,7 +163,7 @@ TEST(Lags, OfAPartAreThoseOfTheWholeRun) {
   EXPECT_TRUE(whole.row(0).isZero(0)) << "a run starts in balance";
 }
 
-TEST(Lags, AreTheRecursionByHand) {
+TEST(Lags, MatchRecursion) {
   const Clusters clusters = *make_clusters(make_synthetic_run({}));
   const SampleMatrix values = *evaluate(lags(), clusters);
   double followed = clusters.temperature_c(0, 0);
@@ -174,7 +174,7 @@ TEST(Lags, AreTheRecursionByHand) {
   }
 }
 
-TEST(Lags, StartAnewWithEachRun) {
+TEST(Lags, RestartWithEachRun) {
   const Clusters one = *make_clusters(make_synthetic_run({})),
                  other = *make_clusters(make_synthetic_run({.run_id = "b", .cycle_rates_c_per_min = {2.5, 4.5}}));
   const Clusters both = *concatenate({pick(one, {7, 8}), other});
@@ -184,7 +184,7 @@ TEST(Lags, StartAnewWithEachRun) {
   EXPECT_EQ(*evaluate(lags(), pick(both, {1, 2})), SampleMatrix(expected.middleRows(1, 2)));
 }
 
-TEST(Lags, BridgeADroppedCluster) {
+TEST(Lags, BridgeDroppedCluster) {
   Dataset dataset = make_synthetic_run({});
   const std::vector<Term> terms = {lag_term(600, "A"), lag_term(600, "D")};
   const SampleMatrix whole = *evaluate(terms, *make_clusters(dataset));
@@ -198,7 +198,7 @@ TEST(Lags, BridgeADroppedCluster) {
   EXPECT_NEAR(values(12, 1), std::exp(-200.0 / 600) * (clusters.temperature_c(12, 3) - followed), 1e-12);
 }
 
-TEST(Lags, NeedTheWholeRun) {
+TEST(Lags, FailWithoutHistory) {
   Clusters clusters;
   clusters.thermometers = {"A"};
   clusters.temperature_c = Eigen::Vector3d(1, 2, 3);
@@ -207,7 +207,7 @@ TEST(Lags, NeedTheWholeRun) {
   EXPECT_EQ(values.error().where, "input \"lag:600:A\"");
 }
 
-TEST(LagTerm, IsReadAsItIsWritten) {
+TEST(LagTerm, RoundTripsThroughText) {
   const std::vector<std::string> names = {"A", "B", "die-cap", "C:D"};
   for (const char* input :
        {"lag:600:A", "A*lag:600:A", "lag:1:die-cap^2", "rate:A*lag:86400:B", "lag:60:A*lag:600:A", "lag:600:C:D"}) {
@@ -223,12 +223,12 @@ TEST(LagTerm, IsReadAsItIsWritten) {
     EXPECT_EQ(parse_term(input, names).error().kind, FaultKind::usage) << input;
 }
 
-TEST(LagTerm, RaisesTheRank) {
+TEST(LagTerm, RaisesRank) {
   EXPECT_EQ(rank_of({temperature_term("A"), lag_term(600, "A"), lag_term(2400, "A")}), 3);
   EXPECT_EQ(rank_of({lag_term(600, "A") * temperature_term("A"), temperature_term("A") * lag_term(600, "A")}), 1);
 }
 
-TEST(LagTerm, AsATemperatureIsTheSameProduct) {
+TEST(LagTerm, KeepsProductWhenReplacedByTemperature) {
   const Term term = lag_term(600, "A") * temperature_term("B");
   const Term renamed = with_lags_as_temperatures(term);
   EXPECT_EQ(lags_in({term}), std::vector<Factor>{lag_term(600, "A").factors.front()});

@@ -54,7 +54,7 @@ void expect_each_held_out_once(const FoldPlan& plan, std::size_t rows) {
   EXPECT_EQ(std::ranges::count(times, 1), static_cast<std::ptrdiff_t>(rows));
 }
 
-TEST(Folds, AreTheCyclesOfEachRecord) {
+TEST(Folds, HoldOutCyclesOfEachRecord) {
   const Clusters a = *make_clusters(make_synthetic_run({}));
   const auto rows = static_cast<std::size_t>(a.start_s.size());
   const auto plan = plan_folds({a, a});
@@ -70,7 +70,7 @@ TEST(Folds, AreTheCyclesOfEachRecord) {
   }
 }
 
-TEST(Folds, AreFourBlocksWithAGuardWhereThereAreNoCycles) {
+TEST(Folds, HoldOutFourGuardedBlocksWithoutCycles) {
   const auto plan = plan_folds({without_cycles(400)});
   ASSERT_TRUE(plan);
   EXPECT_EQ(plan->statement, "4 consecutive blocks with a guard of 45 min");
@@ -81,7 +81,7 @@ TEST(Folds, AreFourBlocksWithAGuardWhereThereAreNoCycles) {
   EXPECT_FALSE(plan_folds({without_cycles(7)}));
 }
 
-TEST(Folds, HaveADefaultGuardOfAtMostHalfABlock) {
+TEST(Folds, LimitDefaultGuardToHalfBlock) {
   const auto plan = plan_folds({without_cycles(21)});
   ASSERT_TRUE(plan);
   EXPECT_EQ(plan->statement, "4 consecutive blocks with a guard of 3.33 min");
@@ -89,14 +89,14 @@ TEST(Folds, HaveADefaultGuardOfAtMostHalfABlock) {
   EXPECT_EQ(both->statement, "8 consecutive blocks with a guard of 3.33 to 45 min");
 }
 
-TEST(Folds, TakeClustersOutsideCyclesWithTheCycleBefore) {
+TEST(Folds, AssignClustersOutsideCyclesToPreviousCycle) {
   const auto plan = plan_folds({clusters_at({0, 1, 2, 3, 4, 5}, {-1, 0, -1, 1, 1, -1})});
   ASSERT_EQ(plan->folds.size(), 2u);
   EXPECT_EQ(plan->folds[0].held_out, (std::vector<Eigen::Index>{0, 1, 2}));
   EXPECT_EQ(plan->folds[1].held_out, (std::vector<Eigen::Index>{3, 4, 5}));
 }
 
-TEST(Folds, CutACycleThatIsTheOnlyOneOfAll) {
+TEST(Folds, CutSingleCycleIntoBlocks) {
   const Clusters one = clusters_at({0, 1, 2, 3, 4, 5, 6, 7}, std::vector<int>(8, 0));
   EXPECT_EQ(plan_folds({one})->folds.size(), 4u);
   EXPECT_EQ(plan_folds({one, one})->statement, "leave one cycle out (2)");
@@ -104,7 +104,7 @@ TEST(Folds, CutACycleThatIsTheOnlyOneOfAll) {
             "leave one cycle out (1) and 4 consecutive blocks with a guard of 45 min");
 }
 
-TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
+TEST(Folds, TrainOnlyOutsideGuard) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937_64 random(seed);
@@ -142,13 +142,13 @@ TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
   }
 }
 
-TEST(Folds, AreRefusedWhereTheGuardLeavesNothing) {
+TEST(Folds, FailWhenGuardLeavesNoTrainingClusters) {
   const auto plan = plan_folds({without_cycles(40)}, blocks(4, 1000));
   ASSERT_FALSE(plan);
   EXPECT_NE(plan.error().what.find("shorter guard"), std::string::npos) << plan.error().what;
 }
 
-TEST(Folds, AreRefusedWhereThereAreMoreOfThemThanClusters) {
+TEST(Folds, FailWhenBlocksOutnumberClusters) {
   for (const int count : {41, 1 << 30, std::numeric_limits<int>::max()}) {
     const auto plan = plan_folds({without_cycles(40)}, blocks(count, 0));
     ASSERT_FALSE(plan);
@@ -156,7 +156,7 @@ TEST(Folds, AreRefusedWhereThereAreMoreOfThemThanClusters) {
   }
 }
 
-TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
+TEST(Folds, KeepGuardOfOuterFoldInInnerFolds) {
   const Clusters record = without_cycles(400);
   const TrainingSet training_set{record, *plan_folds({record}, blocks(5, 20))};
   EXPECT_EQ(training_set.folds.folds.size(), 5u);
@@ -177,7 +177,7 @@ TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
   }
 }
 
-TEST(Folds, OfWhatIsLeftAreBlocksWhereOneWouldRemain) {
+TEST(Folds, BecomeBlocksWhenOneFoldRemains) {
   const Clusters record = clusters_at({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, {0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1});
   const TrainingSet training_set{record, *plan_folds({record})};
   const auto left = with_two_folds(within(training_set, training_set.folds.folds[0].training));
@@ -187,7 +187,7 @@ TEST(Folds, OfWhatIsLeftAreBlocksWhereOneWouldRemain) {
       << "four clusters cannot be cut";
 }
 
-TEST(Folds, AreTheRecordsWhereThereAreThreeWithoutCycles) {
+TEST(Folds, HoldOutRecordsForThreeRecordsWithoutCycles) {
   const std::vector<Clusters> records = {without_cycles(5), without_cycles(1), without_cycles(3)};
   const auto plan = plan_folds(records);
   ASSERT_TRUE(plan);
@@ -201,7 +201,7 @@ TEST(Folds, AreTheRecordsWhereThereAreThreeWithoutCycles) {
       << "no guard reaches into another record";
 }
 
-TEST(Folds, AreNotTheRecordsWhereThereAreCyclesOrFewRecords) {
+TEST(Folds, DoNotHoldOutRecordsWithCyclesOrFewRecords) {
   const Clusters blocks = without_cycles(12), cycles = clusters_at({0, 1, 2, 3}, {0, 0, 1, 1});
   for (const FoldKind kind : {FoldKind::automatic, FoldKind::cycles}) {
     EXPECT_EQ(plan_folds({blocks, blocks}, {.kind = kind})->folds.size(), 8u);
@@ -211,14 +211,14 @@ TEST(Folds, AreNotTheRecordsWhereThereAreCyclesOrFewRecords) {
   EXPECT_EQ(plan_folds({cycles, cycles}, {.kind = FoldKind::records})->folds.size(), 2u);
 }
 
-TEST(Folds, OfOneRecordThatIsToBeHeldOutAreRefused) {
+TEST(Folds, FailForSingleRecordHeldOut) {
   const auto plan = plan_folds({without_cycles(12)}, {.kind = FoldKind::records});
   ASSERT_FALSE(plan);
   EXPECT_EQ(plan.error().kind, FaultKind::usage);
   EXPECT_NE(plan.error().what.find("a single record"), std::string::npos) << plan.error().what;
 }
 
-TEST(Folds, OfTheRecordsThatAreLeftHoldOutEachOfThem) {
+TEST(Folds, HoldOutEachRemainingRecord) {
   const std::vector<Clusters> records = {without_cycles(4), without_cycles(3), without_cycles(2)};
   const TrainingSet training_set{*concatenate(records), *plan_folds(records)};
   const TrainingSet left = within(training_set, training_set.folds.folds[1].training);
@@ -227,7 +227,7 @@ TEST(Folds, OfTheRecordsThatAreLeftHoldOutEachOfThem) {
   EXPECT_EQ(left.folds.folds[0].training, (std::vector<Eigen::Index>{4, 5}));
 }
 
-TEST(Folds, AreReadFromTheirWord) {
+TEST(Folds, ParseKeywords) {
   EXPECT_EQ(parse_folds("auto")->kind, FoldKind::automatic);
   EXPECT_EQ(parse_folds("records")->kind, FoldKind::records);
   EXPECT_EQ(parse_folds("cycles")->kind, FoldKind::cycles);
@@ -238,7 +238,7 @@ TEST(Folds, AreReadFromTheirWord) {
   }
 }
 
-TEST(FoldsByProgram, HoldOutAllRecordsOfAProgramTogether) {
+TEST(FoldsByProgram, HoldOutAllRecordsOfProgramTogether) {
   const Clusters a = without_cycles(30), b = without_cycles(20), c = without_cycles(10);
   FoldOptions options = *parse_folds("programs");
   options.programs = {"rate", "random", "rate"};
@@ -254,7 +254,7 @@ TEST(FoldsByProgram, HoldOutAllRecordsOfAProgramTogether) {
   expect_each_held_out_once(*plan, 60);
 }
 
-TEST(FoldsByProgram, RefuseASingleProgram) {
+TEST(FoldsByProgram, RejectSingleProgram) {
   const Clusters a = without_cycles(30);
   FoldOptions options = *parse_folds("programs");
   options.programs = {"rate", "rate"};

@@ -29,14 +29,14 @@ Clusters noisy_clusters(Eigen::Index count, double noise, std::uint64_t seed = 5
 
 const record::RunInfo::SegmentInfo kHoldSegment{"hold", true, {}, {}, -1}, kRampSegment{"ramp", false, {}, {}, -1};
 
-TEST(NoiseFloor, IsTheWhiteNoiseUnderADrift) {
+TEST(NoiseFloor, MeasuresWhiteNoiseUnderDrift) {
   const NoiseFloor floor = noise_floor(noisy_clusters(4000, 0.002), {kHoldSegment});
   EXPECT_EQ(floor.differences, 34) << "36 clusters in the last hour";
   EXPECT_NEAR(floor.deg_per_h, 0.002, 0.0008);
   EXPECT_EQ(floor.statement, "Hadamard deviation at τ = 100 s of the raw bias in the last hour of 1 hold");
 }
 
-TEST(NoiseFloor, DoesNotSeeASteadyDrift) {
+TEST(NoiseFloor, IgnoresSteadyDrift) {
   Clusters clusters = noisy_clusters(100, 0.002);
   const NoiseFloor floor = noise_floor(clusters, {kHoldSegment});
   // Adds a drift of five noise floors per mean.
@@ -45,7 +45,7 @@ TEST(NoiseFloor, DoesNotSeeASteadyDrift) {
 }
 
 /// Simulates holds of ten minutes in which the bias still decays by 7 % from mean to mean, as in a random program.
-TEST(NoiseFloor, IsFairOnShortHoldsThatStillDrift) {
+TEST(NoiseFloor, IsUnbiasedOnShortDriftingHolds) {
   constexpr int kHolds = 400, kMeans = 6;
   Clusters clusters = noisy_clusters(kHolds * kMeans, 0.002);
   double first_differences = 0;
@@ -63,7 +63,7 @@ TEST(NoiseFloor, IsFairOnShortHoldsThatStillDrift) {
 }
 
 /// More than half of the noise of a mean is quantisation for a pulse of 1″. Neighbouring means share it.
-TEST(NoiseFloor, OfCountedPulsesIsTheNoiseOfAMean) {
+TEST(NoiseFloor, CorrectsForQuantisationOfPulses) {
   constexpr Eigen::Index kMeans = 34;
   constexpr double kPulse_arcsec = 1, kLength_s = 100;
   for (const double white_deg_per_h : {0.0, 0.002, 0.02}) {
@@ -89,7 +89,7 @@ TEST(NoiseFloor, OfCountedPulsesIsTheNoiseOfAMean) {
 }
 
 /// An imported ramp of 2000 s that fits a straight line exactly must not give an over-fit warning.
-TEST(NoiseFloor, OfARecordThatNamesNoHoldIsNone) {
+TEST(NoiseFloor, IsMissingWithoutHolds) {
   Clusters ramp = noisy_clusters(20, 0.002);
   ramp.segment.setConstant(-1);
   ramp.last_segment.setConstant(-1);
@@ -104,14 +104,14 @@ TEST(NoiseFloor, OfARecordThatNamesNoHoldIsNone) {
   }
 }
 
-TEST(NoiseFloor, SaysWhyHoldsThatAreTooShortGiveNone) {
+TEST(NoiseFloor, GivesReasonWhenHoldsAreTooShort) {
   Clusters clusters = noisy_clusters(2, 0.002);
   const NoiseFloor floor = noise_floor(clusters, {kHoldSegment});
   EXPECT_TRUE(std::isnan(floor.deg_per_h));
   EXPECT_EQ(floor.statement, "no hold has three neighbouring means in its last hour");
 }
 
-TEST(NoiseFloor, LooksOnlyInsideHolds) {
+TEST(NoiseFloor, UsesOnlyHolds) {
   Clusters clusters = noisy_clusters(100, 0.002);
   clusters.segment.tail(50).setOnes();
   // The segment ends inside cluster 49.
@@ -122,13 +122,13 @@ TEST(NoiseFloor, LooksOnlyInsideHolds) {
   EXPECT_TRUE(std::isnan(noise_floor(clusters, {kRampSegment, kRampSegment}).deg_per_h));
 }
 
-TEST(NoiseFloor, LeavesOutDifferencesAcrossAGap) {
+TEST(NoiseFloor, SkipsDifferencesAcrossGap) {
   Clusters clusters = noisy_clusters(30, 0.002);
   clusters.start_s.tail(10).array() += 300;
   EXPECT_EQ(noise_floor(clusters, {kHoldSegment}).differences, 26);
 }
 
-TEST(NoiseFloor, HasAnErrorBarThatHoldsTheTruth) {
+TEST(NoiseFloor, HasErrorBarThatCoversTruth) {
   int held = 0;
   constexpr int kSeeds = 200;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -143,7 +143,7 @@ TEST(NoiseFloor, HasAnErrorBarThatHoldsTheTruth) {
   EXPECT_LE(held, 199) << "of 200, at 95 %: the error bars are too long";
 }
 
-TEST(OverFit, ExpectsTheFloorLessWhatParametersExplain) {
+TEST(OverFit, ExpectsFloorReducedByParameters) {
   const NoiseFloor floor{.deg_per_h = 0.002, .differences = 800, .error_deg_per_h = 0.00006};
   EXPECT_DOUBLE_EQ(expected_in_sample_std(floor, 500, 2000), 0.002 * std::sqrt(0.75));
   EXPECT_TRUE(std::isnan(expected_in_sample_std(floor, 0, 2000)));
@@ -152,7 +152,7 @@ TEST(OverFit, ExpectsTheFloorLessWhatParametersExplain) {
 }
 
 /// Least squares with p parameters on white noise leaves a residual of floor·√(1 − p/n).
-TEST(OverFit, TheExpectationIsWhatLeastSquaresLeaves) {
+TEST(OverFit, ExpectsResidualOfLeastSquares) {
   constexpr Eigen::Index kRows = 400, kParameters = 100;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     std::mt19937_64 random(seed);
@@ -167,7 +167,7 @@ TEST(OverFit, TheExpectationIsWhatLeastSquaresLeaves) {
   }
 }
 
-TEST(OverFit, WarnsOnlyBeyondTheErrorBar) {
+TEST(OverFit, WarnsOnlyOutsideErrorBar) {
   const NoiseFloor floor{.deg_per_h = 0.002, .differences = 800, .error_deg_per_h = 0.00006};
   Figures residual{.std = 0.0019, .count = 2000, .effective = {2000, 2000}};
   EXPECT_FALSE(over_fit_warning(residual, floor, 0)) << "0.0001 below, the bar is 0.00013";
@@ -182,7 +182,7 @@ TEST(OverFit, WarnsOnlyBeyondTheErrorBar) {
   EXPECT_FALSE(over_fit_warning(residual, floor, 0)) << "50 independent values say little";
 }
 
-TEST(OverFit, IsNotSaidWhereThereIsNoFloor) {
+TEST(OverFit, GivesNoWarningWithoutFloor) {
   const NoiseFloor none{.deg_per_h = std::nan(""), .differences = 0, .error_deg_per_h = std::nan("")};
   EXPECT_FALSE(over_fit_warning({.std = 0, .count = 10}, none, 3));
 }
@@ -208,7 +208,7 @@ Dataset quiet_hours(int holds, double N, std::uint64_t seed) {
   return dataset;
 }
 
-TEST(HoldNoise, IsOfTheLastHourOfEachHoldAlone) {
+TEST(HoldNoise, UsesOnlyLastHourOfEachHold) {
   const HoldNoise noise = noise_of_holds(quiet_hours(5, 3e-4, 1));
   EXPECT_EQ(noise.holds, 5);
   EXPECT_EQ(noise.stretches, 5);
@@ -218,7 +218,7 @@ TEST(HoldNoise, IsOfTheLastHourOfEachHoldAlone) {
   EXPECT_NE(noise.statement.find("5 holds"), std::string::npos) << noise.statement;
 }
 
-TEST(HoldNoise, MissingSamplesEndAStretch) {
+TEST(HoldNoise, EndsStretchAtMissingSamples) {
   Dataset dataset = quiet_hours(2, 3e-4, 2);
   dataset.bias_deg_per_h(6000) = std::numeric_limits<double>::quiet_NaN();
   dataset.time_s.tail(dataset.time_s.size() - 14000).array() += 30;
@@ -230,7 +230,7 @@ TEST(HoldNoise, MissingSamplesEndAStretch) {
   EXPECT_NEAR(n.value, 3e-4, 4 * n.error);
 }
 
-TEST(HoldNoise, OfSomeClustersLooksAtNoOthers) {
+TEST(HoldNoise, UsesOnlySelectedClusters) {
   const Dataset dataset = quiet_hours(2, 3e-4, 2);
   Clusters clusters;
   // Selects the first hold and its ramp.
@@ -245,7 +245,7 @@ TEST(HoldNoise, OfSomeClustersLooksAtNoOthers) {
   EXPECT_TRUE(noise_of_holds(dataset, clusters).curve.empty());
 }
 
-TEST(HoldNoise, OfNoHoldIsNothing) {
+TEST(HoldNoise, IsEmptyWithoutHold) {
   Dataset dataset = quiet_hours(1, 3e-4, 3);
   for (auto& segment : dataset.segments) segment.hold = false;
   const HoldNoise noise = noise_of_holds(dataset);
@@ -259,7 +259,7 @@ TEST(HoldNoise, OfNoHoldIsNothing) {
   EXPECT_TRUE(noise_of_holds(Dataset{}).curve.empty());
 }
 
-TEST(HoldNoise, HasAPointAtTheLengthOfAMean) {
+TEST(HoldNoise, HasPointAtClusterLength) {
   const Dataset dataset = quiet_hours(5, 3e-4, 1);
   const HoldNoise noise = noise_of_holds(dataset);
   const auto point = std::ranges::find(noise.curve, 100, &AllanPoint::tau_s);
@@ -269,7 +269,7 @@ TEST(HoldNoise, HasAPointAtTheLengthOfAMean) {
   EXPECT_EQ(std::ranges::count(noise.curve, 100, &AllanPoint::tau_s), 1);
 }
 
-TEST(HoldNoise, ARecordThatNamesNoHoldHasNone) {
+TEST(HoldNoise, IsEmptyForImportedRecordWithoutHolds) {
   Dataset dataset = quiet_hours(1, 3e-4, 3);
   dataset.imported = true;
   dataset.segments.clear();
@@ -278,7 +278,7 @@ TEST(HoldNoise, ARecordThatNamesNoHoldHasNone) {
   EXPECT_EQ(noise_of_holds(dataset).statement, "the record names no hold");
 }
 
-TEST(HoldNoise, TakesTheRecordsOwnInterval) {
+TEST(HoldNoise, UsesSampleIntervalOfRecord) {
   std::mt19937_64 random(4);
   Dataset dataset;
   dataset.imported = true;
@@ -294,7 +294,7 @@ TEST(HoldNoise, TakesTheRecordsOwnInterval) {
 }
 
 /// A model that removes the steep slope must leave only the noise.
-TEST(HoldNoise, OfCompensatedHoldsIsWithoutWhatTheModelTakesAway) {
+TEST(HoldNoise, ExcludesCompensatedPart) {
   Dataset dataset = quiet_hours(3, 3e-4, 5);
   const Eigen::VectorXd slope = 1e-5 * dataset.time_s;
   const Dataset quiet = dataset;
@@ -315,7 +315,7 @@ TEST(HoldNoise, OfCompensatedHoldsIsWithoutWhatTheModelTakesAway) {
   EXPECT_GT(noise_of_holds(dataset).curve.back().deviation_deg_per_h, 3 * expected.curve.back().deviation_deg_per_h);
 }
 
-TEST(HoldNoise, OfCompensatedHoldsMissesSamplesBesideAMissingCluster) {
+TEST(HoldNoise, OmitsSamplesNextToMissingCluster) {
   Dataset dataset = quiet_hours(1, 3e-4, 6);
   Clusters clusters;
   clusters.start_s = Eigen::VectorXd::LinSpaced(90, 0, 8900);
@@ -329,7 +329,7 @@ TEST(HoldNoise, OfCompensatedHoldsMissesSamplesBesideAMissingCluster) {
   EXPECT_EQ(noise.seconds, 3600 - 200 - 1 - 199);
 }
 
-TEST(AllanCurveOfClusters, BreaksWhereAClusterOrAValueIsMissing) {
+TEST(AllanCurveOfClusters, EndsStretchAtMissingClusterOrValue) {
   Clusters clusters;
   clusters.start_s = Eigen::VectorXd::LinSpaced(60, 0, 5900);
   clusters.start_s.tail(30).array() += 500;

@@ -13,7 +13,7 @@ namespace {
 
 Clusters run() { return *make_clusters(make_synthetic_run({})); }
 
-TEST(InputCovariance, OfTemperaturesIsTheirVariances) {
+TEST(InputCovariance, EqualsVariancesOfTemperatures) {
   const std::vector<double> u = {0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08};
   const Eigen::MatrixXd covariance =
       *input_covariance({temperature_term("A"), temperature_term("H"), gradient_term("A", "H")}, run(), u);
@@ -22,7 +22,7 @@ TEST(InputCovariance, OfTemperaturesIsTheirVariances) {
   EXPECT_LT((covariance - expected).norm(), 1e-15);
 }
 
-TEST(InputCovariance, OfARateAndALagIsThatOfTheLastMean) {
+TEST(InputCovariance, PropagatesLastMeanToRateAndLag) {
   const Clusters clusters = pick(run(), {5, 6, 7});
   const Eigen::MatrixXd covariance =
       *input_covariance({rate_term("A"), lag_term(600, "A")}, clusters, std::vector<double>(8, 0.05));
@@ -32,7 +32,7 @@ TEST(InputCovariance, OfARateAndALagIsThatOfTheLastMean) {
 }
 
 /// The errors are small compared with the temperatures, so that products are nearly linear.
-TEST(InputCovariance, IsWhatErrorsOfTheThermometersMake) {
+TEST(InputCovariance, MatchesSimulatedThermometerErrors) {
   const std::vector<Term> terms = {temperature_term("A"), gradient_term("A", "B"),
                                    temperature_term("A") * temperature_term("A"),
                                    temperature_term("A") * gradient_term("B", "C") * temperature_term("B")};
@@ -56,7 +56,7 @@ TEST(InputCovariance, IsWhatErrorsOfTheThermometersMake) {
     for (int j = 0; j < 4; ++j) EXPECT_NEAR(observed(i, j), covariance(i, j), 0.02 * std(i) * std(j)) << i << ", " << j;
 }
 
-TEST(InputCovariance, NamesWhatIsWrong) {
+TEST(InputCovariance, RejectsInvalidUncertainties) {
   for (const std::vector<double>& u :
        {std::vector<double>{}, std::vector<double>{0.1}, std::vector<double>(8, -0.1), std::vector<double>(8, NAN)})
     EXPECT_EQ(input_covariance({temperature_term("A")}, run(), u).error().where, "uncertainty");

@@ -36,7 +36,7 @@ TEST(Outliers, FindsSpikesOfAnySize) {
   }
 }
 
-TEST(Outliers, TakesNoiseRampsStepsAndCountsForWhatTheyAre) {
+TEST(Outliers, IgnoresNoiseRampsStepsAndCounts) {
   Dataset step = noisy(2000), counts = noisy(2000), turned = noisy(2000);
   step.bias_deg_per_h.tail(1000).array() += 500;
   counts.bias_deg_per_h = counts.bias_deg_per_h.array().round();
@@ -45,7 +45,7 @@ TEST(Outliers, TakesNoiseRampsStepsAndCountsForWhatTheyAre) {
   EXPECT_TRUE(find_spikes(noisy(5)).empty());
 }
 
-TEST(Outliers, NamesClustersOfAnOutlyingResidual) {
+TEST(Outliers, NamesClustersWithOutlyingResidual) {
   Clusters clusters;
   clusters.start_s = Eigen::VectorXd::LinSpaced(50, 0, 4900);
   Eigen::VectorXd residual(50);

@@ -12,7 +12,7 @@
 namespace gyrotherm::data {
 namespace {
 
-TEST(Figures, AreEquation11AndWhatItHides) {
+TEST(Figures, MatchEquation11) {
   const Figures figures = figures_of(Eigen::Vector4d{1, 2, 3, -8});
   EXPECT_DOUBLE_EQ(figures.mean, -0.5);
   EXPECT_DOUBLE_EQ(figures.std, std::sqrt(77.0 / 3));
@@ -22,7 +22,7 @@ TEST(Figures, AreEquation11AndWhatItHides) {
   EXPECT_EQ(figures_of(Eigen::VectorXd{}).count, 0);
 }
 
-TEST(Improvement, OfThePapersTablesIsBothOfItsKinds) {
+TEST(Improvement, MatchesTablesOfPaper) {
   const Improvement rate = improvement(0.0258, 0.0089, 0.0021);
   EXPECT_NEAR(rate.three_point_from_original, 0.65504, 5e-6);
   EXPECT_NEAR(rate.multi_point_from_original, 0.91860, 5e-6);
@@ -35,7 +35,7 @@ TEST(Improvement, OfThePapersTablesIsBothOfItsKinds) {
   EXPECT_NEAR(random.residual_reduction, 0.74725, 5e-6);
 }
 
-TEST(Improvement, IsThePrintedOneOnlyFromRoundedPercentages) {
+TEST(Improvement, MatchesPrintedValueFromRoundedPercentages) {
   const auto rounded = [](double fraction) { return std::round(1000 * fraction) / 10; };
   const Improvement rate = improvement(0.0258, 0.0089, 0.0021);
   const double three = rounded(rate.three_point_from_original), multi = rounded(rate.multi_point_from_original);
@@ -58,7 +58,7 @@ Eigen::VectorXi counted(Eigen::Index count) {
   return Eigen::VectorXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
 }
 
-TEST(EffectiveNumber, OfIndependentValuesIsNearlyTheirNumber) {
+TEST(EffectiveNumber, IsNearlyCountForIndependentValues) {
   double sum = 0;
   constexpr int kSeeds = 50;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -72,7 +72,7 @@ TEST(EffectiveNumber, OfIndependentValuesIsNearlyTheirNumber) {
   EXPECT_GT(sum / kSeeds, 495);
 }
 
-TEST(EffectiveNumber, OfAnAutoregressionIsBartletts) {
+TEST(EffectiveNumber, MatchesBartlettForAutoregression) {
   for (const double phi : {0.5, 0.9}) {
     double of_std = 0, of_mean = 0;
     constexpr int kSeeds = 40;
@@ -87,7 +87,7 @@ TEST(EffectiveNumber, OfAnAutoregressionIsBartletts) {
   }
 }
 
-TEST(EffectiveNumber, MakesErrorBarsThatHoldTheTruth) {
+TEST(EffectiveNumber, GivesErrorBarsThatCoverTruth) {
   int std_held = 0, mean_held = 0;
   constexpr int kSeeds = 200;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -102,7 +102,7 @@ TEST(EffectiveNumber, MakesErrorBarsThatHoldTheTruth) {
   EXPECT_GE(mean_held, 178) << "of 200, at 95 %";
 }
 
-TEST(EffectiveNumber, CountsOnlyPairsThatStandALagApart) {
+TEST(EffectiveNumber, CountsOnlyPairsAtLag) {
   std::mt19937_64 random(6);
   const Eigen::VectorXd values = autoregression(0.95, 400, random);
   EXPECT_LT(effective_number(values, counted(400)).of_std, 200);
@@ -110,19 +110,19 @@ TEST(EffectiveNumber, CountsOnlyPairsThatStandALagApart) {
   EXPECT_EQ(apart.of_std, 400) << "no two of them are neighbours";
 }
 
-TEST(EffectiveNumber, OfFewOrEqualValuesIsTheirNumber) {
+TEST(EffectiveNumber, IsCountForFewOrEqualValues) {
   EXPECT_EQ(effective_number(Eigen::Vector3d{1, 2, 3}, Eigen::Vector3i{0, 1, 2}).of_std, 3);
   EXPECT_EQ(effective_number(Eigen::VectorXd::Constant(10, 0.1), counted(10)).of_mean, 10);
   EXPECT_EQ(effective_number(Eigen::VectorXd{}, Eigen::VectorXi{}).of_std, 0);
 }
 
-TEST(Figures, WithoutAnEffectiveNumberHaveNoErrorBar) {
+TEST(Figures, HaveNoErrorBarWithoutEffectiveNumber) {
   EXPECT_TRUE(std::isnan(std_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
   EXPECT_TRUE(std::isnan(mean_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
 }
 
 /// A single value has no scatter; its error must not be 0.
-TEST(Figures, OfASingleValueHaveNoErrorBar) {
+TEST(Figures, HaveNoErrorBarForSingleValue) {
   const Figures figures = figures_of(Eigen::VectorXd::Constant(1, 0.5), [] {
     Clusters clusters;
     clusters.start_s = Eigen::VectorXd::Zero(1);
@@ -133,7 +133,7 @@ TEST(Figures, OfASingleValueHaveNoErrorBar) {
   EXPECT_TRUE(std::isnan(mean_error(figures)));
 }
 
-TEST(Figures, CorrelateNothingAcrossTwoRecords) {
+TEST(Figures, DoNotCorrelateAcrossRecords) {
   std::mt19937_64 random(8);
   Clusters clusters;
   clusters.start_s.resize(400);
@@ -147,7 +147,7 @@ TEST(Figures, CorrelateNothingAcrossTwoRecords) {
 
 const std::vector<std::string> kEight = {"A", "B", "C", "D", "E", "F", "G", "H"};
 
-TEST(Correlation, IsSignedAntisymmetricAndOneForAGradientThatIsTheBias) {
+TEST(Correlation, IsSignedAndAntisymmetric) {
   auto clusters = make_clusters(make_synthetic_run({}));
   ASSERT_TRUE(clusters);
   clusters->bias_deg_per_h = 3 * (clusters->temperature_c.col(1) - clusters->temperature_c.col(0));
@@ -157,7 +157,7 @@ TEST(Correlation, IsSignedAntisymmetricAndOneForAGradientThatIsTheBias) {
   EXPECT_LE(r.gradient.cwiseAbs().maxCoeff(), 1);
 }
 
-TEST(Correlation, OfRatesLeavesOutClustersThatHaveNone) {
+TEST(Correlation, SkipsClustersWithoutRate) {
   Clusters clusters = *make_clusters(make_synthetic_run({}));
   clusters.bias_deg_per_h(0) = 1e6;
   clusters.bias_deg_per_h.tail(clusters.bias_deg_per_h.size() - 1) =
@@ -165,7 +165,7 @@ TEST(Correlation, OfRatesLeavesOutClustersThatHaveNone) {
   EXPECT_NEAR(correlate(clusters, kEight).rate(3), -1, 1e-12);
 }
 
-TEST(Correlation, OfARealRecordIsTheReferences) {
+TEST(Correlation, MatchesReferenceForRealRecord) {
   const double with_die[] = {-0.9148, 0.9996, -0.9534}, with_difference[] = {0.9456, -0.8873, 0.8487};
   for (const FreeImuAxis axis : {FreeImuAxis::x, FreeImuAxis::y, FreeImuAxis::z}) {
     const auto dataset = load_freeimu(axis);

@@ -31,13 +31,13 @@ data::Samples all_kinds_of_terms(Eigen::Index rows) {
 
 class EveryMethod : public testing::TestWithParam<Method> {};
 
-TEST_P(EveryMethod, NamesItselfAndItsSource) {
+TEST_P(EveryMethod, HasNameAndCitation) {
   const Method& method = GetParam();
   EXPECT_EQ(*find_method(method.name), &*std::ranges::find(methods(), method.name, &Method::name));
   EXPECT_FALSE(method.title.empty() || method.citation.empty() || method.inputs.empty());
 }
 
-TEST_P(EveryMethod, IsTheSameOnOneThreadAndTwo) {
+TEST_P(EveryMethod, DoesNotDependOnThreadCount) {
   const Method& method = GetParam();
   const data::Samples samples = all_kinds_of_terms(120);
   const auto folds = folds_of(samples, 3);
@@ -57,7 +57,7 @@ TEST_P(EveryMethod, IsTheSameOnOneThreadAndTwo) {
     EXPECT_EQ(chosen[0][i].value, chosen[1][i].value) << chosen[0][i].name;
 }
 
-TEST_P(EveryMethod, LearnsSomethingOfWhatItHasNotSeen) {
+TEST_P(EveryMethod, PredictsUnseenSamples) {
   const Method& method = GetParam();
   const data::Samples samples = all_kinds_of_terms(240), unseen = [] {
     data::Samples other = data::bent_samples(200, 5, 0, 12);
@@ -73,7 +73,7 @@ TEST_P(EveryMethod, LearnsSomethingOfWhatItHasNotSeen) {
   EXPECT_GT(numbers_in(fit->function), 0);
 }
 
-TEST_P(EveryMethod, NamesWhatIsWrongWithItsSamples) {
+TEST_P(EveryMethod, RejectsInvalidSamples) {
   const Method& method = GetParam();
   const data::Samples samples = all_kinds_of_terms(60);
   const auto choice = method.choose(folds_of(samples, 3), quick_options(), {});
@@ -93,7 +93,7 @@ TEST_P(EveryMethod, NamesWhatIsWrongWithItsSamples) {
   EXPECT_EQ(fit_fault(samples.x.topRows(0), samples.y.head(0)).kind, FaultKind::usage);
 }
 
-TEST_P(EveryMethod, ThatChoosesNeedsFoldsAndStopsWhenAsked) {
+TEST_P(EveryMethod, RequiresFoldsAndStopsWhenInterrupted) {
   const Method& method = GetParam();
   const data::Samples samples = all_kinds_of_terms(60);
   auto folds = folds_of(samples, 3);
@@ -108,7 +108,7 @@ TEST_P(EveryMethod, ThatChoosesNeedsFoldsAndStopsWhenAsked) {
   EXPECT_EQ(method.choose(folds, quick_options(), {}).error().kind, FaultKind::usage);
 }
 
-TEST_P(EveryMethod, ComesBackFromItsFileBitForBit) {
+TEST_P(EveryMethod, RoundTripsThroughFile) {
   const Method& method = GetParam();
   data::SyntheticRun run;
   run.cycle_rates_c_per_min = {4, 5};

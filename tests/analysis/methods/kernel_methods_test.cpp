@@ -12,7 +12,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-TEST(LeastSquaresSvm, SatisfiesItsOptimalityConditions) {
+TEST(LeastSquaresSvm, SatisfiesOptimalityConditions) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const data::Samples samples = data::bent_samples(70, 3, 0.2, seed);
@@ -27,7 +27,7 @@ TEST(LeastSquaresSvm, SatisfiesItsOptimalityConditions) {
   }
 }
 
-TEST(LeastSquaresSvm, KnowsTheResidualOfASampleLeftOutWithoutTrainingAnew) {
+TEST(LeastSquaresSvm, ComputesLeaveOneOutResidualInClosedForm) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const data::Samples samples = data::bent_samples(60, 3, 0.2, seed);
@@ -47,7 +47,7 @@ TEST(LeastSquaresSvm, KnowsTheResidualOfASampleLeftOutWithoutTrainingAnew) {
   }
 }
 
-TEST(LeastSquaresSvm, CountsTheTraceOfItsHatMatrix) {
+TEST(LeastSquaresSvm, CountsTraceOfHatMatrix) {
   const data::Samples samples = data::bent_samples(25, 2, 0.2, 1);
   const HyperParameters parameters = {{"gamma", 20}, {"sigma", 1.2}};
   double trace = 0;
@@ -58,7 +58,7 @@ TEST(LeastSquaresSvm, CountsTheTraceOfItsHatMatrix) {
   EXPECT_NEAR(fit_ls_svm(samples.set(), parameters, {})->effective_parameters, trace, 1e-9);
 }
 
-TEST(LeastSquaresSvm, ChoosesAPositionThatItsNeighboursDoNotBeat) {
+TEST(LeastSquaresSvm, ChoosesLocalMinimumOfHeldOutError) {
   const data::Samples samples = data::bent_samples(120, 2, 0.1, 2);
   const auto folds = folds_of(samples, 4);
   const auto choice = choose_ls_svm(folds, {}, {});
@@ -88,7 +88,7 @@ double log_density(const Covariance& covariance, const data::Samples& samples) {
                  static_cast<double>(samples.y.size()) * std::log(2 * std::acos(-1.0)));
 }
 
-TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {
+TEST(MarginalLikelihood, MatchesDensityAndDifferences) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const data::Samples samples = data::bent_samples(30, 3, 0.2, seed);
@@ -110,7 +110,7 @@ TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {
   }
 }
 
-TEST(MarginalLikelihood, IsClimbedToWhereItIsFlat) {
+TEST(MarginalLikelihood, IsClimbedToStationaryPoint) {
   const data::Samples samples = data::bent_samples(80, 2, 0.1, 3);
   const Covariance start{.lengths = Eigen::RowVector2d{1, 1}, .signal = 1, .noise = 0.3};
   const auto ascent = climb_likelihood(start, samples.x, samples.y, 300);
@@ -121,7 +121,7 @@ TEST(MarginalLikelihood, IsClimbedToWhereItIsFlat) {
   EXPECT_NEAR(ascent->covariance.noise, 0.1, 0.03);
 }
 
-TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
+TEST(GaussianProcess, GivesIrrelevantInputLongLength) {
   // C has no effect on y.
   const data::Samples samples = data::bent_samples(250, 3, 0.05, 4);
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
@@ -158,7 +158,7 @@ DensePosterior dense(const FitInput& set, const PredictiveVariance& of, const da
           (own - across * factor.solve(across.transpose())).diagonal()};
 }
 
-TEST(GaussianProcess, KnowsMeanAndVarianceOfTheWholePosterior) {
+TEST(GaussianProcess, MatchesMeanAndVarianceOfFullPosterior) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     SCOPED_TRACE(seed);
     const data::Samples samples = data::bent_samples(kVarianceCentres, 3, 0.1, seed);
@@ -173,7 +173,7 @@ TEST(GaussianProcess, KnowsMeanAndVarianceOfTheWholePosterior) {
 }
 
 /// The variance from sixty samples must be close to that from all samples.
-TEST(GaussianProcess, ItsStoredVarianceIsNotBelowTheWholeOne) {
+TEST(GaussianProcess, StoresVarianceNotBelowFullPosterior) {
   const data::Samples samples = data::bent_samples(300, 2, 0.1, 8);
   const auto fit = fit_gaussian_process(in_error(samples), {}, {});
   ASSERT_TRUE(fit && fit->variance);
@@ -185,7 +185,7 @@ TEST(GaussianProcess, ItsStoredVarianceIsNotBelowTheWholeOne) {
   EXPECT_LT(stored.mean(), 4 * whole.mean());
 }
 
-TEST(GaussianProcess, GoesOnAsAPlane) {
+TEST(GaussianProcess, ContinuesAsPlane) {
   data::Samples samples{data::normal_matrix(200, 2, 3), {}, data::letters(2)};
   samples.y = samples.x.col(0) - 0.5 * samples.x.col(1) + 0.05 * data::normal_vector(200, 4);
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
@@ -196,7 +196,7 @@ TEST(GaussianProcess, GoesOnAsAPlane) {
   EXPECT_NEAR(there(1), 15, 1);
 }
 
-TEST(GaussianProcess, IsThePosteriorMeanOfAllSamples) {
+TEST(GaussianProcess, ReturnsPosteriorMeanOfAllSamples) {
   // Uses more samples than the likelihood does (kMostSamples).
   const data::Samples samples = data::bent_samples(450, 2, 0.1, 5);
   const auto fit = fit_gaussian_process(samples.set(), {}, {});

@@ -11,7 +11,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-TEST(Network, DerivativesAgreeWithDifferences) {
+TEST(Network, ComputesDerivativesThatMatchDifferences) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const data::SampleMatrix x = 2 * data::normal_matrix(7, 3, seed);
     NetworkModel network = random_network(3, 4, seed);
@@ -31,7 +31,7 @@ TEST(Network, DerivativesAgreeWithDifferences) {
   }
 }
 
-TEST(Network, NumbersComeBackAsTheyWere) {
+TEST(Network, RoundTripsParameters) {
   const NetworkModel network = random_network(3, 2, 5);
   NetworkModel other = random_network(3, 2, 6);
   set_parameters(other, parameter_vector(network));
@@ -40,7 +40,7 @@ TEST(Network, NumbersComeBackAsTheyWere) {
   EXPECT_EQ(other.out, network.out);
 }
 
-TEST(LevenbergMarquardt, LowersTheErrorWithEachStep) {
+TEST(LevenbergMarquardt, LowersErrorWithEachStep) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const data::Samples samples = data::bent_samples(80, 3, 0.1, seed);
     LevenbergMarquardt training(random_network(3, 5, seed), samples.x, samples.y);
@@ -53,7 +53,7 @@ TEST(LevenbergMarquardt, LowersTheErrorWithEachStep) {
   }
 }
 
-TEST(LevenbergMarquardt, FindsANetworkThatIsThere) {
+TEST(LevenbergMarquardt, RecoversKnownNetwork) {
   data::Samples samples{data::normal_matrix(150, 2, 1), {}, data::letters(2)};
   samples.y = (samples.x * Eigen::Vector2d{1.5, -1}).array().tanh() * 2 + 0.5;
   LevenbergMarquardt training(random_network(2, 2, 3), samples.x, samples.y);
@@ -62,7 +62,7 @@ TEST(LevenbergMarquardt, FindsANetworkThatIsThere) {
   EXPECT_LT(training.squared_error(), 1e-12);
 }
 
-TEST(LevenbergMarquardt, StopsAtAStationaryPoint) {
+TEST(LevenbergMarquardt, StopsAtStationaryPoint) {
   const data::Samples samples = data::bent_samples(40, 2, 0.3, 2);
   LevenbergMarquardt training(random_network(2, 2, 1), samples.x, samples.y);
   int steps = 0;
@@ -72,7 +72,7 @@ TEST(LevenbergMarquardt, StopsAtAStationaryPoint) {
   EXPECT_LT((at.derivatives * (at.value - samples.y)).cwiseAbs().maxCoeff(), 1e-5);
 }
 
-TEST(BackPropagationNetwork, KeepsTheStartWhoseHeldOutErrorIsTheMedian) {
+TEST(BackPropagationNetwork, KeepsStartWithMedianHeldOutError) {
   const data::Samples samples = data::bent_samples(90, 2, 0.3, 8);
   const auto folds = folds_of(samples, 3);
   const auto choice = choose_network(folds, {.seed = 4}, {});
@@ -92,7 +92,7 @@ TEST(BackPropagationNetwork, KeepsTheStartWhoseHeldOutErrorIsTheMedian) {
   EXPECT_EQ(std::ranges::count_if(errors, [&](double error) { return error < chosen_error; }), 4);
 }
 
-TEST(BackPropagationNetwork, LearnsWhatALineCannot) {
+TEST(BackPropagationNetwork, FitsNonlinearFunction) {
   const data::Samples samples = data::bent_samples(400, 2, 0.05, 9);
   const auto choice = choose_network(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);

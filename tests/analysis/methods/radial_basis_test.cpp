@@ -17,7 +17,7 @@ Eigen::Index nearest_to(const data::SampleMatrix& centres, const Eigen::RowVecto
   return nearest;
 }
 
-TEST(KMeans, NeverRaisesItsCost) {
+TEST(KMeans, NeverRaisesCost) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const data::SampleMatrix samples = data::normal_matrix(200, 3, seed);
     const auto found = k_means(samples, 12, seed);
@@ -28,7 +28,7 @@ TEST(KMeans, NeverRaisesItsCost) {
   }
 }
 
-TEST(KMeans, EndsWithEachCentreInTheMiddleOfItsSamples) {
+TEST(KMeans, EndsWithCentresAtMeansOfSamples) {
   const data::SampleMatrix samples = data::normal_matrix(300, 2, 9);
   const auto found = k_means(samples, 8, 9);
   ASSERT_TRUE(found);
@@ -45,7 +45,7 @@ TEST(KMeans, EndsWithEachCentreInTheMiddleOfItsSamples) {
   }
 }
 
-TEST(KMeans, FindsClustersThatLieApart) {
+TEST(KMeans, FindsSeparatedClusters) {
   data::SampleMatrix samples = 0.01 * data::normal_matrix(90, 2, 4);
   for (Eigen::Index i = 0; i < 90; ++i) samples(i, 0) += static_cast<double>(i % 3) * 10;
   const auto found = k_means(samples, 3, 1);
@@ -55,7 +55,7 @@ TEST(KMeans, FindsClustersThatLieApart) {
   EXPECT_LT((first - Eigen::Vector3d{0, 10, 20}).norm(), 0.05);
 }
 
-TEST(KMeans, OfTooFewDifferentSamplesIsRefused) {
+TEST(KMeans, RejectsTooFewDifferentSamples) {
   data::SampleMatrix samples = data::SampleMatrix::Zero(30, 2);
   samples.topRows(10).setOnes();
   const auto found = k_means(samples, 3, 1);
@@ -65,7 +65,7 @@ TEST(KMeans, OfTooFewDifferentSamplesIsRefused) {
   EXPECT_FALSE(k_means(samples, 31, 1));
 }
 
-TEST(SelfOrganisingMap, KeepsNeighboursTogether) {
+TEST(SelfOrganisingMap, KeepsNeighboursClose) {
   const data::SampleMatrix samples = data::normal_matrix(800, 2, 3);
   const data::SampleMatrix nodes = self_organising_map(samples, 1, {.side = 6, .rounds = 30});
   double neighbours = 0, all = 0;
@@ -81,14 +81,14 @@ TEST(SelfOrganisingMap, KeepsNeighboursTogether) {
   }
 }
 
-TEST(NeighbourDistances, AreOfTheTwoNearest) {
+TEST(NeighbourDistances, AverageTwoNearest) {
   const data::SampleMatrix centres = (data::SampleMatrix(4, 1) << 0, 1, 3, 10).finished();
   EXPECT_EQ(neighbour_distances(centres), Eigen::Vector4d(2, 1.5, 2.5, 8));
   const data::SampleMatrix reduced_gyros = (data::SampleMatrix(3, 1) << 0, 0, 4).finished();
   EXPECT_EQ(neighbour_distances(reduced_gyros), Eigen::Vector3d(2, 2, 4));
 }
 
-TEST(OrthogonalLeastSquares, RatiosSumToTheShareThatIsExplained) {
+TEST(OrthogonalLeastSquares, HasRatiosThatSumToExplainedShare) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const Eigen::MatrixXd candidates = data::normal_matrix(40, 10, seed);
@@ -111,7 +111,7 @@ TEST(OrthogonalLeastSquares, RatiosSumToTheShareThatIsExplained) {
   }
 }
 
-TEST(OrthogonalLeastSquares, TakesTheLargestFirstAndStopsAtTheTolerance) {
+TEST(OrthogonalLeastSquares, TakesLargestRatioFirstAndStopsAtTolerance) {
   const Eigen::MatrixXd candidates = data::normal_matrix(60, 6, 2);
   const Eigen::VectorXd y = 3 * candidates.col(4) + 0.5 * candidates.col(1) + 0.01 * data::normal_vector(60, 3);
   const auto path = orthogonal_least_squares(candidates, y, 0.01, 6);
@@ -122,13 +122,13 @@ TEST(OrthogonalLeastSquares, TakesTheLargestFirstAndStopsAtTheTolerance) {
   EXPECT_EQ(count_taken(whole, 2), 0);
 }
 
-TEST(OrthogonalLeastSquares, PassesOverACandidateThatIsACopy) {
+TEST(OrthogonalLeastSquares, SkipsCopiedCandidate) {
   Eigen::MatrixXd candidates = data::normal_matrix(30, 3, 2);
   candidates.col(2) = 2 * candidates.col(0);
   EXPECT_EQ(orthogonal_least_squares(candidates, data::normal_vector(30, 3), 0, 3).order.size(), 2u);
 }
 
-TEST(RadialBasisNetwork, FitsWhatIsASumOfItsOwnUnits) {
+TEST(RadialBasisNetwork, FitsSumOfOwnUnits) {
   for (const double factor : {1.0, 1.5}) {
     data::Samples samples{data::normal_matrix(200, 2, 5), {}, data::letters(2)};
     const auto found = k_means(samples.x, 10, 1);
@@ -143,7 +143,7 @@ TEST(RadialBasisNetwork, FitsWhatIsASumOfItsOwnUnits) {
 }
 
 /// For a plane, the widest units have the lowest error outside the training data.
-TEST(RadialBasisNetwork, ChoosesWideUnitsForAPlane) {
+TEST(RadialBasisNetwork, ChoosesWideUnitsForPlane) {
   data::Samples samples{data::normal_matrix(200, 3, 7), {}, data::letters(3)};
   samples.y = samples.x.col(0) - 0.5 * samples.x.col(2) + 0.01 * data::normal_vector(200, 8);
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
@@ -151,7 +151,7 @@ TEST(RadialBasisNetwork, ChoosesWideUnitsForAPlane) {
   EXPECT_GE(value_of(choice->parameters, "width factor"), 4);
 }
 
-TEST(RadialBasisNetwork, ChoosesAmongThoseThatTheFoldsCanCarry) {
+TEST(RadialBasisNetwork, ChoosesOnlyCentresAllowedByFolds) {
   // Each fold trains on 27 samples, too few for 40 and 80 centres.
   const data::Samples samples = data::bent_samples(36, 2, 0.05, 3);
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
@@ -159,7 +159,7 @@ TEST(RadialBasisNetwork, ChoosesAmongThoseThatTheFoldsCanCarry) {
   EXPECT_LE(value_of(choice->parameters, "centres"), 20);
 }
 
-TEST(KohonenNetwork, LeavesNoMoreUnexplainedThanItsTolerance) {
+TEST(KohonenNetwork, ExplainsTargetToTolerance) {
   const data::Samples samples = data::bent_samples(300, 2, 0.02, 4);
   for (const double tolerance : {0.1, 0.01}) {
     const auto fit = fit_kohonen(samples.set(), {{"width factor", 4}, {"tolerance", tolerance}}, {});

@@ -22,7 +22,7 @@ data::Samples polynomial_samples(Eigen::Index rows, std::uint64_t seed) {
   return samples;
 }
 
-TEST(Polynomial, IsRecoveredWithItsOrder) {
+TEST(Polynomial, IsRecoveredWithOrder) {
   for (int order = 1; order <= 3; ++order) {
     for (const bool rates : {false, true}) {
       SCOPED_TRACE(testing::Message() << "order " << order << (rates ? " with rates" : ""));
@@ -44,7 +44,7 @@ TEST(Polynomial, IsRecoveredWithItsOrder) {
   }
 }
 
-TEST(Polynomial, OfInputsThatOfferOneOrderHasNoOther) {
+TEST(Polynomial, IsLimitedToOrderOfInputs) {
   const data::Samples samples = data::bent_samples(60, 2, 0.1, 1);
   const auto choice = choose_polynomial(folds_of(samples, 3), {}, {});
   ASSERT_TRUE(choice);
@@ -74,7 +74,7 @@ std::vector<Eigen::Index> taken_inputs(const LinearModel& model) {
   return taken;
 }
 
-TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
+TEST(Stepwise, EndsWhenNoInputEntersOrLeaves) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     data::Samples samples{data::normal_matrix(50, 7, seed), {}, data::letters(7)};
@@ -100,7 +100,7 @@ TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
 }
 
 // D, nearly the sum of A and B, enters first and is redundant once both have entered.
-TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
+TEST(Stepwise, DropsInputReplacedByLaterOnes) {
   data::Samples samples{data::normal_matrix(200, 4, 3), {}, data::letters(4)};
   samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.5 * data::normal_vector(200, 4);
   samples.y = samples.x.col(0) + samples.x.col(1) + 0.01 * data::normal_vector(200, 5);
@@ -110,7 +110,7 @@ TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
   EXPECT_NEAR(linear_model(*fit).weights(0), 1, 0.01);
 }
 
-TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
+TEST(Stepwise, TakesNoInputForUncorrelatedTarget) {
   data::Samples samples{data::normal_matrix(40, 2, 1), {}, data::letters(2)};
   const Eigen::MatrixXd basis = (Eigen::MatrixXd(40, 3) << samples.x, Eigen::VectorXd::Ones(40)).finished();
   const Eigen::VectorXd y = data::normal_vector(40, 2);
@@ -121,7 +121,7 @@ TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
   EXPECT_NEAR(linear_model(*fit).b, 0.5, 1e-12);
 }
 
-TEST(Stepwise, PassesOverAnInputThatIsACopy) {
+TEST(Stepwise, SkipsCopiedInput) {
   data::Samples samples{data::normal_matrix(80, 3, 6), {}, data::letters(3)};
   samples.x.col(2) = samples.x.col(0);
   samples.y = samples.x.col(0) + 0.1 * data::normal_vector(80, 7);
@@ -132,7 +132,7 @@ TEST(Stepwise, PassesOverAnInputThatIsACopy) {
   EXPECT_NE(taken.front(), 1);
 }
 
-TEST(Ridge, SatisfiesItsNormalEquations) {
+TEST(Ridge, SatisfiesNormalEquations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const data::Samples samples =
@@ -150,7 +150,7 @@ TEST(Ridge, SatisfiesItsNormalEquations) {
   }
 }
 
-TEST(Ridge, CountsTheTraceOfItsHatMatrix) {
+TEST(Ridge, CountsTraceOfHatMatrix) {
   const data::Samples samples = data::bent_samples(30, 4, 0.3, 1);
   const double lambda = 0.05;
   double trace = 0;
@@ -162,14 +162,14 @@ TEST(Ridge, CountsTheTraceOfItsHatMatrix) {
   EXPECT_NEAR(RidgePath(samples.x, samples.y).effective_parameters(lambda), trace, 1e-10);
 }
 
-TEST(Ridge, WithoutAPenaltyIsLeastSquares) {
+TEST(Ridge, EqualsLeastSquaresWithoutPenalty) {
   const data::Samples samples = data::bent_samples(60, 5, 0.3, 2);
   const auto ridge = fit_ridge(samples.set(), {{"lambda", 1e-14}}, {}), plain = fit_linear(samples.set(), {}, {});
   EXPECT_LT((linear_model(*ridge).weights - linear_model(*plain).weights).cwiseAbs().maxCoeff(), 1e-10);
   EXPECT_NEAR(ridge->effective_parameters, 6, 1e-10);
 }
 
-TEST(Ridge, ShrinksWhatDoesNotHelpOnHeldOutFolds) {
+TEST(Ridge, ShrinksWeightsThatDoNotHelpOnHeldOutFolds) {
   data::Samples samples = data::bent_samples(24, 15, 0, 3);
   samples.y = 0.2 * samples.x.col(0) + data::normal_vector(24, 4);
   const auto choice = choose_ridge(folds_of(samples, 4), {}, {});
@@ -180,7 +180,7 @@ TEST(Ridge, ShrinksWhatDoesNotHelpOnHeldOutFolds) {
   EXPECT_EQ(value_of(exact->parameters, "lambda"), 1e-8);
 }
 
-TEST(HeldOut, MeanErrorIsThatOfTheHeldOutRowsAlone) {
+TEST(HeldOut, AveragesErrorOverHeldOutRowsOnly) {
   data::Samples samples = data::bent_samples(40, 2, 0.1, 5);
   std::vector<Fold> folds = folds_of(samples, 4);
   folds[1].target_scale = 3;
@@ -198,7 +198,7 @@ TEST(HeldOut, MeanErrorIsThatOfTheHeldOutRowsAlone) {
   EXPECT_EQ(find_least(*errors).candidate, 1);
 }
 
-TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
+TEST(HeldOut, SkipsCandidateThatCannotBeTrained) {
   const data::Samples samples = data::bent_samples(40, 2, 0.1, 5);
   const auto folds = folds_of(samples, 4);
   const Trial second_fails = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
@@ -215,7 +215,7 @@ TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
 }
 
 /// Thermometer calibration of GUM, JCGM 100:2008, H.3: corrections, °C, at temperatures minus 20 °C.
-TEST(CoefficientVariance, IsThatOfTheGuidesThermometer) {
+TEST(CoefficientVariance, MatchesThermometerExampleOfGum) {
   Eigen::MatrixXd temperature(11, 1);
   temperature << 1.521, 2.012, 2.512, 3.003, 3.507, 3.999, 4.513, 5.002, 5.503, 6.010, 6.511;
   Eigen::VectorXd correction(11);
@@ -234,7 +234,7 @@ TEST(CoefficientVariance, IsThatOfTheGuidesThermometer) {
   EXPECT_NEAR(std::sqrt(variance_of(*fit->variance, at_30)(0)), 0.0041, 5e-5);
 }
 
-TEST(CoefficientVariance, IsTheSquareByWhichPlanesOfManyDrawsErr) {
+TEST(CoefficientVariance, MatchesSimulatedErrorOfPlane) {
   constexpr int kDraws = 400;
   constexpr Eigen::Index kRows = 40, kInputs = 3;
   const data::SampleMatrix x = data::bent_samples(kRows, kInputs, 0, 1).x,
@@ -260,7 +260,7 @@ TEST(CoefficientVariance, IsTheSquareByWhichPlanesOfManyDrawsErr) {
   }
 }
 
-TEST(CoefficientVariance, OfInputsThatAlwaysDependOnEachOtherIsThatOfOne) {
+TEST(CoefficientVariance, IsUnchangedByDuplicatedInput) {
   const data::Samples samples = data::bent_samples(30, 2, 0.1, 4);
   data::SampleMatrix twice(30, 3);
   twice << samples.x, samples.x.col(1);
@@ -272,7 +272,7 @@ TEST(CoefficientVariance, OfInputsThatAlwaysDependOnEachOtherIsThatOfOne) {
   EXPECT_LT((variance_of(*both->variance, 5 * twice) - expected).cwiseAbs().maxCoeff(), 1e-3 * expected.maxCoeff());
 }
 
-TEST(CoefficientVariance, OfInputsThatDependedOnEachOtherInTrainingOnlyIsWide) {
+TEST(CoefficientVariance, IsLargeForInputsDependentOnlyInTraining) {
   const data::Samples samples = data::bent_samples(30, 2, 0.1, 4);
   data::SampleMatrix both(30, 2);
   both << samples.x.col(0), samples.x.col(0);
@@ -284,7 +284,7 @@ TEST(CoefficientVariance, OfInputsThatDependedOnEachOtherInTrainingOnlyIsWide) {
   EXPECT_GT(variance_of(*fit->variance, apart)(0), 1e9);
 }
 
-TEST(CoefficientVariance, OfTermsThatAreNotTakenIsZero) {
+TEST(CoefficientVariance, IsZeroForTermsNotTaken) {
   data::Samples samples = polynomial_samples(120, 9);
   samples.y = data::normal_vector(120, 10);
   const auto fit = fit_polynomial(samples.set(), {{"order", 1.0}, {"rate terms", 0.0}}, {});

@@ -20,7 +20,7 @@ Eigen::MatrixXd some_covariance(Eigen::Index inputs, std::uint64_t seed) {
   return root.transpose() * root;
 }
 
-TEST(RidgeU, SolvesItsNormalEquations) {
+TEST(RidgeU, SolvesNormalEquations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     const data::Samples samples = data::bent_samples(60, 4, 0.1, seed);
@@ -35,7 +35,7 @@ TEST(RidgeU, SolvesItsNormalEquations) {
   }
 }
 
-TEST(RidgeU, OfExactInputsIsLeastSquares) {
+TEST(RidgeU, EqualsLeastSquaresForExactInputs) {
   const data::Samples samples = data::bent_samples(50, 3, 0.1, 1);
   const auto ridge = fit_ridge_u(samples.set(), {}, {}), least = fit_linear(samples.set(), {}, {});
   ASSERT_TRUE(ridge && least);
@@ -46,7 +46,7 @@ TEST(RidgeU, OfExactInputsIsLeastSquares) {
 }
 
 /// Trains on exact samples and evaluates on readings with errors. The plane must have the lowest error of all planes.
-TEST(RidgeU, ErrsLeastOnReadingsInError) {
+TEST(RidgeU, HasLowestErrorOnReadingsWithErrors) {
   const Eigen::Index rows = 400;
   data::Samples samples{data::normal_matrix(rows, 3, 1), {}, data::letters(3)};
   // Makes two thermometers nearly collinear.
@@ -77,7 +77,7 @@ TEST(RidgeU, ErrsLeastOnReadingsInError) {
     EXPECT_GT(mean_error(penalised_plane(samples.x, samples.y, penalty * covariance).weights), least) << penalty;
 }
 
-TEST(RidgeU, DependsOnWhatItsTermsSpanAlone) {
+TEST(RidgeU, DependsOnlyOnSpanOfTerms) {
   const data::Clusters clusters = *data::make_clusters(data::make_synthetic_run({}));
   const data::Dataset dataset = data::make_synthetic_run({});
   model::TrainingOptions options;
@@ -92,7 +92,7 @@ TEST(RidgeU, DependsOnWhatItsTermsSpanAlone) {
 
 /// Twenty-eight gradients of eight thermometers, and one thermometer. Large weights that cancel would cause large
 /// errors when one input is clamped to the end of its range.
-TEST(RidgeU, OfTermsThatDependOnEachOtherHasSmallWeights) {
+TEST(RidgeU, HasSmallWeightsForDependentTerms) {
   const data::Dataset dataset = data::make_synthetic_run({});
   model::TrainingOptions options;
   options.method = "ridge-u";
@@ -104,7 +104,7 @@ TEST(RidgeU, OfTermsThatDependOnEachOtherHasSmallWeights) {
 
 constexpr const char* kAssumed = "the record does not say how uncertain its thermometers are: 0.05 K is taken";
 
-TEST(RidgeU, IsTheClosedFormOnRawTemperatures) {
+TEST(RidgeU, MatchesClosedFormOnRawTemperatures) {
   data::Dataset dataset = data::make_synthetic_run({});
   const auto u = Eigen::VectorXd::LinSpaced(8, 0.01, 0.08).eval();
   for (const double each : u)
@@ -126,7 +126,7 @@ TEST(RidgeU, IsTheClosedFormOnRawTemperatures) {
   EXPECT_EQ(std::ranges::count(model->warnings, kAssumed), 0);
 }
 
-TEST(RidgeU, SaysWhichUncertaintyItAssumed) {
+TEST(RidgeU, ReportsAssumedUncertainty) {
   const data::Dataset dataset = data::make_synthetic_run({});
   model::TrainingOptions options;
   options.method = "ridge-u";

@@ -28,7 +28,7 @@ bool has(const model::Model& model, double time_constant_s) {
                              [&](const HyperParameter& tau) { return tau.value == time_constant_s; });
 }
 
-TEST(StateSpace, FindsTheTimeConstantsOfItsStates) {
+TEST(StateSpace, FindsTimeConstantsOfStates) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = with_two_states(dataset);
   model::TrainingOptions options;
@@ -40,7 +40,7 @@ TEST(StateSpace, FindsTheTimeConstantsOfItsStates) {
   EXPECT_LT(model->leave_cycle_out.rmse, 4e-4) << "what is put in is a noise of 2e-4 °/h";
 }
 
-TEST(StateSpace, IsThePlaneOfTheChosenLagsAlone) {
+TEST(StateSpace, FitsPlaneOfChosenLagsOnly) {
   const data::Clusters clusters = *make_clusters(data::make_synthetic_run({}));
   const std::vector<data::Term> terms = {data::temperature_term("A"), data::lag_term(600, "A"),
                                          data::lag_term(2400, "A"), data::lag_term(600, "B")};
@@ -56,7 +56,7 @@ TEST(StateSpace, IsThePlaneOfTheChosenLagsAlone) {
   EXPECT_NEAR(fit->effective_parameters, plane.effective_parameters + 1, 1e-12);
 }
 
-TEST(StateSpace, WithoutALagHasNoState) {
+TEST(StateSpace, HasNoStateWithoutLag) {
   const data::Dataset dataset = data::make_synthetic_run({});
   model::TrainingOptions options;
   options.method = "state-space";

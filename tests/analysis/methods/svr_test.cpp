@@ -18,13 +18,13 @@ data::Clusters clusters_with(const Eigen::VectorXd& start_s, const Eigen::Vector
   return clusters;
 }
 
-TEST(ForwardPrediction, LeavesAConstantAndTheFirstValuesAsTheyAre) {
+TEST(ForwardPrediction, KeepsConstantAndFirstValues) {
   EXPECT_LT((forward_prediction(Eigen::VectorXd::Constant(50, 3.5)).array() - 3.5).abs().maxCoeff(), 1e-12);
   const Eigen::VectorXd values = data::normal_vector(50, 1);
   EXPECT_EQ(forward_prediction(values, {.order = 6, .step = 0.1}).head(6), values.head(6));
 }
 
-TEST(ForwardPrediction, FollowsTheFormulaByHand) {
+TEST(ForwardPrediction, MatchesFormula) {
   const Eigen::VectorXd values = (Eigen::VectorXd(4) << 1, 2, 4, 3).finished();
   const Eigen::VectorXd predicted = forward_prediction(values, {.order = 2, .step = 0.5});
   // Here a = (½, ½), e = 2.5 and Σy² = 5, so µ e/Σy² = 0.25.
@@ -33,21 +33,21 @@ TEST(ForwardPrediction, FollowsTheFormulaByHand) {
   EXPECT_DOUBLE_EQ(predicted(3), a1 * 4 + a2 * 2);
 }
 
-TEST(ForwardPrediction, LearnsARecurrence) {
+TEST(ForwardPrediction, LearnsRecurrence) {
   Eigen::VectorXd wave(4000);
   for (Eigen::Index n = 0; n < wave.size(); ++n) wave(n) = std::sin(0.3 * static_cast<double>(n));
   const Eigen::VectorXd predicted = forward_prediction(wave, {.order = 2, .step = 0.5});
   EXPECT_LT((predicted - wave).tail(100).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(ForwardPrediction, StaysBoundedWhateverTheSizeOfTheBias) {
+TEST(ForwardPrediction, StaysBoundedForAnyBias) {
   for (const double size : {1e-6, 1.0, 1e6}) {
     const Eigen::VectorXd values = size * data::normal_vector(2000, 3);
     EXPECT_LT(forward_prediction(values).cwiseAbs().maxCoeff(), 10 * size);
   }
 }
 
-TEST(ForwardPrediction, TakesNoiseFromABiasThatStandsStill) {
+TEST(ForwardPrediction, RemovesNoiseFromConstantBias) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Eigen::VectorXd noise = data::normal_vector(500, seed);
     const data::Clusters clusters = clusters_with(Eigen::VectorXd::LinSpaced(500, 0, 49900), noise.array() + 7);
@@ -77,7 +77,7 @@ std::vector<Fold> large_folds() {
   return folds;
 }
 
-TEST(ChooseSvr, AQuickSearchOfManyRowsIsThatOfEveryThirdOfThem) {
+TEST(ChooseSvr, ThinsRowsInQuickSearch) {
   std::vector<Fold> folds = large_folds();
   MethodOptions options;
   options.tuning.swarm.particles = 3;
@@ -101,7 +101,7 @@ TEST(ChooseSvr, AQuickSearchOfManyRowsIsThatOfEveryThirdOfThem) {
   EXPECT_FALSE(quick->warnings.empty());
 }
 
-TEST(BiasFilter, BeginsAnewAfterAGapAndInAnotherRecord) {
+TEST(BiasFilter, RestartsAfterGapAndInAnotherRecord) {
   const Eigen::VectorXd bias = data::normal_vector(30, 2);
   Eigen::VectorXd start = Eigen::VectorXd::LinSpaced(30, 0, 2900);
   start.segment(10, 10).array() += 500;                     // a gap
@@ -116,7 +116,7 @@ TEST(BiasFilter, BeginsAnewAfterAGapAndInAnotherRecord) {
 
 const HyperParameters kParameters = {{"C", 10}, {"sigma", 1.5}, {"epsilon", 0.1}};
 
-TEST(SvrLinear, IsAPlaneAndTheSupportVectorsOfWhatItLeaves) {
+TEST(SvrLinear, AddsSupportVectorsOfResidualToPlane) {
   const data::Samples samples = data::bent_plane(150, 1), elsewhere = data::bent_plane(50, 2);
   const Eigen::MatrixXd covariance = Eigen::Vector3d(0.1, 0.02, 0.05).asDiagonal();
   const auto fit = fit_svr_linear({samples.x, samples.y, samples.terms, covariance}, kParameters, {});
@@ -133,7 +133,7 @@ TEST(SvrLinear, IsAPlaneAndTheSupportVectorsOfWhatItLeaves) {
   EXPECT_NEAR(fit->effective_parameters, plane.effective_parameters + support->effective_parameters, 1e-12);
 }
 
-TEST(SvrLinear, OfAnExactPlaneIsThePlane) {
+TEST(SvrLinear, ReturnsPlaneForExactPlane) {
   data::Samples samples{data::normal_matrix(60, 2, 5), {}, data::letters(2)};
   samples.y = (2 * samples.x.col(0) - samples.x.col(1)).array() + 0.5;
   const auto fit = fit_svr_linear(samples.set(), kParameters, {});
@@ -141,7 +141,7 @@ TEST(SvrLinear, OfAnExactPlaneIsThePlane) {
   EXPECT_LT((value_of(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-TEST(SvrLinear, TunesOnWhatThePlaneLeaves) {
+TEST(SvrLinear, TunesOnResidualOfPlane) {
   const data::Samples samples = data::bent_plane(120, 6);
   MethodOptions options;
   options.tuning.swarm.particles = 6;
@@ -155,7 +155,7 @@ TEST(SvrLinear, TunesOnWhatThePlaneLeaves) {
   EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 
-TEST(PlaneBesideKernel, GoesOnAsAPlaneWhereSupportVectorsStop) {
+TEST(PlaneBesideKernel, ExtrapolatesAsPlane) {
   const data::Samples samples = data::bent_plane(200, 3);
   const auto beside = fit_svr_linear(samples.set(), kParameters, {}), alone = fit_svr(samples.set(), kParameters, {});
   ASSERT_TRUE(beside && alone);
@@ -164,7 +164,7 @@ TEST(PlaneBesideKernel, GoesOnAsAPlaneWhereSupportVectorsStop) {
   EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel has forgotten the slope";
 }
 
-TEST(PlaneBesideKernel, WithALargerUncertaintyDependsLessOnThatInput) {
+TEST(PlaneBesideKernel, DependsLessOnUncertainInput) {
   const data::Samples samples = data::bent_plane(150, 4);
   const auto fitted_slope = [&](double variance) {
     const Eigen::MatrixXd covariance = Eigen::Vector3d(0, 0, variance).asDiagonal();

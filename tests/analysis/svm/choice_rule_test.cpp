@@ -20,19 +20,19 @@ JudgedPosition judged(std::vector<double> position, std::vector<double> fold_mse
   return {.position = std::move(position), .shares = std::move(fold_mse)};
 }
 
-TEST(StandardErrorOfAHeldOutError, OfEqualFoldsIsTheirDeviationOverTheRootOfTheirNumber) {
+TEST(StandardErrorOfAHeldOutError, EqualsDeviationOverRootOfCountForEqualFolds) {
   const JudgedPosition position = judged({0, 0, 0}, {1, 2, 4, 5});
   EXPECT_DOUBLE_EQ(mean_squared_error(position), 3);
   EXPECT_DOUBLE_EQ(standard_error(position, kFourths), std::sqrt((4 + 1 + 1 + 4) / 3.0) / 2);
 }
 
-TEST(StandardErrorOfAHeldOutError, OfFoldsThatAgreeOrOfOneFoldIsNothing) {
+TEST(StandardErrorOfAHeldOutError, IsZeroForEqualErrorsOrOneFold) {
   EXPECT_EQ(standard_error({.position = {}, .shares = {0.5}}, std::vector<double>{1}), 0);
   EXPECT_DOUBLE_EQ(standard_error({.position = {}, .shares = {1, 3}}, std::vector<double>{0.25, 0.75}), 0);
 }
 
 /// Compares the formula with many draws of unequal folds.
-TEST(StandardErrorOfAHeldOutError, IsHowFarTheMeanIsFromTheTruth) {
+TEST(StandardErrorOfAHeldOutError, MatchesSimulatedErrorOfMean) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   const std::vector<double> parts{0.22, 0.24, 0.26, 0.28};
@@ -47,7 +47,7 @@ TEST(StandardErrorOfAHeldOutError, IsHowFarTheMeanIsFromTheTruth) {
   EXPECT_NEAR(variances / squares, 1, 0.05);
 }
 
-TEST(OneStandardErrorRule, TakesTheSmallestCThatIsNotWorse) {
+TEST(OneStandardErrorRule, TakesSmallestCWithinOneStandardError) {
   // The lowest error is 3, with a standard error of 0.91.
   const std::vector<JudgedPosition> all{judged({8, 1, -5}, {1, 2, 4, 5}), judged({2, 1, -5}, {3.8, 3.8, 3.8, 3.8}),
                                         judged({0, 1, -5}, {4, 4, 4, 4}), judged({5, 1, -5}, {3.1, 3.1, 3.1, 3.1})};
@@ -57,21 +57,21 @@ TEST(OneStandardErrorRule, TakesTheSmallestCThatIsNotWorse) {
   EXPECT_EQ(choice.within, 3);
 }
 
-TEST(OneStandardErrorRule, AmongCOfOneOctaveTakesTheWiderKernelAndThenTheWiderTube) {
+TEST(OneStandardErrorRule, PrefersWiderKernelThenWiderTubeWithinOctaveOfC) {
   const std::vector<double> same{1, 2, 4, 5};
   const std::vector<JudgedPosition> all{judged({2.9, 1.5, -5}, same), judged({2.1, 0.5, -2}, same),
                                         judged({2.6, 1.1, -3.5}, same)};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 2U);
 }
 
-TEST(OneStandardErrorRule, OfFoldsThatAgreeTakesTheBest) {
+TEST(OneStandardErrorRule, TakesBestWhenFoldsAgree) {
   const std::vector<JudgedPosition> all{judged({0, 0, 0}, {2, 2, 2, 2}), judged({9, 0, 0}, {1, 1, 1, 1})};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 1U);
 }
 
 /// For any errors, the chosen position is within one standard error, no simpler position is within it, and the order in
 /// which threads add positions has no effect.
-TEST(OneStandardErrorRule, KeepsItsPromiseOnAnyErrors) {
+TEST(OneStandardErrorRule, TakesSimplestPositionForAnyErrors) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> coordinate(-2, 8), error(1, 3);
   for (int trial = 0; trial < 100; ++trial) {
@@ -95,7 +95,7 @@ TEST(OneStandardErrorRule, KeepsItsPromiseOnAnyErrors) {
   }
 }
 
-TEST(ChoiceRules, AreNamed) {
+TEST(ChoiceRules, ParseKeywords) {
   EXPECT_EQ(parse_choice("best").value(), ChoiceRule::best);
   EXPECT_EQ(parse_choice("one-se").value(), ChoiceRule::one_standard_error);
   EXPECT_EQ(parse_choice("simplest").error().kind, FaultKind::usage);
@@ -120,7 +120,7 @@ std::vector<TuningFold> noisy_folds() {
   return folds;
 }
 
-TEST(OneStandardErrorTuning, TakesTheSwarmsOwnWayToASimplerPosition) {
+TEST(OneStandardErrorTuning, KeepsPathOfSwarmAndTakesSimplerPosition) {
   TuningOptions options;
   options.swarm.particles = 6;
   options.swarm.iterations = 5;
@@ -139,7 +139,7 @@ TEST(OneStandardErrorTuning, TakesTheSwarmsOwnWayToASimplerPosition) {
   EXPECT_NEAR(simple->cross_validation_mse, *cross_validation_error(noisy_folds(), simple->best, {}, 1e9), 1e-12);
 }
 
-TEST(OneStandardErrorTuning, IsTheSameForAnyNumberOfThreads) {
+TEST(OneStandardErrorTuning, DoesNotDependOnThreadCount) {
   TuningOptions options;
   options.swarm.particles = 6;
   options.swarm.iterations = 3;

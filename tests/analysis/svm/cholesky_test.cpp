@@ -17,7 +17,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint
 }
 
 // Orders 1 to 67 cover every remainder of the tiles and the leaf; the others cross the blocks.
-TEST(Cholesky, MultipliesBackToTheMatrixAtEveryOrder) {
+TEST(Cholesky, ReproducesMatrixAtEveryOrder) {
   std::vector<Eigen::Index> orders = {191, 192, 193, 255, 257, 400, 521};
   for (Eigen::Index n = 1; n <= 67; ++n) orders.push_back(n);
   for (const Eigen::Index n : orders) {
@@ -42,7 +42,7 @@ TEST(Cholesky, SolvesForEveryColumn) {
   EXPECT_LT((b - expected).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(Cholesky, InvertsItsMatrixAndKnowsTheDiagonalAlone) {
+TEST(Cholesky, InvertsMatrixAndDiagonal) {
   for (const Eigen::Index n : {1, 5, 24, 25, 100, 193, 400}) {
     SCOPED_TRACE(n);
     const Eigen::MatrixXd half = random_matrix(n, n, 4);
@@ -56,7 +56,7 @@ TEST(Cholesky, InvertsItsMatrixAndKnowsTheDiagonalAlone) {
   }
 }
 
-TEST(Cholesky, SubtractsTheSquareOfAnyShape) {
+TEST(Cholesky, SubtractsSquareOfAnyShape) {
   for (const auto& [rows, columns] : {std::pair{1, 1}, {7, 300}, {50, 3}, {221, 1662}}) {
     const Eigen::MatrixXd a = random_matrix(rows, columns, 5), c = random_matrix(rows, rows, 6);
     Eigen::MatrixXd result = c;
@@ -67,7 +67,7 @@ TEST(Cholesky, SubtractsTheSquareOfAnyShape) {
   }
 }
 
-TEST(Cholesky, RefusesAMatrixThatIsNotPositiveDefinite) {
+TEST(Cholesky, RejectsMatrixThatIsNotPositiveDefinite) {
   for (const Eigen::Index n : {1, 30, 300}) {
     Eigen::MatrixXd a = Eigen::MatrixXd::Identity(n, n);
     a(n - 1, n - 1) = -1;

@@ -47,7 +47,7 @@ double worst_error(const Problem& problem) {
   return worst / problem.weights.lpNorm<1>();
 }
 
-TEST(GaussianSum, IsTheFormulaToItsBound) {
+TEST(GaussianSum, MatchesFormulaWithinBound) {
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 generator(seed);
@@ -62,21 +62,21 @@ TEST(GaussianSum, IsTheFormulaToItsBound) {
   }
 }
 
-TEST(GaussianSum, LosesNothingOnASmoothModelOfManyVectors) {
+TEST(GaussianSum, IsAccurateForSmoothModelWithManyVectors) {
   std::mt19937_64 generator(1);
   const Problem problem = random_problem(1000, 100, 13, 7, 8, generator);
   EXPECT_LT(worst_error(problem), 2e-15);
 }
 
 /// Weights of ±C with a sum of zero, as in a support vector machine.
-TEST(GaussianSum, LosesLittleWhereLargeWeightsCancel) {
+TEST(GaussianSum, IsAccurateWhenLargeWeightsCancel) {
   std::mt19937_64 generator(8);
   Problem problem = random_problem(1000, 100, 8, 8, 30, generator);
   for (Eigen::Index j = 0; j < 1000; ++j) problem.weights(j) = j % 2 == 0 ? 700 : -700;
   EXPECT_LT(worst_error(problem) * problem.weights.lpNorm<1>(), 1e-10);
 }
 
-TEST(GaussianSum, FindsTheDimensionsThatTheCentresSpan) {
+TEST(GaussianSum, FindsDimensionsSpannedByCentres) {
   std::mt19937_64 generator(2);
   const Problem problem = random_problem(200, 1, 13, 7, 1, generator);
   EXPECT_EQ(GaussianSum(problem.centres, problem.widths, problem.weights).dimensions(), 7);
@@ -86,7 +86,7 @@ TEST(GaussianSum, FindsTheDimensionsThatTheCentresSpan) {
   EXPECT_DOUBLE_EQ(point.at(same)(2), 5);
 }
 
-TEST(GaussianSum, IsNothingFarAway) {
+TEST(GaussianSum, IsZeroFarAway) {
   std::mt19937_64 generator(3);
   Problem problem = random_problem(40, 4, 3, 2, 0.5, generator);
   problem.points.row(1).setConstant(1e4);
@@ -98,7 +98,7 @@ TEST(GaussianSum, IsNothingFarAway) {
   }
 }
 
-TEST(GaussianSum, HasNoValueWhereAPointIsNotFinite) {
+TEST(GaussianSum, IsNaNWhenPointIsNotFinite) {
   std::mt19937_64 generator(4);
   Problem problem = random_problem(40, 7, 3, 3, 2, generator);
   const GaussianSum sum(problem.centres, problem.widths, problem.weights);
@@ -110,7 +110,7 @@ TEST(GaussianSum, HasNoValueWhereAPointIsNotFinite) {
   for (const Eigen::Index i : {0, 2, 3, 5, 6}) EXPECT_EQ(after(i), before(i));
 }
 
-TEST(GaussianSum, APointDoesNotDependOnThoseBesideIt) {
+TEST(GaussianSum, EvaluatesPointsIndependently) {
   std::mt19937_64 generator(5);
   Problem problem = random_problem(70, 100, 5, 4, 0.4, generator);
   // Points near enough for products, and others.
@@ -120,7 +120,7 @@ TEST(GaussianSum, APointDoesNotDependOnThoseBesideIt) {
   for (Eigen::Index i = 0; i < all.size(); ++i) EXPECT_EQ(sum.at(problem.points.row(i))(0), all(i));
 }
 
-TEST(GaussianSum, OfNoCentreIsZero) {
+TEST(GaussianSum, IsZeroWithoutCentres) {
   const GaussianSum none(SampleMatrix(0, 3), Eigen::VectorXd(0), Eigen::VectorXd(0));
   EXPECT_EQ(none.at(SampleMatrix::Ones(2, 3)), Eigen::VectorXd::Zero(2));
   const GaussianSum weightless(SampleMatrix::Ones(2, 3), Eigen::VectorXd::Ones(2), Eigen::VectorXd::Zero(2));
@@ -162,7 +162,7 @@ double worst_error(const Trained& trained, double sigma) {
   return worst / trained.beta.lpNorm<1>();
 }
 
-TEST(GaussianPairs, AreTheFormulaToTheBound) {
+TEST(GaussianPairs, MatchFormulaWithinBound) {
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 generator(seed);
@@ -174,7 +174,7 @@ TEST(GaussianPairs, AreTheFormulaToTheBound) {
   }
 }
 
-TEST(GaussianPairs, FillGroupsOfAnySize) {
+TEST(GaussianPairs, HandleGroupsOfAnySize) {
   std::mt19937_64 generator(1);
   for (const Eigen::Index samples : {1, 2, 5, 6, 7, 15, 16, 17, 47, 48, 49, 95, 96, 97, 144, 145})
     for (const double zero_share : {0.0, 0.5}) {
@@ -185,14 +185,14 @@ TEST(GaussianPairs, FillGroupsOfAnySize) {
     }
 }
 
-TEST(GaussianPairs, LoseLittleWhereLargeWeightsCancel) {
+TEST(GaussianPairs, AreAccurateWhenLargeWeightsCancel) {
   std::mt19937_64 generator(2);
   Trained trained = random_training(1000, 8, 0, generator);
   for (Eigen::Index j = 0; j < 1000; ++j) trained.beta(j) = j % 2 == 0 ? 700 : -700;
   EXPECT_LT(worst_error(trained, 30) * trained.beta.lpNorm<1>(), 1e-10);
 }
 
-TEST(GaussianPairs, OfNothingAreNothing) {
+TEST(GaussianPairs, AreZeroWithoutWeightsOrSamples) {
   std::mt19937_64 generator(3);
   const Trained trained = random_training(60, 2, 1, generator);
   EXPECT_EQ(gaussian_response(trained.x, 1, trained.beta), Eigen::VectorXd::Zero(60));

@@ -25,7 +25,7 @@ double by_definition(const Inputs& x, Eigen::Index i, Eigen::Index j, double sig
   return std::exp(-(x.row(i) - x.row(j)).squaredNorm() / (2 * sigma * sigma));
 }
 
-TEST(GaussianSamples, GiveTheKernelInBothPrecisions) {
+TEST(GaussianSamples, ComputeKernelInBothPrecisions) {
   for (const Eigen::Index n : {1, 15, 33, 70}) {
     const Inputs x = random_samples(n, 5, n);
     const GaussianSamples samples(x);
@@ -45,7 +45,7 @@ TEST(GaussianSamples, GiveTheKernelInBothPrecisions) {
   }
 }
 
-TEST(GaussianSamples, EqualSamplesAreExactlyAlike) {
+TEST(GaussianSamples, GiveOneForEqualSamples) {
   Inputs x = random_samples(20, 13, 3);
   x.row(7) = x.row(11);
   const GaussianSamples samples(x);
@@ -57,7 +57,7 @@ TEST(GaussianSamples, EqualSamplesAreExactlyAlike) {
   EXPECT_EQ(column[11], 1);
 }
 
-TEST(Kernel, GivesTheSameColumnsWhetherItKeepsThemOrNot) {
+TEST(Kernel, ReturnsSameColumnsWithAndWithoutCache) {
   const Inputs x = random_samples(50, 3, 4);
   const GaussianSamples samples(x);
   KernelMemory much_memory, little_memory;
@@ -71,7 +71,7 @@ TEST(Kernel, GivesTheSameColumnsWhetherItKeepsThemOrNot) {
   }
 }
 
-TEST(Kernel, MemoryIsHandedOnToATrainingOfAnotherSize) {
+TEST(Kernel, ReusesMemoryForAnotherSize) {
   KernelMemory memory;
   for (const Eigen::Index n : {30, 80, 10}) {
     const Inputs x = random_samples(n, 2, n);
@@ -85,7 +85,7 @@ TEST(Kernel, MemoryIsHandedOnToATrainingOfAnotherSize) {
 }
 
 // The optimum of two points with K = kBetween off the diagonal is known.
-TEST(Smo, MovesAPairToItsOptimum) {
+TEST(Smo, MovesPairToOptimum) {
   constexpr float kBetween = 0.25F;
   const std::vector<float> first = {1, kBetween}, second = {kBetween, 1};
   SmoState state(10, 0.125);
@@ -100,7 +100,7 @@ TEST(Smo, MovesAPairToItsOptimum) {
   EXPECT_EQ(state.beta(0), -state.beta(1));
 }
 
-TEST(Smo, KeepsBoundsBalanceAndErrorsWhateverStepsItTakes) {
+TEST(Smo, KeepsBoundsBalanceAndErrors) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
@@ -130,7 +130,7 @@ TEST(Smo, KeepsBoundsBalanceAndErrorsWhateverStepsItTakes) {
   }
 }
 
-TEST(Exponentiate, AgreesWithTheLibrary) {
+TEST(Exponentiate, AgreesWithStandardLibrary) {
   constexpr int kCount = 100003;
   Eigen::VectorXd values(kCount);
   for (int i = 0; i < kCount; ++i) values[i] = 700.0 * i / kCount * std::pow(10.0, -(i % 4));
@@ -139,7 +139,7 @@ TEST(Exponentiate, AgreesWithTheLibrary) {
   for (int i = 0; i < kCount; ++i) ASSERT_NEAR(exponentials[i] / std::exp(-values[i]), 1, 4e-16) << values[i];
 }
 
-TEST(Exponentiate, IsExactAtZeroAndEndsInZero) {
+TEST(Exponentiate, IsExactAtZeroAndUnderflowsToZero) {
   Eigen::VectorXd values(3);
   values << 0.0, 709.0, 1e300;
   exponentiate(values.data(), values.size(), -1, values.data());

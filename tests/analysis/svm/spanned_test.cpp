@@ -23,14 +23,14 @@ double greatest_distance_change(const SampleMatrix& x, const Eigen::MatrixXd& co
   return greatest;
 }
 
-TEST(Spanned, SamplesOfIndependentInputsStayAsTheyAre) {
+TEST(Spanned, KeepsSamplesOfIndependentInputs) {
   for (const Eigen::Index rows : {14, 52, 53, 600}) {
     const SampleMatrix x = drawn(rows, 13);
     EXPECT_EQ(spanned(x), Eigen::MatrixXd(x)) << rows;
   }
 }
 
-TEST(Spanned, InputsThatDependOnEachOtherAreFewerWithTheSameDistances) {
+TEST(Spanned, ReducesDependentInputsAndKeepsDistances) {
   for (const Eigen::Index rows : {9, 60, 600}) {
     const SampleMatrix x = drawn(rows, 7) * drawn(7, 13);
     const Eigen::MatrixXd coordinates = spanned(x);
@@ -39,25 +39,25 @@ TEST(Spanned, InputsThatDependOnEachOtherAreFewerWithTheSameDistances) {
   }
 }
 
-TEST(Spanned, FewSamplesSpanNoMoreThanTheyAre) {
+TEST(Spanned, LimitsDimensionsToSampleCount) {
   const SampleMatrix x = drawn(5, 13);
   const Eigen::MatrixXd coordinates = spanned(x);
   EXPECT_EQ(coordinates.cols(), 4) << "one less, about their mean";
   EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm());
 }
 
-TEST(Spanned, ADirectionThatIsSeenLateIsOneToo) {
+TEST(Spanned, FindsDirectionInLaterSamples) {
   SampleMatrix x = drawn(600, 5);
   x.col(4).head(500).setConstant(2);
   EXPECT_EQ(spanned(x).cols(), 5);
 }
 
-TEST(Spanned, SamplesThatAreAllAlikeSpanNothing) {
+TEST(Spanned, HasNoDimensionForEqualSamples) {
   EXPECT_EQ(spanned(SampleMatrix::Constant(100, 5, 3)).cols(), 0);
   EXPECT_EQ(spanned(SampleMatrix(0, 5)).rows(), 0);
 }
 
-TEST(Spanned, DirectionsAreOrthonormal) {
+TEST(Spanned, ReturnsOrthonormalDirections) {
   const Eigen::MatrixXd x = drawn(300, 4) * drawn(4, 9);
   const Eigen::MatrixXd basis = spanning_directions(x.rowwise() - x.colwise().mean());
   EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(4, 4)).norm(), 1e-14);

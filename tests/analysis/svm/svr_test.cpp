@@ -78,7 +78,7 @@ void expect_optimal(const Data& data, const SvrParameters& p, const SvrSolution&
   EXPECT_LE(terms.sum(), relative_gap * std::abs(solution.objective) + rounding);
 }
 
-TEST(Svr, MeetsTheOptimalityConditionsInTheWholeBox) {
+TEST(Svr, MeetsOptimalityConditionsInWholeBox) {
   for (std::uint64_t seed = 1; seed <= 250; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 generator(seed);
@@ -91,7 +91,7 @@ TEST(Svr, MeetsTheOptimalityConditionsInTheWholeBox) {
   }
 }
 
-TEST(Svr, CertifiesLargeTrainingsInTheCornersOfTheBox) {
+TEST(Svr, CertifiesLargeTrainingsInCornersOfBox) {
   const Data data = smooth_data(400, 7, 3);
   for (const double C : {-2.0, 12.0}) {
     for (const double sigma : {-2.0, 0.0, 3.5}) {
@@ -106,7 +106,7 @@ TEST(Svr, CertifiesLargeTrainingsInTheCornersOfTheBox) {
   }
 }
 
-TEST(Svr, ATighterCertificateNeverWorsensTheObjective) {
+TEST(Svr, ImprovesObjectiveWithTighterCertificate) {
   const Data data = smooth_data(150, 5, 9);
   const SvrParameters parameters{.C = 100, .sigma = 2, .epsilon = 0.01};
   const auto loose = solve_svr(data.x, data.y, parameters, {.relative_gap = 1e-2});
@@ -117,7 +117,7 @@ TEST(Svr, ATighterCertificateNeverWorsensTheObjective) {
 }
 
 // For targets ±a at two points with kernel value k, β = (t, −t) minimises (1 − k)t² − 2(a − ε)t over 0 ≤ t ≤ C.
-TEST(Svr, SolvesTwoPointsAsOnPaper) {
+TEST(Svr, MatchesClosedFormForTwoPoints) {
   SampleMatrix x(2, 1);
   x << 0, 1;
   const double sigma = 0.8;
@@ -136,7 +136,7 @@ TEST(Svr, SolvesTwoPointsAsOnPaper) {
   }
 }
 
-TEST(Svr, OnePointIsItsOwnOffset) {
+TEST(Svr, UsesSinglePointAsOffset) {
   const auto solution = solve_svr(SampleMatrix::Zero(1, 3), Eigen::VectorXd::Constant(1, 0.7), {1, 1, 0.1});
   ASSERT_TRUE(solution);
   EXPECT_EQ(solution->beta[0], 0);
@@ -144,7 +144,7 @@ TEST(Svr, OnePointIsItsOwnOffset) {
   EXPECT_EQ(solution->support_vectors, 0);
 }
 
-TEST(Svr, AConstantTargetNeedsNoSupportVector) {
+TEST(Svr, NeedsNoSupportVectorForConstantTarget) {
   const Data data = smooth_data(50, 4, 5);
   for (const double epsilon : {0.0, 0.01}) {
     const auto solution = solve_svr(data.x, Eigen::VectorXd::Constant(50, 0.3), {4096, 1, epsilon});
@@ -154,7 +154,7 @@ TEST(Svr, AConstantTargetNeedsNoSupportVector) {
   }
 }
 
-TEST(Svr, ATubeWiderThanTheTargetsNeedsNoSupportVector) {
+TEST(Svr, NeedsNoSupportVectorForWideTube) {
   const Data data = smooth_data(60, 4, 6);
   const double middle = 0.5 * (data.y.maxCoeff() + data.y.minCoeff());
   const double reach = 0.5 * (data.y.maxCoeff() - data.y.minCoeff());
@@ -165,7 +165,7 @@ TEST(Svr, ATubeWiderThanTheTargetsNeedsNoSupportVector) {
   EXPECT_NEAR(solution->b, middle, 0.01 * reach);
 }
 
-TEST(Svr, DuplicatedPointsAreCertified) {
+TEST(Svr, CertifiesDuplicatedPoints) {
   Data data = smooth_data(80, 4, 7);
   data.x.bottomRows(40) = data.x.topRows(40);
   for (const double C : {0.25, 64.0, 4096.0}) {
@@ -177,7 +177,7 @@ TEST(Svr, DuplicatedPointsAreCertified) {
 }
 
 // Kβ = 0 for every feasible β, so the best function is a constant, a median of the targets.
-TEST(Svr, PointsThatAreAllTheSameGiveTheMedian) {
+TEST(Svr, ReturnsMedianForEqualPoints) {
   Eigen::VectorXd y(5);
   y << 1, 2, 3, 10, 100;
   const auto solution = solve_svr(SampleMatrix::Zero(5, 2), y, {1, 1, 0}, {.relative_gap = 1e-9});
@@ -185,7 +185,7 @@ TEST(Svr, PointsThatAreAllTheSameGiveTheMedian) {
   EXPECT_NEAR(solution->b, 3, 1e-9);
 }
 
-TEST(Svr, RecoversALineToWithinTheTube) {
+TEST(Svr, RecoversLineWithinTube) {
   SampleMatrix x(41, 1);
   Eigen::VectorXd y(41);
   for (int i = 0; i <= 40; ++i) {
@@ -201,7 +201,7 @@ TEST(Svr, RecoversALineToWithinTheTube) {
   for (int i = 0; i < 2; ++i) EXPECT_NEAR(f[i] + solution->b, 0.7 * between(i, 0) + 0.1, 0.011);
 }
 
-TEST(Svr, HasExactZerosAndExactBounds) {
+TEST(Svr, ReturnsExactZerosAndBounds) {
   const Data data = smooth_data(200, 4, 8);
   const auto solution = solve_svr(data.x, data.y, {0.25, 1.5, 0.1}, {.relative_gap = 1e-6});
   ASSERT_TRUE(solution);
@@ -210,7 +210,7 @@ TEST(Svr, HasExactZerosAndExactBounds) {
   EXPECT_EQ(solution->support_vectors, (solution->beta.array() != 0).count());
 }
 
-TEST(Svr, ReportsWhatTheJudgeSays) {
+TEST(Svr, ReportsIndependentlyComputedGap) {
   const Data data = smooth_data(100, 4, 10);
   const auto solution = solve_svr(data.x, data.y, {50, 2, 0.02});
   ASSERT_TRUE(solution);
@@ -223,7 +223,7 @@ TEST(Svr, ReportsWhatTheJudgeSays) {
   EXPECT_NEAR(solution->relative_gap, (primal + objective) / std::abs(objective), 1e-9);
 }
 
-TEST(Svr, TheJudgeRejectsAPairThatIsNotFeasible) {
+TEST(Svr, RejectsCertificateOfInfeasiblePoint) {
   const Data data = smooth_data(10, 3, 11);
   const GaussianSamples samples(data.x);
   KernelMemory memory;
@@ -242,14 +242,14 @@ TEST(Svr, TheJudgeRejectsAPairThatIsNotFeasible) {
   EXPECT_EQ(certified_gap(beta), std::numeric_limits<double>::infinity());
 }
 
-TEST(Svr, AMissedCertificateIsAFault) {
+TEST(Svr, FailsWhenCertificateIsMissed) {
   const Data data = smooth_data(100, 4, 12);
   const auto solution = solve_svr(data.x, data.y, {4096, 2, 0.004}, {.relative_gap = 1e-6, .max_newton_steps = 0});
   ASSERT_FALSE(solution);
   EXPECT_EQ(solution.error().kind, FaultKind::numeric);
 }
 
-TEST(Svr, NamesABadParameterByItsValue) {
+TEST(Svr, NamesInvalidParameter) {
   const Data data = smooth_data(10, 3, 13);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto fault_of = [&](const SvrParameters& parameters) {
@@ -264,7 +264,7 @@ TEST(Svr, NamesABadParameterByItsValue) {
   EXPECT_EQ(fault_of({1, 1, -0.1}), "epsilon = -0.1, must be at least 0 and finite");
 }
 
-TEST(Svr, NamesBadData) {
+TEST(Svr, NamesInvalidData) {
   Data data = smooth_data(10, 3, 14);
   const SvrParameters parameters{1, 1, 0.1};
   EXPECT_EQ(solve_svr(data.x, data.y.head(9), parameters).error().what, "9 targets for 10 samples");
@@ -287,7 +287,7 @@ TEST(Kernel, IsSymmetricAndPositiveSemidefinite) {
   }
 }
 
-TEST(Kernel, IsItsDefinition) {
+TEST(Kernel, MatchesDefinition) {
   const Data data = smooth_data(50, 6, 16);
   const Eigen::MatrixXd expected = kernel_by_definition(data.x, 1.7);
   EXPECT_LT((gaussian_kernel(data.x, data.x, 1.7) - expected).cwiseAbs().maxCoeff(), 1e-15);
@@ -313,7 +313,7 @@ void write_data(const std::string& path, const SampleMatrix& x, const Eigen::Vec
   }
 }
 
-TEST(Svr, ReachesTheObjectiveOfLibsvmWhereThatConverges) {
+TEST(Svr, MatchesObjectiveOfLibsvm) {
   if (std::system("command -v svm-train > /dev/null") != 0) GTEST_SKIP() << "svm-train is not installed";
   const auto folder = std::filesystem::temp_directory_path() / "gyrotherm-libsvm-objective";
   std::filesystem::create_directories(folder);

@@ -31,7 +31,7 @@ SwarmOptions patient(int iterations) {
   return options;
 }
 
-TEST(Swarm, FindsTheMiddleOfASphere) {
+TEST(Swarm, FindsMinimumOfSphere) {
   const auto summary = minimise(sphere, kBox, patient(200));
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->end, SwarmEnd::iterations_done);
@@ -39,21 +39,21 @@ TEST(Swarm, FindsTheMiddleOfASphere) {
   for (const double value : summary->best) EXPECT_NEAR(value, 1, 1e-2);
 }
 
-TEST(Swarm, FindsTheValleyOfRosenbrock) {
+TEST(Swarm, FindsMinimumOfRosenbrock) {
   const auto summary = minimise(rosenbrock, {.lower = {-2, -1}, .upper = {2, 3}}, patient(300));
   ASSERT_TRUE(summary);
   EXPECT_NEAR(summary->best[0], 1, 0.05);
   EXPECT_NEAR(summary->best[1], 1, 0.1);
 }
 
-TEST(Swarm, InertiaFallsFromNineTenthsToFourTenths) {
+TEST(Swarm, ReducesInertiaFromNineTenthsToFourTenths) {
   const SwarmOptions options;
   EXPECT_DOUBLE_EQ(inertia_weight(options, 0), 0.9);
   EXPECT_DOUBLE_EQ(inertia_weight(options, options.iterations / 2), 0.65);
   EXPECT_DOUBLE_EQ(inertia_weight(options, options.iterations), 0.4);
 }
 
-TEST(Swarm, LimitsTheVelocityBeforeTheMove) {
+TEST(Swarm, LimitsVelocityBeforeMove) {
   const Coordinate up = move_within_box({.position = 1, .velocity = 9}, 0.5, -5, 5);
   EXPECT_EQ(up.position, 1.5);
   EXPECT_EQ(up.velocity, 0.5);
@@ -62,7 +62,7 @@ TEST(Swarm, LimitsTheVelocityBeforeTheMove) {
   EXPECT_EQ(down.velocity, -0.5);
 }
 
-TEST(Swarm, StopsAtTheEdgeOfTheBox) {
+TEST(Swarm, StopsAtEdgeOfBox) {
   const Coordinate out = move_within_box({.position = 4.8, .velocity = 0.4}, 0.5, -5, 5);
   EXPECT_EQ(out.position, 5);
   EXPECT_EQ(out.velocity, 0);
@@ -71,7 +71,7 @@ TEST(Swarm, StopsAtTheEdgeOfTheBox) {
   EXPECT_EQ(onto.velocity, 0.5);
 }
 
-TEST(Swarm, NeverLeavesTheBox) {
+TEST(Swarm, StaysInsideBox) {
   std::atomic<int> outside = 0;
   const Fitness fitness = [&](std::size_t, const std::vector<double>& x, double limit) {
     for (std::size_t k = 0; k < x.size(); ++k) outside += x[k] < kBox.lower[k] || x[k] > kBox.upper[k];
@@ -88,7 +88,7 @@ void expect_same(const SwarmSummary& a, const SwarmSummary& b) {
   EXPECT_EQ(a.end, b.end);
 }
 
-TEST(Swarm, GivesTheSameBytesForAnyNumberOfThreads) {
+TEST(Swarm, DoesNotDependOnThreadCount) {
   SwarmOptions options = patient(40);
   options.threads = 1;
   const auto one = minimise(sphere, kBox, options);
@@ -100,7 +100,7 @@ TEST(Swarm, GivesTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST(Swarm, AnotherSeedTakesAnotherWay) {
+TEST(Swarm, TakesDifferentPathWithDifferentSeed) {
   SwarmOptions options = patient(3);
   const auto first = minimise(sphere, kBox, options);
   options.seed = 2;
@@ -109,7 +109,7 @@ TEST(Swarm, AnotherSeedTakesAnotherWay) {
   EXPECT_NE(first->history, second->history);
 }
 
-TEST(Swarm, AFitnessThatStopsAtItsLimitChangesNothing) {
+TEST(Swarm, IsUnchangedByFitnessThatStopsAtLimit) {
   std::atomic<int> stopped = 0;
   const Fitness stopping = [&](std::size_t, const std::vector<double>& x, double limit) -> Result<double> {
     double sum = 0;
@@ -128,7 +128,7 @@ TEST(Swarm, AFitnessThatStopsAtItsLimitChangesNothing) {
   expect_same(*whole, *partial);
 }
 
-TEST(Swarm, StopsWhenNothingIsGained) {
+TEST(Swarm, StopsWithoutGain) {
   SwarmOptions options;
   options.iterations = 100;
   options.stall_iterations = 4;
@@ -138,7 +138,7 @@ TEST(Swarm, StopsWhenNothingIsGained) {
   EXPECT_EQ(summary->evaluations, options.particles * 5);
 }
 
-TEST(Swarm, RecordsTheBestAfterTheInitialSwarmAndEachIteration) {
+TEST(Swarm, RecordsBestAfterEachIteration) {
   const auto summary = minimise(sphere, kBox, patient(25));
   ASSERT_TRUE(summary);
   ASSERT_EQ(summary->history.size(), 26u);
@@ -146,7 +146,7 @@ TEST(Swarm, RecordsTheBestAfterTheInitialSwarmAndEachIteration) {
   EXPECT_EQ(summary->history.back(), summary->best_fitness);
 }
 
-TEST(Swarm, TellsWhichCoordinatesLieOnTheEdge) {
+TEST(Swarm, ReportsCoordinatesOnEdge) {
   const Fitness downhill = [](std::size_t, const std::vector<double>& x, double) -> Result<double> {
     return x[0] + (x[1] - 1) * (x[1] - 1);
   };
@@ -155,7 +155,7 @@ TEST(Swarm, TellsWhichCoordinatesLieOnTheEdge) {
   EXPECT_EQ(summary->coordinates_on_edge, std::vector<int>{0});
 }
 
-TEST(Swarm, AnInfiniteFitnessIsNeverTheBest) {
+TEST(Swarm, IgnoresInfiniteFitness) {
   const Fitness half = [](std::size_t, const std::vector<double>& x, double limit) -> Result<double> {
     if (x[0] < 0) return std::numeric_limits<double>::infinity();
     if (x[1] < 0) return std::numeric_limits<double>::quiet_NaN();
@@ -168,7 +168,7 @@ TEST(Swarm, AnInfiniteFitnessIsNeverTheBest) {
   EXPECT_LT(summary->best_fitness, 0.1);
 }
 
-TEST(Swarm, CallsItsProgressFromTheCallingThreadAlone) {
+TEST(Swarm, CallsProgressOnlyFromCallingThread) {
   SwarmOptions options = patient(5);
   options.threads = 2;
   std::set<std::thread::id> callers;
@@ -185,7 +185,7 @@ TEST(Swarm, CallsItsProgressFromTheCallingThreadAlone) {
   EXPECT_EQ(last, 1);
 }
 
-TEST(Swarm, AskedToStopItIsInterruptedWithinAFewEvaluations) {
+TEST(Swarm, StopsWithinFewEvaluationsWhenInterrupted) {
   for (const int threads : {1, 2}) {
     SwarmOptions options = patient(1000);
     options.threads = threads;
@@ -202,7 +202,7 @@ TEST(Swarm, AskedToStopItIsInterruptedWithinAFewEvaluations) {
   }
 }
 
-TEST(Swarm, FailsWithTheFaultOfTheFirstParticle) {
+TEST(Swarm, FailsWithFaultOfFirstParticle) {
   const Fitness failing = [&](std::size_t, const std::vector<double>& x, double) -> Result<double> {
     return failure(FaultKind::numeric, "here", std::to_string(x[0]));
   };
@@ -217,7 +217,7 @@ TEST(Swarm, FailsWithTheFaultOfTheFirstParticle) {
   EXPECT_EQ(one.error().what, two.error().what);
 }
 
-TEST(Swarm, NamesABadOptionByItsValue) {
+TEST(Swarm, NamesInvalidOption) {
   SwarmOptions options;
   options.particles = 0;
   EXPECT_EQ(minimise(sphere, kBox, options).error().what, "particles = 0, must be at least 1");

@@ -58,7 +58,7 @@ TuningOptions quick() {
   return options;
 }
 
-TEST(CrossValidation, IsTheMeanSquaredErrorOverAllHeldOutRows) {
+TEST(CrossValidation, EqualsMeanSquaredErrorOverHeldOutRows) {
   const std::vector<TuningFold> folds = four_folds(60, 0.1);
   const SvrParameters parameters{.C = 10, .sigma = 1.5, .epsilon = 0.05};
   double sum = 0;
@@ -73,7 +73,7 @@ TEST(CrossValidation, IsTheMeanSquaredErrorOverAllHeldOutRows) {
   EXPECT_NEAR(*error, sum / 60, 1e-12);
 }
 
-TEST(CrossValidation, StopsAfterTheFoldInWhichItPassesItsLimit) {
+TEST(CrossValidation, StopsAfterFoldThatExceedsLimit) {
   const std::vector<TuningFold> folds = four_folds(60, 0.1);
   const SvrParameters parameters{.C = 10, .sigma = 1.5, .epsilon = 0.05};
   const double whole = *cross_validation_error(folds, parameters, {}, kNoLimit);
@@ -83,7 +83,7 @@ TEST(CrossValidation, StopsAfterTheFoldInWhichItPassesItsLimit) {
   EXPECT_EQ(*cross_validation_error(folds, parameters, {}, whole), whole);
 }
 
-TEST(CrossValidation, NamesABadFold) {
+TEST(CrossValidation, NamesInvalidFold) {
   EXPECT_EQ(cross_validation_error({}, {1, 1, 0.1}, {}, kNoLimit).error().what, "no fold");
   std::vector<TuningFold> folds = four_folds(40, 0.1);
   folds[2].test_x.resize(0, 3);
@@ -95,7 +95,7 @@ TEST(CrossValidation, NamesABadFold) {
             "fold 1 has a value that is not finite");
 }
 
-TEST(Tuning, ReportsTheErrorOfItsBestPosition) {
+TEST(Tuning, ReportsErrorOfBestPosition) {
   const std::vector<TuningFold> folds = four_folds(80, 0.1);
   const auto summary = tune_svr(folds, quick());
   ASSERT_TRUE(summary) << text(summary.error());
@@ -104,7 +104,7 @@ TEST(Tuning, ReportsTheErrorOfItsBestPosition) {
   EXPECT_LT(summary->cross_validation_mse, 0.25 * 0.15);
 }
 
-TEST(Tuning, GivesTheSameBytesForAnyNumberOfThreads) {
+TEST(Tuning, DoesNotDependOnThreadCount) {
   const std::vector<TuningFold> folds = four_folds(80, 0.1);
   TuningOptions options = quick();
   options.swarm.threads = 1;
@@ -116,7 +116,7 @@ TEST(Tuning, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(one->swarm.history, two->swarm.history);
 }
 
-TEST(Tuning, OfFoldsThatBeginWhereOthersEndedIsTheSameForAnyNumberOfThreads) {
+TEST(Tuning, DoesNotDependOnThreadCountWithWarmStarts) {
   const std::vector<TuningFold> folds = with_rows(four_folds(80, 0.1));
   TuningOptions options = quick();
   options.swarm.threads = 1;
@@ -132,7 +132,7 @@ TEST(Tuning, OfFoldsThatBeginWhereOthersEndedIsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one->cross_validation_mse, *cross_validation_error(folds, one->best, {}, kNoLimit));
 }
 
-TEST(CrossValidation, OfFoldsThatBeginWhereOthersEndedIsThatOfColdOnes) {
+TEST(CrossValidation, AgreesForWarmAndColdStarts) {
   const std::vector<TuningFold> folds = four_folds(200, 0.1);
   for (const double C : {0.5, 20.0, 900.0}) {
     SCOPED_TRACE(C);
@@ -143,7 +143,7 @@ TEST(CrossValidation, OfFoldsThatBeginWhereOthersEndedIsThatOfColdOnes) {
   }
 }
 
-TEST(Tuning, SearchesTwoDimensionsAtAFixedEpsilon) {
+TEST(Tuning, SearchesTwoDimensionsAtFixedEpsilon) {
   TuningOptions options = quick();
   options.fixed_epsilon = 0.05;
   const auto summary = tune_svr(four_folds(60, 0.1), options);
@@ -152,7 +152,7 @@ TEST(Tuning, SearchesTwoDimensionsAtAFixedEpsilon) {
   EXPECT_EQ(summary->best.epsilon, 0.05);
 }
 
-TEST(Tuning, WarnsOfABestOnTheEdgeOfItsBox) {
+TEST(Tuning, WarnsWhenBestIsOnEdgeOfBox) {
   TuningOptions options = quick();
   options.log2_c.first = options.log2_c.second = -1;
   const auto summary = tune_svr(four_folds(60, 0.1), options);
@@ -161,7 +161,7 @@ TEST(Tuning, WarnsOfABestOnTheEdgeOfItsBox) {
   EXPECT_EQ(summary->warnings.front(), "log2 C = -1 lies on the edge of its box");
 }
 
-TEST(Tuning, CountsAndWarnsOfPositionsThatMissTheCertificate) {
+TEST(Tuning, CountsPositionsThatMissCertificate) {
   TuningOptions options = quick();
   options.svr.max_newton_steps = 0;
   const auto summary = tune_svr(four_folds(160, 0.1), options);
@@ -172,7 +172,7 @@ TEST(Tuning, CountsAndWarnsOfPositionsThatMissTheCertificate) {
   EXPECT_NE(summary->warnings.back().find("missed the certificate"), std::string::npos);
 }
 
-TEST(Tuning, FailsIfNoPositionCanBeCertified) {
+TEST(Tuning, FailsWhenNoPositionIsCertified) {
   TuningOptions options = quick();
   options.svr = {.relative_gap = 1e-14, .max_newton_steps = 0};
   const auto summary = tune_svr(four_folds(60, 0.1), options);
@@ -180,13 +180,13 @@ TEST(Tuning, FailsIfNoPositionCanBeCertified) {
   EXPECT_EQ(summary.error().kind, FaultKind::numeric);
 }
 
-TEST(Tuning, AskedToStopItIsInterrupted) {
+TEST(Tuning, StopsWhenInterrupted) {
   const auto summary = tune_svr(four_folds(60, 0.1), quick(), [](std::string_view, double) { return false; });
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().kind, FaultKind::interrupted);
 }
 
-TEST(Tuning, RefusesAMissingFold) {
+TEST(Tuning, RejectsMissingFolds) {
   const auto summary = tune_svr({}, {});
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().kind, FaultKind::usage);

@@ -72,7 +72,7 @@ void expect_agreement(const TuningFold& fold, const SvrParameters& p, const SvrS
   EXPECT_NEAR(warm_objective, cold_objective, relative_gap * scale + floor);
 }
 
-TEST(WarmStart, AgreesWithAColdStartToTheCertifiedGap) {
+TEST(WarmStart, AgreesWithColdStartWithinCertifiedGap) {
   constexpr double kGap = 1e-3;
   KernelMemory memory;
   for (std::uint64_t seed = 1; seed <= kWarmPositions; ++seed) {
@@ -102,7 +102,7 @@ TEST(WarmStart, AgreesWithAColdStartToTheCertifiedGap) {
   }
 }
 
-TEST(WarmStart, OfALargeTrainingAgreesToo) {
+TEST(WarmStart, AgreesWithColdStartForLargeTraining) {
   KernelMemory memory;
   const WarmData data(1100, 3);  // more than one working set
   const TuningFold first = data.without_quarter(0), second = data.without_quarter(1);
@@ -120,7 +120,7 @@ TEST(WarmStart, OfALargeTrainingAgreesToo) {
   }
 }
 
-TEST(FoldSeed, KeepsWhatIsSharedAndGivesTheRestToNeighbours) {
+TEST(FoldSeed, KeepsSharedRowsAndMovesOthersToNeighbours) {
   const WarmData data(80, 5);
   const TuningFold first = data.without_quarter(0), second = data.without_quarter(1);
   SvrStart end{Eigen::VectorXd::Zero(first.train_y.size()), 2};
@@ -141,7 +141,7 @@ TEST(FoldSeed, KeepsWhatIsSharedAndGivesTheRestToNeighbours) {
   EXPECT_LE(seed->start(end).beta.lpNorm<Eigen::Infinity>(), 2);
 }
 
-TEST(FoldSeed, IsNoneWhereRowsOrInputsAreNotTheSame) {
+TEST(FoldSeed, IsMissingWhenRowsOrInputsDiffer) {
   const WarmData data(40, 6);
   const TuningFold known = data.without_quarter(0);
   TuningFold unknown = data.without_quarter(1);
@@ -153,7 +153,7 @@ TEST(FoldSeed, IsNoneWhereRowsOrInputsAreNotTheSame) {
   EXPECT_FALSE(FoldSeed::between(known, other_inputs));
 }
 
-TEST(FeasibleStart, IsFeasibleOrNone) {
+TEST(FeasibleStart, IsFeasibleOrMissing) {
   const WarmData data(60, 7);
   const TuningFold fold = data.without_quarter(0);
   const GaussianSamples samples(fold.train_x);

@@ -41,7 +41,7 @@ double over_all(const std::string& name, double DenoiserFigures::*figure) {
   return std::sqrt(sum / static_cast<double>(assessments().size()));
 }
 
-TEST(Assessment, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
+TEST(Assessment, RanksKalmanFilterFirstWithoutDelay) {
   const double kalman = over_all("Kalman", &DenoiserFigures::rmse_to_truth);
   const double hour = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_LT(kalman, 5.5e-4) << "a part of the flicker is faster than anybody can follow";
@@ -53,13 +53,13 @@ TEST(Assessment, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
   }
 }
 
-TEST(Assessment, FindsItNearestOfAllThatAnswerAnHourLateToo) {
+TEST(Assessment, RanksKalmanFilterFirstOneHourLate) {
   const double kalman = over_all("Kalman, an hour late", &DenoiserFigures::rmse_to_truth);
   EXPECT_LT(kalman, 0.95 * over_all("Kalman", &DenoiserFigures::rmse_to_truth)) << "what an hour more is worth";
   EXPECT_LT(kalman, 0.95 * over_all("wavelet, an hour late", &DenoiserFigures::rmse_to_truth));
 }
 
-TEST(Assessment, FindsAGainOnEverySeedAndNoneOnTheShuffledOne) {
+TEST(Assessment, FindsGainOnEverySeedButNotOnShuffledResidual) {
   for (const Assessment& assessment : assessments()) {
     const DenoiserFigures &alone = of(assessment, kAlone), &kalman = of(assessment, "Kalman");
     EXPECT_EQ(alone.shuffled_gain, 0);
@@ -71,13 +71,13 @@ TEST(Assessment, FindsAGainOnEverySeedAndNoneOnTheShuffledOne) {
   }
 }
 
-TEST(Assessment, MeasuresTheHourWithItsOwnNoise) {
+TEST(Assessment, IncludesNoiseOfMeasuredHour) {
   const double measured = over_all("Kalman", &DenoiserFigures::next_hour_rmse);
   const double truly = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_NEAR(measured, std::hypot(truly, 3e-4), 3e-5) << "the angle random walk of an hour, 3e-4 °/h";
 }
 
-TEST(Assessment, FindsThatNobodyLowersTheAngleRandomWalk) {
+TEST(Assessment, FindsThatNoDenoiserLowersAngleRandomWalk) {
   for (const Assessment& assessment : assessments()) {
     const double none = of(assessment, kAlone).allan_interval;
     for (const DenoiserFigures& figures : assessment.denoisers) {
@@ -87,7 +87,7 @@ TEST(Assessment, FindsThatNobodyLowersTheAngleRandomWalk) {
   }
 }
 
-TEST(Assessment, CallsTheInnovationsOfARightNoiseConsistent) {
+TEST(Assessment, FindsInnovationsConsistentForCorrectNoise) {
   int inside = 0, white = 0;
   for (const Assessment& assessment : assessments()) {
     const Consistency& consistency = assessment.consistency;
@@ -99,7 +99,7 @@ TEST(Assessment, CallsTheInnovationsOfARightNoiseConsistent) {
   EXPECT_GE(white, 9);
 }
 
-TEST(Assessment, SaysNothingWhereThereIsNothingToJudgeBy) {
+TEST(Assessment, OmitsResultsWithoutDataOrTruth) {
   const Eigen::VectorXd few = known_bias(80, 1).measured_deg_per_h;
   const Assessment assessment = judge(virtual_noise(), few, kInterval_s);
   EXPECT_EQ(assessment.hours, 0);
@@ -110,7 +110,7 @@ TEST(Assessment, SaysNothingWhereThereIsNothingToJudgeBy) {
   }
 }
 
-TEST(Assessment, CountsOnlyHoursWithoutAGap) {
+TEST(Assessment, CountsOnlyHoursWithoutGap) {
   DrawnBias known = known_bias(600, 3);
   const int whole = judge(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours;
   EXPECT_EQ(whole, (600 - 72 - 36) / 36);
@@ -124,7 +124,7 @@ Response named_response(const std::string& name) {
   return measure_response(*std::ranges::find(all, name, &Denoiser::name), space);
 }
 
-TEST(Response, OfTheMeanOfAnHourIsHalfAnHourLate) {
+TEST(Response, IsHalfAnHourLateForHourlyMean) {
   const Response response = named_response("mean of the last hour");
   EXPECT_EQ(response.step_delay_s, 1800);
   EXPECT_NEAR(response.ramp_delay_s, 1750, 1e-6) << "the mean of 0 … 35 intervals";
@@ -132,13 +132,13 @@ TEST(Response, OfTheMeanOfAnHourIsHalfAnHourLate) {
   EXPECT_NEAR(response.ramp_overshoot_deg_per_h, 0, 1e-12);
 }
 
-TEST(Response, OfNothingIsNone) {
+TEST(Response, IsMissingWithoutDenoiser) {
   const Response response = named_response(kAlone);
   EXPECT_TRUE(std::isnan(response.step_delay_s));
   EXPECT_NEAR(response.ramp_delay_s, 6 * 3600, 51);
 }
 
-TEST(Response, OfTheKalmanFilterIsThatOfALinearFilter) {
+TEST(Response, IsLinearForKalmanFilter) {
   const Response response = named_response("Kalman");
   EXPECT_GT(response.step_delay_s, 0.5 * 3600);
   EXPECT_LT(response.step_delay_s, 3600);
@@ -148,7 +148,7 @@ TEST(Response, OfTheKalmanFilterIsThatOfALinearFilter) {
   EXPECT_LT(response.ramp_overshoot_deg_per_h, 0.1);
 }
 
-TEST(EvenlySpaced, PutsEachClusterInItsPlace) {
+TEST(EvenlySpaced, PutsEachClusterAtItsIndex) {
   data::Clusters clusters;
   clusters.start_s = Eigen::Vector4d{300, 400, 700, 800};
   const Eigen::VectorXd spaced = evenly_spaced(Eigen::Vector4d{1, 2, 3, 4}, clusters);
@@ -160,7 +160,7 @@ TEST(EvenlySpaced, PutsEachClusterInItsPlace) {
   EXPECT_EQ(spaced(5), 4);
 }
 
-TEST(Whiteness, OfWhiteValuesIsUniform) {
+TEST(Whiteness, HasUniformProbabilityForWhiteValues) {
   std::vector<double> probabilities;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     Eigen::VectorXd values = white_noise(600, seed);
@@ -175,7 +175,7 @@ TEST(Whiteness, OfWhiteValuesIsUniform) {
   EXPECT_LT(farthest, 1.63 / std::sqrt(400)) << "1 %";
 }
 
-TEST(Whiteness, FindsAWeakCorrelation) {
+TEST(Whiteness, FindsWeakCorrelation) {
   int found = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     Eigen::VectorXd values = white_noise(1440, seed);
@@ -185,12 +185,12 @@ TEST(Whiteness, FindsAWeakCorrelation) {
   EXPECT_EQ(found, 50);
 }
 
-TEST(Whiteness, OfTooFewIsNotKnown) {
+TEST(Whiteness, IsUnknownForTooFewValues) {
   EXPECT_TRUE(std::isnan(test_whiteness(white_noise(40, 1), 20).probability));
   EXPECT_TRUE(std::isnan(test_whiteness(Eigen::VectorXd::Zero(100), 20).probability));
 }
 
-TEST(Whiteness, IsTheSameOfValuesOfAnySize) {
+TEST(Whiteness, DoesNotDependOnScale) {
   Eigen::VectorXd values = white_noise(200, 1);
   values(7) = kMissing;
   const Whiteness expected = test_whiteness(values, 20);
@@ -202,7 +202,7 @@ TEST(Whiteness, IsTheSameOfValuesOfAnySize) {
   EXPECT_LT(test_whiteness(Eigen::VectorXd::Constant(200, -1e308), 20).probability, 1e-6);
 }
 
-TEST(Consistency, SeesANoiseThatIsNotTheOneThatWasTold) {
+TEST(Consistency, DetectsWrongNoiseModel) {
   const Eigen::VectorXd rates = known_bias(1440, 1).measured_deg_per_h;
   BiasNoise quiet = virtual_noise(), lazy = virtual_noise();
   quiet.angle_random_walk_deg_per_sqrt_h /= 1.1;

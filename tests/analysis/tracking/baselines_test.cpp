@@ -11,7 +11,7 @@
 namespace gyrotherm::tracking {
 namespace {
 
-TEST(TrailingMeans, AreOfTheRatesThatAreThere) {
+TEST(TrailingMeans, AverageAvailableRates) {
   const Eigen::VectorXd rates = (Eigen::VectorXd(6) << kMissing, 1, 2, kMissing, 6, 4).finished();
   const Eigen::VectorXd expected = (Eigen::VectorXd(6) << 0, 1, 1.5, 1.5, 4, 5).finished();
   EXPECT_EQ(trailing_means(rates, 3), expected);
@@ -19,7 +19,7 @@ TEST(TrailingMeans, AreOfTheRatesThatAreThere) {
   EXPECT_EQ(without_gaps(rates), filled);
 }
 
-TEST(RecursivePrediction, IsTheWeightedLeastSquaresThatItStandsFor) {
+TEST(RecursivePrediction, MatchesWeightedLeastSquares) {
   const Eigen::VectorXd values = white_noise(60, 1);
   const RecursivePrediction options{.order = 3, .forgetting = 0.95};
   const Eigen::VectorXd next = predicted_next(values, options);
@@ -34,14 +34,14 @@ TEST(RecursivePrediction, IsTheWeightedLeastSquaresThatItStandsFor) {
   }
 }
 
-TEST(RecursivePrediction, ForetellsASineExactlyOnceItKnowsIt) {
+TEST(RecursivePrediction, PredictsSineAfterAdaptation) {
   const Eigen::VectorXd sine =
       Eigen::VectorXd::NullaryExpr(400, [](Eigen::Index k) { return std::sin(0.3 * static_cast<double>(k)); });
   const Eigen::VectorXd next = predicted_next(sine, {.order = 2, .forgetting = 0.9});
   for (Eigen::Index k = 300; k + 1 < 400; ++k) EXPECT_NEAR(next(k), sine(k + 1), 1e-9);
 }
 
-TEST(Denoisers, SayNothingOfARateBeforeItHasCome) {
+TEST(Denoisers, AreCausal) {
   const StateSpace space = virtual_space();
   Eigen::VectorXd rates = known_bias(400, 1).measured_deg_per_h;
   rates(120) = kMissing;
@@ -64,7 +64,7 @@ TEST(Denoisers, SayNothingOfARateBeforeItHasCome) {
   EXPECT_EQ(names.size(), 9u);
 }
 
-TEST(Denoisers, OfAConstantSayTheConstant) {
+TEST(Denoisers, ReturnConstantForConstantRate) {
   const StateSpace space = virtual_space();
   int denoised_constants = 0;
   for (const Denoiser& denoiser : denoisers(space)) {
@@ -76,7 +76,7 @@ TEST(Denoisers, OfAConstantSayTheConstant) {
   EXPECT_EQ(denoised_constants, 8);
 }
 
-TEST(Denoisers, OfTheKalmanFilterAreTheTracker) {
+TEST(Denoisers, MatchTrackerForKalmanFilter) {
   const StateSpace space = virtual_space();
   const Eigen::VectorXd rates = known_bias(200, 2).measured_deg_per_h;
   const auto all = denoisers(space);
@@ -88,7 +88,7 @@ TEST(Denoisers, OfTheKalmanFilterAreTheTracker) {
   EXPECT_EQ(kalman->denoise(rates).next_hour(199), tracker.forecast(36).deg_per_h);
 }
 
-TEST(Wavelet, IsOrthogonalAndGoesBack) {
+TEST(Wavelet, IsOrthogonalAndInvertible) {
   for (const Eigen::Index count : {4, 6, 64, 1000}) {
     const Eigen::VectorXd values = white_noise(count, 1), coefficients = wavelet_step(values);
     EXPECT_NEAR(coefficients.norm(), values.norm(), 1e-12 * values.norm());
@@ -101,21 +101,21 @@ TEST(Wavelet, HasTwoVanishingMoments) {
   EXPECT_LT(coefficients.segment(32, 31).cwiseAbs().maxCoeff(), 1e-13) << "but where the line's ends meet";
 }
 
-TEST(WaveletDenoising, LeavesAConstantAsItIs) {
+TEST(WaveletDenoising, KeepsConstant) {
   for (const Eigen::Index count : {1, 2, 5, 8, 100, 256, 300}) {
     const Eigen::VectorXd denoised = wavelet_denoised(Eigen::VectorXd::Constant(count, 0.7));
     EXPECT_LT((denoised.array() - 0.7).abs().maxCoeff(), 1e-13) << count;
   }
 }
 
-TEST(WaveletDenoising, TakesMostOfWhiteNoise) {
+TEST(WaveletDenoising, RemovesMostOfWhiteNoise) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Eigen::VectorXd values = white_noise(1024, seed);
     EXPECT_LT(wavelet_denoised(values).norm(), 0.15 * values.norm()) << "a quarter is a mean of 256";
   }
 }
 
-TEST(WaveletDenoising, KeepsALargeStepWhereItIs) {
+TEST(WaveletDenoising, KeepsLargeStep) {
   Eigen::VectorXd values = 0.01 * white_noise(512, 3);
   values.tail(200).array() += 1;
   const Eigen::VectorXd denoised = wavelet_denoised(values);
@@ -123,13 +123,13 @@ TEST(WaveletDenoising, KeepsALargeStepWhereItIs) {
   EXPECT_GT(denoised(312), 0.9);
 }
 
-TEST(WaveletDenoising, DoesNotCoupleTheEnds) {
+TEST(WaveletDenoising, DoesNotCoupleEnds) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(256, 0, 1);
   const Eigen::VectorXd denoised = wavelet_denoised(line + 1e-6 * white_noise(256, 4));
   EXPECT_LT((denoised - line).cwiseAbs().maxCoeff(), 0.02);
 }
 
-TEST(WaveletDenoising, InWindowsSeesNothingThatIsToCome) {
+TEST(WaveletDenoising, IsCausalInWindows) {
   const Eigen::VectorXd values = white_noise(400, 5);
   for (const Eigen::Index delay : {0, 36}) {
     const Eigen::VectorXd denoised = wavelet_denoised_in_windows(values, 128, delay);

@@ -18,7 +18,7 @@ data::Clusters spaced_clusters(Eigen::Index count) {
   return clusters;
 }
 
-TEST(BiasNoise, IsWhatTheResidualWasMadeWith) {
+TEST(BiasNoise, RecoversNoiseOfResidual) {
   BiasNoise made = virtual_noise();
   made.instability_deg_per_h = 1e-3;
   made.rate_random_walk_deg_per_h_per_sqrt_h = 0;
@@ -36,7 +36,7 @@ TEST(BiasNoise, IsWhatTheResidualWasMadeWith) {
   }
 }
 
-TEST(BiasNoise, StartsAsUncertainAsTheResidualIsLarge) {
+TEST(BiasNoise, UsesRmsOfResidualAsInitialUncertainty) {
   Eigen::VectorXd residual = known_bias(1000, 1).measured_deg_per_h;
   residual(500) = kMissing;
   const auto noise = noise_of_residual(residual, spaced_clusters(1000), kNoFloor);
@@ -45,14 +45,14 @@ TEST(BiasNoise, StartsAsUncertainAsTheResidualIsLarge) {
   EXPECT_NEAR(noise->start_deg_per_h, std::sqrt(squares / 999), 1e-15);
 }
 
-TEST(BiasNoise, NeedsAResidualLongEnough) {
+TEST(BiasNoise, FailsForShortResidual) {
   const auto noise = noise_of_residual(known_bias(30, 1).measured_deg_per_h, spaced_clusters(30), kNoFloor);
   ASSERT_FALSE(noise);
   EXPECT_EQ(noise.error().kind, FaultKind::usage);
   EXPECT_NE(noise.error().what.find("30 means"), std::string::npos) << noise.error().what;
 }
 
-TEST(BiasNoise, NeedsWhiteNoise) {
+TEST(BiasNoise, FailsWithoutWhiteNoise) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
   const auto noise = noise_of_residual(line, spaced_clusters(1000), kNoFloor);
   ASSERT_FALSE(noise);
@@ -60,7 +60,7 @@ TEST(BiasNoise, NeedsWhiteNoise) {
 }
 
 /// Model errors may hide the white noise of the residual; the noise floor of the record still shows it.
-TEST(BiasNoise, TakesTheFloorsNoiseWhereTheResidualHidesIt) {
+TEST(BiasNoise, UsesNoiseFloorWhenResidualHidesWhiteNoise) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
   const auto noise = noise_of_residual(line, spaced_clusters(1000), 0.0018);
   ASSERT_TRUE(noise) << text(noise.error());

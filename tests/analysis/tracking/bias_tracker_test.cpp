@@ -18,7 +18,7 @@ Eigen::VectorXd rates_with_an_hours_gap(std::uint64_t seed) {
   return rates;
 }
 
-TEST(BiasTracker, IsTheConditionalDistributionOfTheBias) {
+TEST(BiasTracker, MatchesConditionalDistributionOfBias) {
   const StateSpace space = virtual_space();
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Eigen::VectorXd rates = rates_with_an_hours_gap(seed);
@@ -33,7 +33,7 @@ TEST(BiasTracker, IsTheConditionalDistributionOfTheBias) {
   }
 }
 
-TEST(BiasTracker, ForecastsTheConditionalDistributionOfTheNextHour) {
+TEST(BiasTracker, MatchesConditionalDistributionOfNextHour) {
   const StateSpace space = virtual_space();
   const Eigen::VectorXd rates = rates_with_an_hours_gap(4);
   BiasTracker tracker(space);
@@ -50,7 +50,7 @@ TEST(BiasTracker, ForecastsTheConditionalDistributionOfTheNextHour) {
   }
 }
 
-TEST(BiasTracker, KnowsLessAfterAGapAndNothingWrong) {
+TEST(BiasTracker, GrowsUncertaintyDuringGap) {
   const StateSpace space = virtual_space();
   BiasTracker tracker(space);
   for (int k = 0; k < 500; ++k) tracker.push(0.001);
@@ -61,7 +61,7 @@ TEST(BiasTracker, KnowsLessAfterAGapAndNothingWrong) {
   EXPECT_TRUE(std::isfinite(tracker.now().deg_per_h));
 }
 
-TEST(BiasTracker, HasInnovationsThatAreWhiteAndAsLargeAsExpected) {
+TEST(BiasTracker, HasWhiteInnovationsOfExpectedVariance) {
   int large = 0, coloured = 0;
   constexpr int kSeeds = 200;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -78,7 +78,7 @@ TEST(BiasTracker, HasInnovationsThatAreWhiteAndAsLargeAsExpected) {
   EXPECT_LT(coloured, 23);
 }
 
-TEST(BiasTracker, CoversTheTruthAsOftenAsItSays) {
+TEST(BiasTracker, CoversTruthAsOftenAsStated) {
   int inside = 0, count = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const DrawnBias known = known_bias(1000, seed);
@@ -106,12 +106,12 @@ double half_step_time_s(const BiasNoise& noise) {
   return kMissing;
 }
 
-TEST(BiasTracker, HasHalfOfAStepWithinAnHour) {
+TEST(BiasTracker, ReachesHalfOfStepWithinAnHour) {
   EXPECT_GT(half_step_time_s(virtual_noise()), 0.5 * 3600);
   EXPECT_LT(half_step_time_s(virtual_noise()), 1 * 3600);
 }
 
-TEST(BiasTracker, FollowsAWalkAsSlowlyAsItsGainSays) {
+TEST(BiasTracker, FollowsStepAtRateOfGain) {
   BiasNoise noise = virtual_noise();
   noise.instability_deg_per_h = 0;
   noise.rate_random_walk_deg_per_h_per_sqrt_h = 3e-4;
@@ -119,7 +119,7 @@ TEST(BiasTracker, FollowsAWalkAsSlowlyAsItsGainSays) {
   EXPECT_NEAR(half_step_time_s(noise) / kInterval_s, std::log(0.5) / std::log(1 - gain), 1);
 }
 
-TEST(BiasTracker, IsBehindARampByItsSlopeOverItsGain) {
+TEST(BiasTracker, LagsRampBySlopeOverGain) {
   BiasNoise noise = virtual_noise();
   noise.instability_deg_per_h = 0;
   noise.rate_random_walk_deg_per_h_per_sqrt_h = 1e-3;
@@ -130,7 +130,7 @@ TEST(BiasTracker, IsBehindARampByItsSlopeOverItsGain) {
   EXPECT_NEAR(5000 * slope - tracker.now().deg_per_h, slope * (1 - gain) / gain, 1e-9);
 }
 
-TEST(BiasTracker, OfABiasThatStandsStillIsTheMean) {
+TEST(BiasTracker, ReturnsMeanForConstantBias) {
   const BiasNoise noise{.angle_random_walk_deg_per_sqrt_h = 3e-4, .start_deg_per_h = 10};
   std::mt19937_64 random(5);
   const Eigen::VectorXd rates = data::simulate({.N = 3e-4}, 300, kInterval_s, random);
@@ -140,7 +140,7 @@ TEST(BiasTracker, OfABiasThatStandsStillIsTheMean) {
   EXPECT_NEAR(tracker.now().std_deg_per_h, 1.8e-3 / std::sqrt(300), 1e-9);
 }
 
-TEST(BiasTracker, SaysTheSameOfMeansOverAnyInterval) {
+TEST(BiasTracker, DoesNotDependOnInterval) {
   BiasNoise noise = virtual_noise();
   // Its Markov processes would depend on the interval.
   noise.instability_deg_per_h = 0;
@@ -157,7 +157,7 @@ TEST(BiasTracker, SaysTheSameOfMeansOverAnyInterval) {
 
 constexpr int kRows = 100;
 
-TEST(RestTracker, IsTheTrackerOfItsMeansAnIntervalBefore) {
+TEST(RestTracker, ReturnsTrackerOfPreviousIntervals) {
   const Eigen::VectorXd means = known_bias(50, 1).measured_deg_per_h;
   RestTracker rest(virtual_space(), kRows);
   BiasTracker tracker(virtual_space());
@@ -173,7 +173,7 @@ TEST(RestTracker, IsTheTrackerOfItsMeansAnIntervalBefore) {
   }
 }
 
-TEST(RestTracker, LearnsNothingWhileTheGyroMoves) {
+TEST(RestTracker, IgnoresRatesWhileGyroMoves) {
   RestTracker rest(virtual_space(), kRows), still(virtual_space(), kRows);
   for (int row = 0; row < 100 * kRows; ++row) {
     const bool moves = row >= 40 * kRows + 37 && row < 60 * kRows + 2;
@@ -186,7 +186,7 @@ TEST(RestTracker, LearnsNothingWhileTheGyroMoves) {
   EXPECT_GT(rest.tracker().now().deg_per_h, 0.0008);
 }
 
-TEST(RestTracker, PassesOverAnIntervalWithARowThatIsNotKnown) {
+TEST(RestTracker, SkipsIntervalWithUnknownRow) {
   RestTracker rest(virtual_space(), kRows);
   for (int row = 0; row < kRows; ++row) EXPECT_EQ(rest.push(row == 50 ? kMissing : 1.0, true).deg_per_h, 0);
   EXPECT_EQ(rest.push(1, true).deg_per_h, 0);
@@ -194,7 +194,7 @@ TEST(RestTracker, PassesOverAnIntervalWithARowThatIsNotKnown) {
   EXPECT_GT(rest.push(1, true).deg_per_h, 0);
 }
 
-TEST(RestTracker, PassesMissingRowsAsIfTheyWereNotKnown) {
+TEST(RestTracker, TreatsMissingRowsAsUnknown) {
   for (const int missing : {1, 60, 99, 100, 101, 350, 1000}) {
     RestTracker passing(virtual_space(), kRows), pushing(virtual_space(), kRows);
     for (RestTracker* tracker : {&passing, &pushing})

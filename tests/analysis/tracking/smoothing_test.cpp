@@ -17,7 +17,7 @@ Eigen::VectorXd rates_with_gaps(Eigen::Index count, std::uint64_t seed) {
   return rates;
 }
 
-TEST(Smoothing, IsTheConditionalDistributionGivenAllRates) {
+TEST(Smoothing, MatchesConditionalDistributionGivenAllRates) {
   const StateSpace space = virtual_space();
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Eigen::VectorXd rates = rates_with_gaps(120, seed);
@@ -30,7 +30,7 @@ TEST(Smoothing, IsTheConditionalDistributionGivenAllRates) {
   }
 }
 
-TEST(Smoothing, IsThatOfRauchTungAndStriebel) {
+TEST(Smoothing, MatchesRauchTungStriebel) {
   const StateSpace space = virtual_space();
   const Eigen::VectorXd rates = rates_with_gaps(90, 7);
   const SmoothedBias smoothed = smooth(space, rates);
@@ -57,7 +57,7 @@ TEST(Smoothing, IsThatOfRauchTungAndStriebel) {
   }
 }
 
-TEST(Smoothing, WithALagIsTheWholeSmootherOfWhatHasCome) {
+TEST(Smoothing, WithLagMatchesSmootherOfRatesSoFar) {
   const StateSpace space = virtual_space();
   const Eigen::VectorXd rates = rates_with_gaps(120, 4);
   for (const Eigen::Index lag : {0, 1, 36}) {
@@ -71,7 +71,7 @@ TEST(Smoothing, WithALagIsTheWholeSmootherOfWhatHasCome) {
   }
 }
 
-TEST(Smoothing, WithoutALagIsTheTracker) {
+TEST(Smoothing, WithoutLagMatchesTracker) {
   const StateSpace space = virtual_space();
   const Eigen::VectorXd rates = rates_with_gaps(60, 5), at_once = smooth_with_lag(space, rates, 0);
   BiasTracker tracker(space);
@@ -81,7 +81,7 @@ TEST(Smoothing, WithoutALagIsTheTracker) {
   }
 }
 
-TEST(Smoothing, KnowsTheBiasBetterThanTheTrackerDid) {
+TEST(Smoothing, HasLowerErrorThanTracker) {
   double tracked = 0, smoothed = 0, stated = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     std::mt19937_64 random(seed);

@@ -18,14 +18,14 @@ double allan_variance_of_markov(double tau) {
   return 2 / tau * (1 - (3 - 4 * std::exp(-tau) + std::exp(-2 * tau)) / (2 * tau));
 }
 
-TEST(StateSpace, HasTheWhiteNoiseOfAngleRandomWalk) {
+TEST(StateSpace, HasWhiteNoiseOfAngleRandomWalk) {
   BiasNoise noise = virtual_noise();
   noise.instability_deg_per_h = 0;
   EXPECT_NEAR(std::sqrt(state_space(noise, 100).white), 1.8e-3, 1e-12) << "60 N/√Δ arcsec a second";
   EXPECT_NEAR(std::sqrt(state_space(noise, 1).white), 0.018, 1e-12);
 }
 
-TEST(StateSpace, HasTheAllanDeviationOfFlickerAboutItsMiddle) {
+TEST(StateSpace, MatchesAllanDeviationOfFlickerNearCentre) {
   const BiasNoise noise = virtual_noise();
   const auto times_h = correlation_times_h(noise, kInterval_s);
   const double flicker = 2 * std::numbers::ln2 / std::numbers::pi * std::pow(noise.instability_deg_per_h, 2);
@@ -40,7 +40,7 @@ TEST(StateSpace, HasTheAllanDeviationOfFlickerAboutItsMiddle) {
 
 /// The expected value is the integral of the two-sided flicker spectrum B²/(2πf) for means over Δ, from the fast end of
 /// the first process on.
-TEST(StateSpace, CountsAsWhiteWhatIsFasterThanItsProcesses) {
+TEST(StateSpace, AddsFasterFlickerToWhiteNoise) {
   BiasNoise noise = virtual_noise();
   for (const double instability : {1e-4, 4e-4, 8e-4, 5e-3}) {
     noise.instability_deg_per_h = 0;
@@ -122,7 +122,7 @@ double forecast_error(const Mismatch& truth, const Mismatch& belief) {
   return std::sqrt(sum / (1440 - 72));
 }
 
-TEST(StateSpace, ForecastsFlickerWithThreeProcessesAsWellAsWithThirteen) {
+TEST(StateSpace, ForecastsFlickerWithThreeProcessesLikeThirteen) {
   for (const double instability : {1e-4, 4e-4, 8e-4, 2e-3, 5e-3}) {
     BiasNoise noise = virtual_noise();
     noise.instability_deg_per_h = instability;
@@ -135,7 +135,7 @@ TEST(StateSpace, ForecastsFlickerWithThreeProcessesAsWellAsWithThirteen) {
   }
 }
 
-TEST(StateSpace, DrawsWhatItSays) {
+TEST(StateSpace, SimulatesItsOwnCovariance) {
   BiasNoise noise = virtual_noise();
   noise.instability_deg_per_h = 2e-3;
   const StateSpace space = state_space(noise, kInterval_s);
@@ -153,7 +153,7 @@ TEST(StateSpace, DrawsWhatItSays) {
   EXPECT_NEAR(white / kDraws / 40, space.white, 5 * std::sqrt(2.0 / kDraws / 40) * space.white);
 }
 
-TEST(SteadyState, OfAWalkAloneIsTheClosedForm) {
+TEST(SteadyState, MatchesClosedFormForRandomWalk) {
   BiasNoise noise = virtual_noise();
   noise.instability_deg_per_h = 0;
   for (const double walk : {1e-5, 6e-5, 1e-3, 0.1}) {
@@ -165,7 +165,7 @@ TEST(SteadyState, OfAWalkAloneIsTheClosedForm) {
   }
 }
 
-TEST(SteadyState, IsWhereTheFilterGoes) {
+TEST(SteadyState, MatchesConvergedFilter) {
   for (const double instability : {0.0, 4e-4, 5e-3}) {
     BiasNoise noise = virtual_noise();
     noise.instability_deg_per_h = instability;
@@ -179,7 +179,7 @@ TEST(SteadyState, IsWhereTheFilterGoes) {
   }
 }
 
-TEST(SteadyState, OfABiasThatStandsStillHasNoGain) {
+TEST(SteadyState, HasNoGainForConstantBias) {
   BiasNoise noise = virtual_noise();
   noise.rate_random_walk_deg_per_h_per_sqrt_h = 0;
   EXPECT_NEAR(steady_state(state_space(noise, kInterval_s)).gain(0), 0, 1e-15);

@@ -155,7 +155,7 @@ TEST(SvrLinear, TunesOnResidualOfPlane) {
   EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 
-TEST(PlaneBesideKernel, ExtrapolatesAsPlane) {
+TEST(PlaneWithKernel, ExtrapolatesAsPlane) {
   const data::Samples samples = data::bent_plane(200, 3);
   const auto beside = fit_svr_linear(samples.set(), kParameters, {}), alone = fit_svr(samples.set(), kParameters, {});
   ASSERT_TRUE(beside && alone);
@@ -164,7 +164,7 @@ TEST(PlaneBesideKernel, ExtrapolatesAsPlane) {
   EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel has forgotten the slope";
 }
 
-TEST(PlaneBesideKernel, DependsLessOnUncertainInput) {
+TEST(PlaneWithKernel, DependsLessOnUncertainInput) {
   const data::Samples samples = data::bent_plane(150, 4);
   const auto fitted_slope = [&](double variance) {
     const Eigen::MatrixXd covariance = Eigen::Vector3d(0, 0, variance).asDiagonal();

@@ -20,19 +20,19 @@ JudgedPosition judged(std::vector<double> position, std::vector<double> fold_mse
   return {.position = std::move(position), .shares = std::move(fold_mse)};
 }
 
-TEST(StandardErrorOfAHeldOutError, EqualsDeviationOverRootOfCountForEqualFolds) {
+TEST(HeldOutStandardError, EqualsDeviationOverRootOfCountForEqualFolds) {
   const JudgedPosition position = judged({0, 0, 0}, {1, 2, 4, 5});
   EXPECT_DOUBLE_EQ(mean_squared_error(position), 3);
   EXPECT_DOUBLE_EQ(standard_error(position, kFourths), std::sqrt((4 + 1 + 1 + 4) / 3.0) / 2);
 }
 
-TEST(StandardErrorOfAHeldOutError, IsZeroForEqualErrorsOrOneFold) {
+TEST(HeldOutStandardError, IsZeroForEqualErrorsOrOneFold) {
   EXPECT_EQ(standard_error({.position = {}, .shares = {0.5}}, std::vector<double>{1}), 0);
   EXPECT_DOUBLE_EQ(standard_error({.position = {}, .shares = {1, 3}}, std::vector<double>{0.25, 0.75}), 0);
 }
 
 /// Compares the formula with many draws of unequal folds.
-TEST(StandardErrorOfAHeldOutError, MatchesSimulatedErrorOfMean) {
+TEST(HeldOutStandardError, MatchesSimulatedErrorOfMean) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   const std::vector<double> parts{0.22, 0.24, 0.26, 0.28};

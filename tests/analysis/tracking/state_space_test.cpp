@@ -169,7 +169,8 @@ TEST(SteadyState, MatchesConvergedFilter) {
   for (const double instability : {0.0, 4e-4, 5e-3}) {
     BiasNoise noise = virtual_noise();
     noise.instability_deg_per_h = instability;
-    noise.rate_random_walk_deg_per_h_per_sqrt_h = 1e-3;  // settles quickly
+    // Large enough that the filter settles quickly.
+    noise.rate_random_walk_deg_per_h_per_sqrt_h = 1e-3;
     const StateSpace space = state_space(noise, kInterval_s);
     const Covariance last = track(space, Eigen::VectorXd::Zero(50000)).back().predicted_covariance;
     const SteadyState steady = steady_state(space);

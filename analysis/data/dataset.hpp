@@ -112,10 +112,10 @@ struct Dataset {
 
 /// Converts a record to matrices. The bias is arcsec per pulse × pulses/interval (1 arcsec/s is exactly 1 °/h) for
 /// pulse counts, and scale × value for rates, less the Earth rate. If the Earth rate is unknown, the mean of the first
-/// hold is removed from native records. Nothing is removed from imported records. Nothing is removed either if the unit
-/// was turned around, since the Earth rate then changes its sign. The bias is missing while the profile waits for an
-/// operator to handle the unit. Temperatures are the readings plus the offset of their channel. If there is no list of
-/// gradient thermometers, all thermometers are used. `of` must be a result of choose_axis().
+/// hold is removed from native records, and nothing from imported ones. An unknown Earth rate of a unit that was turned
+/// around is not removed either, since it changes its sign. The bias is missing while the profile waits for an operator
+/// to handle the unit. Temperatures are the readings plus the offset of their channel. If there is no list of gradient
+/// thermometers, all thermometers are used. `of` must be a result of choose_axis().
 [[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of);
 
 /// Name of the input for the unit's own temperature, and prefix of the names of its other values.

@@ -8,9 +8,10 @@
 namespace gyrotherm::io {
 namespace {
 
-/// Putting another instrument in the place of one takes longer than this many seconds.
+/// Number of consecutive unanswered calls after which the instrument may be another one. An exchange takes longer than
+/// this many seconds.
 constexpr int kSilencesInDoubt = 3;
-/// After this many broken connections the question is left for the next second.
+/// Number of attempts in one call. If the connection breaks during each of them, the next second tries again.
 constexpr int kMostTries = 3;
 
 }  // namespace
@@ -29,7 +30,8 @@ bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
   return who && known_.identity.starts_with(*who);
 }
 
-/// An answer in several parts is one instrument's if the line did not break between them.
+/// Repeats the query if the connection broke during it: the parts of one answer could otherwise come from two
+/// instruments.
 Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
   for (int tries = 0; tries < kMostTries; ++tries) {
     const auto before = instrument.breaks();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Compares an instrument with the one that a run began with, after everything that may have put another in its place:
-/// a broken connection, a silence, or seconds in which nobody called it. One thread calls it, that of the instrument;
-/// stranger() and doubt() any.
+/// Checks that an instrument is still the one that the run began with. Checks after every event during which it could
+/// have been exchanged: a broken connection, a series of unanswered calls, or seconds without any call.
+/// Only the instrument's own thread may call it, except stranger() and doubt(), which any thread may call.
 #pragma once
 
 #include <atomic>
@@ -16,22 +16,24 @@
 
 namespace gyrotherm::io {
 
-/// An instrument as it was known when the run began.
+/// The identity of an instrument when the run began.
 struct KnownAs {
-  std::string title{};     ///< "chamber", "thermometer 2"
-  std::string identity{};  ///< Identified::identify(); empty: not compared
+  std::string title{};  ///< for example "thermometer 2"
+  /// The text that Identified::identify() returned. If it is empty, no comparison is made.
+  std::string identity{};
 };
 
 class IdentityWatch {
  public:
   explicit IdentityWatch(KnownAs known) : known_(std::move(known)) {}
 
-  /// Asks the instrument who it is where another may have taken its place. Fails with mismatch, naming both, if it has,
-  /// or as identify() does: then nothing may be read from it or sent to it.
+  /// Compares the instrument's identity if there is a reason to doubt it. Fails with mismatch, naming both instruments,
+  /// if another one answers; fails as identify() does if none answers. After a failure the caller must neither read
+  /// from the instrument nor send to it.
   [[nodiscard]] Result<void> confirm(drivers::Identified& instrument);
 
-  /// Makes a call between two comparisons: before it where a reconnection or a silence was noticed, after it where the
-  /// line broke meanwhile. A value of an instrument that is not confirmed is dropped.
+  /// Makes `call`, and confirms the instrument before it and again after it if the connection broke meanwhile. Drops
+  /// the result of an instrument that is not confirmed and returns the fault instead.
   template <class Call>
   [[nodiscard]] std::invoke_result_t<Call&> guard(drivers::Identified& instrument, Call call) {
     if (auto same = confirm(instrument); !same) return failure(std::move(same.error()));
@@ -42,7 +44,7 @@ class IdentityWatch {
     return answer;
   }
 
-  /// Makes a call that makes the instrument safe: also where it is the one that is known, with other settings.
+  /// Makes a call that makes the instrument safe. Makes it also if the known instrument answers with other settings.
   template <class Call>
   [[nodiscard]] std::invoke_result_t<Call&> guard_safe(drivers::Identified& instrument, Call call) {
     if (auto same = confirm(instrument); !same && !is_known_by_name(instrument))
@@ -52,13 +54,14 @@ class IdentityWatch {
     return answer;
   }
 
-  /// Takes note of how a call ended; null: with an answer.
+  /// Records how a call ended: with the given fault, or successfully if null.
   void see(const Fault* fault);
 
-  /// Has the instrument compared before its next call.
+  /// Requests a comparison before the next call.
   void doubt() { is_doubted_ = true; }
 
-  /// Describes the instrument that answered in place of the expected one, when it was last asked; empty: none did.
+  /// Describes the instrument that answered instead of the expected one at the last comparison. Returns an empty text
+  /// if the expected one answered.
   [[nodiscard]] std::string stranger() const;
 
  private:
@@ -69,10 +72,11 @@ class IdentityWatch {
   KnownAs known_;
   std::atomic<bool> is_doubted_{};
   bool in_doubt_ = false;
-  int silences_ = 0;          ///< unanswered calls in a row
-  std::uint64_t breaks_ = 0;  ///< when it was last confirmed
-  bool has_begun_ = false;    ///< `breaks_` is known
-  mutable std::mutex mutex_;  ///< guards the text
+  int silences_ = 0;  ///< unanswered calls in a row
+  /// The instrument's count of broken connections at the last successful comparison. Valid if `has_begun_`.
+  std::uint64_t breaks_ = 0;
+  bool has_begun_ = false;
+  mutable std::mutex mutex_;  ///< guards `stranger_text_`
   std::string stranger_text_;
 };
 

@@ -24,26 +24,27 @@ using ThermometerReadings = Reading<std::vector<Result<Celsius>>>;
 
 using AnalogueReadings = Reading<std::vector<Result<double>>>;
 
-/// What a gyro's worker brings.
+/// The result of reading one gyro.
 struct GyroReading {
   Reading<GyroCount> count;
   FrameCount frames;
 };
 
-/// An instrument's answer with the instant it was there.
+/// Combines an instrument's answer with the present instant.
 template <class T>
 Reading<T> stamped(const Clock& clock, Result<T> answer) {
   return {std::move(answer), clock.now()};
 }
 
-/// The fault of the whole instrument; null where one of its inputs answered, if only that it has no value.
+/// Returns the fault of the whole instrument, or null if at least one of its inputs answered. An input that is out of
+/// range has answered.
 template <class T>
 const Fault* common_fault(const std::vector<Result<T>>& readings) {
   const auto answered = [](const Result<T>& one) { return one || one.error().kind == FaultKind::out_of_range; };
   return readings.empty() || std::ranges::any_of(readings, answered) ? nullptr : &readings.front().error();
 }
 
-/// Reads several inputs of one instrument, each with its own fault. Fails where another instrument answers.
+/// Reads all inputs of one instrument, each with its own fault. Fails if another instrument answers.
 template <class T, class Instrument>
 Result<std::vector<Result<T>>> read_inputs(Instrument& instrument, IdentityWatch& watch) {
   if (auto same = watch.confirm(instrument); !same) return failure(std::move(same.error()));
@@ -77,7 +78,7 @@ GyroReading read_gyro(drivers::Gyro& gyro, IdentityWatch& watch, Duration interv
   return {std::move(count), gyro.frames()};
 }
 
-/// What of an instrument's count is one unit's.
+/// Selects the part of an instrument's count that belongs to one unit.
 GyroCount share_of(const GyroCount& count, const GyroInputs::Share& share) {
   GyroCount own{.pulses = {}, .interval = count.interval};
   for (const auto axis : share.axes) own.pulses.push_back(count.pulses[axis]);
@@ -85,7 +86,7 @@ GyroCount share_of(const GyroCount& count, const GyroInputs::Share& share) {
   return own;
 }
 
-/// The frames are counted with the first of the units that share them.
+/// Distributes a gyro's reading to its units. Counts the frames with the first unit that shares the line.
 void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) {
   for (const auto& share : inputs.shares) {
     auto& unit = into.units[share.unit];
@@ -99,7 +100,7 @@ AnalogueReadings read_stamped(drivers::AnalogueInputs& inputs, IdentityWatch& wa
   return stamped<std::vector<Result<double>>>(clock, read_inputs<double>(inputs, watch));
 }
 
-/// The reading of one channel; a fault of the whole unit is each channel's own.
+/// Returns the scaled reading of one channel. Copies a fault of the whole instrument to each channel.
 Result<double> value_of(const AnalogueChannels& inputs, std::size_t channel, const AnalogueReadings& readings) {
   const auto& [unit, value, name, scale, offset] = inputs.channels[channel];
   if (!readings.value) {
@@ -118,7 +119,7 @@ void spread(const AnalogueChannels& inputs, const AnalogueReadings& readings, Sa
   }
 }
 
-/// How many analogue values each unit has.
+/// The number of analogue values of each unit.
 using UnitSizes = std::vector<std::size_t>;
 
 UnitSizes units_of(const Instruments& instruments) {
@@ -138,7 +139,7 @@ Sample empty_sample(std::int64_t slot, Instant at, const UnitSizes& units) {
   return sample;
 }
 
-/// A chamber and whether it is the one that it was known as. One thread calls it.
+/// A chamber that is compared with its known identity. Only one thread may call it.
 class WatchedChamber {
  public:
   WatchedChamber(drivers::Chamber& chamber, KnownAs known) : chamber_(chamber), watch_(std::move(known)) {}
@@ -165,7 +166,7 @@ class WatchedChamber {
   IdentityWatch watch_;
 };
 
-/// The watches of a rig's instruments, in the order of Instruments.
+/// The identity watches of all instruments, in the order of Instruments.
 struct Watches {
   explicit Watches(const Instruments& instruments) : chamber(instruments.chamber, instruments.chamber_known) {
     for (const auto& one : instruments.thermometers) thermometers.emplace_back(one.known);
@@ -173,9 +174,10 @@ struct Watches {
     for (const auto& one : instruments.analogue) analogue.emplace_back(one.known);
   }
 
-  /// Takes note that a second is read. Where the program stood still before it, any instrument may have been exchanged.
+  /// Notes the start of a second. If the program was suspended before it, every instrument is compared again: any of
+  /// them may have been exchanged.
   void begin_second(std::int64_t slot) {
-    constexpr std::int64_t kStoodStill = 3;  // seconds, as for a silence
+    constexpr std::int64_t kStoodStill = 3;  // seconds, like kSilencesInDoubt
     const bool stood_still = last_slot && slot - *last_slot > kStoodStill;
     last_slot = slot;
     if (!stood_still) return;
@@ -193,7 +195,7 @@ struct Watches {
   }
 
   WatchedChamber chamber;
-  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // a watch does not move
+  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // not movable
   std::optional<std::int64_t> last_slot{};
 };
 
@@ -239,14 +241,15 @@ class InlineIo final : public InstrumentIo {
   Watches watches_;
 };
 
-/// A thread that makes one instrument's calls, so that a blocking one delays nobody else. Jobs run one after the other;
-/// at most one waits. The destructor waits for the job that runs: every instrument's call has an end of its own.
+/// A thread that makes the calls of one instrument, so that a blocked call delays no other instrument. Jobs run one
+/// after the other, and at most one waits. The destructor waits for the active job; every instrument call ends by its
+/// own deadline.
 class Worker {
  public:
   Worker() : thread_([this](std::stop_token stop) { serve(stop); }) {}
 
-  /// Hands over a job. Whoever drops the future drops the answer, also one that comes late. The job before must have
-  /// begun or been withdrawn.
+  /// Posts a job and returns the future of its result. If the caller drops the future, the result is dropped too. The
+  /// previous job must have begun or been withdrawn.
   template <class Job>
   [[nodiscard]] auto post(Job job) {
     auto task = std::make_shared<std::packaged_task<decltype(job())()>>(std::move(job));
@@ -255,13 +258,13 @@ class Worker {
     return answer;
   }
 
-  /// Takes back a job that has not begun; false if it has.
+  /// Removes the waiting job. Returns false if it has already begun.
   bool withdraw() {
     const std::lock_guard lock(mutex_);
     return std::exchange(waiting_, nullptr) != nullptr;
   }
 
-  /// How long the job that runs now has run; zero if none does.
+  /// Returns the run time of the active job; zero if there is none.
   [[nodiscard]] Duration busy_for() {
     const std::lock_guard lock(mutex_);
     return began_ ? Duration(std::chrono::steady_clock::now() - *began_) : Duration{};
@@ -296,8 +299,9 @@ class Worker {
   std::mutex mutex_;
   std::condition_variable_any posted_;
   std::function<void()> waiting_;
-  std::optional<std::chrono::steady_clock::time_point> began_;  ///< the job that runs now
-  std::jthread thread_;                                         ///< last: it uses the others
+  /// The start of the active job.
+  std::optional<std::chrono::steady_clock::time_point> began_;
+  std::jthread thread_;  ///< last, because it uses the others
 };
 
 std::string in_ms(Duration d) {
@@ -380,7 +384,7 @@ class WorkerIo final : public InstrumentIo {
   }
 
  private:
-  /// Has the chamber's worker do it; `what` is its name in a fault.
+  /// Runs a command in the chamber's worker and waits for it. A fault names it `what`.
   Result<void> order(const std::string& what, std::function<Result<void>()> job, Duration within) {
     auto done = chamber_.post(std::move(job));
     if (done.wait_for(within) == std::future_status::ready) return done.get();
@@ -391,7 +395,7 @@ class WorkerIo final : public InstrumentIo {
                                in_ms(within)));
   }
 
-  /// What the last read has left of its tick.
+  /// Returns the time that remains of the present tick.
   Duration rest_of_tick() const {
     constexpr Duration kLeast = std::chrono::milliseconds(20);
     const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
@@ -399,7 +403,7 @@ class WorkerIo final : public InstrumentIo {
     return std::clamp(options_.tick - spent, kLeast, options_.patience);
   }
 
-  /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
+  /// Returns the worker's answer to the job posted at `since`, or nothing if it does not arrive in time.
   template <class T>
   std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
     const Duration left = options_.patience - (clock.now().since_start - since.since_start);
@@ -408,14 +412,15 @@ class WorkerIo final : public InstrumentIo {
     return std::nullopt;
   }
 
-  /// After a machine stood still an answer may be there that belongs to a later second: it counts as none.
+  /// Replaces a missing answer by the fault timeout. Also replaces an answer that belongs to a later second, which can
+  /// exist after the machine was suspended.
   template <class T>
   Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const {
     const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
     return good ? std::move(*reading) : late<T>(who, clock);
   }
 
-  /// The fault that it was not.
+  /// Makes the reading of an instrument that did not answer in time.
   template <class T>
   Reading<T> late(const char* who, const Clock& clock) const {
     return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
@@ -424,12 +429,15 @@ class WorkerIo final : public InstrumentIo {
   Instruments instruments_;
   InstrumentIoOptions options_;
   UnitSizes units_;
-  Watches watches_;  ///< one for each worker
+  /// Each watch is used by one worker.
+  Watches watches_;
   Worker chamber_;
-  std::deque<Worker> thermometers_, gyros_, analogue_;  // deques, for a worker does not move
-  std::vector<FrameCount> frames_;                      ///< of each gyro, last known
-  const Clock* clock_ = nullptr;                        ///< the clock of the last read
-  Duration read_at_{};                                  ///< when the last read began
+  std::deque<Worker> thermometers_, gyros_, analogue_;  // a worker is not movable
+  /// The last known count of each gyro.
+  std::vector<FrameCount> frames_;
+  /// The clock and the start of the last read.
+  const Clock* clock_ = nullptr;
+  Duration read_at_{};
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads every instrument of the rig once a second, and passes commands to the chamber: the one owner of all lines.
+/// Reads every instrument of the rig once a second and passes commands to the chamber. Only this class uses the lines.
 #pragma once
 
 #include <chrono>
@@ -18,94 +18,107 @@
 
 namespace gyrotherm::io {
 
-/// A thermometer and the names of the inputs that are used: its first ones, in its order.
+/// A thermometer and the names of its channels. The channels are its first inputs, in its own order.
 struct ThermometerInputs {
   drivers::Thermometer& instrument;
   std::vector<std::string> channels;
   KnownAs known{};
 };
 
-/// A gyro's line, and what of its counts and values belongs to which unit under test.
+/// A gyro's line, and the assignment of its counts and values to the units under test.
 struct GyroInputs {
   drivers::Gyro& instrument;
+  /// The axes and values that belong to one unit.
   struct Share {
-    std::size_t unit{};                 ///< its place in the sample
-    std::vector<std::size_t> axes{};    ///< where each of its axes is among the instrument's
-    std::vector<std::size_t> values{};  ///< … and each of its values
+    std::size_t unit{};  ///< index in Sample::units
+    /// For each axis of the unit, its index among the instrument's axes.
+    std::vector<std::size_t> axes{};
+    /// For each value of the unit, its index among the instrument's values.
+    std::vector<std::size_t> values{};
   };
   std::vector<Share> shares;
   KnownAs known{};
 };
 
-/// A unit of analogue inputs, and whose value each of its readings is.
+/// A unit of analogue inputs, and the assignment of its readings to values of the units under test.
 struct AnalogueChannels {
   drivers::AnalogueInputs& instrument;
+  /// The destination of one reading: value = reading × scale + offset. `unit` is an index in Sample::units and `value`
+  /// one in UnitReading::analogue.
   struct Channel {
-    std::size_t unit{};   ///< its place in the sample
-    std::size_t value{};  ///< … and that of its value there, among the analogue ones
-    std::string name{};   ///< "u1.discharge_current_a": the place of its faults
-    double scale = 1;     ///< value = reading × scale + offset
+    std::size_t unit{};
+    std::size_t value{};
+    /// The location in its faults: "u1.discharge_current_a".
+    std::string name{};
+    double scale = 1;
     double offset = 0;
   };
-  std::vector<Channel> channels;  ///< one for each reading, in their order
+  /// One channel per reading, in the same order.
+  std::vector<Channel> channels;
   KnownAs known{};
 };
 
-/// The instruments of a rig. They must outlive the InstrumentIo, and nobody else calls them while it lives.
+/// The instruments of a rig. They must outlive the InstrumentIo, which must be their only user during its lifetime.
 struct Instruments {
   drivers::Chamber& chamber;
   std::vector<ThermometerInputs> thermometers;
   std::vector<GyroInputs> gyros;
   std::vector<AnalogueChannels> analogue{};
-  const drivers::LineActivity* chamber_line = nullptr;  ///< what the chamber's line did; null: nobody keeps it
-  /// Of the axes of a virtual unit, by its place in the sample, in the second that has passed; of a real one nobody
-  /// knows it. Asked by inline calls alone.
+  /// The activity of the chamber's line; null if it is not recorded.
+  const drivers::LineActivity* chamber_line = nullptr;
+  /// Returns the true bias of each axis of a virtual unit in the past second. The argument is the index in
+  /// Sample::units. Empty for a real rig. Only inline calls use it.
   std::function<std::vector<DegreesPerHour>(std::size_t unit)> true_bias{};
   KnownAs chamber_known{};
 };
 
 struct InstrumentIoOptions {
-  Duration interval = std::chrono::seconds(1);         ///< what the gyro shall cover at each read
-  Duration patience = std::chrono::milliseconds(900);  ///< workers: after this an instrument counts as silent
-  Duration tick = std::chrono::milliseconds(980);  ///< workers: counted from a read, after this a command waits no more
+  /// The time that each gyro reading must cover.
+  Duration interval = std::chrono::seconds(1);
+  /// For workers: time after which an instrument without an answer counts as silent.
+  Duration patience = std::chrono::milliseconds(900);
+  /// For workers: time after the start of a read at which a command stops waiting.
+  Duration tick = std::chrono::milliseconds(980);
 };
 
-/// One thread, that of the tick, calls it.
+/// The interface to all instruments. Only the thread of the tick calls it.
 class InstrumentIo {
  public:
-  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs. For
-  /// virtual time, where a run must be reproducible and a silent device costs no wall time. Nothing is cut off: each
-  /// driver's own deadline holds.
+  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs.
+  /// Intended for virtual time: runs are reproducible, and a silent device costs no wall time. Calls are not cut short;
+  /// only each driver's own deadline applies.
   [[nodiscard]] static std::unique_ptr<InstrumentIo> inline_calls(Instruments instruments,
                                                                   InstrumentIoOptions options = {});
-  /// Gives each instrument a thread of its own. For real time.
+  /// Gives each instrument a thread of its own. Intended for real time.
   [[nodiscard]] static std::unique_ptr<InstrumentIo> workers(Instruments instruments, InstrumentIoOptions options = {});
   virtual ~InstrumentIo() = default;
 
-  /// Every instrument once; with workers, back no later than `patience` after the call. An instrument that has not
-  /// answered by then has the fault timeout ("still busy after 900 ms") in its own columns; its late answer is dropped,
-  /// never taken for a later second's. `clock` stamps sample and readings and must outlive this object. The sample's
-  /// `progress` is left for the rig to fill. After a reconnection or a silence an instrument is compared with the one
-  /// that it was known as: the reading of another one is the fault mismatch.
+  /// Reads every instrument once. With workers it returns at most `patience` after the call. An instrument that has not
+  /// answered by then gets the fault timeout ("still busy after 900 ms") in its own columns. Its late answer is dropped
+  /// and never used for a later second.
+  /// `clock` stamps the sample and its readings and must outlive this object. The rig sets the sample's `progress`. An
+  /// instrument is compared with its known identity after a reconnection or a silence; the reading of another
+  /// instrument is the fault mismatch.
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 
-  /// Makes `target` the chamber's set point. Fails as Chamber::send_set_point() does; with workers also with timeout if
-  /// that is not done within `patience`, or, after a read, within what that has left of the `tick`: a command that had
-  /// not begun by then is not sent later, of one that had the set point is unknown. To another chamber than the one
-  /// that it was known as nothing is sent: mismatch; here and below.
+  /// Sends the set point `target` to the chamber. Fails as Chamber::send_set_point() does. With workers it also fails
+  /// with timeout if the command does not complete within `patience` or, after a read, within the remainder of the
+  /// `tick`. A command that had not begun by then is withdrawn. If it had begun, it is unknown whether the chamber has
+  /// the set point. Fails with mismatch and sends nothing if another chamber answers; this applies to all commands.
   [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
-  /// Does the same at once, also on a line that rests after failures, and with the whole `patience`: for what cannot
-  /// wait.
+  /// Sends a set point immediately, even on a line that pauses after failures, and waits for the whole `patience`.
+  /// Intended for urgent commands.
   [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) = 0;
-  /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
+  /// Starts or stops conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
-  /// Describes each instrument in whose place another one answered when it was last asked.
+  /// Describes each instrument that answered instead of the expected one at its last comparison.
   [[nodiscard]] virtual std::vector<std::string> strangers() const { return {}; }
 
-  /// With workers: how long the chamber's call that is under way has not got on, zero if none is: since it began or,
-  /// if that is less, since its last exchange ended. A call that hangs shows here, one on a bad line does not. Zero
-  /// without workers. The other instruments are not judged: they cannot keep the chamber from being commanded.
+  /// Returns the time for which, with workers, the chamber's present call has made no progress: since the call began or
+  /// since its last exchange ended, whichever is later. Returns zero if no call is active, or without workers. A call
+  /// that hangs has a large value; a call on a bad line does not. The other instruments are not included, because they
+  /// cannot delay commands to the chamber.
   [[nodiscard]] virtual Duration stuck_for() { return {}; }
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kAlarm = "alarm ", kTo = " to ", kAcknowledged = " acknowledged by ";
 constexpr std::string_view kConsequence = " [consequence of ", kEnd = "]";
-constexpr std::size_t kMostNumbers = 1000;  ///< kept per row
+constexpr std::size_t kMostNumbers = 1000;  ///< per row
 
 bool is_alarm(const Event& event) {
   return (event.kind == EventKind::interlock || event.kind == EventKind::fault) && !event.about.interlock.empty();

@@ -32,23 +32,27 @@ inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmP
 
 /// One row of the list.
 struct Alarm {
-  std::int64_t number{};       ///< the row's name until acknowledged
-  std::int64_t last_number{};  ///< newest occurrence
-  std::int64_t slot{};         ///< newest occurrence
-  Duration utc{};              ///< newest occurrence
-  Duration first_utc{};        ///< first occurrence
-  Duration returned_utc{};     ///< last return; 0: none
+  std::int64_t number{};  ///< oldest unacknowledged occurrence
+  /// The newest occurrence: its number, second and time.
+  std::int64_t last_number{};
+  std::int64_t slot{};
+  Duration utc{};
+  /// The first occurrence and the last return to normal; a return of 0 means none.
+  Duration first_utc{};
+  Duration returned_utc{};
   std::string interlock{};
-  std::string subject{};   ///< channel, unit or line; empty: none
-  std::string reaction{};  ///< newest occurrence
-  std::string text{};      ///< newest occurrence
+  std::string subject{};  ///< channel, unit or line; empty: none
+  /// The reaction and the message of the newest occurrence.
+  std::string reaction{};
+  std::string text{};
   AlarmPriority priority{};
-  std::int64_t count{1};          ///< occurrences in this run
-  bool active{true};              ///< false: returned to normal
-  bool acknowledged{};            ///< every occurrence is
-  std::string suppressed_by{};    ///< tag of the root alarm
-  std::string comment{};          ///< last acknowledgement
-  std::string acknowledged_by{};  ///< last acknowledgement
+  std::int64_t count{1};        ///< occurrences in this run
+  bool active{true};            ///< false: returned to normal
+  bool acknowledged{};          ///< includes every occurrence
+  std::string suppressed_by{};  ///< tag of the root alarm
+  /// The comment and the author of the last acknowledgement.
+  std::string comment{};
+  std::string acknowledged_by{};
   bool operator==(const Alarm&) const = default;
 
   /// Returns "door", "channel_lost A": the interlock, then the subject if there is one.
@@ -78,7 +82,8 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form("interlock", alarm.interlock);
   form("reaction", alarm.reaction);
   form("text", alarm.text);
-  form.if_there("last_number", true, alarm.last_number);  // version 0.1.0 has none of these
+  // Version 0.1.0 does not write the members below.
+  form.if_there("last_number", true, alarm.last_number);
   form.if_there("subject", true, alarm.subject);
   form.if_there("priority", true, one_of(alarm.priority, kAlarmPriorities));
   form.if_there("count", true, alarm.count);
@@ -101,10 +106,11 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 /// - An occurrence that names a root which is in the list is suppressed, unless its reaction is hold or abort, or is
 ///   graver than the root's that was already acknowledged. If the root returns while a consequence is active, the
 ///   consequence becomes a row of its own.
-/// - A resumed run judges anew: no row is active until its interlock acts again.
+/// - A resumed run evaluates every condition again: no row is active until its interlock acts again.
 class Alarms {
  public:
-  /// The list has at most so many rows. The oldest of the least urgent rows makes room for a further one.
+  /// The maximum number of rows in the list. When a further row is added, the oldest row of the lowest priority is
+  /// removed.
   static constexpr std::size_t kMost = 256;
 
   /// Takes the next event of the run. Ignores events that do not concern alarms.
@@ -117,7 +123,7 @@ class Alarms {
   /// Returns every row of the list with an unacknowledged occurrence, suppressed ones too.
   [[nodiscard]] std::vector<Alarm> unacknowledged() const;
   [[nodiscard]] AlarmCount count() const;
-  /// Returns why that alarm cannot be acknowledged; empty if it can.
+  /// Returns the reason why the alarm of that number cannot be acknowledged; empty if it can.
   [[nodiscard]] std::string objection(std::int64_t number) const;
 
  private:
@@ -139,7 +145,7 @@ class Alarms {
 };
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
-/// acknowledged by …" for several occurrences. see() reads the numbers. `at` and `segment` are those of now.
+/// acknowledged by …" for several occurrences. see() parses the numbers. `at` and `segment` are the present ones.
 [[nodiscard]] Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment,
                                        std::string_view who, std::string_view comment);
 

@@ -33,7 +33,7 @@ bool is_row(const Entry& entry) { return !entry.is_gap(); }
 
 bool is_dropped_gap(const Entry& entry) { return entry.is_gap() && entry.gap_cause == kDropped; }
 
-/// Rows alone are dropped: a gap that was put in stays as it is.
+/// Returns the seconds of a gap that was appended. A gap made of dropped rows is not counted.
 std::int64_t unmeasured_in(const Entry& entry) { return entry.is_gap() && !is_dropped_gap(entry) ? entry.slots() : 0; }
 
 }  // namespace
@@ -58,7 +58,7 @@ bool Backlog::drop_oldest(Droppable droppable) {
   return false;
 }
 
-/// The slot of a dropped row joins the gap before it, if that is one of dropped rows too, and the gap after it.
+/// Replaces a row by a gap. Merges it with adjacent gaps of dropped rows.
 void Backlog::drop(std::size_t at) {
   const auto erase = [this](std::size_t i) { entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(i)); };
   const Entry& entry = *entries_[at];

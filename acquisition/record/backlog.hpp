@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What was appended and is not yet acknowledged, within a bound.
+/// The entries that were appended and are not yet acknowledged. Their number is bounded.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,25 @@ namespace gyrotherm::record {
 
 using EntryPointer = std::shared_ptr<const Entry>;
 
-/// Entries in order. Beyond `most` the oldest row that carries no event of the safety kinds becomes part of a gap that
-/// says so (only if there is none such, the oldest row of all).
+/// Keeps entries in order. If there are more than `most`, the oldest row without a safety event becomes part of a gap
+/// that states the loss. If every row has a safety event, the oldest row of all does.
 class Backlog {
  public:
   explicit Backlog(std::size_t most) : most_(most) {}
 
   void push(Entry entry);
-  /// The oldest entries, at most so many: in flight until settled with acknowledge() or put_back(), and never dropped
-  /// meanwhile.
+  /// Returns the oldest entries, at most `most`. They are in flight until acknowledge() or put_back() is called, and
+  /// are not dropped until then.
   [[nodiscard]] std::vector<EntryPointer> take(std::size_t most);
+  /// Removes the entries in flight.
   void acknowledge();
+  /// Returns the entries in flight to the queue.
   void put_back() { in_flight_ = 0; }
 
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
-  [[nodiscard]] std::size_t dropped() const { return dropped_; }  ///< rows, ever
-  /// Seconds of the gaps in it that nothing was measured in: the disk is behind by none of them.
+  [[nodiscard]] std::size_t dropped() const { return dropped_; }  ///< total number of rows
+  /// Returns the number of seconds in gaps without a measurement. They are not part of the delay of the disk.
   [[nodiscard]] std::int64_t unmeasured() const { return unmeasured_; }
 
  private:
@@ -45,10 +47,11 @@ class Backlog {
   std::int64_t unmeasured_{};
 };
 
-/// The cause of the gap that dropped rows leave.
+/// The cause of a gap made of dropped rows.
 inline constexpr const char* kDropped = "dropped: the disk took no rows for longer than the memory holds them";
 
-/// Interlocks, states, commands and ends: what must be in the record although the disk failed.
+/// Returns whether an entry has an event that must be recorded even after a failure of the disk: interlocks, states,
+/// commands, and the end of the run.
 [[nodiscard]] bool carries_safety_event(const Entry& entry);
 
 }  // namespace gyrotherm::record

@@ -41,7 +41,7 @@ void RowChain::add_bits(char type, std::uint64_t bits) {
 void RowChain::add_integer(std::int64_t value) { add_bits('i', static_cast<std::uint64_t>(value)); }
 
 void RowChain::add(double value) {
-  constexpr double kLargest = 0x1p63;  // SQLite's integers are below
+  constexpr double kLargest = 0x1p63;  // larger than any SQLite integer
   if (std::isnan(value)) return add(std::monostate());
   if (std::abs(value) < kLargest)
     if (const auto whole = static_cast<std::int64_t>(value); value == static_cast<double>(whole))
@@ -96,9 +96,10 @@ Result<void> write_manifest(const std::string& record_path, const std::vector<st
 
 namespace {
 
-constexpr std::size_t kDigits = 64, kName = 66;  ///< of a line of a manifest: a digest, two blanks, a name
+/// The position of the name in a line of a manifest: 64 digits of the digest, two blanks, the name.
+constexpr std::size_t kDigits = 64, kName = 66;
 
-/// The names and digests that a manifest says, in its order; nothing if it is none.
+/// Parses a manifest into names and digests, in its order. Returns nothing if the text is not a manifest.
 std::optional<std::vector<std::pair<std::string, std::string>>> lines_of_manifest(const std::string& text) {
   std::vector<std::pair<std::string, std::string>> files;
   std::istringstream lines(text);
@@ -109,7 +110,8 @@ std::optional<std::vector<std::pair<std::string, std::string>>> lines_of_manifes
   return files;
 }
 
-/// The name that a file of the record `was` has now that it was renamed with all its files; its own where it is none.
+/// Returns the present name of a file after the record `was` was renamed to `now` together with all its files. Returns
+/// the name of any other file unchanged.
 std::string renamed(const std::string& file, const std::string& was, const std::string& now) {
   constexpr std::string_view kLog = "-wal";
   if (file.ends_with(kLog)) return renamed(file.substr(0, file.size() - kLog.size()), was, now).append(kLog);
@@ -132,7 +134,7 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   const auto is_named = [&] {
     return std::ranges::any_of(*lines, [&](const auto& line) { return line.first == own; });
   };
-  // The record's own file is the first, whatever it was called when the run was closed.
+  // The first line names the record's own file, under its name at the time of closing.
   if (!lines->empty() && !is_named())
     for (const auto was = lines->front().first; auto& [name, digest] : *lines) name = renamed(name, was, own);
   if (!is_named()) return refuse("does not name the record");
@@ -156,7 +158,8 @@ void add_columns(RowChain& chain, const Statement& row, int columns) {
   for (int column = 0; column < columns; ++column) std::visit([&](auto value) { chain.add(value); }, row.cell(column));
 }
 
-/// A table's rows in order, the chain's value last; the first column but that of `key` is what it is sorted by.
+/// Iterates over the rows of one table in chain order. The last column is the link of the chain. `key` is the index of
+/// the column with the slot, `rank` the order of the table within a slot.
 class Cursor {
  public:
   Cursor(Statement query, const char* table, int key, int rank)
@@ -175,7 +178,7 @@ class Cursor {
   [[nodiscard]] bool at_end() const { return at_end_; }
   [[nodiscard]] const Statement& row() const { return query_; }
   [[nodiscard]] const char* table() const { return table_; }
-  /// Whether the row fits what the chain makes of it.
+  /// Returns whether the stored link of the row matches the chain.
   [[nodiscard]] bool fits(RowChain& chain) const {
     const int last = query_.columns() - 1;
     chain.begin(table_);
@@ -194,7 +197,8 @@ class Cursor {
   bool at_end_{};
 };
 
-/// In the order in which a second's rows are written: the sample (or the gap), its missing readings, its events.
+/// Opens a cursor per table. The ranks give the order in which the rows of a second are written: the sample or the gap,
+/// its missing readings, its events.
 Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) {
   struct Table {
     const char* name;
@@ -229,13 +233,15 @@ tl::unexpected<Fault> broken(const std::string& path, std::string_view what) {
   return failure(FaultKind::bad_file, path, fmt::format("{} not as it was written", what));
 }
 
-/// The values that stand beside the rows.
+/// The values that are stored outside the rows.
 struct Seals {
   std::string start;
-  std::string head;  ///< empty: no row was ever committed
+  std::string head;  ///< empty: no row committed
   std::int64_t seen{}, lost{}, bad{};
-  std::string end;         ///< empty: not finished
-  bool is_single = false;  ///< no other row of frames stands beside them
+  /// Empty if the run is not finished.
+  std::string end;
+  /// The table of frames has only one row.
+  bool is_single = false;
 };
 
 Result<Seals> read_seals(Database& database) {

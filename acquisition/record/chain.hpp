@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a record is as it was written: the chain over its rows, which shows an edit of one of them, and the manifest
-/// over its files (RUN.db.sha256), which shows any other. All functions are for any thread, on a database of its own.
+/// Verifies that a record is unchanged. The hash chain over its rows detects an edited row; the manifest over its files
+/// (RUN.db.sha256) detects any other change. Any thread may call each function, with a database of its own.
 #pragma once
 
 #include <concepts>
@@ -21,26 +21,27 @@
 
 namespace gyrotherm::record {
 
-// The chain over a record's rows: each carries the beginning of a hash of itself and of the whole hash before it, so
-// that a row that was changed, taken out, put in or moved no longer fits. It begins with what the run knew at its
-// start. It makes edits evident, not impossible: who may write the file may also chain it anew.
+// The hash chain over the rows of a record. Each row stores the first bytes of a hash over itself and the complete
+// previous hash. A row that was changed, removed, inserted or moved no longer matches. The chain starts with the
+// description that the run had at its start. It makes edits evident but does not prevent them: anyone who may write the
+// file can also compute the chain again.
 
 class RowChain {
  public:
   RowChain() = default;
   explicit RowChain(const Digest& head) : head_(head) {}
 
-  /// A row: begin(), each value in the order of its columns, end().
+  /// Starts a row. A row is begin(), then each value in the order of its columns, then end().
   void begin(std::string_view table);
   template <std::integral T>
   void add(T value) {
     add_integer(static_cast<std::int64_t>(value));
   }
-  /// NaN is what the file has as NULL; a whole number is the same as an integer, as to the file.
+  /// Adds a number. NaN counts as NULL, and a whole number as an integer, because the file stores them so.
   void add(double value);
   void add(std::string_view value);
   void add(std::monostate /*nothing*/) { row_ += 'n'; }
-  /// What the row carries: the first 8 bytes of the hash that the next row continues.
+  /// Returns the value that the row stores: the first 8 bytes of its hash. The next row continues from the whole hash.
   std::int64_t end();
 
   [[nodiscard]] const Digest& head() const { return head_; }
@@ -53,65 +54,68 @@ class RowChain {
   std::string row_;
 };
 
-// The fingerprint of a closed run, RUN.db.sha256, in the form that `sha256sum -c` checks.
+// The manifest of a closed run, RUN.db.sha256. It has the format that `sha256sum -c` checks.
 
-/// The digest of a file's bytes, in hexadecimal digits, read piece by piece: a record may be larger than what is read
-/// at once. Fails with bad_file if it has more than `most` bytes, or as open_regular_file() does.
+/// Returns the digest of a file's bytes in hexadecimal digits. Reads the file in pieces, so its size is not limited by
+/// memory. Fails with bad_file if the file has more than `most` bytes, or as open_regular_file() does.
 [[nodiscard]] Result<std::string> file_digest(const std::string& path,
                                               std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
 
-/// "RUN.db" → "RUN.db.sha256".
+/// Returns the path of a record's manifest: "RUN.db.sha256" for "RUN.db".
 [[nodiscard]] std::string manifest_path(const std::string& record_path);
 
-/// Writes the manifest of a record that consists of `files`, with logs that were left beside them. No connection to any
-/// of them may be open in this process. Fails with storage.
+/// Writes the manifest of a record that consists of `files`, including write-ahead logs next to them. This process must
+/// have no open connection to any of them. Fails with storage.
 [[nodiscard]] Result<void> write_manifest(const std::string& record_path, const std::vector<std::string>& files);
 
-/// Files by name, each with its digest.
+/// Digests by file name.
 using Manifest = std::map<std::string, std::string>;
-/// The files that agree with the manifest, which are all that it names; nothing if the record has none. A record that
-/// was renamed, with all its files, is as it was: they have their new names here. Fails with bad_file naming the first
-/// file that differs, or a log that lies beside a file and is not named.
+/// Compares the files with the manifest and returns the manifest, or nothing if the record has none. If a record was
+/// renamed together with all its files, it counts as unchanged, and the result has the new names. Fails with bad_file,
+/// naming the first file that differs or a log that the manifest does not list.
 [[nodiscard]] Result<std::optional<Manifest>> check_manifest(const std::string& record_path);
 
-// Whether a record is as it was written, by its own chain.
+// Verification of a record by its own chain.
 
-/// The hash over what the run knew at its start, as the tables have it.
+/// Returns the hash over the description that the run had at its start, as stored in the tables.
 [[nodiscard]] Result<Digest> description_hash(Database& database);
-/// The hash that a finished file ends with.
+/// Returns the final hash of a finished file.
 [[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);
 
-/// Calls `use` with each chained row of one open file in the order in which they were written: its table, the slot that
-/// it belongs to, and its columns, the chain's own the last. Ends with the first fault.
+/// Calls `use` with each chained row of one open file, in the order of writing. Passes the table, the slot of the row
+/// and its columns; the last column is the stored link of the chain. Ends with the first fault.
 using UseRow = std::function<Result<void>(std::string_view table, std::int64_t slot, const Statement& row)>;
 [[nodiscard]] Result<void> each_chained_row(Database& database, const RunInfo& info, const UseRow& use);
 
 struct CheckedChain {
-  RowChain chain;  ///< to go on with
+  /// The chain after the last row; new rows continue it.
+  RowChain chain;
   std::int64_t rows{};
 };
 
-/// Walks along the chain of one open file. Fails with bad_file naming the first row that does not fit, or with storage.
+/// Verifies the chain of one open file. Fails with bad_file, naming the first row that does not match, or with storage.
 [[nodiscard]] Result<CheckedChain> check_chain(Database& database, const std::string& path);
 
 struct Verified {
-  std::int64_t rows{};  ///< of every kind
+  std::int64_t rows{};  ///< rows of all kinds
   int files{};
   bool finished{};
-  bool manifest{};       ///< there was one, and it agreed
-  std::string digest{};  ///< then: of the record's first file
+  bool manifest{};  ///< present, and matched
+  /// The digest of the record's first file, if there is a manifest.
+  std::string digest{};
 };
 
-/// All files of a record: whether one is missing, their chains, then their bytes against the manifest, if the run was
-/// closed with one. Fails with bad_file naming what is not as it was written; also if the record is not readable.
+/// Verifies all files of a record: that none is missing, the chain of each file, and the manifest if the run was closed
+/// with one. Fails with bad_file, naming the part that was changed or cannot be read.
 [[nodiscard]] Result<Verified> verify_files(const RecordFiles& files);
 
-/// Also, of a run that was not closed, whether it holds all that its status file says was acknowledged. Fails likewise.
+/// Verifies the files and compares the end of an unfinished run with its status file: every second acknowledged there
+/// must be present. Fails as verify_files() does.
 [[nodiscard]] Result<Verified> verify_record(const RecordFiles& files);
 [[nodiscard]] Result<Verified> verify_record(const std::string& path);
 
-/// Writes the manifest of a run whose last file was just finished. A record of several files is verified first, and has
-/// none if it is not as it was written; fails then like verify_record(), otherwise with storage.
+/// Writes the manifest of a run after its last file was finished. Verifies a record of several files first, and writes
+/// no manifest if that fails. Fails as verify_record() does, or with storage.
 [[nodiscard]] Result<void> close_record(const std::string& path, int last_part);
 
 }  // namespace gyrotherm::record

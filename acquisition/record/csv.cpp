@@ -24,7 +24,7 @@ constexpr std::string_view kBlanks = " \t\r";
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-/// Takes the field that begins at `from` with a quote; returns one past its closing quote.
+/// Parses the quoted field that begins at `from`. Returns the position after its closing quote.
 Result<std::size_t> take_quoted(std::string_view line, std::size_t from, std::vector<Field>& fields) {
   bool has_doubled_quotes = false;
   std::size_t close = line.find('"', from + 1);
@@ -43,7 +43,7 @@ tl::unexpected<Fault> text_after_quote(std::size_t at) {
   return failure(FaultKind::bad_file, std::to_string(at + 1), "text after a closing quote, expected a separator");
 }
 
-/// Where the separator behind a quoted field stands; npos: the line ends.
+/// Returns the position of the separator after a quoted field, or npos at the end of the line.
 Result<std::size_t> separator_after(std::string_view line, std::size_t quoted_end, char separator) {
   const std::size_t next = line.find(separator, quoted_end);
   const std::string_view rest = line.substr(quoted_end, next == std::string_view::npos ? next : next - quoted_end);
@@ -209,7 +209,7 @@ using Buffer = fmt::memory_buffer;
 
 void add(Buffer& out, std::string_view text) { out.append(text); }
 
-/// A text field, in quotes where it needs them.
+/// Writes a text field, in quotes if necessary.
 void add_field(Buffer& out, std::string_view text) {
   if (text.find_first_of(",\"\r\n#") == std::string_view::npos) return add(out, text);
   out.push_back('"');
@@ -220,7 +220,7 @@ void add_field(Buffer& out, std::string_view text) {
   out.push_back('"');
 }
 
-/// A field of a line, behind a comma where it does not begin it.
+/// Writes a field, preceded by a comma unless it is the first of its line.
 void add_cell(Buffer& out, const Cell& cell) {
   if (out[out.size() - 1] != '\n') out.push_back(',');
   if (const auto* text = std::get_if<std::string_view>(&cell)) add_field(out, *text);
@@ -229,7 +229,7 @@ void add_cell(Buffer& out, const Cell& cell) {
     fmt::format_to(std::back_inserter(out), "{}", *number);
 }
 
-/// The text of a comment must stay on its line, and steer no terminal.
+/// Makes a text suitable for a comment: on one line and without control characters.
 std::string one_line(std::string text) {
   for (char& c : text)
     if (c == '\n' || c == '\r') c = ' ';
@@ -279,7 +279,7 @@ std::string title_of(const ChannelColumn& column, const RunInfo& info) {
   return column.name;
 }
 
-/// Nothing where a record that was put together by hand has no such column.
+/// Returns the value in a row, or NaN if the column is shorter, as in a record built by hand.
 double number_at(const std::vector<double>& column, std::size_t row) {
   return row < column.size() ? column[row] : kMissing;
 }
@@ -297,11 +297,11 @@ double number_of_channel(const Record& record, const ChannelColumn& column, std:
   return number_at(unit.interval_s, row);
 }
 
-/// The column that says where the unit was turned around.
+/// The column with the mounting of the unit.
 struct Turned {};
 
-/// Calls with each column of the text table, in order: one of every record, one of its channels, or Turned of a record
-/// that `is_handled`.
+/// Calls `use` with each column of the text table, in order: a column of every record, a column of a channel, or Turned
+/// if the record `is_handled`.
 void each_column(std::span<const ChannelColumn> channels, bool is_handled, const auto& use) {
   const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
     for (const auto& column : columns)
@@ -348,7 +348,8 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
   Buffer out;
   const auto channels = channel_columns(record.info);
   out.push_back('\n');
-  std::size_t begun = 1;  // behind the end of the line before, by which add_cell() sees where a line begins
+  // The output begins after a newline, from which add_cell() detects the start of a line.
+  std::size_t begun = 1;
   const auto flush = [&] {
     sink(std::string_view(out.data(), out.size()).substr(begun));
     out.clear();

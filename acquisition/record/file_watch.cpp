@@ -36,7 +36,7 @@ std::uint32_t native(Bytes at) {
   return word;
 }
 
-/// The sum of all that was added, in words of four bytes, two at a time.
+/// The checksum of a write-ahead log: a sum over words of four bytes, two words at a time.
 class LogSum {
  public:
   void add(Bytes bytes) {
@@ -88,7 +88,7 @@ std::int64_t blocks_of(std::int64_t length) { return (length + kBlock - 1) / kBl
 
 }  // namespace
 
-/// FNV-1a over words of eight bytes.
+/// Computes the FNV-1a hash of a block over words of eight bytes.
 void BlockSums::sum_block(int descriptor, std::int64_t block) {
   constexpr std::uint64_t kStart = 0xCBF29CE484222325U, kPrime = 0x100000001B3U;
   std::array<std::uint64_t, kBlock / sizeof(std::uint64_t)> words{};
@@ -99,7 +99,7 @@ void BlockSums::sum_block(int descriptor, std::int64_t block) {
   sum = kStart;
   for (const auto word : words) {
     sum = (sum ^ word) * kPrime;
-    sum ^= sum >> 32;  // what is in the upper half counts below, too
+    sum ^= sum >> 32;  // spreads the upper bits downwards
   }
 }
 
@@ -125,7 +125,7 @@ BlockSums BlockSums::of(int descriptor, std::int64_t length) {
 
 namespace {
 
-/// The descriptor of this process that holds the file of that name; kNoDescriptor if none does.
+/// Returns the descriptor of this process that holds the file of that name; kNoDescriptor if none does.
 int descriptor_of(int folder, const std::string& name) {
   struct stat wanted {};
   if (::fstatat(folder, name.c_str(), &wanted, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
@@ -139,8 +139,8 @@ int descriptor_of(int folder, const std::string& name) {
   return kNoDescriptor;
 }
 
-/// Where the pages lie in the database that the frames of a log are of; some may be of an older log (SQLite, "WAL-mode
-/// File Format").
+/// Returns the database offsets of the pages in a log. Some of them may come from an older log (SQLite, "WAL-mode File
+/// Format").
 std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
   constexpr std::int64_t kFirstFrame = kHeader, kNextFrame = kFrameHeader;
   std::array<unsigned char, 4> number{};
@@ -166,7 +166,8 @@ Interference interference(Interference::Kind kind, bool of_log, const std::strin
 
 }  // namespace
 
-/// The log's own sums show what its times do not, and may not change because somebody gave it another mode.
+/// Reads the identity and state of a file. Omits the change time of the log: its own checksums detect more, and a
+/// change of its mode must not count.
 std::optional<FileWatch::Seen> FileWatch::see(const File& file) {
   struct stat found {};
   if (::fstat(file.held, &found) != 0) return {};
@@ -232,7 +233,8 @@ std::optional<Interference> FileWatch::judge_name(const File& file) const {
   return {};
 }
 
-/// Of a log a crash would keep nothing behind what somebody wrote.
+/// Returns whether only the times of the database changed; updates them then. A log is never only touched: after a
+/// crash, everything after a foreign write would be lost.
 bool FileWatch::was_merely_touched(File& file, const Seen& now) {
   if (file.is_log || now.length != file.seen.length || BlockSums::of(file.held, file.seen.length) != file.content)
     return false;
@@ -247,7 +249,7 @@ std::optional<Interference> FileWatch::judge_content(File& file) {
                       now && now->length < file.seen.length ? "cut short" : "written to");
 }
 
-/// What happened to the database is the graver.
+/// Checks the database first, because its damage is more serious.
 std::optional<Interference> FileWatch::look() {
   if (auto found = judge_names()) return found;
   for (auto& file : files_)
@@ -258,7 +260,7 @@ std::optional<Interference> FileWatch::look() {
 std::optional<Interference> FileWatch::judge_folder() const {
   struct stat named {
   }, held{};
-  if (::stat(place_.c_str(), &named) != 0) return {};  // nowhere to go on but in the files that are held
+  if (::stat(place_.c_str(), &named) != 0) return {};  // nothing to compare
   if (::fstat(folder_->number(), &held) != 0 || named.st_dev != held.st_dev || named.st_ino != held.st_ino)
     return interference(Interference::Kind::taken_away, false,
                         "the folder " + std::filesystem::path(place_).filename().string(), "replaced");

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Watches that the two files of a record being written, the database and its write-ahead log, are those that stand on
-/// the disk under their names, in the folder that stands under its own, and that nobody else writes them. A file
-/// unlinked by another program takes every commit and keeps none of them, while SQLite reports success.
+/// Detects interference with the two files of a record being written, the database and its write-ahead log. Each file
+/// must still exist under its name, in the folder of that name, and no other program may write it. Without this check,
+/// a file that another program has unlinked would accept every commit and lose all of them, while SQLite reports
+/// success.
 #pragma once
 
 #include <array>
@@ -18,22 +19,23 @@
 
 namespace gyrotherm::record {
 
-// Whether a write-ahead log of SQLite still has what was written into it, by the sums in it. Without them a power cut
-// or a crash would keep nothing behind the place where somebody else wrote, and nobody would know before.
+// The check of a write-ahead log against its own checksums. Without it, a foreign write would be noticed only after a
+// crash or a power failure, when SQLite drops everything after it.
 
-/// Whether the header and the first `frames` frames of an open log, written on this machine, are whole (SQLite,
-/// "WAL-mode File Format" and "Checksum Algorithm"). Reads all of them: about 1 ms for 200 frames of 4 KiB.
+/// Returns whether the header and the first `frames` frames of an open log, written on this machine, are intact
+/// (SQLite, "WAL-mode File Format" and "Checksum Algorithm"). Reads all of them: about 1 ms for 200 frames of 4 KiB.
 [[nodiscard]] bool log_is_whole(int descriptor, std::int64_t frames);
 
-// Sums of a file's bytes, a block each, by which it is seen whether they are still what they were. After a write into
-// some places of a large file only the blocks there are summed anew.
+// Checksums of a file's content, one per block, for detecting changes. After a write to a few positions of a large file
+// only those blocks are summed again.
 
+/// The checksums of one file.
 class BlockSums {
  public:
-  /// Of the first `length` bytes of an open file.
+  /// Computes the checksums of the first `length` bytes of an open file.
   [[nodiscard]] static BlockSums of(int descriptor, std::int64_t length);
 
-  /// The file was written to at these offsets, and now has `length` bytes; also where it grew.
+  /// Updates the checksums after the file was written at these offsets and, possibly, extended to `length` bytes.
   void renew(int descriptor, std::int64_t length, std::span<const std::int64_t> offsets);
   bool operator==(const BlockSums&) const = default;
 
@@ -41,40 +43,47 @@ class BlockSums {
   void sum_block(int descriptor, std::int64_t block);
 
   std::int64_t length_ = 0;
-  std::vector<std::uint64_t> sums_;  ///< that anything but intent changes; 0 of a block that cannot be read
+  /// One checksum per block. It detects accidental changes, not deliberate ones. It is 0 if the block cannot be read.
+  std::vector<std::uint64_t> sums_;
 };
 
-/// What another program did to a file of the record.
+/// A change that another program made to a file of the record.
 struct Interference {
   enum class Kind {
-    taken_away,  ///< removed, moved or replaced: whoever has it open still sees what was written
-    spoiled,     ///< cut short, or written to
+    /// Removed, moved or replaced. An open descriptor still reads the original content.
+    taken_away,
+    /// Truncated or overwritten.
+    spoiled,
   };
   Kind kind{};
-  bool of_log{};      ///< of the log alone: what had been folded into the database is well
-  std::string words;  ///< "run.db was removed or moved by another program while it was being written"
+  /// The change affects only the log: everything already copied into the database is intact.
+  bool of_log{};
+  /// The description: "run.db was removed or moved by another program while it was being written".
+  std::string words;
 };
 
+/// Watches the two files of one record.
 class FileWatch {
  public:
-  /// To be called after the first commit to the database at `path`: finds the descriptors by which this process holds
-  /// the two files, and opens neither (that would end SQLite's locks). Fails with storage if one is not found.
+  /// Finds the descriptors with which this process holds the two files. Call it after the first commit to the database
+  /// at `path`. Opens neither file, because closing it again would release SQLite's locks. Fails with storage if a
+  /// descriptor is not found.
   [[nodiscard]] static Result<FileWatch> begin(const std::string& path);
 
-  /// Compares names, lengths and times of writing with what they were at the last remember(), and the database's
-  /// content where its time alone is another: somebody may merely have touched it. To be called before writing.
+  /// Compares names, lengths and modification times with those at the last remember(). If only the time of the database
+  /// differs, compares its content, because the file may merely have been touched. Call it before writing.
   [[nodiscard]] std::optional<Interference> look();
-  /// Compares the names, and as often as twice a second the log of so many frames with the sums in it, which shows
-  /// what somebody wrote while this process did. To be called after writing.
+  /// Compares the names and, at most twice a second, the first `frames` frames of the log with their checksums. This
+  /// detects writes of another program during a write of this process. Call it after writing.
   [[nodiscard]] std::optional<Interference> look_after_writing(std::int64_t frames);
-  /// Compares the log alone. To be called before it is folded in.
+  /// Compares only the log. Call it before the log is copied into the database.
   [[nodiscard]] std::optional<Interference> look_at_log(std::int64_t frames) const;
-  /// Compares everything, the database's content by its sums. To be called before a record is said to be whole.
+  /// Compares everything, including the checksums of the database. Call it before a record is declared complete.
   [[nodiscard]] std::optional<Interference> look_closely(std::int64_t frames) const;
-  /// Where in the database the log has something to be folded in.
+  /// Returns the offsets in the database that the log will overwrite.
   [[nodiscard]] std::vector<std::int64_t> places_in_log() const;
-  /// What stands there now was written by this process: in the log; in the database too, at the places that the log had
-  /// before it was folded in; or wherever it may be.
+  /// Accept the present content as written by this process: that of the log; that of the log and of the database at
+  /// `places`, the offsets that the log had before it was copied; or that of both files.
   void remember_log();
   void remember_fold(std::span<const std::int64_t> places);
   void remember();
@@ -83,15 +92,16 @@ class FileWatch {
   struct Seen {
     std::uint64_t device{}, inode{};
     std::int64_t length{}, written_ns{};
-    std::int64_t changed_ns{};  ///< of the database: what nobody can set back, as they can the time of writing
+    /// The change time, for the database only. Unlike the modification time, no program can reset it.
+    std::int64_t changed_ns{};
     bool operator==(const Seen&) const = default;
   };
   struct File {
-    std::string name;  ///< in its folder
-    int held{};        ///< the descriptor, SQLite's own
+    std::string name;  ///< relative to its folder
+    int held{};        ///< SQLite's own descriptor
     Seen seen;
     bool is_log{};
-    BlockSums content;  ///< of the database alone
+    BlockSums content;  ///< for the database only
   };
   FileWatch(std::string place, std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
       : place_(std::move(place)), folder_(std::move(folder)), files_(std::move(files)) {}
@@ -103,11 +113,13 @@ class FileWatch {
   [[nodiscard]] std::optional<Interference> judge_names() const;
   [[nodiscard]] static std::optional<Interference> judge_content(File& file);
 
-  std::string place_;                         ///< of the folder, from the root
-  std::shared_ptr<const Descriptor> folder_;  ///< as it was found there
+  std::string place_;  ///< absolute path of the folder
+  /// The folder that had this path at the beginning.
+  std::shared_ptr<const Descriptor> folder_;
   std::array<File, 2> files_;
   SteadyClock clock_;
-  std::optional<Duration> log_seen_;  ///< when the log's sums were last compared
+  /// The time of the last comparison of the log.
+  std::optional<Duration> log_seen_;
 };
 
 }  // namespace gyrotherm::record

@@ -31,12 +31,13 @@ using std::chrono::steady_clock;
 
 constexpr auto kLongestGoodbye = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
-constexpr std::uintmax_t kScarce = 8;  ///< with an eighth of what is left for the record the copy is taken away
+/// The copy is removed if less than this fraction of the reserved space is left.
+constexpr std::uintmax_t kScarce = 8;
 constexpr std::int64_t kPage = 4096;
 
 int number_after(int number) { return number % kHighestCopyNumber + 1; }
 
-/// The files of all copies that lie there, but those of number `but`; the highest number among them, or 0.
+/// Removes the files of all copies except number `but`. Returns the highest number that it removed, or 0.
 int remove_files(const std::string& link, int but) {
   int highest = 0;
   for (const auto& entry : entries_of(folder_of(link))) {
@@ -48,14 +49,14 @@ int remove_files(const std::string& link, int but) {
   return highest;
 }
 
-/// Bytes of the disk that a file may still take; nothing where that cannot be told.
+/// Returns the free bytes of the file's disk; nothing if they are unknown.
 std::optional<std::uintmax_t> free_space(const std::string& path) {
   struct statvfs disk {};
   if (::statvfs(folder_of(path).c_str(), &disk) != 0 || disk.f_blocks == 0) return {};
   return std::uintmax_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// The link to the file of a copy; no other file is taken away for it.
+/// Points the link at the file of a copy. Fails if another kind of file has the name of the link.
 Result<void> lead_to(const std::string& link, const std::string& target) {
   std::error_code none_there;
   const auto there = fs::symlink_status(link, none_there);
@@ -68,7 +69,8 @@ Result<void> lead_to(const std::string& link, const std::string& target) {
   return {};
 }
 
-/// All rows of the record that nobody writes now, file by file; each part tells again what it begins with.
+/// Copies all rows of a record that is not being written, file by file. A part may repeat rows of the part before it;
+/// they are copied once.
 Result<void> copy_record(RunFile& copy, const RecordFiles& files) {
   FrameCount frames;
   for (std::size_t i = 0; i < files.parts.size(); ++i) {
@@ -87,7 +89,7 @@ Result<void> copy_record(RunFile& copy, const RecordFiles& files) {
 
 }  // namespace
 
-/// What the copy and its worker share. Only the worker touches the file, once it works.
+/// The state that the copy shares with its worker. Once the worker runs, only it accesses the file.
 struct LiveCopy::Worker {
   Worker(const std::string& record, RunInfo run_info, const LiveCopyOptions& how)
       : link(live_copy_path(record)), info(std::move(run_info)), options(how) {}
@@ -96,23 +98,27 @@ struct LiveCopy::Worker {
   const RunInfo info;
   const LiveCopyOptions options;
 
-  std::mutex mutex;  ///< of everything down to the file
+  std::mutex mutex;  ///< guards the members before `file`
   std::condition_variable news, progress;
   std::deque<EntryPointer> waiting;
   FrameCount frames;
   std::string trouble;
   bool stop{}, ended{};
-  bool given_up{};  ///< there is no copy any more
+  bool given_up{};  ///< the copy has ended
 
   std::optional<RunFile> file;
-  int left_behind{};                               ///< the highest number of those that a program that died left
-  int number{};                                    ///< of the file
-  steady_clock::time_point begun_at{};             ///< … when it was begun
-  std::optional<steady_clock::time_point> locked;  ///< since when it could not be written
-  bool is_lost{};                                  ///< it cannot go on, however often that is tried
+  /// The highest number of a file that a dead program left.
+  int left_behind{};
+  /// The number of the present file, and the time when it was begun.
+  int number{};
+  steady_clock::time_point begun_at{};
+  /// The time since which the file could not be written.
+  std::optional<steady_clock::time_point> locked;
+  /// No attempt can succeed any more.
+  bool is_lost{};
   std::thread thread;
 
-  /// With the lock, or before the worker works.
+  /// Ends the copy. Call it with the lock held, or before the worker runs.
   void give_up(std::string why) {
     given_up = true;
     trouble = std::move(why);
@@ -135,19 +141,20 @@ struct LiveCopy::Worker {
   void leave();
 };
 
-/// Whether the link leads to the file; anybody may have removed it.
+/// Returns whether the link points at the present file. Another program may have removed it.
 bool LiveCopy::Worker::is_in_place() const {
   std::error_code none_there;
   return fs::read_symlink(link, none_there) == name_in_folder(path_of(number));
 }
 
-/// Before the worker works, and long before there are rows: what lies there is of another run, or of less of this one.
+/// Removes older copies. They belong to another run, or to an earlier state of this one. Call it before the worker
+/// runs.
 void LiveCopy::Worker::remove_left_behind() {
   if (is_live_copy(link)) ::unlink(link.c_str());
   left_behind = remove_files(link, 0);
 }
 
-/// Fails where `bytes` more would be of those that are left for the record.
+/// Fails if `bytes` more would use the space reserved for the record.
 Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
   const auto free = free_space(link);
   if (!free || *free >= bytes + options.left_free) return {};
@@ -158,14 +165,14 @@ Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
       fmt::format("its disk has {} MiB, and the last {} are the record's", *free >> kMebi, options.left_free >> kMebi));
 }
 
-/// From now on it is the copy, also where the link cannot be made, which is tried again.
+/// Makes a file the present copy, even if the link cannot be set; be_ready() tries that again.
 Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int its_number) {
   begun_at = steady_clock::now();
   if (options.most_pages > 0)
     if (auto set = made.database().execute(fmt::format("PRAGMA max_page_count = {}", options.most_pages)); !set)
       return set;
   if (auto shared = made.share(); !shared) return shared;
-  file.reset();  // its statements before its connection
+  file.reset();  // statements before connection
   file.emplace(std::move(made));
   number = its_number;
   locked.reset();
@@ -181,7 +188,7 @@ Result<void> LiveCopy::Worker::begin() {
   return made ? open_to_readers(std::move(*made), next) : failure(made.error());
 }
 
-/// Before the worker works.
+/// Begins a copy with all rows of the record. Call it before the worker runs.
 Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
   std::error_code unknown;
   const auto size = fs::file_size(files.path, unknown);
@@ -194,14 +201,14 @@ Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
   return filled ? open_to_readers(std::move(*made), next) : filled;
 }
 
-/// Whether the file is none any more that could be gone on from. The rows that it had are in the record, which its
-/// writer alone may open.
+/// Returns whether the file is damaged, so that its rows cannot be copied into a new file. The rows cannot be read from
+/// the record either, because only its writer may open it.
 bool LiveCopy::Worker::is_spoiled() {
   const auto verdict = file->database().ask("PRAGMA quick_check(1)");
   return verdict ? *verdict != "ok" : !is_locked(verdict.error()) && !is_full(verdict.error());
 }
 
-/// Readers of the file before have it as long as they like.
+/// Copies all rows into a new file, which becomes the copy. Readers of the previous file can keep it open.
 Result<void> LiveCopy::Worker::begin_anew() {
   begun_at = steady_clock::now();
   std::error_code unknown;
@@ -224,7 +231,7 @@ Result<void> LiveCopy::Worker::put(std::span<const EntryPointer> entries, const 
   return done.and_then([&] { return file->replace_frames(count); }).and_then([&] { return file->commit(); });
 }
 
-/// A file that can take the next rows, in its place and with a log that is not too long.
+/// Ensures that a file can take the next rows: it exists, the link points at it, and its log is not too long.
 Result<void> LiveCopy::Worker::be_ready() {
   const bool rests = steady_clock::now() - begun_at < options.rest && begun_at != steady_clock::time_point();
   if (!file) return rests ? failure(FaultKind::storage, link, "it could not be begun") : begin();
@@ -236,7 +243,7 @@ Result<void> LiveCopy::Worker::be_ready() {
   return is_in_place() ? Result<void>{} : lead_to(link, path_of(number));
 }
 
-/// Afterwards all of the entries are in the copy, or none.
+/// Writes all entries, or none.
 Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, const FrameCount& count) {
   if (auto space = check_space(0); !space) return space;
   if (auto ready = be_ready(); !ready) return ready;
@@ -251,7 +258,8 @@ Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, cons
     if (done = put(entries, count); !done) return (void)file->roll_back(), done;
   }
   locked.reset();
-  // Who may not write the log's index sees what this connection has seen last: it looks at once.
+  // Updates the index of the log by reading. A reader that may not write the index sees the state of the last such
+  // read.
   (void)file->database().ask_integer("SELECT seen FROM frames", 0);
   (void)file->fold_log();
   return {};
@@ -285,7 +293,7 @@ void LiveCopy::Worker::work() {
   progress.notify_all();
 }
 
-/// Takes the copy away, with what could not become one.
+/// Removes the copy, including unfinished files.
 void LiveCopy::Worker::leave() {
   if (number > 0 && is_in_place()) ::unlink(link.c_str());
   file.reset();

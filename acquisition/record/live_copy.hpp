@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The live copy of a record that is being written: what others read meanwhile, for the record itself is its writer's
-/// alone (docs/files.md). "RUN.live.db" is an ordinary SQLite file of the same schema, at most two seconds behind.
+/// Maintains the live copy of a record that is being written. Other programs read the copy, because the writer holds
+/// the record itself exclusively (docs/files.md). "RUN.live.db" is an ordinary SQLite file of the same schema, at most
+/// two seconds behind.
 ///
-/// Its readers may do what they like, for nothing of the run waits for them. A worker of the copy's own writes it, from
-/// rows that are acknowledged already, and into a write-ahead log, which no reader can keep shut. Only a reader that
-/// holds a transaction open keeps that log from starting anew. Before it is too long, and also where somebody holds the
-/// copy's lock or has removed it, the copy is begun anew as another file. So that no reader ever joins one file with
-/// another one's log, "RUN.live.db" is a link, and SQLite names the log after what it leads to: "RUN.live.db.1", then
-/// "RUN.live.db.2", up to 9999. The link is replaced by rename, the files before are removed, and who has one open
-/// still reads it to the end.
+/// Readers cannot disturb the run, because nothing in the run waits for them. The copy has a worker of its own. The
+/// worker writes only acknowledged rows, into a write-ahead log, which no reader can block. Only a reader that keeps a
+/// transaction open prevents that log from being restarted.
 ///
-/// If its disk takes nothing, or has only what is left for the record, the copy waits, for as long as memory keeps
-/// rows; with an eighth of that space it is taken away, and so is one that somebody has spoiled. The run and its record
-/// are not touched, and trouble() says so.
+/// The worker starts a new file before the log becomes too long, if another program holds the lock of the copy, or if
+/// the file was removed. "RUN.live.db" is a symbolic link, so that no reader combines one file with the log of another:
+/// SQLite names the log after the target of the link, "RUN.live.db.1", then "RUN.live.db.2", up to 9999. The link is
+/// replaced by a rename and older files are removed. A reader with an older file open can still read it to its end.
+///
+/// If the disk accepts no data, or has only the space reserved for the record, the copy waits, as long as memory can
+/// hold the rows. If only an eighth of the reserved space is left, or if another program damaged the copy, it is
+/// removed. The run and its record are not affected, and trouble() reports the reason.
 #pragma once
 
 #include <cstdint>
@@ -29,32 +31,39 @@
 namespace gyrotherm::record {
 
 struct LiveCopyOptions {
-  Duration pause = std::chrono::milliseconds(500);        ///< between two transactions, at least
-  Duration begins_after{};                                ///< how old a run is before it gets one
-  std::int64_t longest_log = std::int64_t{48} << 20U;     ///< bytes; after that the copy is begun anew
-  Duration longest_locked = std::chrono::seconds(3);      ///< … and after so long in which it could not be written
-  Duration rest = std::chrono::seconds(10);               ///< between two files, at least
-  std::size_t most_rows = 50'000;                         ///< that wait in memory; of more there is no copy any more
-  int most_pages{};                                       ///< of its file, as if its disk were full then; 0: any
-  std::uintmax_t left_free = std::uintmax_t{256} << 20U;  ///< bytes of its disk, for the record
+  /// The least time between two transactions.
+  Duration pause = std::chrono::milliseconds(500);
+  /// The age of a run at which its copy begins.
+  Duration begins_after{};
+  /// The longest log in bytes and the longest time without a successful write. After either, a new file is begun.
+  std::int64_t longest_log = std::int64_t{48} << 20U;
+  Duration longest_locked = std::chrono::seconds(3);
+  /// The least time between two files.
+  Duration rest = std::chrono::seconds(10);
+  /// The most rows that wait in memory. With more, the copy ends.
+  std::size_t most_rows = 50'000;
+  /// A simulated full disk: the most pages of the file; 0 means no limit.
+  int most_pages{};
+  /// The disk space in bytes that is reserved for the record.
+  std::uintmax_t left_free = std::uintmax_t{256} << 20U;
 };
 
-/// The writing end. It never fails: a run does not end because nobody can watch it.
+/// The writing side. It never fails: a run does not end because it cannot be observed.
 class LiveCopy {
  public:
-  /// Begins the copy of a new record, whose rows come by add(). What a copy left there before is removed at once.
+  /// Begins the copy of a new record; add() supplies its rows. Removes an older copy immediately.
   LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options);
-  /// … of a record that is taken up again: with the rows that all its files hold, which nobody writes now.
+  /// Begins the copy of a resumed record with all rows in its files. No program may be writing them.
   [[nodiscard]] static std::unique_ptr<LiveCopy> of_record(const RecordFiles& files, const RunInfo& info,
                                                            const LiveCopyOptions& options);
-  /// Removes it. Waits at most two seconds for its worker, which is left behind if its disk hangs.
+  /// Removes the copy. Waits at most two seconds for the worker and abandons it if its disk hangs.
   ~LiveCopy();
   LiveCopy(const LiveCopy&) = delete;
   LiveCopy& operator=(const LiveCopy&) = delete;
 
-  /// Rows that are acknowledged, in order, and the frames so far. Waits for nobody; any thread.
+  /// Adds acknowledged rows, in order, and the present frame counts. Never waits. Any thread.
   void add(std::span<const EntryPointer> entries, const FrameCount& frames);
-  /// Why it does not follow; empty: it does. Any thread.
+  /// Returns the reason why the copy is not up to date; empty if it is. Any thread.
   [[nodiscard]] std::string trouble() const;
 
  private:

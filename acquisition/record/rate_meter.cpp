@@ -16,7 +16,7 @@ void RateMeter::see(const Reading<GyroCount>& reading) {
   next_ = (next_ + 1) % kLength;
 }
 
-/// 1 arcsec/s is 1 °/h exactly.
+/// Returns the rate of one second. 1 arcsec/s is exactly 1 °/h.
 DegreesPerHour RateMeter::rate_of(const Second& second) const {
   const auto number = axis_.scale * static_cast<double>(second.pulses);
   return {axis_.kind == GyroKind::rate ? number : number / to_seconds(second.interval)};

@@ -18,7 +18,7 @@ namespace gyrotherm::record {
 /// Measures one axis.
 class RateMeter {
  public:
-  /// The axis numbered `index` of its unit.
+  /// Measures the axis at position `index` of its unit.
   explicit RateMeter(const AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
   void see(const Reading<GyroCount>& reading);
   /// Returns the rate in the last second; nothing if it had no reading.
@@ -37,16 +37,19 @@ class RateMeter {
 
   AxisInfo axis_;
   std::size_t index_;
-  std::vector<std::optional<Second>> seconds_;  ///< a ring of kLength
-  std::size_t next_{};                          ///< position of the next second
+  /// A ring of kLength seconds, and the position of the next one.
+  std::vector<std::optional<Second>> seconds_;
+  std::size_t next_{};
 };
 
 /// The rates of one axis in the status of a run.
 struct AxisRate {
-  std::string axis;                              ///< "gyro", "u1.x"
-  std::optional<double> rate_deg_per_h{};        ///< in the last second
-  std::optional<double> mean_deg_per_h{};        ///< over the last 100 s
-  std::optional<double> earth_rate_deg_per_h{};  ///< expected at rest; nothing: unknown
+  std::string axis;  ///< "gyro", "u1.x"
+  /// The rate in the last second and the mean over the last 100 s.
+  std::optional<double> rate_deg_per_h{};
+  std::optional<double> mean_deg_per_h{};
+  /// The rate expected at rest; nothing if it is unknown.
+  std::optional<double> earth_rate_deg_per_h{};
   bool operator==(const AxisRate&) const = default;
 };
 

@@ -12,7 +12,7 @@
 namespace gyrotherm::record {
 namespace {
 
-/// Every column of numbers that is selected, in an order of its own that two records of one run share.
+/// Calls `use` with each selected column of numbers. The order is the same for all records of one run.
 void each_number(Record& record, const Selection& selection, const std::function<void(std::vector<double>&)>& use) {
   for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c})
     use(*column);
@@ -98,7 +98,7 @@ Gap lost_with(const Continuation& continuation, std::int64_t first) {
   return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
 }
 
-/// What the part says from its first slot on counts; slots that neither has went with the file that failed.
+/// Appends a part. Its rows replace those of the record from its first slot on. Slots that are in neither become a gap.
 void join(Record& record, Record part, const Continuation& continuation, const Selection& selection) {
   const auto kept = static_cast<std::size_t>(
       std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
@@ -123,7 +123,7 @@ void join(Record& record, Record part, const Continuation& continuation, const S
   if (part.last_utc) record.last_utc = part.last_utc;
 }
 
-/// Reads one file. If `proves`, its chain must fit.
+/// Reads one file. If `proves`, verifies its chain.
 Result<Record> read_part(const Part& part, bool proves, const std::string& unit) {
   auto database = open_part(part);
   if (!database) return failure(database.error());
@@ -132,7 +132,7 @@ Result<Record> read_part(const Part& part, bool proves, const std::string& unit)
   return record_of(*database, {.unit = unit});
 }
 
-/// One that is not as it was written is passed over: what it held is in those after it, or is a gap.
+/// Reads all parts. Skips a part that was changed: its rows are in the parts after it, or become a gap.
 Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool proves_last) {
   std::optional<Record> record;
   for (const auto& part : files.parts) {

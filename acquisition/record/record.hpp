@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record, read back.
+/// Reads a record into memory.
 #pragma once
 
 #include <cstddef>
@@ -22,63 +22,73 @@ struct Gap {
   std::string cause;
 };
 
-/// What a unit under test measured, as columns.
+/// The measurements of a unit under test, as columns.
 struct UnitColumns {
-  std::vector<std::vector<double>> rotation;  ///< per axis: pulses, or the foreign number
-  std::vector<double> interval_s;             ///< over which the pulses were counted
-  std::vector<std::vector<double>> values;    ///< per value of the unit
-  std::vector<std::vector<double>>
-      true_bias_deg_per_h;  ///< per axis, of a virtual gyro: what temperatures and warm-up made of its bias
+  /// Pulses per axis, or the number in an imported record.
+  std::vector<std::vector<double>> rotation;
+  /// The counting time of the pulses.
+  std::vector<double> interval_s;
+  /// One column per value of the unit.
+  std::vector<std::vector<double>> values;
+  /// For each axis of a virtual gyro, the bias caused by temperatures and warm-up.
+  std::vector<std::vector<double>> true_bias_deg_per_h;
 };
 
-/// Columns of equal length, one row per sample in order of time; NaN where a reading was a fault.
+/// A record as columns of equal length, with one row per sample in order of time. NaN means that the reading was a
+/// fault.
 struct Record {
   RunInfo info;
   bool finished{};
-  std::vector<std::int64_t> slot;   ///< imported: the row number
-  std::vector<double> time_s;       ///< since the run started (imported: since the first row)
-  std::vector<double> set_point_c;  ///< what the profile asked for
+  std::vector<std::int64_t> slot;  ///< imported: the row number
+  /// Time since the start of the run; imported: since the first row.
+  std::vector<double> time_s;
+  std::vector<double> set_point_c;  ///< demanded by the profile
   std::vector<double> chamber_air_c;
-  std::vector<double> chamber_set_point_c;          ///< as read back
-  std::vector<std::vector<double>> thermometers_c;  ///< per channel of info.thermometers, raw
-  std::vector<UnitColumns> units;                   ///< per unit of info.units
+  std::vector<double> chamber_set_point_c;  ///< read back from the chamber
+  /// Raw readings, one column per element of info.thermometers.
+  std::vector<std::vector<double>> thermometers_c;
+  /// One element per element of info.units.
+  std::vector<UnitColumns> units;
   std::vector<ProfilePosition> progress;
-  std::vector<RunState> state;         ///< execute throughout an imported record
-  std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none
+  /// The state of the run; always execute in an imported record.
+  std::vector<RunState> state;
+  /// The wall clock at the last row; nothing if imported.
+  std::optional<Duration> last_utc{};
   std::vector<Gap> gaps;
   std::vector<RecordedEvent> events;
 };
 
-/// The segment of a row, or null where none is known, as in an imported record.
+/// Returns the segment of a row, or null if it is unknown, as in an imported record.
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
-/// Whether the profile puts the unit into people's hands: to turn it around, or for whatever else a prompt asks.
+/// Returns whether operators handle the unit during the profile: to turn it around, or for any other request of a
+/// prompt.
 [[nodiscard]] bool is_handled(const RunInfo& info);
-/// How the unit was mounted in a row: 1 where it was turned around, 0 where not; NaN while it was in people's hands, as
-/// it is until the clock of a segment with a prompt runs.
+/// Returns the mounting of the unit in a row: 1 if it was turned around, 0 if not. Returns NaN while an operator
+/// handles it, which lasts until the clock of a segment with a prompt starts.
 [[nodiscard]] double turned_at(const Record& record, std::size_t row);
 
-/// Reads everything, of all the files that the record consists of (a file that failed is followed by RUN.2.db, …). One
-/// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them
-/// are a gap, "lost with RUN.db: …". With the name of a unit only what was measured of the rig and of that unit is read
-/// (serves() says which thermometers that are); the columns of the others are empty. Safe while a run is being written?
-/// No: it refuses with storage ("being written by …"); see status.hpp. Fails with bad_file (not a record, another
-/// schema version, damaged).
+/// Reads all rows of all files of the record (a file that failed is followed by RUN.2.db, …). Skips a file that is
+/// missing or was changed if a later file continues it; slots that are in no file become a gap, "lost with RUN.db:
+/// …". With the name of a unit it reads only the measurements of the rig and of that unit (serves() selects the
+/// thermometers); the columns of other units are empty.
+/// Fails with storage ("being written by …") while a program writes the record; status.hpp covers that case. Fails
+/// with bad_file if the file is not a record, has another schema version, or is damaged.
 [[nodiscard]] Result<Record> read_record(const RecordFiles& files, const std::string& unit = {});
 [[nodiscard]] Result<Record> read_record(const std::string& path, const std::string& unit = {});
-/// Reads everything as read_record() does, but only if the chain fits in every file that is read. Fails with bad_file
-/// naming the first row that does not fit, and as read_record() does.
+/// Reads the record as read_record() does, and verifies the chain of every file. Fails with bad_file, naming the
+/// first row that does not match, or as read_record() does.
 [[nodiscard]] Result<Record> read_proved_record(const RecordFiles& files);
-/// What a record knew before its first sample, by the first of its files that can be read. Fails likewise.
+/// Reads the description of the run from the first readable file. Fails as read_record() does.
 [[nodiscard]] Result<RunInfo> read_info(const RecordFiles& files);
 [[nodiscard]] Result<RunInfo> read_info(const std::string& path);
 
 /// Finds the files of a record as find_record_files() does, and fails as read_record() does.
 [[nodiscard]] Result<RecordFiles> find_files_to_read(const std::string& path);
-/// Returns the fault with which read_record() fails: as bad_file that the record is damaged or, if a program writes it,
-/// also which process that is.
+/// Returns the fault that read_record() reports: bad_file for a damaged record. If a program is writing the record,
+/// adds the process that does.
 [[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
-/// Reads one open file; of its samples only the wanted ones. Fails with storage.
+/// Reads one open file, restricted to the `wanted` samples. Fails with storage.
 [[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});
 
 }  // namespace gyrotherm::record

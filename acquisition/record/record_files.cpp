@@ -23,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kLive = ".live.db";
-constexpr int kReaderPatienceMs = 0;  // a record being written stays so
+constexpr int kReaderPatienceMs = 0;  // a writer does not finish soon
 constexpr int kPatienceBesideMs = 2000;
 
-/// A part's number in a file's name, ".2": 1 to 6 digits, for 8 are a date, and no zero before them.
+/// Parses the number of a part from ".2". It has 1 to 6 digits without a leading zero; 8 digits are a date.
 std::optional<int> part_number_in(std::string_view ending) {
   constexpr std::size_t kMostDigits = 6;
   if (!ending.starts_with('.') || ending.size() > 1 + kMostDigits || ending.substr(1, 1) == "0") return {};
@@ -67,7 +67,7 @@ std::string part_path(const std::string& record_path, int part) {
 std::optional<PartName> part_name(const std::string& path) {
   const fs::path whole(path);
   const auto stem = whole.stem(), extension = whole.extension();
-  // "RUN.2.db", and "RUN.2" of a record whose name has no ending.
+  // "RUN.2.db", or "RUN.2" for a record without an extension.
   for (const auto& [ending, own] :
        {std::pair(stem.extension(), stem.stem().string() + extension.string()), std::pair(extension, stem.string())})
     if (const auto number = part_number_in(ending.string());
@@ -138,7 +138,7 @@ Result<Database> open_copy(const std::string& copy) {
     return failure(FaultKind::bad_file, copy, "is not there: no program writes the record now, or it has only begun");
   auto database = Database::open(copy, Access::read_beside, kPatienceBesideMs);
   if (!database) return database;
-  // The first read fixes what the connection sees.
+  // The first read fixes the snapshot of the connection.
   if (auto begun = database->execute("BEGIN; SELECT 1 FROM meta LIMIT 1"); !begun) return failure(begun.error());
   if (auto checked = check_schema(*database, copy); !checked) return failure(checked.error());
   return database;
@@ -179,7 +179,7 @@ struct Found {
   std::string run_id;
 };
 
-/// Fails with bad_file if the file is no part of a run.
+/// Reads the description of a part. Fails with bad_file if the file is not part `number` of a run.
 Result<Found> part_at(const std::string& path, int number) {
   auto database = open_record(path);
   if (!database) return failure(database.error());
@@ -196,34 +196,35 @@ Result<Found> part_at(const std::string& path, int number) {
   return Found{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
 }
 
-/// The run that the status file beside a record is of; empty: there is none.
+/// Returns the run in the status file of a record; empty if there is none.
 std::string run_told_of(const std::string& path) {
   const auto status = told_status(path);
   return status ? status->id : std::string();
 }
 
-/// Whether a file that cannot be looked at is a record of its own: no part has a status file.
+/// Returns whether a file that cannot be read is a record of its own. Only records have a status file; parts do not.
 bool is_of_another_run(const std::string& path, const std::string& run_id) {
   const auto its_run = run_told_of(path);
   return !its_run.empty() && its_run != run_id;
 }
 
-/// The numbers of all files beside a record that have the name of a part of it. In a folder that cannot be listed they
-/// are found as far as none is missing.
+/// Returns the numbers of all files next to a record that have the name of a part. If the folder cannot be listed,
+/// finds them up to the first missing number.
 std::set<int> numbers_beside(const std::string& record_path) {
   std::set<int> numbers;
   const auto own = name_in_folder(record_path), beginning = fs::path(own).stem().string() + ".";
   for (const auto& entry : entries_of(folder_of(record_path))) {
     const auto file = entry.filename().string();
-    if (!file.starts_with(beginning)) continue;  // as most files do not
+    if (!file.starts_with(beginning)) continue;  // true for most files
     if (const auto name = part_name(file); name && name->record == own) numbers.insert(name->part);
   }
   for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
   return numbers;
 }
 
-/// The number of the file that a part goes on from. Where all files were renamed together, it is that of the old name,
-/// which could be that of a record only if it has the part's own number or a higher one.
+/// Returns the number of the file that a part continues. After a renaming of all files, the stored name is the old one.
+/// An old name such as "A.2.db" may be the record's own; it names a part only if its number is lower than that of this
+/// part.
 int number_before(const Continuation& continuation, const std::string& record_path) {
   if (continuation.before == name_in_folder(record_path)) return 1;
   const auto name = part_name(continuation.before);
@@ -231,14 +232,14 @@ int number_before(const Continuation& continuation, const std::string& record_pa
   return name->record == name_in_folder(record_path) || name->part < continuation.part ? name->part : 1;
 }
 
-/// The first slot of which a part and those that it goes on from have nothing; 0 where that cannot be known.
+/// Returns the first slot after a part and the parts that it continues; 0 if it is unknown.
 std::int64_t end_of(const Part& part) {
   const auto last = open_part(part).and_then([](Database database) { return last_slot(database); });
   return std::max(part.continuation.from, last.value_or(-1) + 1);
 }
 
-/// Finds the first part that says it goes on from a file which is none of those before it, unless all that came before
-/// its first slot is there: it has taken over what stood in that file.
+/// Finds the first part that continues a file which is not among those before it. Ignores a part whose predecessors
+/// have every slot before its own first one, because it has copied the rows of that file.
 void look_for_lost(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& no_parts) {
   std::set<int> before;
   for (std::size_t i = 0; i < files.parts.size(); ++i) {
@@ -265,8 +266,10 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
                    .continuation = {.part = 1, .before = {}, .cause = {}}};
   RecordFiles files;
   files.path = record_path;
-  std::map<int, Fault> no_parts;  // why a file is none, by its number
-  std::optional<Fault> damaged;   // the last of them, so far
+  /// The reason why a file is not a part, by its number.
+  std::map<int, Fault> no_parts;
+  /// The last damaged file so far.
+  std::optional<Fault> damaged;
   const auto own = run_id_of(first);
   if (own)
     files.parts.push_back(first);
@@ -285,17 +288,17 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
       damaged = found.error();
       continue;
     }
-    if (files.parts.empty()) files.run_id = found->run_id;  // the file of the record itself is lost
+    if (files.parts.empty()) files.run_id = found->run_id;  // the record's own file is lost
     if (found->run_id != files.run_id) {
       no_parts.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
       continue;
     }
-    damaged.reset();  // the run went on from there
+    damaged.reset();  // the run continued there
     files.parts.push_back(std::move(found->part));
   }
   if (damaged) return failure(*damaged);
   if (files.parts.empty()) return failure(*files.lost);
-  // Numbers do not tell where one was given anew to a file that came later, as was done once.
+  // Sort by slot: a number may have been reused for a later file.
   std::ranges::stable_sort(files.parts, {}, [](const Part& part) { return part.continuation.from; });
   if (files.lost)
     files.follows_lost = files.parts.front().path;
@@ -353,7 +356,7 @@ Result<void> check_name_of_new_record(const std::string& path) {
 int next_part(const std::string& record_path, int present) {
   const auto is_taken = [](const std::string& path) {
     std::error_code error;
-    // A status file that somebody's record of that name has left would speak for the part.
+    // The status file of an older record with that name would be attributed to the part.
     return fs::exists(fs::symlink_status(path, error)) || is_there(status_path(path));
   };
   int number = present + 1;

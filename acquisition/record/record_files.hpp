@@ -18,15 +18,17 @@
 
 namespace gyrotherm::record {
 
-/// States how a part continues the part before it. The part has all rows from slot `from` on, even if the part before
-/// has some of them.
+/// The relation of a part to the part before it. The part has all rows from slot `from` on, even if the part before has
+/// some of them.
 struct Continuation {
   /// Its own number. The record's own file is part 1.
   int part{};
   /// The name of the file that failed. It is in the same folder.
   std::string before;
-  std::int64_t from{};  ///< a slot
-  std::string cause;    ///< how the file before failed
+  /// The first slot of the part.
+  std::int64_t from{};
+  /// The failure of the file before.
+  std::string cause;
 };
 
 /// Returns whether the path exists. A path that cannot be examined counts as missing.
@@ -45,8 +47,9 @@ struct Continuation {
 
 /// The record and the number in the name of a part.
 struct PartName {
-  std::string record;  ///< the path of the record
-  int part{};          ///< 2 to 999999
+  std::string record;
+  /// The number of the part, 2 to 999999.
+  int part{};
 };
 /// Parses the name of a part: "RUN.2.db" gives "RUN.db" and 2. Returns nothing for any other name;
 /// "RUN.20261127.db" is a record. Does not look at the file.
@@ -79,33 +82,36 @@ struct Part {
 
 /// The files that a record consists of.
 struct RecordFiles {
-  std::string path;    ///< the record itself
-  std::string run_id;  ///< the same in every part
+  /// The path of the record itself.
+  std::string path;
+  /// Equal in every part.
+  std::string run_id;
   /// At least one part, in the order of the run. The record's own file continues nothing.
   std::vector<Part> parts;
-  /// Says why `parts` lacks the first missing or unreadable part.
+  /// The reason why `parts` does not include the first missing or unreadable part.
   std::optional<Fault> lost;
-  /// Names the part that continues the lost one.
+  /// The path of the part that continues the lost one.
   std::string follows_lost;
 };
-/// Examines every file beside the record that has the name of a part, even if numbers are missing. A file of another
-/// run is not a part, nor is a file without rows. A live copy is a record of one file. Fails with bad_file if there is
-/// no record; with storage if a program is writing a file of this run, or if the last part is damaged.
+/// Examines every file next to the record that has the name of a part, even if numbers are missing. A file of another
+/// run is not a part, nor is a file without rows. A live copy is a record of one file. Fails with bad_file if the
+/// record is missing; with storage if a program is writing a file of this run, or if the last part is damaged.
 [[nodiscard]] Result<RecordFiles> find_record_files(const std::string& record_path);
 
-/// Opens one file of a record for reading and checks it with check_schema(). The file may be anyone's: nothing in or
-/// beside it changes, and no writer can start while it is open. Opens a live copy as open_live_copy() does. Fails with
-/// bad_file if it is no record or has a journal beside it; with storage if it is being written or is damaged.
+/// Opens one file of a record for reading and checks it with check_schema(). The file is untrusted: opening it changes
+/// neither the file nor any file next to it, and no writer can start while it is open. Opens a live copy as
+/// open_live_copy() does. Fails with bad_file if the file is not a record or has a journal next to it, and with storage
+/// if it is being written or is damaged.
 [[nodiscard]] Result<Database> open_part(const Part& part);
 /// Opens one file by its path, as open_part() does.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
 /// Opens the live copy of a record, given the path of either. The connection keeps showing the present content. Fails
-/// with bad_file if there is no copy, with storage if it cannot be read.
+/// with bad_file if the copy is missing, with storage if it cannot be read.
 [[nodiscard]] Result<Database> open_live_copy(const std::string& path);
 
 /// Returns the paths of all records in a folder, including those of which only a status file is left. Leaves out live
-/// copies and parts, but returns a part whose record is missing and any file with a status file of its own, which no
-/// part has. Opens no record.
+/// copies and parts. Includes a part whose record is missing, and every file with its own status file, which a part
+/// never has. Opens no record.
 [[nodiscard]] std::set<std::string> records_in(const std::string& folder);
 
 /// Returns the reserved ending of a file that belongs to a record: ".status" for "RUN.db.status". Returns an empty text

@@ -11,7 +11,7 @@
 namespace gyrotherm::record {
 namespace {
 
-/// The last instant that the entries know.
+/// Returns the last instant in the entries, or `otherwise` if they have none.
 Instant last_instant(std::span<const EntryPointer> entries, Instant otherwise) {
   for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
     if (const auto& row = (*entry)->sample) return {row->monotonic, row->utc.value_or(Duration{})};
@@ -47,7 +47,7 @@ void RecordWriter::give_up(const Fault& why) {
   locked_ = 0;
 }
 
-/// What becomes of the file after a failed transaction.
+/// Decides after a failed transaction whether to keep the file.
 Result<void> RecordWriter::judge(Fault fault) {
   locked_ = is_locked(fault) ? locked_ + 1 : 0;
   if (will_pass(fault) && locked_ < options_.longest_locked) {
@@ -80,11 +80,12 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
               fmt::format("the record goes on in {}, with the rows from slot {} on: {}",
                           std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
                           continuation.from, continuation.cause)};
-  event.number = last_event_ + 1;  // numbers rise over all files, also where none of the events before goes over
+  // Numbers rise over all files, even if no earlier event is copied.
+  event.number = last_event_ + 1;
   return insert_all(file, kept).and_then([&] { return file.insert_event(acknowledged_, event); });
 }
 
-/// What a file that can still be read accounted for goes over into the next one, else what is in memory.
+/// Returns the first slot of the next part: the first slot of a file that can still be read, or of the rows in memory.
 std::int64_t RecordWriter::first_to_account_for() {
   if (nameless_)
     if (const auto continued = read_continuation(nameless_->database()); continued)
@@ -108,7 +109,7 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
     file->leave_untouched();
     file = failure(filled.error());
     for (const char* suffix : {"", "-wal"}) ::unlink((path + suffix).c_str());
-    if (nameless_ && !will_pass(filled.error())) nameless_.reset();  // what it held cannot be had
+    if (nameless_ && !will_pass(filled.error())) nameless_.reset();  // its rows cannot be read
     return filled;
   }
   nameless_.reset();
@@ -127,7 +128,7 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
   keep(entries);
   last_event_ = std::max(last_event_, file_->last_event());
   if (!entries.empty()) acknowledged_ = entries.back()->last;
-  // These are durable whatever the log does; but what fails now must not be tried again on this file.
+  // The rows are durable even if the checkpoint fails. After a failure that persists, abandon this file.
   if (const auto folded = file_->fold_log(); !folded && !will_pass(folded.error())) give_up(folded.error());
   return {};
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Makes entries durable whatever the disk does: one call is one transaction, and tells what came of it. One thread at
-/// a time.
+/// Writes entries durably despite failures of the disk. Each call is one transaction and returns its result. One thread
+/// at a time may use a writer.
 #pragma once
 
 #include <algorithm>
@@ -17,13 +17,19 @@
 namespace gyrotherm::record {
 
 struct RecordWriterOptions {
-  std::size_t most_rows{};     ///< acknowledged rows that stay in memory, for a file that is found to have lost them
-  int part{1};                 ///< of the file handed in
-  int longest_locked{10};      ///< attempts on a file that another program holds
-  std::int64_t last_slot{};    ///< that the file accounts for
-  std::int64_t last_event{0};  ///< the highest number of an event in the record's other files
+  /// The number of acknowledged rows kept in memory, in case a file has lost them.
+  std::size_t most_rows{};
+  /// The part number of the file passed to the constructor.
+  int part{1};
+  /// The number of attempts on a file that another program has locked.
+  int longest_locked{10};
+  /// The last slot in the file.
+  std::int64_t last_slot{};
+  /// The highest event number in the other files of the record.
+  std::int64_t last_event{0};
 };
 
+/// Writes one record, in as many parts as failures require.
 class RecordWriter {
  public:
   RecordWriter(RunFile file, std::string record_path, const RecordWriterOptions& options)
@@ -32,30 +38,32 @@ class RecordWriter {
     last_event_ = std::max(options.last_event, file_->last_event());
   }
 
-  /// Once it returns without a fault, the entries are on the disk. Otherwise none of them counts, and the same ones are
-  /// to be handed in again later: on a full disk nothing else happens; a file that is locked for long, or that fails in
-  /// any other way, is left untouched from then on, and a new part begins with the rows that are still in memory.
+  /// Writes the entries in one transaction. If it succeeds, they are on the disk. If it fails, none of them is, and the
+  /// caller must pass the same entries again later. A full disk has no other effect. After any other failure, or a long
+  /// lock, the present file is left untouched, and the next call begins a new part with the rows that are still in
+  /// memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
-  /// Marks the run as finished, closes it and writes its manifest, which a record of which another program has spoiled
-  /// a file does not get; only destruction may follow.
+  /// Marks the run as finished, closes the file and writes its manifest. Writes no manifest if another program damaged
+  /// a file of the record. Only destruction may follow.
   [[nodiscard]] Result<void> finish();
 
-  /// What another program did to the record's files, in words; empty: nothing.
+  /// Returns a description of the damage that another program did to the record's files; empty if there is none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
-  /// … and a file of which the record consists was spoiled by it. What was in that file is in the next one: all of it
-  /// where the file could still be read, else as much as was in memory.
+  /// Returns whether the content of a file of the record was damaged. The next part has all rows of that file if it
+  /// could still be read, and otherwise those that were in memory.
   [[nodiscard]] bool is_spoiled() const { return spoiled_; }
 
-  /// The first slot that the last part accounts for.
+  /// Returns the first slot of the last part.
   [[nodiscard]] std::int64_t from() const { return from_; }
 
+  /// Returns the last slot that is on the disk.
   [[nodiscard]] std::int64_t acknowledged() const { return acknowledged_; }
-  /// The highest number that an event has in any of the record's files.
+  /// Returns the highest event number in all files of the record.
   [[nodiscard]] std::int64_t last_event() const { return last_event_; }
   [[nodiscard]] int part() const { return options_.part; }
-  /// Between two parts there is none.
+  /// Returns the open file, or null between two parts.
   [[nodiscard]] RunFile* file() { return file_ ? &*file_ : nullptr; }
-  /// Whether the fault will pass by itself, so that trying again at once is of no use.
+  /// Returns whether the cause of a fault will disappear without action. An immediate second attempt is then useless.
   [[nodiscard]] static bool will_pass(const Fault& fault);
 
  private:
@@ -68,19 +76,25 @@ class RecordWriter {
   void give_up(const Fault& why);
 
   RecordWriterOptions options_;
-  std::string path_;  ///< of the record; its parts stand beside it
+  std::string path_;  ///< the record
   RunInfo info_;
   std::optional<RunFile> file_;
-  std::string failed_;               ///< why the part before was left
-  std::optional<RunFile> nameless_;  ///< the part before, if its name was taken from it: it can still be read
-  std::optional<RunFile> left_;  ///< any other part before: until the next one is there it tells that a program writes
+  /// The reason why the previous part was abandoned.
+  std::string failed_;
+  /// The previous part if its name was removed; it can still be read.
+  std::optional<RunFile> nameless_;
+  /// Any other previous part. Until the next part exists, its lock shows that a program is writing.
+  std::optional<RunFile> left_;
   std::string damage_;
   bool spoiled_ = false;
-  std::deque<EntryPointer> kept_;  ///< acknowledged; begins with one that accounts for slots
+  /// Acknowledged rows; the first entry has slots.
+  std::deque<EntryPointer> kept_;
   std::int64_t from_{};
+  /// The last slot and the highest event number that are acknowledged.
   std::int64_t acknowledged_{-1};
-  std::int64_t last_event_{};  ///< acknowledged, too
-  int locked_{};               ///< attempts in a row
+  std::int64_t last_event_{};
+  /// Consecutive attempts on a locked file.
+  int locked_{};
 };
 
 }  // namespace gyrotherm::record

@@ -18,7 +18,7 @@ namespace gyrotherm::record {
 
 namespace {
 
-/// What an analogue input measured stands behind what the unit sent, whether or not it sent anything.
+/// Returns the row of a unit. Values measured by analogue inputs follow those that the unit sent, which may be missing.
 UnitRow row_of(const UnitReading& reading, const UnitInfo& unit) {
   UnitRow row;
   if (const auto& count = reading.count.value) {
@@ -52,7 +52,8 @@ void add_missing(Entry& entry, const std::string& channel, const Reading<T>& rea
   if (!reading.value) entry.missing.push_back({channel, reading.value.error()});
 }
 
-/// What analogue inputs measure of a unit has each a channel of its own, the last of the unit's values.
+/// Adds the faults of a unit. Each value measured by an analogue input is a channel of its own; these are the last
+/// values of the unit.
 void add_missing(Entry& entry, const UnitInfo& unit, const UnitReading& reading) {
   add_missing(entry, unit.name, reading.count);
   const auto sent = unit.values.size() - reading.analogue.size();
@@ -88,7 +89,7 @@ Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
   return found == kinds.end() ? *kinds.begin() : *found;
 }
 
-// What a value is in a cell. An empty text is nothing.
+// Conversions of a value to a cell. An empty text becomes NULL.
 Cell cell_of(double number) { return number; }
 Cell cell_of(Celsius temperature) { return temperature.value; }
 Cell cell_of(Duration time) { return time.count(); }
@@ -101,7 +102,7 @@ Cell cell_of(const std::optional<T>& value) {
   return value ? cell_of(*value) : Cell();
 }
 
-// … and back.
+// Conversions of a cell to a value.
 using From = const Statement&;
 void take_value(double& number, From from, int i) { number = from.real(i); }
 void take_value(Celsius& temperature, From from, int i) { temperature = Celsius{from.real(i)}; }
@@ -119,7 +120,7 @@ void take_value(std::optional<T>& value, From from, int i) {
   take_value(value.emplace(), from, i);
 }
 
-/// The member that a path of them leads to; there is none where a row has no progress.
+/// Follows a path of members and returns the cell of the last one; NULL if the row has no progress.
 template <auto First, auto... Rest>
 Cell cell_at(const auto& of) {
   const auto& member = of.*First;
@@ -193,13 +194,13 @@ constexpr std::array kEventColumns{
     column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::reaction>("reaction", "TEXT"),
     column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::segment>("segment", "INTEGER"),
     column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::channel>("channel", "TEXT"),
-    // An empty text is no NULL here.
+    // An empty text is stored as a text here.
     Column<RecordedEvent>{"text", "TEXT NOT NULL",
                           [](const RecordedEvent& row) { return Cell(std::string_view(row.event.text)); },
                           [](RecordedEvent& row, From from, int i) { row.event.text = from.text(i); }},
 };
 
-/// The one gyro of a rig file that names none has no label.
+/// Returns the column name with the label of the unit or axis. The single unnamed gyro of a rig file has no label.
 std::string with_label(const std::string& label, const char* what) {
   return label == kOnlyUnit ? what : fmt::format("{}.{}", label, what);
 }
@@ -233,7 +234,7 @@ const char* name(Measures measures) {
 }
 
 const char* type_of(Measures measures) {
-  // NUMERIC: a foreign record keeps its rate in the place of the pulses.
+  // NUMERIC, because an imported record may store a rate instead of pulses.
   return word_in<Measures::true_bias>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL"}, measures);
 }
 
@@ -293,7 +294,7 @@ std::string SampleColumns::names() const {
 
 namespace {
 
-/// The place of what a channel measured, in a row that has one.
+/// Returns a reference to the value of a channel in a row that has it.
 double& number_at(const ChannelColumn& column, SampleRow& row) {
   switch (column.measures) {
     case Measures::rotation: return row.units[column.unit].rotation[column.index];
@@ -305,7 +306,7 @@ double& number_at(const ChannelColumn& column, SampleRow& row) {
   return row.thermometers_c[column.index];
 }
 
-/// Nothing where a unit said nothing.
+/// Returns a value, or NaN if the unit sent none.
 double number_or_missing(const std::vector<double>& numbers, std::size_t index) {
   return index < numbers.size() ? numbers[index] : kMissing;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The rows of a record: what one call of Store puts in (the rows of a second, of a gap, or of an event that came
-/// alone), and how they come out of the file.
+/// The rows of a record, as Store writes them and as readers get them. One call of Store writes one entry: the rows of
+/// a second, of a gap, or of a separate event.
 #pragma once
 
 #include <cstdint>
@@ -19,22 +19,24 @@
 
 namespace gyrotherm::record {
 
-// What one call of Store puts into the record: the rows of a second, of a gap, or of an event that came alone.
+// The entries that Store writes.
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-/// A temperature as a record has it: NaN is not known.
+/// Returns a temperature from a record; nothing if it is NaN.
 [[nodiscard]] std::optional<Celsius> unless_nan(double celsius);
 
-/// What a unit under test measured in one second.
+/// The measurements of a unit under test in one second.
 struct UnitRow {
-  std::vector<double> rotation{};  ///< of each axis: pulses, or a foreign record's number
+  /// Pulses of each axis, or the number in an imported record.
+  std::vector<double> rotation{};
   std::optional<Duration> interval{};
-  std::vector<double> values{};               ///< its housekeeping
-  std::vector<double> true_bias_deg_per_h{};  ///< virtual rig, of each axis
+  /// The values that the unit and analogue inputs measured.
+  std::vector<double> values{};
+  /// The true bias of each axis of a virtual unit.
+  std::vector<double> true_bias_deg_per_h{};
 };
 
-/// A row of the table `sample`, as written and as read; NaN or nothing is stored as NULL. An imported record has no
-/// progress and no state.
+/// A row of the table `sample`. NaN and nothing are stored as NULL. An imported record has neither progress nor state.
 struct SampleRow {
   std::int64_t slot{};
   Duration monotonic{};
@@ -47,24 +49,27 @@ struct SampleRow {
   std::optional<RunState> state{};
 };
 
-/// One in which nothing is known yet, with a place for everything that the record has.
+/// Returns a row without values, sized for all channels of the record.
 [[nodiscard]] SampleRow empty_row(const RunInfo& info);
 
-/// An event and the second that it belongs to.
+/// An event and its second.
 struct RecordedEvent {
   std::int64_t slot{};
   Event event;
 };
 
+/// A second, a gap or a separate event, with everything that is recorded of it.
 struct Entry {
   struct MissingReading {
     std::string channel;
     Fault fault;
   };
-  std::int64_t first{};  ///< slots that it accounts for; none if after `last`
-  std::int64_t last{};   ///< events belong to this one
+  /// The slots of the entry; none if `first` is after `last`. Its events belong to `last`.
+  std::int64_t first{};
+  std::int64_t last{};
   std::optional<SampleRow> sample{};
-  std::string gap_cause{};  ///< where there is no sample
+  /// The cause of the gap for an entry without a sample.
+  std::string gap_cause{};
   std::vector<MissingReading> missing{};
   std::vector<Event> events{};
 
@@ -72,63 +77,70 @@ struct Entry {
   [[nodiscard]] std::int64_t slots() const { return last - first + 1; }
 };
 
+/// Returns the entry of one second.
 [[nodiscard]] Entry entry_of(const Sample& sample, std::span<const Event> events, const RunInfo& info);
+/// Returns the entry of a gap.
 [[nodiscard]] Entry gap_entry(std::int64_t first, std::int64_t last, const std::string& cause);
-/// An event after slot `last`.
+/// Returns the entry of an event after slot `last`.
 [[nodiscard]] Entry event_entry(std::int64_t last, const Event& event);
 
-// The rows of a record as they come out of the file.
+// The rows of a record as they are read from the file.
 
 struct Record;
 
-/// What of the samples is wanted.
+/// Selects samples.
 struct Wanted {
-  std::string unit{};       ///< what was measured of the rig and of this unit; empty: everything
-  std::int64_t after = -1;  ///< … behind this second
+  /// Selects the measurements of the rig and of this unit; empty selects everything.
+  std::string unit{};
+  /// Selects the seconds after this one.
+  std::int64_t after = -1;
 };
 
-/// A column of the samples as a text table has it. Without a title it has none.
+/// A column of the text export. A column without a title is not exported.
 struct Exported {
   const char* title = nullptr;
   Cell (*cell)(const Record& record, std::size_t row) = nullptr;
 };
 
-/// One column of a table: the one place where it is named. Schema, insert, hash chain, reading and export follow it.
+/// One column of a table. Schema, insert statement, hash chain, reader and export all use this single definition.
 template <class Row>
 struct Column {
   const char* name;
   const char* type;
   Cell (*cell)(const Row& row);
-  /// Puts a value that is not NULL into a row.
+  /// Stores a value that is not NULL in a row.
   void (*take)(Row& row, const Statement& from, int column);
   Exported exported{};
-  const char* unit = "";  ///< of a channel that the chamber measures; empty: it is none
+  /// The unit of a channel that the chamber measures; empty for any other column.
+  const char* unit = "";
 };
-/// The columns of `sample` that every record has: before those of its channels, and after them.
+/// Return the columns of `sample` that every record has, before and after the columns of its channels.
 [[nodiscard]] std::span<const Column<SampleRow>> columns_before_channels();
 [[nodiscard]] std::span<const Column<SampleRow>> columns_after_channels();
 
-/// What a channel measures that is not the chamber's.
+/// The quantity that a channel measures, for channels other than the chamber's.
 enum class Measures { temperature, rotation, interval, value, true_bias };
 [[nodiscard]] const char* name(Measures measures);
-/// The type of the column of such a channel.
+/// Returns the SQL type of the column of such a channel.
 [[nodiscard]] const char* type_of(Measures measures);
 
-/// A column of `sample` that the record's own channels make.
+/// A column of `sample` that depends on the record's channels.
 struct ChannelColumn {
   std::string name;
   Measures measures{};
-  std::size_t unit{};   ///< under test; of a temperature none
-  std::size_t index{};  ///< of the thermometer, or among the axes or values of the unit
+  std::size_t unit{};  ///< not used for a temperature
+  /// The index of the thermometer, or the index among the axes or values of the unit.
+  std::size_t index{};
 };
-/// In the order of the table: thermometers, then what each unit measured, and, behind the columns after them, the true
-/// biases. A thermometer's column is named as it is; a unit's have its label before them, but for the one gyro of a rig
-/// file that names none: "pulses", "u1.x.pulses".
+/// Returns these columns in the order of the table: thermometers, then the measurements of each unit, then, after
+/// columns_after_channels(), the true biases. The column of a thermometer has its name. The columns of a unit start
+/// with its label ("u1.x.pulses"), except in a rig file with a single unnamed gyro ("pulses").
 [[nodiscard]] std::vector<ChannelColumn> channel_columns(const RunInfo& info);
 
-/// … of one record.
+/// The selected thermometers, units and seconds of one record.
 struct Selection {
-  std::vector<bool> thermometers, units;  ///< of each, whether
+  /// One flag per thermometer and per unit.
+  std::vector<bool> thermometers, units;
   std::int64_t after{};
   [[nodiscard]] bool has(const ChannelColumn& column) const {
     return column.measures == Measures::temperature ? thermometers[column.index] : units[column.unit];
@@ -136,22 +148,23 @@ struct Selection {
 };
 [[nodiscard]] Selection select(const RunInfo& info, const Wanted& wanted);
 
-/// Columns of `sample` but its link of the chain, of one record: all, or those of the channels that are selected.
+/// The columns of `sample` in one record, except the link of the chain. Contains all channels, or only the selected
+/// ones.
 class SampleColumns {
  public:
   explicit SampleColumns(const RunInfo& info) : SampleColumns(info, select(info, {})) {}
   SampleColumns(const RunInfo& info, const Selection& selection);
 
   [[nodiscard]] std::span<const ChannelColumn> channels() const { return channels_; }
-  /// Each in order, with its type.
+  /// Calls `use` with the name and the type of each column, in order.
   void each(const std::function<void(std::string_view name, std::string_view type)>& use) const;
-  /// Quoted where they need it, joined by commas.
+  /// Returns the column names in quotes, joined by commas.
   [[nodiscard]] std::string names() const;
   [[nodiscard]] std::size_t count() const;
-  /// What a row has in each, into as many cells; units and thermometers of the row as many as the record's.
+  /// Writes the values of a row to `cells`, one per column. The row must have all units and thermometers of the record.
   void read_cells(const SampleRow& row, std::span<Cell> cells) const;
-  /// Puts the row that stands in the first columns of a statement which asked for names() into one of the record,
-  /// whose channels that are not selected stay as they are.
+  /// Reads a row from the first columns of a statement that selected names(). Leaves channels that are not selected
+  /// unchanged.
   void read(SampleRow& row, const Statement& from) const;
 
  private:
@@ -159,10 +172,10 @@ class SampleColumns {
   std::size_t before_progress_{};  ///< channels
 };
 
-/// The columns of `event` between its id and its link of the chain.
+/// Returns the columns of `event` between its id and its link of the chain.
 [[nodiscard]] std::span<const Column<RecordedEvent>> columns_of_events();
 
-/// The columns of a table of that list, joined by commas.
+/// Returns the names of the columns, joined by commas.
 template <class Row>
 [[nodiscard]] std::string names_of(std::span<const Column<Row>> columns) {
   std::string names;
@@ -170,8 +183,7 @@ template <class Row>
   return names;
 }
 
-/// Takes the values of those columns into a row in which nothing is known yet; the first stands at column `i` of the
-/// statement, which is counted on.
+/// Reads the values of the columns into an empty row. The first one is column `i` of the statement; advances `i`.
 template <class Row>
 void take(Row& row, std::span<const Column<Row>> columns, const Statement& from, int& i) {
   for (const auto& column : columns) {
@@ -180,22 +192,24 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
   }
 }
 
-/// Calls `use` with what is selected of each sample, in order of slots; the row is overwritten by the next.
+/// Calls `use` with the selected part of each sample, in order of slots. Each call overwrites the row of the one
+/// before.
 [[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,
                                        const std::function<void(const SampleRow&)>& use);
 
-/// Whether a run's clock, or the wall's, could show it, until 2116: differences of such times do not overflow.
+/// Returns whether a time is possible for a run's clock or for the wall clock until 2116. Differences of such times do
+/// not overflow.
 [[nodiscard]] constexpr bool is_possible_time(Duration time) {
   return time >= Duration{} && time <= Duration(std::int64_t{1} << 62);
 }
 
-/// The last sample, if there is one.
+/// Returns the last sample; nothing if there is none.
 [[nodiscard]] Result<std::optional<SampleRow>> last_row(Database& database, const RunInfo& info);
 
-/// The last slot that has a sample or lies in a gap; −1 if none.
+/// Returns the last slot with a sample or in a gap; −1 if there is none.
 [[nodiscard]] Result<std::int64_t> last_slot(Database& database);
 
-/// The reverse of name(…); an unknown name gives the first of them.
+/// Returns the kind with that name. An unknown name gives the first kind.
 [[nodiscard]] EventKind event_kind_named(std::string_view text);
 
 }  // namespace gyrotherm::record

@@ -28,7 +28,7 @@ Result<void> begin_chain(Database& database) {
   return start ? put_meta(database, "chain_start", hex(*start)) : failure(start.error());
 }
 
-/// The chain of what the file holds. Fails with storage if it does not fit.
+/// Verifies the chain of the file and returns it. Fails with storage if it does not match.
 Result<RowChain> stored_chain(Database& database, const std::string& path) {
   auto checked = check_chain(database, path);
   if (!checked) return failure(FaultKind::storage, path, "the record is damaged: " + checked.error().what);
@@ -69,12 +69,12 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
 }
 
 constexpr int kCopyPatienceMs = 100;
-/// What a machine that dies leaves of such a file is of no use to anybody.
+/// Settings for a file that is useless after a crash of the machine.
 constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF";
 
-/// Samples that one statement puts in, where there are as many: it begins anew for each of them otherwise.
+/// The most samples in one insert statement. Each execution has a fixed cost.
 constexpr std::size_t kTogether = 32;
-constexpr std::size_t kMostParameters = 32'766;  ///< that SQLite takes, whoever has compiled it
+constexpr std::size_t kMostParameters = 32'766;  ///< SQLite's default limit
 
 std::string insert_sql(std::string_view table, const std::string& columns, std::size_t rows = 1) {
   std::string places = "?";
@@ -144,7 +144,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
     if (!found) return failure(found.error());
     watch = std::move(*found);
     database.watch_log();
-    // What the file says of the run; on a full disk it stays in the log.
+    // Checkpoint the description of the run. On a full disk it stays in the log.
     if (auto folded = database.empty_log(); !folded && !is_full(folded.error())) return failure(folded.error());
     watch->remember();
   }
@@ -156,7 +156,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
 
 Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
                                 const std::optional<Continuation>& continuation) {
-  // A run that goes on has begun with its names.
+  // A resumed run keeps the names with which it began.
   if (auto good = continuation ? check_channel_names(info) : check_new_channel_names(info); !good)
     return failure(good.error());
   if (std::ranges::any_of(path, [](unsigned char c) { return c < ' '; }))
@@ -184,11 +184,11 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
                           .and_then([&] { return check_unfinished(*database, path); })
                           .and_then([&] { return make_durable(*database, path); });
   if (!usable) {
-    database = failure(usable.error());  // with its own locks
+    database = failure(usable.error());  // releases its own locks
     if (is_locked(usable.error()) && !is_being_written(path)) return failure(FaultKind::timeout, path, kBeingRead);
     return failure(usable.error());
   }
-  // The log's index that somebody left who read the record in between; under the exclusive lock nobody uses it.
+  // Remove the index of the log that a reader has left. Under the exclusive lock no program uses it.
   std::error_code none_there;
   std::filesystem::remove(path + "-shm", none_there);
   auto info = read_run_info(*database);
@@ -236,7 +236,7 @@ Result<void> RunFile::share() {
   database_.keep_log_on_close();
   if (auto set = database_.execute("PRAGMA wal_autocheckpoint = 0; PRAGMA journal_size_limit = 4194304"); !set)
     return set;
-  database_.watch_log();  // which SQLite forgets with the first of these
+  database_.watch_log();  // execute() resets the hook
   return {};
 }
 
@@ -287,7 +287,7 @@ Result<void> RunFile::prove() {
 Result<void> RunFile::roll_back() {
   now_ = committed_;
   auto done = database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
-  if (watch_) watch_->remember_log();  // a transaction that failed half-way has written into the log
+  if (watch_) watch_->remember_log();  // a failed transaction has written there
   return done;
 }
 
@@ -417,7 +417,7 @@ Result<void> RunFile::copy_row(std::string_view table, const record::Statement& 
     return write(samples_);
   }
   auto& statement = table == "fault" ? statements_->fault : table == "event" ? statements_->event : statements_->gap;
-  // Every part of a run counts its faults from 1, and an older one its events too.
+  // Each part of a run numbers its faults from 1, and an older version also its events.
   if (table == "fault") ++now_.faults;
   if (table == "event") now_.events = std::max(row.integer(0), now_.events + 1);
   const bool is_numbered = table != "gap";
@@ -437,7 +437,7 @@ Result<void> RunFile::replace_frames(const FrameCount& frames) {
   return statements_->frames.run(frames.seen, frames.lost, frames.bad, hex(now_.chain.head()));
 }
 
-/// Says what the chain ends with, together with the mark of a finished run.
+/// Stores the final hash of the chain and marks the run as finished.
 Result<void> RunFile::seal() {
   auto frames = database_.prepare("SELECT max(seen), max(lost), max(bad) FROM frames");
   if (!frames) return failure(frames.error());
@@ -453,7 +453,8 @@ Result<void> RunFile::seal() {
 Result<void> RunFile::finish() {
   statements_.reset();
   if (in_memory(path_)) return seal();
-  if (!is_synced_)  // with the next commit all of the file is
+  // The next commit then syncs the whole file.
+  if (!is_synced_)
     if (auto set = database_.execute("PRAGMA synchronous = FULL"); !set) return set;
   if (watch_)
     if (auto refused = refuse_if(watch_->look()); !refused) return refused;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The open file of a run: one connection with the settings that make a commit durable, and one prepared statement per
-/// kind of row. What may be written when is the business of Store and of import; here a row is a row.
+/// kind of row. Store and import decide which rows are written; this class does not check their order.
 #pragma once
 
 #include <cstdint>
@@ -20,84 +20,91 @@
 
 namespace gyrotherm::record {
 
-/// Samples as the file takes them. A text among the cells is not theirs.
+/// Samples in the form in which the file stores them. A text among the cells refers to memory of the sample.
 struct ChainedSamples {
-  std::vector<Cell> cells{};          ///< of one after the other
-  std::vector<std::int64_t> links{};  ///< of the hash chain, one a sample
+  /// The cells of all samples, one sample after the other.
+  std::vector<Cell> cells{};
+  /// The links of the hash chain, one per sample.
+  std::vector<std::int64_t> links{};
 };
 
+/// Writes one file of a record.
 class RunFile {
  public:
-  /// Makes a new file with its schema and `info`, durable when this returns. Fails with storage if the file exists,
-  /// with bad_file if a channel's name cannot be a column. After a failure there is no file. kInMemory as a path is
-  /// one.
+  /// Creates a file with the schema and `info`. It is durable when this returns. Fails with storage if the file exists,
+  /// and with bad_file if the name of a channel cannot be a column name. Leaves no file after a failure. The path
+  /// kInMemory creates a database in memory.
   [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info,
                                               const std::optional<Continuation>& continuation = {});
-  /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
+  /// Opens the file of an unfinished run and recovers the log of a writer that died. Fails as Store::reopen() does.
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
-  /// Makes a new record whose rows are all at hand: claimed, but neither synced before finish(), which makes sure of
-  /// all of it, nor watched. What a machine that dies leaves of it is of no use. Fails like create(), and with usage if
-  /// the path is kInMemory.
+  /// Creates a record for rows that are all available. The file is locked exclusively. It is not watched, and it is not
+  /// synced before finish(), which syncs all of it. After a crash of the machine the file is useless. Fails as create()
+  /// does, and with usage if the path is kInMemory.
   [[nodiscard]] static Result<RunFile> create_at_once(const std::string& path, const RunInfo& info);
 
-  /// Makes a new file with the same tables that is no record but a copy of one, for others to read while the record is
-  /// written: not claimed, not synced and not watched. Until share() nobody may read it; then everybody may, and it has
-  /// a log. Fails like create().
+  /// Creates a file with the same tables for a live copy of a record. It is not locked, synced or watched. No other
+  /// program may read it before share(). Fails as create() does.
   [[nodiscard]] static Result<RunFile> create_copy(const std::string& path, const RunInfo& info);
-  /// Takes up a copy that nobody reads yet.
+  /// Opens a copy that no other program reads yet.
   [[nodiscard]] static Result<RunFile> open_copy(const std::string& path);
+  /// Gives a copy its write-ahead log. From then on any program may read it.
   [[nodiscard]] Result<void> share();
-  /// Puts all that was committed to this file into a new one, which is there and empty. Fails with storage.
+  /// Copies all committed rows to the existing empty file `path`. Fails with storage.
   [[nodiscard]] Result<void> copy_to(const std::string& path);
 
-  /// Writes something that changes nothing, syncs it and reads it back from the file: nothing may depend on a record
-  /// that was not seen to work. Fails with storage.
+  /// Tests the file: rewrites a row with the same values, syncs it and reads it back. Fails with storage.
   [[nodiscard]] Result<void> prove();
 
-  /// Fails also, with nothing begun, if another program has done something to the files; interference() says what.
+  /// Begins a transaction. Also fails, without beginning one, if another program changed the files; interference() then
+  /// describes the change.
   [[nodiscard]] Result<void> begin();
-  /// Ends the transaction; once this returns it is on the disk, in files that are still in their places.
+  /// Commits the transaction. When it returns successfully, the rows are on the disk, in files that still have their
+  /// names.
   [[nodiscard]] Result<void> commit();
-  /// What another program did to the files, once it was found.
+  /// Returns the change that another program made to the files, once it was detected.
   [[nodiscard]] const std::optional<Interference>& interference() const { return interference_; }
-  /// Nothing of the transaction remains, whether it was begun or not.
+  /// Rolls back the transaction if there is one.
   [[nodiscard]] Result<void> roll_back();
-  /// Outside a transaction: folds the log into the file once it is long. What was committed is on the disk either way.
+  /// Checkpoints the log once it is long. Call it outside a transaction. Committed rows are on the disk in any case.
   [[nodiscard]] Result<void> fold_log();
-  /// From now on, and when it is closed, not a byte of the file and of its log changes.
+  /// Leaves the file and its log unchanged from now on, even when it is closed.
   void leave_untouched() { database_.keep_log_on_close(); }
 
-  /// Texts of faults, events and gaps come from instruments and operators: they are stored as plain() makes them.
+  /// Writes all rows of an entry. Texts of faults, events and gaps come from instruments and operators; plain() removes
+  /// their control characters.
   [[nodiscard]] Result<void> insert(const Entry& entry);
   [[nodiscard]] Result<void> insert(const SampleRow& row);
-  /// The two halves of insert(), for many samples: the first touches no file, so that it can go on with the next while
-  /// another thread is in the second, which has them in the same order.
+  /// The two halves of insert(), for many samples. chain() computes the links and accesses no file, so it can process
+  /// the next samples while another thread is in write(). Both must receive the samples in the same order.
   void chain(std::span<const SampleRow> rows, ChainedSamples& chained);
   [[nodiscard]] Result<void> write(const ChainedSamples& samples);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
-  /// Under the event's number where it has one that is higher than all before, else under the next.
+  /// Writes an event. Uses the event's own number if it is higher than all before, and otherwise the next number.
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
-  /// Takes over the rows before `slot` of another file of the same run, which is open.
+  /// Copies the rows before `slot` from another open file of the same run.
   [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
   [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
-  /// Of the whole run so far, the last before a commit: the chain's head goes with it.
+  /// Stores the frame counts of the whole run, and the head of the chain. Call it last before a commit.
   [[nodiscard]] Result<void> replace_frames(const FrameCount& frames);
 
-  /// Outside a transaction: marks the run as finished and makes the file a single one. Only destruction may follow.
+  /// Marks the run as finished and removes the log, so that one file remains. Call it outside a transaction. Only
+  /// destruction may follow.
   [[nodiscard]] Result<void> finish();
 
   [[nodiscard]] const RunInfo& info() const { return info_; }
-  /// The highest number that an event has; 0: there is none.
+  /// Returns the highest event number; 0 if there is none.
   [[nodiscard]] std::int64_t last_event() const { return now_.events; }
   [[nodiscard]] Database& database() { return database_; }
 
  private:
   struct Statements {
     Statement begin{}, commit{}, sample{}, fault{}, event{}, gap{}, frames{};
-    std::optional<Statement> samples{};  ///< as many as are put in together_; like `sample`, of the columns named_
+    /// Inserts `together_` samples at once, with the columns in `named_`, as `sample` does with one.
+    std::optional<Statement> samples{};
   };
-  /// A row being put together: each value goes into the statement and into the chain.
+  /// A row under construction. Each value is added to the statement and to the chain.
   class Row;
   RunFile(Database database, Statements statements, std::optional<FileWatch> watch, std::string path, RunInfo info)
       : database_(std::move(database)),
@@ -115,30 +122,36 @@ class RunFile {
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
   [[nodiscard]] std::int64_t link_of(std::span<const Cell> sample);
-  /// The statements then name each column that some sample had something in so far: to bind and to store nothing takes
-  /// as long as a number.
+  /// Prepares statements with only those columns that had a value in some sample so far. Binding and storing NULL takes
+  /// as long as storing a number.
   [[nodiscard]] Result<void> prepare_for(const ChainedSamples& samples);
   [[nodiscard]] Result<Statement> prepare_insert(const std::vector<bool>& named, std::size_t rows);
 
-  std::optional<WrittenHere> written_;  ///< nothing in memory; outlives the connection
+  /// Empty for a file in memory. Outlives the connection.
+  std::optional<WrittenHere> written_;
   Database database_;
-  std::optional<Statements> statements_;  ///< gone after finish()
-  std::optional<FileWatch> watch_;        ///< nothing in memory
+  /// Empty after finish().
+  std::optional<Statements> statements_;
+  /// Empty for a file in memory.
+  std::optional<FileWatch> watch_;
   std::optional<Interference> interference_;
-  bool is_synced_ = true;  ///< a commit is on the disk when it returns
+  /// A commit is on the disk when it returns.
+  bool is_synced_ = true;
   std::string path_;
   RunInfo info_;
   SampleColumns columns_;
-  std::vector<bool> named_{};  ///< of the columns; before the first sample `sample` has all of them
+  /// One flag per column. Before the first sample, `sample` has all columns.
+  std::vector<bool> named_{};
   std::size_t together_ = 1;
-  ChainedSamples samples_{};  ///< made once
-  /// What the next row continues.
+  ChainedSamples samples_{};  ///< reused
+  /// The state that the next row continues.
   struct Position {
     RowChain chain;
-    std::int64_t faults{}, events{};  ///< keys
+    std::int64_t faults{}, events{};  ///< last keys
   };
   Position now_;
-  Position committed_;  ///< what a roll-back returns to
+  /// The state after the last commit, restored by a roll-back.
+  Position committed_;
 };
 
 }  // namespace gyrotherm::record

@@ -24,7 +24,7 @@ constexpr const char* kPulseCount = "pulse_count";
 constexpr const char* kChamberMeasures = "chamber";
 constexpr const char* kRigFile = "rig_file";
 
-/// The texts of the table `meta`, beside which it has numbers.
+/// The texts in the table `meta`. The table also has numbers.
 constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{{
     {"id", &RunInfo::id},
     {"program_version", &RunInfo::program_version},
@@ -39,7 +39,7 @@ constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{
     {"gyro_model_text", &RunInfo::gyro_model_text},
 }};
 
-/// What the table `axis` may say of an axis beside its name.
+/// The optional columns of the table `axis`.
 constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kOfAnAxis{{
     {"latitude_deg", &GyroUncertainty::latitude_deg},
     {"azimuth_deg", &GyroUncertainty::azimuth_deg},
@@ -51,7 +51,8 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
     {"turn_on_repeatability_deg_per_h", &GyroUncertainty::turn_on_repeatability_deg_per_h},
 }};
 
-/// The lines of the list `fixture` about an axis. A new column of `axis` would make older records unreadable.
+/// The lines of the list `fixture` for an axis. They are not columns of `axis`, because a new column would make older
+/// records unreadable.
 constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 5> kOfItsFixture{{
     {"fixture_azimuth_deg", &GyroUncertainty::fixture_azimuth_deg},
     {"fixture_elevation_deg", &GyroUncertainty::fixture_elevation_deg},
@@ -60,7 +61,7 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
     {"direction_uncertainty_deg", &GyroUncertainty::direction_uncertainty_deg},
 }};
 
-/// Names an axis in the list `fixture`, by its unit's position and its own.
+/// Returns the name of an axis in the list `fixture`: the position of its unit and its own.
 std::string place_in_list(std::size_t unit, std::size_t axis) { return fmt::format("{}.{}", unit, axis); }
 
 Result<void> write_meta(Database& database, const RunInfo& info) {
@@ -72,9 +73,9 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   };
   put("schema", kRunSchema);
   for (const auto& [key, text] : kTexts)
-    if (key != kRigFile || !info.rig_file.empty()) put(key, info.*text);  // absent: virtual rig
+    if (key != kRigFile || !info.rig_file.empty()) put(key, info.*text);  // absent for a virtual rig
   put("simulated", info.simulated);
-  put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
+  put("seed", std::to_string(info.seed));  // text: SQLite integers are signed
   put("days_later", std::to_string(info.days_later));
   put("imported", info.imported);
   put("started_utc_ns", info.started_utc.count());
@@ -94,7 +95,7 @@ std::vector<double> polynomial_of(std::string_view text) {
   return coefficients;
 }
 
-/// What is measured once a second, in the order of the sample's columns, with what it is.
+/// A row of the table `channel`, in the order of the sample's columns.
 struct MeasuredChannel {
   Channel channel;
   const char* measures;
@@ -150,10 +151,10 @@ constexpr const char *kNormal = "normal", *kRectangular = "rectangular";
 
 std::string day_or_nothing(const std::optional<std::chrono::sys_days>& day) { return day ? format_day(*day) : ""; }
 
-/// NaN is NULL in the file.
+/// Returns NaN, stored as NULL, for a missing value.
 double kelvins_or_nothing(const std::optional<Kelvins>& kelvins) { return kelvins ? kelvins->value : kMissing; }
 
-/// Nothing where the file has none, or a number that no uncertainty can be.
+/// Returns an uncertainty; nothing if the file has none or an impossible value.
 std::optional<Kelvins> uncertainty_in(double kelvins) {
   return std::isfinite(kelvins) && kelvins >= 0 ? std::optional(Kelvins{kelvins}) : std::nullopt;
 }
@@ -194,7 +195,7 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
                      *kAnalogueMaps = "analogue_map_texts", *kIdentities = "identities", *kFixture = "fixture";
 
-/// Returns "key number" of each that is known.
+/// Returns "key number" for each known value.
 std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
   std::vector<std::string> lines;
   for (const auto& [key, number] : kOfItsFixture)
@@ -202,7 +203,7 @@ std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
   return lines;
 }
 
-/// Takes a line of fixture_lines(); ignores one that is not.
+/// Parses a line of fixture_lines(). Ignores any other line.
 void take_fixture_line(std::string_view line, GyroUncertainty& known) {
   const auto blank = line.find(' ');
   if (blank == line.npos) return;
@@ -234,7 +235,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   return written;
 }
 
-/// NaN is NULL in the file.
+/// Returns NaN, stored as NULL, for a missing value.
 double number_or_nothing(const std::optional<double>& number) { return number.value_or(kMissing); }
 
 std::string axis_columns() {
@@ -338,7 +339,8 @@ AxisInfo axis_in(const Statement& row) {
   return axis;
 }
 
-/// Rows of units, axes and values count from 0 on, each: a table that skips one is no record's.
+/// Reads units with their axes and values. Their positions count from 0; a table with a missing position is not that of
+/// a record.
 Result<void> read_units(Database& database, RunInfo& info) {
   const auto with_unit = [&](const Statement& row, const auto& use) -> Result<void> {
     const auto unit = static_cast<std::uint64_t>(row.integer(0));
@@ -375,7 +377,7 @@ Result<void> read_units(Database& database, RunInfo& info) {
       });
 }
 
-/// Who reads a value, where that is not who reads its unit; the channels say it.
+/// Reads the instrument of each value that is not read by the instrument of its unit. The table `channel` has it.
 Result<void> read_instruments_of_values(Database& database, RunInfo& info) {
   const auto sql = fmt::format("SELECT name, instrument FROM channel WHERE measures = '{}'", name(Measures::value));
   return database.each_row(sql, [&](const Statement& row) {
@@ -449,8 +451,8 @@ Result<void> write_run_info(Database& database, const RunInfo& info) {
 
 namespace {
 
-/// A real run is described before its chamber is prepared, and its clock starts after that: the description's time is
-/// early by as long as that took. The first second knows when the clock stood at zero.
+/// Replaces the start time by that of the first sample. A real run is described before its chamber is prepared, and its
+/// clock starts later, so the time in the description is too early by the time of the preparation.
 Result<void> read_start(Database& database, RunInfo& info) {
   if (info.simulated || info.imported) return {};
   const auto started =
@@ -497,7 +499,7 @@ namespace {
 
 using std::chrono::sys_days;
 
-/// All of `text` as a number without a sign.
+/// Parses the whole text as a number without a sign.
 std::optional<unsigned> digits(std::string_view text) {
   unsigned value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -523,7 +525,7 @@ std::optional<sys_days> parse_day(std::string_view text) {
   if (!year || !month || !day) return std::nullopt;
   const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(*year)), std::chrono::month(*month),
                                          std::chrono::day(*day)};
-  constexpr std::chrono::year kFirst{1678}, kLast{2261};  // whole years that a Duration since 1970 can hold
+  constexpr std::chrono::year kFirst{1678}, kLast{2261};  // representable as Duration since 1970
   const bool is_held = date.ok() && date.year() >= kFirst && date.year() <= kLast;
   return is_held ? std::optional<sys_days>(date) : std::nullopt;
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kLivePatienceMs = 200;
 
-/// The files whose content was looked at.
+/// The files whose schema was checked, with their state.
 class SeenFiles {
  public:
   bool has(const std::string& path, const FileState& state) {
@@ -84,7 +84,7 @@ Result<RunInfo> read_source_info(const RecordFiles& files) {
 
 namespace {
 
-/// The slots that are taken from a file.
+/// The range of slots that is read from a file.
 struct Slots {
   std::int64_t first{}, last{};
 };
@@ -95,7 +95,7 @@ Slots slots_of(const RecordFiles& files, std::size_t part) {
           .last = next < files.parts.size() ? files.parts[next].continuation.from - 1 : kNoEnd};
 }
 
-/// The rows of one file; false where no more are wanted.
+/// Calls `use` with the rows of one file. Returns false if no more rows are required.
 Result<bool> each_row_of(const Part& part, const Slots& slots, const RowQuery& query, std::int64_t& left,
                          const std::function<bool(const Statement&)>& use) {
   auto database = open_source(part);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads the rows of a run: from its live copy while a program writes the record, else from the closed record's own
-/// files. Never opens a record that is being written, and makes, changes or removes nothing beside a record.
+/// Reads the rows of a run from its live copy while a program writes the record, and otherwise from the files of the
+/// closed record. Never opens a record that is being written, and does not create, change or remove any file.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,10 @@ inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 /// changed. Fails with storage if it is a record being written, with bad_file if it is not a record. Any thread.
 [[nodiscard]] Result<Database> open_source(const Part& part);
 
-/// Finds the files to read a run from: the live copy if the run is `running`, else the record, which has more rows than
-/// the copy that a dead program left. Returns the other one if the preferred one is missing. The run_id of a copy is
-/// empty. Fails with storage while a record without a live copy is being written, with bad_file if there is no record.
+/// Finds the files to read a run from. The live copy is preferred if the run is `running`, and otherwise the record,
+/// because it has more rows than the copy that a dead program left. Returns the other source if the preferred one is
+/// missing. The run_id of a copy is empty. Fails with storage while a record without a live copy is being written, and
+/// with bad_file if there is no record.
 [[nodiscard]] Result<RecordFiles> find_source_files(const std::string& record_path, bool running);
 
 /// Returns true if the run has a sample. Before its first sample a real run does not know when it started.

@@ -60,10 +60,10 @@ std::string lower(std::string text) {
 bool may_stand_in_a_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
 }
-/// A foreign thermometer keeps the name that it had.
+/// Returns whether a character is allowed in the name of a thermometer. An imported one keeps its name.
 bool may_stand_in_a_thermometers_name(char c) { return may_stand_in_a_name(c) || c == ' ' || c == '.'; }
 
-/// Why it is none; nothing where it is one.
+/// Returns the reason why a name is malformed; nothing if it is not.
 std::optional<std::string> name_trouble(std::string_view name, bool (*may_stand)(char), const char* of) {
   if (name.empty() || name.size() > kLongestName) return "a name has 1 to 64 characters";
   if (!std::ranges::all_of(name, may_stand)) return fmt::format("a name is made of {}", of);
@@ -108,7 +108,7 @@ void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   for (const auto& column : columns_before_channels()) taken.insert(column.name);
   for (const auto& column : columns_after_channels()) taken.insert(column.name);
   auto columns = channel_columns(info);
-  // A thermometer is told that its name is another's, not the other way round.
+  // Put thermometers last, so that a duplicate name is reported for the thermometer and not for the other channel.
   std::ranges::stable_partition(columns, [](const auto& column) { return column.measures != Measures::temperature; });
   std::vector<NameTrouble> found;
   std::set<std::size_t> units;
@@ -118,7 +118,7 @@ void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
     const auto is_it = [&](const NameTrouble& one) {
       return one.of == of && one.unit == column.unit && one.index == column.index;
     };
-    if (std::ranges::any_of(found, is_it)) continue;  // its true bias has the name of another's too
+    if (std::ranges::any_of(found, is_it)) continue;  // its true bias also has a duplicate
     if (of == NameTrouble::Of::unit) units.insert(column.unit);
     const char* kind = of == NameTrouble::Of::thermometer ? "thermometer" : "channel";
     found.push_back({of, column.unit, column.index, fmt::format("{} \"{}\"", kind, column.name), kTaken});
@@ -130,7 +130,7 @@ void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   troubles.insert(troubles.end(), found.begin(), found.end());
 }
 
-/// What stands above those columns of the text table that every record has, without units, in lower case.
+/// Returns the titles, in lower case and without units, of the text table's columns that every record has.
 std::set<std::string> common_titles() {
   std::set<std::string> titles;
   const auto add = [&](const auto& column) {
@@ -167,7 +167,8 @@ std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
     if (column.measures == Measures::temperature) continue;
     taken.insert(lower(calibrated_name(column)));
     if (column.measures != Measures::true_bias) continue;
-    constexpr std::string_view kTrue = "true_";  // Python has the bias beside it: "u1.x.bias_deg_per_h"
+    // Python adds a column with the bias: "u1.x.bias_deg_per_h".
+    constexpr std::string_view kTrue = "true_";
     auto bias = lower(column.name);
     taken.insert(bias.erase(bias.rfind(kTrue), kTrue.size()));
   }
@@ -196,7 +197,7 @@ Result<void> check_new_channel_names(const RunInfo& info) { return verdict_of(ne
 
 namespace {
 
-/// A number that SQL takes for a real one, to the bit.
+/// Formats a number as an SQL literal with a real type and the exact value.
 std::string real(double number) {
   auto text = fmt::format("{}", number);
   if (text.find_first_of(".en") == std::string::npos) text += ".0";
@@ -212,7 +213,7 @@ std::string temperature(const Channel& channel) {
   std::string sum = real(channel.polynomial.back());
   for (std::size_t i = channel.polynomial.size() - 1; i-- > 0;)
     sum = fmt::format("({} + {} * {})", real(channel.polynomial[i]), reading, sum);
-  // A constant alone would give a temperature where there was no reading.
+  // Adding 0.0 * reading makes the result NULL if the reading is NULL.
   return channel.polynomial.size() == 1 ? fmt::format("{} + 0.0 * {}", sum, reading) : sum;
 }
 
@@ -318,7 +319,7 @@ tl::unexpected<Fault> another_schema(const std::string& path, const std::string&
   return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", found, kRunSchema));
 }
 
-/// Looks at the file's header alone, which no table needs to be read for.
+/// Checks the file's header. No table is read.
 Result<void> check_header(Database& database, const std::string& path) {
   const auto id = database.ask_integer("PRAGMA application_id", 0);
   if (!id) return failure(id.error());
@@ -335,7 +336,7 @@ Result<void> check_schema_name(Database& database, const std::string& path) {
   return *schema == kRunSchema ? Result<void>{} : another_schema(path, *schema);
 }
 
-/// Whether all numbers that are seconds of the run could be some.
+/// Checks that all slots in the tables are possible.
 Result<void> check_slots(Database& database, const std::string& path) {
   const auto wrong = database.ask_integer(
       fmt::format(
@@ -354,7 +355,8 @@ Result<void> check_slots(Database& database, const std::string& path) {
 
 namespace {
 
-/// A table's columns, each with its type, whether it may be empty, its place in the key, and whether it is computed.
+/// The columns of a table, each with its type, whether it may be empty, its position in the key, and whether it is
+/// computed.
 using Columns = std::vector<std::string>;
 using Tables = std::map<std::string, Columns, std::less<>>;
 
@@ -371,12 +373,12 @@ Result<Columns> columns_of(Database& database, const std::string& table) {
   return read.map([&] { return columns; });
 }
 
-/// Whether a view is called as one of ours is; what it says is another matter.
+/// Returns whether a view has the name of a view of a record. Does not check its text.
 bool has_name_of_a_view(std::string_view name) {
   return std::ranges::any_of(views_of({}), [&](const View& view) { return view.name == name; });
 }
 
-/// The tables of a file, by what its schema says; nothing of it is run.
+/// Reads the columns of each table from the schema of the file. Executes nothing that the schema contains.
 Result<Tables> tables_of(Database& database, const std::string& path) {
   std::vector<std::string> names;
   constexpr const char* kNames = "SELECT type, name, tbl_name, rootpage FROM sqlite_schema";
@@ -398,7 +400,7 @@ Result<Tables> tables_of(Database& database, const std::string& path) {
   return tables;
 }
 
-/// What create_schema() makes, without channels.
+/// Returns the tables that create_schema() creates without channels.
 Result<Tables> expected_tables() {
   return Database::open(kInMemory, Access::read_write, 0).and_then([](Database memory) -> Result<Tables> {
     if (auto made = create_schema(memory, {}); !made) return failure(made.error());
@@ -406,8 +408,8 @@ Result<Tables> expected_tables() {
   });
 }
 
-/// The columns that the record's channels make, of a table that has been found to be that of channels: those before the
-/// columns that stand behind them, and those after.
+/// The columns that depend on the record's channels: those before columns_after_channels() and those after. The table
+/// of channels must have been checked.
 struct ChannelColumns {
   Columns before, after;
 };
@@ -426,7 +428,7 @@ Result<ChannelColumns> columns_of_channels(Database& database) {
 
 void add_channels(Columns& sample, const ChannelColumns& channels) {
   sample.insert(sample.begin() + std::ssize(columns_before_channels()), channels.before.begin(), channels.before.end());
-  sample.insert(sample.end() - 1, channels.after.begin(), channels.after.end());  // before the chain's
+  sample.insert(sample.end() - 1, channels.after.begin(), channels.after.end());  // before the column `chain`
 }
 
 Result<void> check_tables(Database& database, const std::string& path) {
@@ -450,7 +452,7 @@ Result<void> check_tables(Database& database, const std::string& path) {
   return found->at("sample") == (*expected)["sample"] ? Result<void>{} : differs("sample");
 }
 
-/// Of tables that have been found to be those of a record: its views are those that its channels make, or it has none.
+/// Checks that the file has either the views that its channels imply or none. Its tables must have been checked.
 Result<void> check_views(Database& database, const std::string& path) {
   std::vector<View> found;
   constexpr const char* kViews = "SELECT name, sql FROM sqlite_schema WHERE type = 'view' ORDER BY name";

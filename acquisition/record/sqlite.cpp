@@ -23,7 +23,8 @@ namespace gyrotherm::record {
 
 namespace {
 
-constexpr int kLongestValue = 16'000'000;  ///< bytes of a text in a record that is read
+/// The largest text or value in bytes in a record that is read.
+constexpr int kLongestValue = 16'000'000;
 
 Fault fault_of(sqlite3* connection) {
   const char* file = sqlite3_db_filename(connection, "main");
@@ -137,7 +138,7 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   const bool beside = access == Access::read_beside;
   if (reads && is_written_here(path)) return failure(FaultKind::storage, path, kBeingWritten);
   sqlite3* connection = nullptr;
-  // A connection to read is used by one thread, and its statements lock nothing.
+  // A connection for reading is used by only one thread, so it needs no mutex.
   const int flags = SQLITE_OPEN_NOMUTEX | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
   const auto name = path == kInMemory && !reads ? path : name_for_sqlite(path);
   const int code = sqlite3_open_v2(name.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
@@ -145,7 +146,7 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);
   if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, why_not_opened(connection));
   sqlite3_busy_timeout(connection, patience_ms);
-  // A record may come from anywhere: its schema runs nothing, and a name in quotes is never taken for a text.
+  // Treat the file as untrusted: its schema runs no functions, and a quoted name is never read as a text.
   sqlite3_db_config(connection, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DML, 0, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DDL, 0, nullptr);
@@ -222,7 +223,7 @@ Result<std::string> Database::ask(std::string_view sql) {
   if (!row) return failure(row.error());
   if (!*row) return std::string();
   std::string first((*row)->text(0));
-  // A statement that also writes has done so, or failed, only once it is stepped to its end.
+  // A statement that also writes has done so, or failed, only after its last step.
   if (const auto more = (*row)->step(); !more) return failure(more.error());
   return first;
 }
@@ -240,17 +241,16 @@ struct Setting {
   const char* read_back;
 };
 
-/// FULL, so that a commit is on the disk when it returns. The log is folded in by the writer: SQLite's own way would
-/// hide its failure.
+/// FULL syncs every commit. Automatic checkpoints are off, because SQLite does not report their failure.
 constexpr std::array kDurable{
     Setting{"journal_mode", "WAL", "wal"},
     Setting{"synchronous", "FULL", "2"},
     Setting{"wal_autocheckpoint", "0", "0"},
 };
 constexpr Setting kExclusive{"locking_mode", "EXCLUSIVE", "exclusive"};
-/// On its way out of WAL mode SQLite writes the first page anew, of which only bytes 18 to 99 differ: a disk that
-/// writes sectors whole has the old page or the new one, and both are read. So the journal of that stays in memory.
-/// Into WAL mode it goes while the file is empty.
+/// Keeps the journal in memory on leaving WAL mode. SQLite then rewrites the first page, in which only bytes 18 to 99
+/// change. A disk that writes whole sectors has either the old page or the new one, and both are readable. WAL mode is
+/// entered while the file is still empty.
 constexpr Setting kNoJournal{"journal_mode", "MEMORY", "memory"};
 
 Result<void> apply(Database& database, const Setting& setting, const std::string& path) {
@@ -266,7 +266,7 @@ Result<void> apply(Database& database, const Setting& setting, const std::string
 }  // namespace
 
 Result<void> make_new_file(const std::string& path) {
-  constexpr mode_t kForTheGroup = 0640;  // of its log too, which SQLite makes like it
+  constexpr mode_t kForTheGroup = 0640;  // SQLite gives the log the same mode
   const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kForTheGroup);
   if (file < 0 && errno == EEXIST)
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
@@ -289,14 +289,16 @@ namespace {
 
 constexpr std::string_view kLog = "-wal";
 constexpr std::string_view kJournal = "-journal";
-constexpr sqlite3_int64 kFirstLockedByte = 0x40000000;  ///< PENDING, RESERVED, then 510 bytes SHARED
+/// PENDING, RESERVED, then 510 bytes SHARED.
+constexpr sqlite3_int64 kFirstLockedByte = 0x40000000;
 constexpr sqlite3_int64 kLockedBytes = 512;
 
-/// What SQLite holds of an open file, in memory of its own.
+/// The state of an open file, in memory that SQLite allocates.
 struct ReadFile {
   sqlite3_file base;
   int descriptor;
-  bool lies_alone;  ///< a database without a log: it cannot change, for a writer is kept out
+  /// A database without a log. It cannot change while the lock excludes writers.
+  bool lies_alone;
 };
 
 ReadFile& of(sqlite3_file* file) { return *reinterpret_cast<ReadFile*>(file); }
@@ -354,7 +356,7 @@ const sqlite3_io_methods kReading{1,         close_file,   read_bytes,   refuse_
                                   traits_of, nullptr,      nullptr,      nullptr,       nullptr,         nullptr,
                                   nullptr};
 
-/// What SQLite locks of a file.
+/// Returns the range of bytes that SQLite locks.
 struct flock locked_range(short type) {
   struct flock range {};
   range.l_type = type;
@@ -364,13 +366,13 @@ struct flock locked_range(short type) {
   return range;
 }
 
-/// False if a writer has the file. Where the file system knows no locks, nobody can hold one.
+/// Locks out writers. Returns false if one has the file. On a file system without locks, returns true.
 bool keep_writers_out(int file) {
   auto range = locked_range(F_RDLCK);
   return ::fcntl(file, F_OFD_SETLK, &range) == 0 || (errno != EAGAIN && errno != EACCES);
 }
 
-/// Whether somebody holds what would keep such a lock from the open file.
+/// Returns whether another program holds a lock that conflicts with `lock` on the open file.
 bool is_held_against(short lock, int file) {
   auto range = locked_range(lock);
   return ::fcntl(file, F_OFD_GETLK, &range) == 0 && range.l_type != F_UNLCK;
@@ -395,7 +397,7 @@ int open_to_read(sqlite3_vfs* /*vfs*/, const char* name, sqlite3_file* file, int
   return SQLITE_OK;
 }
 
-/// Whoever asks for it wants the file gone before it is read on; nothing here depends on that.
+/// Ignores a request to remove a file. Reading does not depend on it.
 int remove_nothing(sqlite3_vfs* /*vfs*/, const char* /*name*/, int /*sync_folder*/) { return SQLITE_OK; }
 
 int look(sqlite3_vfs* /*vfs*/, const char* name, int flags, int* out) {

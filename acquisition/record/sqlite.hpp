@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The few calls of SQLite that a record needs, owned, and failing with a Fault that names the file.
+/// The few SQLite calls that a record needs, with ownership. They fail with a Fault that names the file.
 #pragma once
 
 #include <sys/types.h>
@@ -21,8 +21,9 @@ struct sqlite3_stmt;
 
 namespace gyrotherm::record {
 
-/// What one field of a row holds: nothing (NULL, as is NaN), a whole number, a number, or a text that outlives the row.
+/// The value of a field: nothing (NULL or NaN), an integer, a real number, or a text that must outlive the row.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
+/// Returns whether a cell has no value; NaN counts as none.
 [[nodiscard]] bool is_nothing(const Cell& cell);
 
 /// One prepared statement. Parameters count from 1, columns from 0, as in SQLite.
@@ -34,13 +35,13 @@ class Statement {
   void put(int parameter, T value) {
     put_integer(parameter, static_cast<std::int64_t>(value));
   }
-  /// NaN is stored as NULL.
+  /// Binds a number. NaN is stored as NULL.
   void put(int parameter, double value);
   void put(int parameter, std::monostate nothing);
-  /// The text must outlive the next run() or step().
+  /// Binds a text, which must outlive the next run() or step().
   void put(int parameter, std::string_view value);
 
-  /// Carries out a statement that returns no row, with the parameters put before, and makes it ready for the next.
+  /// Executes a statement without result rows with the bound parameters, and resets it for the next execution.
   [[nodiscard]] Result<void> run();
   template <class... Values>
   requires(sizeof...(Values) > 0) [[nodiscard]] Result<void> run(const Values&... values) {
@@ -49,15 +50,19 @@ class Statement {
     return run();
   }
 
-  /// Goes to the next row; false after the last.
+  /// Advances to the next row. Returns false after the last one.
   [[nodiscard]] Result<bool> step();
   [[nodiscard]] int columns() const;
-  [[nodiscard]] std::string name(int column) const;  ///< as the query has it
-  [[nodiscard]] Cell cell(int column) const;         ///< whatever this row has there; a text as text() gives it
+  /// Returns the name of a column in the query.
+  [[nodiscard]] std::string name(int column) const;
+  /// Returns the value of a column of any type. A text is valid as long as that of text().
+  [[nodiscard]] Cell cell(int column) const;
   [[nodiscard]] bool null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
-  [[nodiscard]] double real(int column) const;            ///< NaN where NULL
-  [[nodiscard]] std::string_view text(int column) const;  ///< valid until the next step
+  /// Returns a number; NaN for NULL.
+  [[nodiscard]] double real(int column) const;
+  /// Returns a text, which is valid until the next step().
+  [[nodiscard]] std::string_view text(int column) const;
 
  private:
   struct Finalise {
@@ -67,23 +72,25 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalise> statement_;
 };
 
-/// read_only: nothing beside the file and nothing in it changes, not even a log that a dead writer left
-/// (reader_vfs()). read_beside: a writer goes on writing it meanwhile, as it does with a live copy.
+/// The purpose of a connection. read_only changes neither the file nor any file next to it, not even a log that a dead
+/// writer left (reader_vfs()). read_beside allows another program to write the file meanwhile, as with a live copy.
 enum class Access { read_only, read_beside, read_write };
 
-/// One connection to an existing file. Its statements must be gone before it is.
+/// One connection to an existing file. Destroy its statements before the connection.
 class Database {
  public:
-  /// Opens the file; another program's lock is waited for at most `patience_ms`. Nothing is read yet, so a locked or
-  /// foreign file fails at the first statement, of one that is only read already here: storage ("being written by
-  /// another program") or bad_file. A file that this process writes is not opened to be read.
+  /// Opens the file, and waits at most `patience_ms` for the lock of another program. Does not read the file for
+  /// read_write: a locked file or a file of another format then fails at the first statement. Otherwise it fails here,
+  /// with storage ("being written by another program") or bad_file. Refuses to open a file for reading that this
+  /// process is writing.
   [[nodiscard]] static Result<Database> open(const std::string& path, Access access, int patience_ms);
 
   [[nodiscard]] Result<void> execute(const std::string& sql);
   [[nodiscard]] Result<Statement> prepare(std::string_view sql);
-  /// The query, standing at its first row; nothing if it has none.
+  /// Executes a query up to its first row. Returns nothing if there is no row.
   [[nodiscard]] Result<std::optional<Statement>> first_row(std::string_view sql);
-  /// Calls `use` with each row of a query. Ends with the first fault, of the query or of `use`, where that returns one.
+  /// Calls `use` with each row of a query. Ends with the first fault of the query or, if `use` returns a Result, of
+  /// `use`.
   template <class Use>
   [[nodiscard]] Result<void> each_row(std::string_view sql, Use use) {
     auto query = prepare(sql);
@@ -98,26 +105,26 @@ class Database {
         return used;
     }
   }
-  /// The first column of the first row, as text; empty if there is no row.
+  /// Returns the first column of the first row as text; empty if there is no row.
   [[nodiscard]] Result<std::string> ask(std::string_view sql);
-  /// Likewise, as a whole number; `fallback` if there is no row or it is NULL.
+  /// Returns the first column of the first row as an integer; `fallback` if there is no row or it is NULL.
   [[nodiscard]] Result<std::int64_t> ask_integer(std::string_view sql, std::int64_t fallback);
 
-  /// The file's own path, with no link in it.
+  /// Returns the file's path without symbolic links.
   [[nodiscard]] std::string path() const;
   [[nodiscard]] bool in_transaction() const;
-  /// Counts from now on the pages of the write-ahead log, which SQLite then does not fold in by itself.
+  /// Counts the pages of the write-ahead log from now on. SQLite then no longer checkpoints the log by itself.
   void watch_log();
-  /// As of the last commit, since watch_log().
+  /// Returns the number of pages at the last commit since watch_log().
   [[nodiscard]] int log_pages() const { return log_pages_ ? *log_pages_ : 0; }
-  /// Copies the log into the file, so that it starts anew with the next commit.
+  /// Checkpoints the log: copies it into the file, so that the next commit restarts it.
   [[nodiscard]] Result<void> fold_log();
-  /// Copies the log into a file that nobody else has open, and leaves none of it: what stays of one that was folded in
-  /// would be taken for news after a crash, as far as it can still be read.
+  /// Checkpoints the log of a file that no other program has open, and truncates it. After a crash, SQLite would
+  /// otherwise read the remains of a copied log as new data.
   [[nodiscard]] Result<void> empty_log();
-  /// What it keeps of the file in memory is read anew from now on.
+  /// Drops the cached pages, so that the next access reads the file again.
   void forget_pages();
-  /// Closing leaves log and file as they are.
+  /// Leaves the log and the file unchanged when the connection is closed.
   void keep_log_on_close();
 
  private:
@@ -130,73 +137,76 @@ class Database {
   std::unique_ptr<sqlite3, Close> connection_;
 };
 
-/// Puts what was read into its place.
+/// Stores a value that was read. Returns the fault if there is none.
 template <class Place, class Value>
 [[nodiscard]] Result<void> into(Place& place, Result<Value> read) {
   return std::move(read).map([&](Value value) { place = std::move(value); });
 }
 
-/// What a second program is told, also by itself in `Fault::what`.
+/// The message of a fault if another program is writing the file; also the complete `Fault::what`.
 inline constexpr const char* kBeingWritten = "being written by another program";
 
-/// … and whoever wants to write what others read.
+/// The message of a fault if a program wants to write a file that another one is reading.
 inline constexpr const char* kBeingRead = "being read by another program";
 
 inline constexpr const char* kDiskFull = "the disk is full";
 
-/// Whether the fault says that there is no space: nothing is lost, and the same file goes on once there is.
+/// Returns whether the fault is a full disk. No data is lost, and the same file can be written again when there is
+/// space.
 [[nodiscard]] bool is_full(const Fault& fault);
 
-/// A path as SQLite is given it: what begins like one of its URIs or like a name that it keeps for memory is a file's
-/// name too.
+/// Returns the path in a form that SQLite treats as a file name, even if it looks like an SQLite URI or like an
+/// in-memory name.
 [[nodiscard]] std::string name_for_sqlite(const std::string& path);
 
-/// Whether the fault says that another program holds the file.
+/// Returns whether the fault is a lock of another program.
 [[nodiscard]] bool is_locked(const Fault& fault);
 
-/// Whether somebody holds the file who reads it, and nobody who writes it. Not to be asked where this process has it
-/// open to write it: that would lose its locks.
+/// Returns whether another program is reading the file and none is writing it. Do not call it for a file that this
+/// process has open for writing: the call would release its locks.
 [[nodiscard]] bool is_being_read(const std::string& path);
-/// Whether somebody holds the file who writes it, as this process may.
+/// Returns whether any program, including this one, is writing the file.
 [[nodiscard]] bool is_being_written(const std::string& path);
 
-// What makes SQLite keep its word: how a record's file is made, claimed and written so that a commit that has returned
-// is on the disk.
+// The settings and calls with which the file of a record is created, locked and written so that every commit is on the
+// disk when it returns.
 
-/// How long a writer waits for another program's lock: a second program is told within a second.
+/// The time for which a writer waits for the lock of another program. A second program is refused within a second.
 inline constexpr int kWriterPatienceMs = 500;
 
-/// An empty file that did not exist before, mode 0640; SQLite takes it for an empty database. Fails with storage.
+/// Creates an empty file with mode 0640, which SQLite opens as an empty database. Fails with storage, also if it
+/// exists.
 [[nodiscard]] Result<void> make_new_file(const std::string& path);
 
-/// Nobody else reads or writes the database until it is closed. Comes before make_durable(), so that the log's index
-/// lives in memory and there is no file of it. All that follow fail with storage.
+/// Locks the database exclusively until it is closed. Call it before make_durable(), so that the index of the log is in
+/// memory and not in a file. This function and the following ones fail with storage.
 [[nodiscard]] Result<void> claim(Database& database, const std::string& path);
-/// The way out of WAL mode leaves no journal behind for a reader to play back.
+/// Prevents a journal on leaving WAL mode, which a reader would otherwise roll back.
 [[nodiscard]] Result<void> keep_no_journal(Database& database, const std::string& path);
-/// A commit is on the disk when it returns; the log is folded in when the writer says so.
+/// Enables WAL mode in which a commit is on the disk when it returns. The writer checkpoints the log itself.
 [[nodiscard]] Result<void> make_durable(Database& database, const std::string& path);
 
-// The file system through which SQLite reads a record: it can read, and has no way to do anything else.
+// The file system through which SQLite reads a record. It is read-only.
 //
-// A record may come from anywhere. SQLite's own file system plays back a journal that lies beside a file, deletes the
-// journals that this one names, makes an index of a log, and folds a log in; this one opens files to read alone, makes
-// and removes none, and shows no journal. A log beside the file is read where it lies, its index kept in memory.
+// A record may come from an untrusted source. SQLite's own file system rolls back a journal next to the file, deletes
+// the journals that this one names, creates an index of a log and checkpoints a log. This file system opens files only
+// for reading, creates and removes none, and hides journals. It reads a log next to the file in place and keeps its
+// index in memory.
 
-/// Its name, for sqlite3_open_v2(); it is registered when it is first asked for. The connection must have
-/// locking_mode EXCLUSIVE before its first statement. A file that a writer holds does not open (SQLITE_BUSY); while it
-/// is open no writer can begin.
+/// Returns the name of this file system for sqlite3_open_v2(), and registers it at the first call. The connection must
+/// have locking_mode EXCLUSIVE before its first statement. Opening a file fails with SQLITE_BUSY while a writer holds
+/// it; while the file is open, no writer can begin.
 ///
-/// That is told by a lock of the open file itself (F_OFD_SETLK) on the bytes that SQLite locks (its "File Locking And
-/// Concurrency"). Closing the file still drops the locks of a writer in this very process, as any close does: no record
-/// may be opened that it writes (WrittenHere).
+/// The file is locked with an open file description lock (F_OFD_SETLK) on the bytes that SQLite locks (SQLite, "File
+/// Locking And Concurrency"). Closing the file still releases the locks of a writer in this process, as any close does.
+/// A record that this process writes must therefore not be opened (WrittenHere).
 [[nodiscard]] const char* reader_vfs();
 
-// Which records this process writes. SQLite's locks belong to the process, and the close of any other descriptor of
-// the same file drops them all ("How To Corrupt", 2.2): so a record is never opened to be read where it is being
-// written.
+// The records that this process writes. SQLite's locks belong to the process, and closing any other descriptor of the
+// same file releases all of them (SQLite, "How To Corrupt", 2.2). A record is therefore never opened for reading while
+// this process writes it.
 
-/// As long as it lives, the file that has this name now counts as written here. Any thread.
+/// Registers the file that has this name now as written by this process, until destruction. Any thread.
 class WrittenHere {
  public:
   explicit WrittenHere(const std::string& path);
@@ -209,10 +219,11 @@ class WrittenHere {
   }
 
  private:
-  std::optional<std::pair<dev_t, ino_t>> file_;  ///< nothing: there was none
+  /// Nothing if there was no file.
+  std::optional<std::pair<dev_t, ino_t>> file_;
 };
 
-/// Nothing is opened to find that out. Any thread.
+/// Returns whether this process writes the file. Opens no file. Any thread.
 [[nodiscard]] bool is_written_here(const std::string& path);
 
 }  // namespace gyrotherm::record

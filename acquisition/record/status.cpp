@@ -16,7 +16,7 @@ Result<RunStatus> status_of_part(const Part& part) {
   return open_part(part).and_then([&](Database database) { return stored_status(database, part.path); });
 }
 
-/// Takes over where the run stood, of a file that has a sample of it.
+/// Copies the position of the run from the status of an earlier file that has a sample.
 void stand_as(RunStatus& status, const RunStatus& before) {
   status.slot = before.slot;
   status.segment = before.segment;
@@ -29,7 +29,8 @@ void stand_as(RunStatus& status, const RunStatus& before) {
   if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
 }
 
-/// In the files before the last, of what no later one tells again. A damaged one counts for nothing.
+/// Counts the faults in the files before the last one. Leaves out rows that a later file repeats. Ignores damaged
+/// files.
 Result<std::int64_t> faults_before_last(const RecordFiles& files) {
   std::int64_t sum = 0;
   auto end = files.parts.back().continuation.from;
@@ -92,7 +93,7 @@ Result<std::int64_t> last_event_of(const RecordFiles& files) {
 
 namespace {
 
-/// Of its last file, which goes on from the others; that may have been begun, and have no sample yet.
+/// Returns the status of the last file, completed from the files before it. The last file may have no sample yet.
 Result<RunStatus> status_of_record(const RecordFiles& files) {
   auto status = status_of_part(files.parts.back());
   if (!status) return status;
@@ -158,7 +159,7 @@ Result<FrameCount> stored_frames(Database& database) {
   return read.map([&] { return frames; });
 }
 
-/// The last event, if it is of the kinds that say why a run does not go on.
+/// Returns the text of the last event if its kind explains the end of the run.
 Result<std::string> last_word(Database& database) {
   const auto row = database.first_row("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
   if (!row) return failure(row.error());
@@ -212,8 +213,7 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   status.slot = row->slot;
   show_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
   status.standing.state = row->state.value_or(RunState::execute);
-  if (status.finished && status.standing.state == RunState::execute)
-    status.standing.state = RunState::complete;  // after its last sample
+  if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
   status.chamber_air = unless_nan(row->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
     status.thermometers[i].second = unless_nan(row->thermometers_c[i]);

@@ -16,39 +16,41 @@
 
 namespace gyrotherm::record {
 
-/// Of the status file if a program is writing the record, else of the record itself. Fails with bad_file (no record) or
-/// storage (damaged, or being written with no status file to tell more).
+/// Returns the status in the status file if a program is writing the record, and otherwise the status of the record.
+/// Fails with bad_file if there is no record, and with storage if the record is damaged or is being written without a
+/// status file.
 [[nodiscard]] Result<RunStatus> read_status(const RecordFiles& files);
 [[nodiscard]] Result<RunStatus> read_status(const std::string& path);
 
-/// What a record has lost of its end.
+/// The end of a record that was acknowledged but is missing.
 struct LostEnd {
-  std::int64_t last{};          ///< second that it holds; −1: none
-  std::int64_t acknowledged{};  ///< … that its status file says was on the disk
+  /// The last second in the record; −1 if there is none.
+  std::int64_t last{};
+  /// The last second that the status file reports as stored.
+  std::int64_t acknowledged{};
 };
-/// "ends at second 90, but second 100 was acknowledged: its end is lost".
+/// Describes the loss: "ends at second 90, but second 100 was acknowledged: its end is lost".
 [[nodiscard]] std::string describe(const LostEnd& lost);
-/// Compares the record of a run that was not finished, and that nobody writes, with the status file of the same run
-/// beside it. Nothing if it holds all that was acknowledged, or if there is no such file to say. Fails like
-/// read_record().
+/// Compares the record of an unfinished run with the status file of the same run. No program may be writing the record.
+/// Returns nothing if the record has all acknowledged seconds or has no status file. Fails as read_record() does.
 [[nodiscard]] Result<std::optional<LostEnd>> lost_end(const RecordFiles& files);
 
-/// Reads the alarms from all files of the record. Fails like read_record().
+/// Reads the alarms from all files of the record. Fails as read_record() does.
 [[nodiscard]] Result<Alarms> alarms_of(const RecordFiles& files);
 
-/// The highest number that an event has in any file of the record; 0: there is none. Fails like read_record().
+/// Returns the highest event number in all files of the record; 0 if there is none. Fails as read_record() does.
 [[nodiscard]] Result<std::int64_t> last_event_of(const RecordFiles& files);
 
-// Where a run stands, as its record tells it.
+// The status of a run computed from its record.
 
-/// Of a run before its first sample.
+/// Returns the status of a run before its first sample.
 [[nodiscard]] RunStatus first_status(const std::string& path, const RunInfo& info);
 
-/// Puts a sample's place in the profile into the status.
+/// Stores a sample's position in the profile in the status.
 void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
-/// Of one open file of a record: its last sample and its counts; the slots before those that it goes on with count as
-/// acknowledged.
+/// Returns the status of one open file of a record: its last sample and its counts. The slots of the parts before it
+/// count as acknowledged.
 [[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
 
 }  // namespace gyrotherm::record

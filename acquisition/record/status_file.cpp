@@ -40,9 +40,10 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form("written_since_boot_ns", status.written_since_boot);
   form("written_in_boot", status.written_in_boot);
   form("parts", status.parts);
-  form.if_there("live_copy_trouble", true, status.live_copy_trouble);  // an older file has neither
+  // Older versions do not write the members below.
+  form.if_there("live_copy_trouble", true, status.live_copy_trouble);
   form.if_there("alarms", true, status.alarms);
-  form.if_there("gyro_rates", true, status.gyro_rates);  // version 0.1.0 has none
+  form.if_there("gyro_rates", true, status.gyro_rates);
 }
 
 std::string in_words(RunState state, const std::string& cause) {
@@ -70,8 +71,8 @@ Result<RunStatus> parse_status(const std::string& text, const std::string& where
   return status;
 }
 
-/// Not synced: it is for those who look while the program lives, and a sync that does not come back must not keep from
-/// them that it does not.
+/// Writes the status file without waiting for a sync. The file serves readers during the run, and a sync that hangs
+/// must not prevent them from seeing that it hangs.
 Result<void> write_status(const RunStatus& status) {
   static const std::string boot = boot_id();
   auto now = status;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The status of a run, and its file beside the record. The writer of the record replaces the file after each sync, so
-/// readers need not open a record that is being written.
+/// The status of a run and its file next to the record. The writer of the record replaces the file after each sync, so
+/// that readers need not open a record that is being written.
 #pragma once
 
 #include <cstdint>
@@ -21,37 +21,55 @@ namespace gyrotherm::record {
 
 inline constexpr const char* kStatusSchema = "gyrotherm-status/1";
 
+/// The status of a run.
 struct RunStatus {
-  std::string path;  ///< the record
+  std::string path;  ///< path of the record
   std::string id;
-  std::int64_t pid{};    ///< the last known writer; 0: unknown
-  bool being_written{};  ///< a program has the record open for writing
+  /// The process of the last known writer; 0 if it is unknown.
+  std::int64_t pid{};
+  /// A program has the record open for writing.
+  bool being_written{};
   bool finished{};
   bool simulated{};
-  std::int64_t slot{-1};          ///< slot of the last sample; −1: no sample yet
-  std::int64_t acknowledged{-1};  ///< last slot on the disk
+  /// The slot of the last sample and the last slot on the disk; −1 if there is none yet.
+  std::int64_t slot{-1};
+  std::int64_t acknowledged{-1};
   std::string segment;
   int segment_index{};
   int segment_count{};
   Phase phase{};
   std::optional<Celsius> set_point;
   std::optional<Celsius> chamber_air;
-  std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;  ///< channel and reading; nothing: a fault
-  std::int64_t faults{};                                                     ///< faulty readings since the run started
-  std::optional<FrameCount> frames{};  ///< frames of all gyros since the run started; nothing before the first second
+  /// Channels and readings; nothing if the reading is a fault.
+  std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;
+  /// The number of faulty readings since the run started.
+  std::int64_t faults{};
+  /// The frames of all gyros since the run started; nothing before the first second.
+  std::optional<FrameCount> frames{};
 
-  RunStanding standing{};              ///< times and faults are known while a program writes the record
-  std::string ended_by{};              ///< the record's last word, where no program writes it: why the run stopped
-  std::int64_t backlog_s{};            ///< seconds that wait for the disk
-  std::string storage_trouble{};       ///< why the disk takes no rows; empty: it does
-  std::string record_damage{};         ///< what another program did to the record's files; empty: nothing
-  Duration written_utc{};              ///< when the status file was written
-  Duration written_since_boot{};       ///< … since the start of the machine that written_in_boot names
-  std::string written_in_boot{};       ///< empty: this does not come from a status file
-  std::vector<std::string> parts{};    ///< files that the record goes on in after a failure of its own
-  std::string live_copy_trouble{};     ///< why the live copy does not follow; empty: it does, or there is none
-  std::vector<Alarm> alarms{};         ///< active or unacknowledged, newest first (Alarms::list())
-  std::vector<AxisRate> gyro_rates{};  ///< empty unless being written
+  /// Times and faults are known only while a program writes the record.
+  RunStanding standing{};
+  /// The cause of the end of the run: the last event of a record that is not being written.
+  std::string ended_by{};
+  /// Seconds that wait for the disk.
+  std::int64_t backlog_s{};
+  /// The reason why the disk accepts no rows; empty if it does.
+  std::string storage_trouble{};
+  /// The damage that another program did to the record's files; empty if there is none.
+  std::string record_damage{};
+  /// The time when the status file was written, by the wall clock and since the start of the machine.
+  Duration written_utc{};
+  Duration written_since_boot{};
+  /// The identifier of that start; empty if the status does not come from a file.
+  std::string written_in_boot{};
+  /// The files in which the record continues after a failure.
+  std::vector<std::string> parts{};
+  /// The reason why the live copy is not up to date; empty if it is, or if there is none.
+  std::string live_copy_trouble{};
+  /// The alarms that are active or unacknowledged, the newest first (Alarms::list()).
+  std::vector<Alarm> alarms{};
+  /// Empty unless the record is being written.
+  std::vector<AxisRate> gyro_rates{};
 };
 
 /// Describes a state and its cause: "execute", "held: the profile asks: …", or the cause alone if it names the state,
@@ -64,7 +82,7 @@ struct RunStatus {
 /// Writes a status as one line of JSON. Keys are those of RunStatus with units (`set_point_c`); unknown values are
 /// null.
 [[nodiscard]] std::string to_json(const RunStatus& status);
-/// Fails with bad_file if the text is not what to_json() writes; `where` names its place.
+/// Parses the output of to_json(). Fails with bad_file on any other text; `where` is the location in the fault.
 [[nodiscard]] Result<RunStatus> parse_status(const std::string& text, const std::string& where);
 
 /// Replaces the status file of status.path atomically and adds the time. Only owner and group may read it (0640). Fails
@@ -80,13 +98,13 @@ inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 /// Reads the status file of a record. Fails as read_text_file() and parse_status() do.
 [[nodiscard]] Result<RunStatus> read_status_file(const std::string& record_path);
 
-/// Reads the status file of a record, whatever its writer and age. Returns nothing without a readable one.
+/// Reads the status file of a record without checking its writer and age. Returns nothing without a readable one.
 [[nodiscard]] std::optional<RunStatus> told_status(const std::string& path);
 /// Returns whether the program that carries out the run wrote it less than kSilentAfter ago.
 [[nodiscard]] bool is_fresh(const RunStatus& status);
 
-/// Returns the status file of a record if it is_fresh(), and nothing otherwise. With it a caller need not try whether
-/// the record is free.
+/// Returns the status file of a record if it is_fresh(), and nothing otherwise. A caller with a fresh status need not
+/// test the lock of the record.
 [[nodiscard]] std::optional<RunStatus> fresh_status(const std::string& path);
 
 }  // namespace gyrotherm::record

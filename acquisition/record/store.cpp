@@ -31,16 +31,17 @@
 namespace gyrotherm::record {
 namespace {
 
-/// What the record holds when a store takes it up.
+/// The state of an existing record.
 struct Counted {
-  std::int64_t last_event{};  ///< its number
-  std::int64_t spare{};       ///< numbers that are left free before the events of a second: for what the writer adds
+  /// The number of the last event.
+  std::int64_t last_event{};
+  /// Event numbers left free before the events of a second, for events of the writer.
+  std::int64_t spare{};
   Alarms alarms{};
 };
 
-/// The law of slots, and what the status file tells: the same for every store. Each slot has exactly one row or lies in
-/// exactly one gap.
-/// Events are numbered when they are appended, as the record's table will number them.
+/// The part that all stores share. Ensures that each slot has exactly one row or is in exactly one gap. Maintains the
+/// status and numbers events when they are appended, as the record's table will.
 class OrderedStore : public Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> events) final {
@@ -92,7 +93,7 @@ class OrderedStore : public Store {
         spare_(counted.spare),
         alarms_(std::move(counted.alarms)) {}
 
-  /// Entries come in order, each where the one before ended.
+  /// Stores an entry. Entries arrive in order and without missing slots.
   virtual Result<void> take(Entry entry) = 0;
 
   [[nodiscard]] const RunStatus& status() const { return status_; }
@@ -143,15 +144,18 @@ class OrderedStore : public Store {
 
   RunInfo info_;
   RateMeters meters_;
-  RunStatus status_;     ///< of what was appended
-  FrameCount before_;    ///< frames before this program took the run up
-  std::int64_t last_{};  ///< appended
+  /// The status of everything appended.
+  RunStatus status_;
+  /// Frames before this program resumed the run.
+  FrameCount before_;
+  /// The last slot appended.
+  std::int64_t last_{};
   std::int64_t last_event_{};
   std::int64_t spare_{};
   Alarms alarms_;
 };
 
-/// Writes inside its calls.
+/// Writes during its calls, without threads.
 class InlineStore final : public OrderedStore {
  public:
   InlineStore(RunFile file, const RunStatus& status, Counted counted, std::unique_ptr<LiveCopy> copy,
@@ -194,7 +198,7 @@ class InlineStore final : public OrderedStore {
     return closed;
   }
 
-  /// What nobody has asked to make durable does not wait for the disk.
+  /// Returns the health. Rows that sync() has not requested yet do not count as waiting.
   StoreHealth health() const override {
     return {.backlog_s = broken_ ? last() - acknowledged_ : 0, .trouble = broken_ ? text(*broken_) : ""};
   }
@@ -216,7 +220,7 @@ class InlineStore final : public OrderedStore {
     return file_->begin();
   }
 
-  /// Remembers a failure of the file, which is not touched again.
+  /// Stores the first failure of the file, and leaves the file untouched after it.
   Result<void> keep(Result<void> result) {
     if (!result && !broken_) {
       broken_ = result.error();
@@ -225,7 +229,7 @@ class InlineStore final : public OrderedStore {
     return result;
   }
 
-  /// The status file is a courtesy: a run does not end because it could not be written.
+  /// Writes the status file if it is due. Ignores a failure, because it must not end the run.
   void tell(bool finished) {
     if (status().path == kInMemory || (!finished && !pause_.over())) return;
     pause_ = Deadline(tells_every_);
@@ -239,26 +243,32 @@ class InlineStore final : public OrderedStore {
 
   std::int64_t acknowledged_{-1};
   Duration tells_every_;
-  Deadline pause_{Duration::zero()};  ///< until the status file is written again
+  /// The time until the next update of the status file.
+  Deadline pause_{Duration::zero()};
   bool batch_open_{};
-  std::optional<Fault> broken_;  ///< the first failure of the file: after it nothing is acknowledged any more
+  /// The first failure of the file. After it no row is acknowledged.
+  std::optional<Fault> broken_;
   int part_{};
-  std::optional<RunFile> file_;  ///< gone after finish(), but in memory
+  /// Empty after finish(), except in memory.
+  std::optional<RunFile> file_;
   std::unique_ptr<LiveCopy> copy_;
-  std::vector<EntryPointer> batch_;  ///< for the copy, once it is on the disk
+  std::vector<EntryPointer> batch_;  ///< for the copy, after the sync
 };
 
-constexpr std::size_t kMostAtOnce = 1000;  ///< rows of one transaction
-constexpr std::size_t kProbe = 1;          ///< … while the disk takes nothing
+/// The most rows of one transaction: normally, and while the disk accepts none.
+constexpr std::size_t kMostAtOnce = 1000;
+constexpr std::size_t kProbe = 1;
 constexpr auto kLongestFinish = std::chrono::seconds(30);
 constexpr auto kLongestFarewell = std::chrono::seconds(10);
-constexpr auto kLongestTelling = std::chrono::seconds(1);  ///< of the status file, which is a courtesy
-constexpr auto kLongWrite = std::chrono::seconds(3);       ///< one that takes longer is trouble
+/// The longest wait for the status file.
+constexpr auto kLongestTelling = std::chrono::seconds(1);
+/// A write that takes longer than this is reported.
+constexpr auto kLongWrite = std::chrono::seconds(3);
 
 using std::chrono::steady_clock;
 
-/// What the store and its two workers share: the one writes the record, the other one the status file, so that it goes
-/// on telling when a write to the record does not come back. Only the first touches the writer, until it has ended.
+/// The state that the store shares with its two workers. One worker writes the record, the other the status file, which
+/// is thus updated even if a write to the record hangs. Until its end, only the first worker uses the writer.
 struct SharedState {
   SharedState(RecordWriter record_writer, RunStatus run_status, std::unique_ptr<LiveCopy> live_copy,
               const StoreOptions& options)
@@ -271,26 +281,35 @@ struct SharedState {
         writer(std::move(record_writer)) {}
 
   const Duration retry;
-  std::mutex mutex;  ///< of everything down to the writer
+  std::mutex mutex;  ///< guards the members before `writer`
   std::condition_variable work;
   std::condition_variable news;
   std::condition_variable progress;
   Backlog backlog;
-  std::size_t dropped_before{};                        ///< rows, when the disk last took something
-  RunStatus status;                                    ///< as of the last sync
-  FrameCount frames;                                   ///< likewise
-  bool wanted{};                                       ///< a sync was asked for
-  std::optional<steady_clock::time_point> busy_since;  ///< … and is being carried out
-  bool untold{};                                       ///< there is more than the status file says
-  bool telling{};                                      ///< it is being written
+  /// The number of dropped rows when the disk last accepted any.
+  std::size_t dropped_before{};
+  /// The status and the frames at the last sync.
+  RunStatus status;
+  FrameCount frames;
+  /// A sync is requested.
+  bool wanted{};
+  /// The start of the sync in progress.
+  std::optional<steady_clock::time_point> busy_since;
+  /// The status file is out of date.
+  bool untold{};
+  /// The status file is being written.
+  bool telling{};
   bool stop{};
   bool writing_ended{}, telling_ended{};
   std::int64_t acknowledged;
   std::string trouble;
   std::string damage;
-  int parts{};                         ///< the number of the last one
-  std::vector<std::string> new_parts;  ///< that the run went on in here
-  std::unique_ptr<LiveCopy> copy;      ///< null: there is none
+  /// The number of the last part.
+  int parts{};
+  /// The paths of the parts begun by this program.
+  std::vector<std::string> new_parts;
+  /// Null if there is no copy.
+  std::unique_ptr<LiveCopy> copy;
   RecordWriter writer;
 };
 
@@ -301,19 +320,19 @@ Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, 
   return writer.write(entries, frames);  // into a new part
 }
 
-/// Why the disk takes no rows: it said so, or says nothing.
+/// Returns the reason why the disk accepts no rows: its error, or a write that hangs.
 std::string trouble_of(const SharedState& desk) {
   if (!desk.trouble.empty() || !desk.busy_since) return desk.trouble;
   const auto busy_for = steady_clock::now() - *desk.busy_since;
   return busy_for < kLongWrite ? "" : fmt::format("a write has not come back for {}", spoken(busy_for));
 }
 
-/// Seconds up to `last` that the disk does not have.
+/// Returns the number of seconds up to `last` that are not on the disk.
 std::int64_t waiting(const SharedState& desk, std::int64_t last) {
   return std::max<std::int64_t>(0, last - desk.acknowledged - desk.backlog.unmeasured());
 }
 
-/// The status as the disk has it.
+/// Returns the status of the rows on the disk.
 RunStatus told_of(const SharedState& desk) {
   RunStatus status = desk.status;
   status.acknowledged = desk.acknowledged;
@@ -325,7 +344,7 @@ RunStatus told_of(const SharedState& desk) {
   return status;
 }
 
-/// One transaction; called and returns with the lock.
+/// Executes one transaction. The caller holds the lock, before and after.
 void write_once(SharedState& desk, std::unique_lock<std::mutex>& lock) {
   desk.wanted = false;
   desk.busy_since = steady_clock::now();
@@ -354,7 +373,7 @@ void write_once(SharedState& desk, std::unique_lock<std::mutex>& lock) {
   desk.progress.notify_all();
 }
 
-/// The work of the worker that writes the record.
+/// Runs the worker that writes the record.
 void serve(SharedState& desk) {
   block_signals();
   std::unique_lock lock(desk.mutex);
@@ -372,7 +391,7 @@ void serve(SharedState& desk) {
   desk.progress.notify_all();
 }
 
-/// The work of the one that writes the status file.
+/// Runs the worker that writes the status file.
 void tell(SharedState& desk) {
   block_signals();
   std::unique_lock lock(desk.mutex);
@@ -383,7 +402,7 @@ void tell(SharedState& desk) {
     desk.telling = true;
     const auto status = told_of(desk);
     lock.unlock();
-    [[maybe_unused]] const auto told = write_status(status);  // a courtesy
+    [[maybe_unused]] const auto told = write_status(status);  // a failure is ignored
     lock.lock();
     desk.telling = false;
     desk.progress.notify_all();
@@ -412,7 +431,7 @@ class BackgroundStore final : public OrderedStore {
     desk_->frames = frames();
     desk_->wanted = true;
     desk_->work.notify_one();
-    desk_->untold = desk_->untold || desk_->busy_since;  // otherwise that is told when it is done
+    desk_->untold = desk_->untold || desk_->busy_since;  // otherwise after the write
     desk_->news.notify_one();
     return desk_->acknowledged;
   }
@@ -470,7 +489,7 @@ class BackgroundStore final : public OrderedStore {
     worker_ = std::thread([desk = desk_] { serve(*desk); });
     status_writer_ = std::thread([desk = desk_] { tell(*desk); });
   }
-  /// Instead of the workers.
+  /// Does the work of the workers.
   void attend() {
     std::unique_lock lock(desk_->mutex);
     if (desk_->wanted || !desk_->trouble.empty()) write_once(*desk_, lock);
@@ -485,7 +504,7 @@ class BackgroundStore final : public OrderedStore {
   }
 
   void end_copy() {
-    std::unique_ptr<LiveCopy> copy;  // whose end nobody waits for with the lock
+    std::unique_ptr<LiveCopy> copy;  // destroyed after the lock is released
     const std::lock_guard lock(desk_->mutex);
     copy = std::move(desk_->copy);
   }
@@ -497,8 +516,8 @@ class BackgroundStore final : public OrderedStore {
     (void)write_status(told);
   }
 
-  /// Ends both workers; false if the one that writes the record hangs. The status file is a courtesy: a run is finished
-  /// without it.
+  /// Ends both workers. Returns false if the one that writes the record hangs. A status file that hangs does not
+  /// prevent the end of a run.
   bool stop() {
     if (!worker_.joinable()) return true;
     {
@@ -511,12 +530,12 @@ class BackgroundStore final : public OrderedStore {
     telling_hangs_ = !await(kLongestTelling, &SharedState::telling_ended, status_writer_);
     if (telling_hangs_) {
       const std::lock_guard lock(desk_->mutex);
-      desk_->untold = false;  // should it come back
+      desk_->untold = false;  // in case it continues
     }
     return written;
   }
 
-  /// A thread that hangs in the disk is left behind there; false then.
+  /// Waits for a thread. Abandons it and returns false if it hangs.
   [[nodiscard]] bool await(Duration longest, bool SharedState::*end, std::thread& thread) {
     {
       std::unique_lock lock(desk_->mutex);
@@ -531,7 +550,7 @@ class BackgroundStore final : public OrderedStore {
 
   std::shared_ptr<SharedState> desk_;
   std::thread worker_, status_writer_;
-  bool telling_hangs_{};  ///< and is left behind
+  bool telling_hangs_{};  ///< the status writer was abandoned
   bool finished_{};
 };
 
@@ -552,7 +571,7 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Counted co
   status.pid = ::getpid();
   status.being_written = true;
   const bool in_memory = status.path == kInMemory;
-  if (!in_memory) (void)write_status(status);  // a courtesy
+  if (!in_memory) (void)write_status(status);  // a failure is ignored
   if (in_memory || !options.background)
     return std::make_unique<InlineStore>(std::move(file), status, std::move(counted),
                                          in_memory ? nullptr : std::move(copy), options.tells_every, part);
@@ -579,7 +598,7 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
     remove_record(path);
     return failure(proved.error());
   }
-  if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // of an earlier record of that name
+  if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // from an earlier record
   auto copy = options.live_copy ? std::make_unique<LiveCopy>(path, info, *options.live_copy) : nullptr;
   return opened(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
 }
@@ -587,7 +606,7 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
   const auto files = find_record_files(path);
   if (!files) return failure(files.error());
-  auto alarms = alarms_of(*files);  // before the record is written again
+  auto alarms = alarms_of(*files);  // before the record changes
   if (!alarms) return failure(alarms.error());
   const auto last_event = last_event_of(*files);
   if (!last_event) return failure(last_event.error());
@@ -603,7 +622,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   status->alarms = alarms->list();
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
-  if (before) status->faults = before->faults;  // of all files
+  if (before) status->faults = before->faults;  // all files
   if (auto proved = file->prove(); !proved) return failure(proved.error());
   return opened(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},
                 std::move(copy), options, last.continuation.part);

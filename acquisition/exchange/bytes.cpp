@@ -20,13 +20,13 @@ namespace {
 constexpr std::size_t kPiece = 1 << 20;
 constexpr std::string_view kMagic("\x1F\x8B", 2);
 constexpr std::size_t kPackedPiece = 1 << 16;
-constexpr int kGzipOnly = 16 + MAX_WBITS;  // windowBits of zlib
+constexpr int kGzipOnly = 16 + MAX_WBITS;  // zlib's windowBits
 
 bool is_gzip(std::string_view beginning) { return beginning.starts_with(kMagic); }
 
 }  // namespace
 
-/// Holds the packed file and the state of zlib.
+/// The packed file and the state of zlib.
 struct Gunzip::Stream {
   Stream(int file, std::string_view file_name) : descriptor(file), name(file_name), packed(kPackedPiece) {
     is_ready = ::inflateInit2(&state, kGzipOnly) == Z_OK;
@@ -40,7 +40,7 @@ struct Gunzip::Stream {
   }
   [[nodiscard]] std::uint64_t position() const { return read_bytes - state.avail_in; }
 
-  /// Reads the next piece of the packed file behind what is left of the last one. Returns false at its end.
+  /// Reads the next piece of the packed file after the unread remainder of the last one. Returns false at its end.
   Result<bool> read_more() {
     std::copy_n(state.next_in, state.avail_in, packed.data());
     state.next_in = packed.data();
@@ -51,7 +51,7 @@ struct Gunzip::Stream {
     return read > 0;
   }
 
-  /// Begins the next member. Returns false where none follows: at the end, or before zeros that a tape pads with.
+  /// Begins the next member. Returns false if there is none: at the end, or before padding zeros.
   Result<bool> next_member() {
     while (state.avail_in < kMagic.size()) {
       const auto more = read_more();
@@ -150,12 +150,12 @@ Result<void> Bytes::go_back(std::uint64_t to) {
   return {};
 }
 
-/// Returns the fault that errno names.
+/// Returns the fault for the present value of errno.
 Fault Bytes::unreadable() const {
   return {FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno)};
 }
 
-/// Moves to a byte of the file and drops what was read ahead.
+/// Moves to a position of the file and drops the buffered bytes.
 Result<void> Bytes::begin_at(std::uint64_t byte) {
   if (::lseek(file_.descriptor.number(), static_cast<off_t>(byte), SEEK_SET) < 0) return failure(unreadable());
   ahead_ = {};

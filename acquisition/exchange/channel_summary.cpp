@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kAbsoluteZero_c = -273.15, kHottest_c = 5000, kFastest_deg_per_h = 1e8, kOverload = 1e30;
 
-/// Numbers that sensors and loggers send where they have no value: DS18B20 without an answer, thermocouple units that
-/// are open, loggers.
+/// Returns whether a number is one that sensors and loggers send instead of a value: a DS18B20 without an answer, an
+/// open thermocouple, various loggers.
 bool is_known_sentinel(double number) {
   static constexpr std::array kSentinels{-127.0,   -999.0,  -999.9,  -99.9,  -99.99, -9999.0, 999.0,
                                          999.9,    9999.0,  8888.0,  850.0,  1370.0, 3276.7,  327.67,
@@ -153,7 +153,7 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
   std::vector<ChannelSummary> channels;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     ChannelSummary& channel = channels.emplace_back(columns_[i].summary);
-    if (is_log_) channel.missing = channel.outside;  // every message has some of the columns alone
+    if (is_log_) channel.missing = channel.outside;  // a message has only some columns
     if (i < missing.size()) channel.missing_texts = missing[i];
     if (channel.values == 0) continue;
     channel.least = columns_[i].least.numbers.front();
@@ -162,7 +162,7 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
   return channels;
 }
 
-/// Looks from either end for a step over which a few different numbers lie apart from all others.
+/// Searches both ends of the values for a step that separates a few distinct numbers from all others.
 Result<void> ChannelTally::judge_isolated(const Column& column, const std::string& file, Notes& notes) const {
   constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMostShare = 0.2, kTimesTheRest = 50;
   constexpr std::size_t kFewest = 20;

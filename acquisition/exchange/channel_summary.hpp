@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Counts the values of an imported file per channel and judges whether they fit the map.
+/// Counts the values of an imported file per channel and checks whether they fit the map.
 #pragma once
 
 #include <array>
@@ -15,47 +15,50 @@
 
 namespace gyrotherm::exchange {
 
-/// One channel of a record that was imported, with what its column had.
+/// A channel of an imported record, with statistics of its column.
 struct ChannelSummary {
-  std::string name{};    ///< in the record: "T1", "gyro", "imu.x"
-  std::string column{};  ///< in words
-  std::string unit{};    ///< unit of least and greatest
+  /// The name in the record: "T1", "gyro", "imu.x".
+  std::string name{};
+  /// The column as shown to users.
+  std::string column{};
+  /// The unit of `least` and `greatest`.
+  std::string unit{};
   std::size_t values{}, missing{};
   MissingTexts missing_texts{};
-  std::size_t outside{};  ///< missing: outside the valid range
+  std::size_t outside{};  ///< missing values outside the valid range
   double least = std::numeric_limits<double>::quiet_NaN(), greatest = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// "T1: 1080 values, 19.98 to 40.3 °C, 2 missing ("---" 2)".
+/// Describes a channel: "T1: 1080 values, 19.98 to 40.3 °C, 2 missing ("---" 2)".
 [[nodiscard]] std::string in_words(const ChannelSummary& channel);
 
-/// Looks at each number of a file.
+/// Collects the statistics of all numbers of a file.
 class ChannelTally {
  public:
   explicit ChannelTally(const ImportMap& map);
-  /// Makes push() fail at a number that its channel cannot have.
+  /// Makes push() fail at a number that is impossible for its channel.
   void refuse_impossible() { refuses_impossible_ = true; }
 
-  /// Takes the numbers of a row; those outside of the map's valid ranges become NaN. Fails with bad_file and no place
-  /// at a number that is infinite by the map's scale or, where it was told to, that the channel cannot have: a
-  /// temperature below absolute zero or above 5000 °C, a rate beyond 10⁸ °/h, or one of 10³⁰ and more, by which
-  /// instruments report an overload.
+  /// Takes the numbers of a row and replaces those outside the valid ranges of the map by NaN. Fails with bad_file,
+  /// without a position, at a number that becomes infinite with the map's scale. After refuse_impossible(), also fails
+  /// at a temperature below absolute zero or above 5000 °C, a rate over 10⁸ °/h, and a number of 10³⁰ or more, which
+  /// instruments send for an overload.
   [[nodiscard]] Result<void> push(std::span<double> numbers);
 
-  /// The channels so far, with the texts that the reader took for missing.
+  /// Returns the summaries of the channels so far. `missing` has the texts that the reader treated as missing.
   [[nodiscard]] std::vector<ChannelSummary> channels(const std::vector<MissingTexts>& missing) const;
 
-  /// Puts what people should look at into the notes: a channel without a value, one that never changes, one of whose
-  /// values most are missing, and values that lie apart from all others. Fails with bad_file where a model would learn
-  /// from what was never measured: an axis without a value; a temperature that a sensor sends when it has none ("-127")
-  /// or that lies more than 40 K from all but a few of the others.
+  /// Adds notes for users: channels without a value or with a constant value, channels with most values missing, and
+  /// outliers far from all other values. Fails with bad_file if a model would be trained with invalid data: an axis
+  /// without a value, a temperature that sensors send instead of a reading ("-127"), or one more than 40 K from all but
+  /// a few others.
   [[nodiscard]] Result<void> judge(const std::string& file, const std::vector<MissingTexts>& missing,
                                    Notes& notes) const;
 
  private:
   enum class Kind { temperature, rate, increment, value };
   static constexpr std::size_t kExtremes = 9;
-  /// The most extreme of the different numbers, in order, and how often each came.
+  /// The most extreme distinct numbers, in order, with the count of each.
   struct Extremes {
     std::array<double, kExtremes> numbers{};
     std::array<std::size_t, kExtremes> counts{};

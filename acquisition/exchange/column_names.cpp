@@ -26,7 +26,8 @@ bool is_any(std::string_view text, std::initializer_list<std::string_view> words
   return std::ranges::find(words, text) != words.end();
 }
 
-/// Where the brackets at a name's end begin that hold its unit, and not a place in an array; npos: there are none.
+/// Returns the position of the brackets at the end of a name that contain its unit, and not an array index; npos if
+/// there are none.
 std::size_t bracket_of_unit(std::string_view name) {
   const std::size_t bracket = name.find_last_of("[(");
   const bool has_unit = bracket != std::string_view::npos && bracket > 0 &&
@@ -36,10 +37,10 @@ std::size_t bracket_of_unit(std::string_view name) {
   return has_unit ? bracket : std::string_view::npos;
 }
 
-/// What stands before a unit in brackets.
+/// Returns the text before a unit in brackets.
 std::string_view without_unit(std::string_view name) { return trimmed(name.substr(0, bracket_of_unit(name))); }
 
-/// The unit in brackets, as it stands there; empty: none.
+/// Returns the unit in brackets unchanged; empty if there is none.
 std::string_view unit_in_brackets(std::string_view name) {
   const std::size_t bracket = bracket_of_unit(name);
   if (bracket == std::string_view::npos) return {};
@@ -50,8 +51,9 @@ bool is_all_digits(std::string_view word) {
   return !word.empty() && std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-/// Whether a name's whole unit is one of the words: what its brackets hold, or without any the end of the name behind a
-/// "_", "." or blank. A part of it is not enough: "mdps", "0.01 deg/s" and "x_100_dps" are no "dps" and no "deg/s".
+/// Returns whether the whole unit of a name is one of the words. The unit is the content of the brackets or, without
+/// brackets, the end of the name after a "_", "." or blank. A part of the unit does not match: "mdps" and "x_100_dps"
+/// do not match "dps", and "0.01 deg/s" does not match "deg/s".
 bool has_unit(std::string_view name, std::initializer_list<std::string_view> words) {
   constexpr std::string_view kBefore = "_. ";
   auto unit = in_lower_case(unit_in_brackets(name));
@@ -68,7 +70,7 @@ bool has_unit(std::string_view name, std::initializer_list<std::string_view> wor
   });
 }
 
-/// The field of "message.field"; another name is itself.
+/// Returns the field of "message.field", or the whole of any other name.
 std::string_view field_of(std::string_view name) { return name.substr(name.rfind('.') + 1); }
 
 bool is_letter_with_number(std::string_view name, char letter) {
@@ -82,7 +84,7 @@ bool is_temperature_name(std::string_view name) {
   const auto lower = in_lower_case(name);
   const auto bare = in_lower_case(field_of(without_unit(name)));
   const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
-  const bool is_small_t = without_unit(name) == "t";  // a time
+  const bool is_small_t = without_unit(name) == "t";  // it means time
   return has_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
          (is_letter_with_number(bare, 't') && !is_small_t);
 }
@@ -110,13 +112,13 @@ bool is_time_name(std::string_view name) {
 
 namespace {
 
-/// A unit's prefix or factor, and the unit: 0.001 and "dps" of "mdps", 0.01 and "deg/s" of "0.01 deg/s".
+/// A prefix or factor, and the unit: 0.001 and "dps" for "mdps", 0.01 and "deg/s" for "0.01 deg/s".
 struct PrefixedUnit {
   double factor = 1;
   std::string unit{};
 };
 
-/// Every way to part a unit from a prefix, the unit as a whole first.
+/// Returns every division of a text into a prefix and a unit. The first one is the whole text as a unit.
 std::vector<PrefixedUnit> parted(std::string_view text) {
   std::string unit(trimmed(text));
   std::vector<PrefixedUnit> ways{{1, unit}};
@@ -134,7 +136,7 @@ std::vector<PrefixedUnit> parted(std::string_view text) {
   return ways;
 }
 
-/// Returns the candidates for a unit in a name: the text in brackets, or the text behind each "_", longest first.
+/// Returns the candidates for a unit in a name: the text in brackets, or the text after each "_", longest first.
 std::vector<std::string> units_in(std::string_view name) {
   if (const auto unit = unit_in_brackets(name); !unit.empty()) return {std::string(unit)};
   std::vector<std::string> units;
@@ -203,7 +205,7 @@ bool is_increment_name(std::string_view name) {
 std::string time_unit_in(std::string_view name) {
   if (has_unit(name, {"ns", "nsec", "nanosec", "nanosecond", "nanoseconds"})) return "ns";
   if (has_unit(name, {"us", "µs", "μs", "usec", "microsec", "microsecond", "microseconds"}))
-    return "us";  // micro, and the Greek letter
+    return "us";  // the micro sign and the Greek letter
   if (has_unit(name, {"ms", "msec", "millisec", "millisecond", "milliseconds"})) return "ms";
   if (has_unit(name, {"s", "sec", "secs", "second", "seconds", "sek", "sekunden"})) return "s";
   if (has_unit(name, {"min", "mins", "minute", "minutes", "minuten"})) return "min";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the name of a foreign column suggests that it is.
+/// Interprets the names of columns in files of other programs.
 #pragma once
 
 #include <cstddef>
@@ -10,25 +10,26 @@
 
 namespace gyrotherm::exchange {
 
-/// The text with its ASCII letters small, as names of channels are compared.
+/// Returns the text with its ASCII letters in lower case. Names of channels are compared in this form.
 [[nodiscard]] std::string in_lower_case(std::string_view text);
 
-/// Whether a name sounds like that of a temperature: "Temp", "T3", "die [°C]", "sensor_baro.temperature".
+/// Returns whether a name looks like that of a temperature: "Temp", "T3", "die [°C]", "sensor_baro.temperature".
 [[nodiscard]] bool is_temperature_name(std::string_view name);
-/// … of a gyro's rate or increment: "gyro x", "Gx", "wz [deg/h]", "sensor_combined.gyro_rad[0]"; not of what a filter
-/// estimates of it, of integrals, their times and counts.
+/// Returns whether a name looks like that of a gyro's rate or increment: "gyro x", "Gx", "wz [deg/h]",
+/// "sensor_combined.gyro_rad[0]". Returns false for estimates of a filter, for integrals, and for their times and
+/// counts.
 [[nodiscard]] bool is_gyro_name(std::string_view name);
-/// … of a time.
+/// Returns whether a name looks like that of a time.
 [[nodiscard]] bool is_time_name(std::string_view name);
 
-// A name says its unit in brackets at its end, "T [K]", or behind a "_", a "." or a blank, "gyro_x_dps". The
-// whole of it counts: "mdps" is no "dps".
+// Units in names. A name has its unit in brackets at its end, "T [K]", or after a "_", a "." or a blank, "gyro_x_dps".
+// The whole unit must match: "mdps" does not match "dps".
 
-/// The unit of a rate in its name, as °/h per unit: "deg/h", "rad/s", "mdps", "0.01 deg/s", "arcsec/s"; nothing if it
-/// says none that is known.
+/// Returns the unit of a rate in a name as °/h per unit: "deg/h", "rad/s", "mdps", "0.01 deg/s", "arcsec/s". Returns
+/// nothing if the name has no known unit.
 [[nodiscard]] std::optional<double> degrees_per_hour_in(std::string_view name);
-/// The unit of a temperature in its name: "°C", "K" and "°F" however they are written, another one in brackets as it
-/// stands there; empty if it says none.
+/// Returns the unit of a temperature in a name: "°C", "K" and "°F" for all of their spellings, or the unknown text in
+/// brackets. Returns an empty text if the name has no unit.
 [[nodiscard]] std::string temperature_unit_in(std::string_view name);
 
 /// Converts a number to °C: number × scale + offset.
@@ -39,20 +40,20 @@ struct CelsiusScale {
 /// an unknown unit.
 [[nodiscard]] std::optional<CelsiusScale> celsius_scale_of(std::string_view unit);
 
-/// The unit of a time in its name: "s", "ms", "us", "ns", "min", "h", "d" however they are written, another one in
-/// brackets as it stands there; empty if it says none.
+/// Returns the unit of a time in a name: "s", "ms", "us", "ns", "min", "h", "d" for all of their spellings, or the
+/// unknown text in brackets. Returns an empty text if the name has no unit.
 [[nodiscard]] std::string time_unit_in(std::string_view name);
-/// The axis that a name ends in: "x", "y", "z"; empty if it says none.
+/// Returns the axis at the end of a name: "x", "y" or "z"; empty if there is none.
 [[nodiscard]] std::string axis_in(std::string_view name);
 
-/// A name that a channel may have, made of a column's: without its unit and what may not stand in a name.
+/// Returns a permitted channel name for a column. Removes the unit and characters that are not allowed.
 [[nodiscard]] std::string channel_name_of(std::string_view column);
 
 /// Returns true if numbers of that name are increments since the row before: "pulses", "dtheta_x".
 [[nodiscard]] bool is_increment_name(std::string_view name);
 
-/// The columns of the gyro: those that sound so, and say it where any does; of the first message that has any where the
-/// names are of messages.
+/// Returns the columns of the gyro. If some names contain "gyr", only those are used. If the names are those of
+/// messages, only the first message with such columns is used.
 [[nodiscard]] std::vector<std::size_t> gyro_columns(const std::vector<std::string>& names);
 
 }  // namespace gyrotherm::exchange

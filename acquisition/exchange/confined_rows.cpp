@@ -19,11 +19,12 @@
 namespace gyrotherm::exchange {
 namespace {
 
-// A message is its kind, the size of what follows as 8 bytes, and that: many rows, or a fault, or nothing at the end.
+// A message is its kind, the size of its content in 8 bytes, and the content: many rows, a fault, or nothing at the
+// end.
 enum class MessageKind : char { rows = 'R', fault = 'F', end = 'E' };
 constexpr std::size_t kMessageHead = 1 + sizeof(std::uint64_t), kLargestRows = 1 << 18, kLargestFault = 1 << 16;
 
-/// A row without its numbers, which follow it.
+/// The fixed part of a row. Its numbers follow.
 struct RowHead {
   std::int64_t time_ns{}, utc_ns{};
   std::int64_t has_utc{};
@@ -31,7 +32,7 @@ struct RowHead {
 
 std::size_t size_of_row(std::size_t columns) { return sizeof(RowHead) + columns * sizeof(double); }
 
-/// The child's end.
+/// Sends rows from the child process.
 class RowWriter {
  public:
   explicit RowWriter(int line) : line_(line) {}
@@ -50,7 +51,7 @@ class RowWriter {
     const std::uint64_t size = content.size();
     std::string message(1, static_cast<char>(kind));
     message.append(reinterpret_cast<const char*>(&size), sizeof size).append(content);
-    if (!write_all(line_, message)) ::_exit(1);  // the parent has gone
+    if (!write_all(line_, message)) ::_exit(1);  // the parent has ended
   }
 
  private:
@@ -72,7 +73,7 @@ void read_in_child(int line, const ReadInSteps& read, const ReadingLimits& limit
   writer.write(MessageKind::fault, std::string(1, static_cast<char>(fault.kind)) + fault.where + '\0' + fault.what);
 }
 
-/// The parent's end. What the child writes is believed no more than the file.
+/// Receives rows in the parent process. It trusts the messages of the child no more than the file.
 class RowReader {
  public:
   RowReader(const std::string& path, const std::string& library, std::size_t columns, const TakeRow& take,
@@ -114,7 +115,7 @@ class RowReader {
     return {};
   }
 
-  /// Returns the reason for which the child ended before its last message.
+  /// Returns the reason why the child ended before its last message.
   std::string reason_of_end() {
     const auto status = child_.wait(std::chrono::seconds(10));
     if (!status) return "closed its line, and does not end";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rows that a library of others reads, in a process of its own with limits: its crash, hang or hunger is one fault.
+/// Reads rows with a third-party library in a separate process with limits. A crash, a hang or excessive memory use of
+/// the library becomes a fault.
 #pragma once
 
 #include <chrono>
@@ -14,7 +15,7 @@
 
 namespace gyrotherm::exchange {
 
-/// Limits of a reader. A step lasts from one call of its function `step` to the next: it opens the file, or reads a
+/// The limits of a reader. A step lasts from one call of its function `step` to the next: it opens the file or reads a
 /// part of one column. Files may be larger than any of these limits.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;
@@ -22,13 +23,13 @@ struct ReadingLimits {
   Duration silence = std::chrono::minutes(5);  ///< between two rows
 };
 
-/// Reads rows of `columns` numbers and hands them on; calls `step` before each step.
+/// Reads rows of `columns` numbers and passes them on. Calls `step` before each step.
 using ReadInSteps = std::function<Result<void>(const TakeRow& take, const std::function<void()>& step)>;
 
-/// Has `read` read the file at `path` in a confined child (core/child_process.hpp) and hands its rows on to `take`,
-/// each fault of `take` that has no place with the place of the row. Fails as `read` and `take` do; with bad_file,
-/// naming `library`, if the child crashed, used more than its limits, wrote a file, was silent for too long, or wrote
-/// something other than rows; with storage if no child can be started.
+/// Runs `read` for the file at `path` in a confined child process (core/child_process.hpp) and passes its rows to
+/// `take`. Adds the position of the row to a fault of `take` that has none. Fails as `read` and `take` do. Fails with
+/// bad_file, naming `library`, if the child crashed, exceeded its limits, wrote a file, sent nothing for too long, or
+/// sent anything other than rows. Fails with storage if no child process can be started.
 [[nodiscard]] Result<void> read_confined(const std::string& path, const std::string& library, std::size_t columns,
                                          const ReadInSteps& read, const TakeRow& take,
                                          const ReadingLimits& limits = {});

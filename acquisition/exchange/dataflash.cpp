@@ -17,7 +17,7 @@ constexpr std::string_view kDataflashMark("\xA3\x95", 2);
 constexpr unsigned char kFormatKind = 128;
 constexpr std::size_t kHeadSize = 3, kFormatSize = 89;
 
-/// What a character of a format stands for: its bytes, and the number that they are, if they are one.
+/// The meaning of a character in a format: its size in bytes, and its number type if it is numeric.
 struct FormatCharacter {
   char character{};
   std::size_t bytes{};
@@ -47,21 +47,26 @@ constexpr std::array<FormatCharacter, 21> kFormatCharacters{{{'a', 64},
                                                              {'q', 8, NumberType::int64},
                                                              {'Q', 8, NumberType::uint64}}};
 
-/// A text of fixed size, which ends before its first NUL.
+/// Returns a text of fixed size, up to its first NUL.
 std::string_view text_at(std::string_view message, std::size_t place, std::size_t bytes) {
   const auto text = message.substr(place, bytes);
   return text.substr(0, text.find('\0'));
 }
 
-/// A kind of message, as its FMT tells it.
+/// A kind of message, as defined by its FMT.
 struct Kind {
   std::string name;
-  std::size_t size{};                             ///< with its head
-  std::vector<LogField> all{};                    ///< all fields in order; those that are no numbers have no bytes
-  std::vector<bool> is_number{};                  ///< … of each
-  bool has_units = false;                         ///< its FMTU has come
-  std::optional<std::size_t> sensor{};            ///< the field that numbers the sensors
-  std::map<std::uint64_t, std::size_t> series{};  ///< by the number of the sensor
+  /// The size in bytes, including the header.
+  std::size_t size{};
+  /// All fields in order, and whether each is a number. Fields that are not have a size of 0.
+  std::vector<LogField> all{};
+  std::vector<bool> is_number{};
+  /// Its FMTU has been read.
+  bool has_units = false;
+  /// The field with the sensor number.
+  std::optional<std::size_t> sensor{};
+  /// The series by sensor number.
+  std::map<std::uint64_t, std::size_t> series{};
 };
 
 std::optional<Kind> parse_kind(std::string_view message) {
@@ -84,7 +89,7 @@ std::optional<Kind> parse_kind(std::string_view message) {
   return place == kind.size && labels.empty() && !kind.name.empty() ? std::optional(kind) : std::nullopt;
 }
 
-/// The time of a kind, in microseconds.
+/// Returns the time field of a kind, scaled to microseconds.
 std::optional<LogField> time_of(const Kind& kind) {
   constexpr double kMillisecond = 1000;
   for (std::size_t i = 0; i < kind.all.size(); ++i) {
@@ -98,7 +103,7 @@ std::optional<LogField> time_of(const Kind& kind) {
   return std::nullopt;
 }
 
-/// One pass over a log.
+/// Reads a log sequentially.
 class DataflashReader {
  public:
   DataflashReader(Bytes bytes, LogReading reading) : bytes_(std::move(bytes)), reading_(std::move(reading)) {}
@@ -138,7 +143,7 @@ class DataflashReader {
   static constexpr std::size_t kLargestKind = 256;
   static constexpr std::uint64_t kMostSensors = 64;
 
-  /// The next message, which is yet to be passed; empty at the end of the log.
+  /// Returns the next message without advancing; empty at the end of the log.
   Result<std::string_view> next_message() {
     while (true) {
       const auto ahead = bytes_.ahead(kLargestKind);
@@ -149,7 +154,7 @@ class DataflashReader {
     }
   }
 
-  /// Of the message that is ahead; 0: there is none.
+  /// Returns the size of the message at the present position; 0 if there is none.
   std::size_t size_of_message(std::string_view ahead) const {
     if (ahead.size() < kHeadSize || !ahead.starts_with(kDataflashMark)) return 0;
     const auto number = static_cast<unsigned char>(ahead[2]);
@@ -174,14 +179,16 @@ class DataflashReader {
     return *series ? reading_.take(**series, message, bytes_.name(), bytes_.passed()) : Result<void>{};
   }
 
-  /// Whether the units of a wanted message, which may number its sensors, have not come yet.
+  /// Returns whether the units of a message with a column of the map are still unknown. They may define a sensor
+  /// number.
   bool is_untold(std::string_view message) const {
     const auto& kind = kinds_[static_cast<unsigned char>(message[2])];
     return kind && !kind->has_units && reading_.wants(kind->name);
   }
 
-  /// Goes through the rest of the log for the kinds whose sensors will be numbered, and back: until then nobody can
-  /// tell their messages apart. Most logs have all units before the first such message, and need not be read twice.
+  /// Reads the remaining log for kinds whose units define a sensor number, and returns to the present position.
+  /// Messages of such a kind before its units cannot be assigned to a sensor. In most logs all units precede the
+  /// first such message, and this second reading is not necessary.
   Result<void> look_ahead() {
     looked_ahead_ = true;
     const auto here = bytes_.passed();
@@ -205,7 +212,7 @@ class DataflashReader {
     return bytes_.go_back(here);
   }
 
-  /// A kind that is told again as it was stays as it is.
+  /// Reads the definition of a kind. Ignores an identical repetition.
   void read_format(std::string_view message) {
     auto& known = kinds_[static_cast<unsigned char>(message[3])];
     auto& told = told_[static_cast<unsigned char>(message[3])];
@@ -214,7 +221,7 @@ class DataflashReader {
     known = parse_kind(message);
   }
 
-  /// Returns the number of the kind that they are of, if it is one.
+  /// Reads the units of a kind and returns the number of the kind, or nothing if they are not valid.
   std::optional<unsigned char> read_units(const Kind& units, std::string_view message) {
     const auto place = [&](const char* name) -> std::optional<std::size_t> {
       const auto field = std::ranges::find(units.all, name, &LogField::name);
@@ -232,7 +239,7 @@ class DataflashReader {
     return number;
   }
 
-  /// The series that a message is one of; nothing if it has no time.
+  /// Returns the series of a message, or nothing if it has no time.
   Result<std::optional<std::size_t>> series_of(Kind& kind, std::string_view message) {
     std::uint64_t sensor = 0;
     if (kind.sensor) {
@@ -256,7 +263,8 @@ class DataflashReader {
   std::array<std::string, 256> told_{};
   std::size_t strays_{}, untold_{};
   bool looked_ahead_ = false;
-  std::set<std::string> numbered_later_{};  ///< FMT of kinds whose FMTU looking ahead has found
+  /// The FMT of kinds for which look_ahead() found a sensor number.
+  std::set<std::string> numbered_later_{};
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Logs of ArduPilot: DataFlash (ardupilot.org, "Adding a new Log Message"; AP_Logger). Each message begins with A3 95
-/// and its kind; messages FMT tell the length, fields and format of each kind, messages FMTU their units.
+/// Reads logs of ArduPilot in the format DataFlash (ardupilot.org, "Adding a new Log Message"; AP_Logger). Each message
+/// begins with A3 95 and its kind. Messages FMT define the length, fields and format of each kind, messages FMTU its
+/// units.
 #pragma once
 
 #include <string_view>
@@ -14,16 +15,16 @@
 
 namespace gyrotherm::exchange {
 
-/// Hands on a row for each message that has a wanted column; what other messages have is NaN in it. Time is the
-/// message's TimeUS (or TimeMS); of a kind whose units mark a field as the number of the sensor there is a series for
-/// each sensor, and what comes before those units is left out, and a note. Bytes that belong to no message are passed
-/// over, and a note. Fails with bad_file as read_ulog() does.
+/// Passes on a row for each message with a column of the map; columns of other messages are NaN. The time is TimeUS (or
+/// TimeMS) of the message. If the units of a kind mark a field as the sensor number, each sensor has a series of its
+/// own; messages before these units are left out, with a note. Skips bytes that belong to no message, with a note.
+/// Fails with bad_file as read_ulog() does.
 [[nodiscard]] Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
-/// Every column of a log, in order of its series.
+/// Returns every column of a log, in order of its series.
 [[nodiscard]] Result<std::vector<LogColumn>> columns_of_dataflash(Bytes bytes);
 
-/// Whether a file that begins so is one.
+/// Returns whether a file with this beginning is a DataFlash log.
 [[nodiscard]] bool is_dataflash(std::string_view beginning);
 
 }  // namespace gyrotherm::exchange

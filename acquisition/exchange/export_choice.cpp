@@ -16,14 +16,15 @@ namespace {
 
 using record::GyroKind, record::kMissing, record::Record, record::RunInfo;
 
-/// The rows [first, end) of a record that become one.
+/// The rows [first, end) of a record that are combined into one.
 struct Stretch {
   std::size_t first{}, end{};
-  std::int64_t number{};  ///< counted from the start of the run
+  std::int64_t number{};  ///< counted from the run's start
 };
 
-/// Our own records count seconds by their slots; a foreign one has times of its own. A quotient of two times in seconds
-/// falls short of whole numbers (0.29 s / 0.01 s): whole nanoseconds are divided.
+/// Returns the number of the stretch of a row. A record of gyrotherm counts seconds by slots; an imported one has its
+/// own times. Divides whole nanoseconds, because a quotient of times in seconds may fall short of a whole number (0.29
+/// s / 0.01 s).
 std::int64_t number_of_stretch(const Record& record, std::size_t row, Duration every) {
   const auto time = record.info.imported ? from_seconds(record.time_s[row]) : kSecond * record.slot[row];
   return time / every - (time % every < Duration{} ? 1 : 0);
@@ -44,7 +45,7 @@ std::vector<Stretch> stretches_of(const Record& record, const ExportChoice& choi
   return stretches;
 }
 
-/// The part of a column that becomes one number; none where the record has no such column.
+/// Returns the part of a column in a stretch; empty if the record does not have the column.
 std::span<const double> part_of(const std::vector<double>& column, const Stretch& stretch) {
   if (column.size() < stretch.end) return {};
   return std::span(column).subspan(stretch.first, stretch.end - stretch.first);
@@ -55,7 +56,7 @@ struct Total {
   int count = 0;
 };
 
-/// Of those that are there.
+/// Adds the numbers that are not NaN.
 Total total(std::span<const double> numbers) {
   Total found;
   for (const double number : numbers) {
@@ -76,7 +77,8 @@ double sum_of(std::span<const double> numbers) {
   return count > 0 ? sum : kMissing;
 }
 
-/// Pulses of the seconds whose intervals are added; one that is missing while its interval is not leaves no sum.
+/// Returns the sum of the pulses of a stretch. Returns NaN if a second has an interval but no pulses, because its
+/// interval is in the sum of intervals.
 double sum_of_pulses(std::span<const double> pulses, std::span<const double> intervals) {
   for (std::size_t i = 0; i < std::min(pulses.size(), intervals.size()); ++i)
     if (std::isnan(pulses[i]) && !std::isnan(intervals[i])) return kMissing;
@@ -117,7 +119,8 @@ class Choosing {
     return column;
   }
 
-  /// A mean over both positions of a unit is of neither, nor is one over the seconds in people's hands.
+  /// Returns whether the mounting of the unit is constant in a stretch. A mean over both mountings, or over seconds of
+  /// handling, is meaningless.
   bool is_in_one_position(const Stretch& stretch) const {
     const double first = record::turned_at(record_, stretch.first);
     for (std::size_t row = stretch.first; row < stretch.end; ++row)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The data of a record that are exported: a part of its rows or means over stretches, and columns in °C and °/h.
+/// Selects the data of a record to export: some of its rows or means over stretches, with columns in °C and °/h.
 #pragma once
 
 #include <cstddef>
@@ -30,15 +30,15 @@ struct ExportChoice {
 [[nodiscard]] Result<void> check_choice(const ExportChoice& choice, const record::RunInfo& info);
 
 /// Returns the chosen rows; the record itself if every row is chosen. Stretches are counted from the start of the run.
-/// The row of a stretch has the time and the position in the profile of its first row, the means of temperatures, rates
-/// and values, and the sums of pulses and their intervals; an axis with a missing second has no sum. Events and gaps
-/// stay as they are.
+/// The row of a stretch has the time and the profile position of its first row, the means of temperatures, rates and
+/// values, and the sums of pulses and intervals. An axis with a missing second has no sum. Events and gaps remain
+/// unchanged.
 [[nodiscard]] record::Record chosen_rows(record::Record record, const ExportChoice& choice);
 
-/// Returns the temperatures of a thermometer in °C, corrected by its calibration; NaN where there was no reading.
+/// Returns the calibrated temperatures of a thermometer in °C; NaN if there was no reading.
 [[nodiscard]] std::vector<double> temperatures_of(const record::Record& record, std::size_t thermometer);
 
-/// Returns the rate about an axis in °/h, the Earth's rate included; NaN where there is none.
+/// Returns the rate about an axis in °/h, including the Earth rate; NaN if there is none.
 [[nodiscard]] std::vector<double> rates_of(const record::Record& record, std::size_t unit, std::size_t axis);
 
 }  // namespace gyrotherm::exchange

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the readers of foreign files hand on.
+/// The results of the readers of files of other programs.
 #pragma once
 
 #include <cstddef>
@@ -15,29 +15,35 @@
 
 namespace gyrotherm::exchange {
 
-/// What a foreign file says of one instant.
+/// One row of a file of another program.
 struct ForeignRow {
-  Duration time{};                    ///< since the first row; of a log, since its machine was started
-  std::optional<Duration> utc{};      ///< where the file knows it
-  std::span<const double> numbers{};  ///< as in the file, per column of ImportMap::columns(); NaN where there is none
+  /// The time since the first row; in a log, since its machine started.
+  Duration time{};
+  /// UTC, if the file has it.
+  std::optional<Duration> utc{};
+  /// The numbers of the file, one per column of ImportMap::columns(); NaN if missing.
+  std::span<const double> numbers{};
 };
 
-/// Takes the rows in order of the file. A fault without a place is one of the row itself, whose place its reader knows.
+/// Takes the rows in order of the file. A fault without a position concerns the row itself; the reader adds its
+/// position.
 using TakeRow = std::function<Result<void>(const ForeignRow& row)>;
 
-/// What a reader had to pass over, in sentences for the record; empty: nothing.
+/// Sentences for the record about content that a reader skipped.
 using Notes = std::vector<std::string>;
 
 /// Counts of the texts that marked missing values in a column.
 using MissingTexts = std::map<std::string, std::size_t>;
 
-/// Findings of a reader about a whole file.
+/// The findings of a reader about a whole file.
 struct Findings {
   Notes notes{};
   std::vector<MissingTexts> missing{};  ///< per column of ImportMap::columns()
-  std::size_t lines_left_out{};         ///< unreadable lines
-  std::string other_clock{};            ///< a time column the map does not use
-  std::vector<Duration> other_spans{};  ///< its durations, one per reading
+  /// The number of unreadable lines.
+  std::size_t lines_left_out{};
+  /// A time column that the map does not use, and its possible durations, one per notation.
+  std::string other_clock{};
+  std::vector<Duration> other_spans{};
 };
 
 }  // namespace gyrotherm::exchange

@@ -22,15 +22,15 @@ namespace {
 
 // Counted times.
 
-constexpr std::int64_t kLongest_s = std::numeric_limits<std::int64_t>::max() / 4;  // so that two can be added
+constexpr std::int64_t kLongest_s = std::numeric_limits<std::int64_t>::max() / 4;  // the sum of two must fit
 
-/// Returns the same time with a part between zero and a second.
+/// Returns the equal time with a part between zero and a second.
 CountedTime in_order(std::int64_t seconds, Duration part) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(part);
   return {seconds + whole.count(), part - whole};
 }
 
-/// Returns a number of units and a fraction of the next as a time.
+/// Returns a number of units and a fraction of a unit as a time.
 CountedTime counted(std::int64_t whole, double fraction, Duration unit) {
   const Duration part = from_seconds(fraction * to_seconds(unit));
   if (unit < kSecond) {
@@ -43,7 +43,7 @@ CountedTime counted(std::int64_t whole, double fraction, Duration unit) {
 
 struct Decimal {
   std::int64_t whole{};
-  double fraction{};  ///< of the same sign
+  double fraction{};  ///< has the same sign
 };
 
 std::optional<std::uint64_t> digits_in(std::string_view text) {
@@ -53,7 +53,7 @@ std::optional<std::uint64_t> digits_in(std::string_view text) {
   return read.ec == std::errc() && read.ptr == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-/// Parses a decimal number. Returns nothing for one with an exponent or beyond 64 bits.
+/// Parses a decimal number. Returns nothing for a number with an exponent or larger than 64 bits.
 std::optional<Decimal> decimal_in(std::string_view text) {
   constexpr std::size_t kMostBehindPoint = 18;
   static constexpr std::array<double, kMostBehindPoint + 1> kPowers{
@@ -71,11 +71,11 @@ std::optional<Decimal> decimal_in(std::string_view text) {
   return is_negative ? Decimal{-number.whole, -number.fraction} : number;
 }
 
-// Times of the calendar.
+// Calendar times.
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Returns true for letters and for the bytes of letters beyond ASCII.
+/// Returns true for ASCII letters and for the bytes of other letters.
 bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) >= 0x80;
 }
@@ -87,15 +87,15 @@ int number_of(std::string_view digits) {
   return read.ec == std::errc() && read.ptr == digits.data() + digits.size() ? number : kNone;
 }
 
-/// The number of digits of a field: exactly as many as are asked for, or from one to as many.
+/// The number of digits of a field: exactly the given number, or at most the given number.
 enum class Width { exact, at_most };
 
-/// Takes what is written off the front of a text.
+/// Parses from the front of a text and removes the parsed part.
 class Front {
  public:
   explicit Front(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
 
-  /// Takes a number of so many digits and of at most `most`.
+  /// Removes a number with the given number of digits that is not larger than `most`.
   std::optional<int> number(std::size_t digits, int most) {
     const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
     if (width_ == Width::at_most && there > digits) return std::nullopt;
@@ -112,13 +112,13 @@ class Front {
     const auto end = std::ranges::find_if_not(rest_, is_letter);
     return take(static_cast<std::size_t>(end - rest_.begin()));
   }
-  /// Takes the part of a second behind its point. Digits beyond nanoseconds do not count.
+  /// Removes the decimals of a second. Ignores digits below nanoseconds.
   Duration fraction() {
     Duration::rep sum = 0, unit = std::chrono::nanoseconds(kSecond).count();
     for (const char digit : digits()) sum += (unit /= 10) * (digit - '0');
     return Duration(sum);
   }
-  /// Takes one of the characters, if it is next.
+  /// Removes the next character if it is one of `characters`.
   bool next_is(std::string_view characters) {
     if (rest_.empty() || characters.find(rest_.front()) == std::string_view::npos) return false;
     rest_.remove_prefix(1);
@@ -146,7 +146,7 @@ struct Date {
   }
 };
 
-/// Returns the time of a date, unless the date does not exist or no record can have it.
+/// Returns the time of a date. Returns nothing if the date does not exist or is outside the range of a record.
 std::optional<CivilTime> civil(const Date& said, Duration of_day) {
   constexpr int kFirstYear = 1970, kLastYear = 2115;
   const auto date = said.gregorian();
@@ -154,11 +154,11 @@ std::optional<CivilTime> civil(const Date& said, Duration of_day) {
   return CivilTime{.reading = std::chrono::sys_days(date).time_since_epoch() + of_day};
 }
 
-// Times after ISO 8601 and UDUNITS.
+// Times in ISO 8601 and UDUNITS.
 
 constexpr int kEndOfDay = 24;
 
-/// Takes hours and minutes, and seconds if they follow, with a fraction behind one of the marks.
+/// Removes hours and minutes, and optional seconds with a fraction after one of the marks.
 std::optional<Duration> clock_time(Front& front, int most_hours, std::string_view marks) {
   const auto hour = front.number(2, most_hours);
   if (!hour || !front.next_is(":")) return std::nullopt;
@@ -166,12 +166,12 @@ std::optional<Duration> clock_time(Front& front, int most_hours, std::string_vie
   if (!minute) return std::nullopt;
   const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
   if (!front.next_is(":")) return whole;
-  const auto second = front.number(2, 60);  // a leap second is the first of the next minute
+  const auto second = front.number(2, 60);  // 60 is a leap second
   if (!second) return std::nullopt;
   return whole + std::chrono::seconds(*second) + (front.next_is(marks) ? front.fraction() : Duration{});
 }
 
-/// Takes the time of day, at most 24:00. The text may end without one.
+/// Removes the time of day, at most 24:00. It may be missing at the end of the text.
 std::optional<Duration> time_of_day(Front& front) {
   if (front.rest().empty()) return Duration{};
   if (!front.next_is("T ")) return std::nullopt;
@@ -180,7 +180,7 @@ std::optional<Duration> time_of_day(Front& front) {
   return is_its_end && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
 }
 
-/// Takes "2026-03-01". The date may not exist.
+/// Removes "2026-03-01". The date may not exist.
 std::optional<Date> date_of(Front& front) {
   const auto year = front.number(4, 9999);
   if (!year || !front.next_is("-")) return std::nullopt;
@@ -201,14 +201,14 @@ std::optional<Duration> loose_zone(std::string_view text) {
   return parse_zone(zone);
 }
 
-/// Returns the days since 1970-01-01 of a Julian date, or nothing if the calendar has no such date.
+/// Returns the days since 1970-01-01 of a Julian date, or nothing if the date does not exist.
 std::optional<std::int64_t> days_of_julian(const Date& date) {
   const auto& [year, month, day] = date;
   constexpr std::array<int, 12> kDays{31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   const bool is_29_february = month == 2 && day == 29;
   if (month < 1 || day < 1 || day > kDays[static_cast<std::size_t>(month - 1)] || (is_29_february && year % 4 != 0))
     return std::nullopt;
-  // Years begin in March, so that the leap day is the last: 153 days make five months of them.
+  // Years begin in March, so that the leap day is their last day; five months from March have 153 days.
   constexpr int kDaysOfFourYears = 1461, kDaysBefore1970 = 719470;
   const int since_march = (month + 9) % 12, years = month > 2 ? year : year - 1;
   const int of_years = kDaysOfFourYears * (years + 4) / 4 - kDaysOfFourYears;
@@ -223,9 +223,9 @@ std::optional<std::int64_t> days_since_1970(const Date& said, EarlyDays early) {
   return std::chrono::sys_days(date).time_since_epoch().count();
 }
 
-// Times of the world's locales.
+// Times in local notations.
 
-/// Returns the month whose name begins a word; 0: none. The names of the five languages do not contradict each other.
+/// Returns the month whose name begins a word; 0 if there is none. The names of the five languages do not conflict.
 int month_called(std::string_view word) {
   static constexpr std::array<std::pair<std::string_view, int>, 38> kNames{
       {{"jan", 1},  {"jän", 1},  {"ene", 1},  {"gen", 1},  {"feb", 2},  {"fev", 2},  {"fév", 2},  {"mar", 3},
@@ -249,7 +249,7 @@ bool is_weekday(std::string_view word) {
          lower.ends_with("day") || lower.ends_with("tag");
 }
 
-/// Takes AM or PM, with or without points. Returns 'a', 'p', or 0 if none follows.
+/// Removes AM or PM, with or without points. Returns 'a', 'p', or 0 if there is neither.
 char half_of_day(Front& front) {
   Front ahead = front;
   ahead.pass_blanks();
@@ -275,7 +275,7 @@ std::optional<Duration> time_in(int hour, int minute, int second, Duration part,
   return is_one && time <= std::chrono::hours(24) ? std::optional(time) : std::nullopt;
 }
 
-/// Parses "hhmm" or "hhmmss", and takes a fraction off the front.
+/// Parses "hhmm" or "hhmmss", and removes a fraction from the front.
 std::optional<Duration> compact_clock(std::string_view digits, Front& front) {
   if (digits.size() != 4 && digits.size() != 6) return std::nullopt;
   const int second = digits.size() == 6 ? number_of(digits.substr(4)) : 0;
@@ -283,13 +283,13 @@ std::optional<Duration> compact_clock(std::string_view digits, Front& front) {
   return time_in(number_of(digits.substr(0, 2)), number_of(digits.substr(2, 2)), second, part, 0);
 }
 
-/// Takes a time of day off the front.
+/// Removes a time of day from the front.
 std::optional<Duration> take_clock(Front& front) {
   char half = half_of_day(front);
   front.pass_blanks();
   const auto first = front.digits();
   if (first.size() > 2) return compact_clock(first, front);
-  const bool has_points = front.rest().starts_with('.');  // as Finns and some loggers write it
+  const bool has_points = front.rest().starts_with('.');  // Finnish and some loggers
   if (first.empty() || !front.next_is(has_points ? "." : ":hH")) return std::nullopt;
   const auto minute = front.digits();
   if (minute.size() != 2) return std::nullopt;
@@ -313,7 +313,7 @@ int whole_year(std::string_view digits) {
   return number + (number < kFirst ? 2000 : 2000 - kCentury);
 }
 
-/// Makes a date of its three parts, one of which may be the name of a month.
+/// Builds a date from three parts, one of which may be the name of a month.
 std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, DateOrder order) {
   for (std::size_t i = 0; i < 2; ++i) {
     if (parts[i].empty() || is_digit(parts[i].front())) continue;
@@ -331,7 +331,7 @@ std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, Date
   return Date{whole_year(parts[2]), number_of(parts[day_first ? 1 : 0]), number_of(parts[day_first ? 0 : 1])};
 }
 
-/// Takes "01.03.2026", "3/1/26", "1-Mar-2026", "Mar 1, 2026", "1. März 2026", "20260301" off the front.
+/// Removes "01.03.2026", "3/1/26", "1-Mar-2026", "Mar 1, 2026" or "1. März 2026" from the front.
 std::optional<Date> take_day(Front& front, DateOrder order) {
   std::array<std::string_view, 3> parts;
   char separator = 0;
@@ -353,7 +353,7 @@ std::optional<Date> take_day(Front& front, DateOrder order) {
   return date_from(parts, order);
 }
 
-/// Takes "20260301", "20260301T080010", "20260301 080010", "20260301080010".
+/// Removes "20260301", "20260301T080010", "20260301 080010" or "20260301080010".
 std::optional<CivilTime> compact_time(Front& front) {
   constexpr std::size_t kDate = 8;
   const auto digits = front.digits();
@@ -369,7 +369,7 @@ std::optional<CivilTime> compact_time(Front& front) {
   return of_day ? civil(day, *of_day) : std::nullopt;
 }
 
-/// Takes the zone behind a time, if there is one. Returns false for any other text.
+/// Removes the zone after a time if there is one. Returns false for any other text.
 bool take_zone(Front& front, CivilTime& time) {
   front.pass_blanks();
   if (front.rest().empty()) return true;
@@ -382,7 +382,7 @@ bool take_zone(Front& front, CivilTime& time) {
   return time.zone.has_value();
 }
 
-/// Takes "Mar  1 08:00:10 2026", as C writes it behind the day of the week.
+/// Removes "Mar  1 08:00:10 2026", the C notation after the day of the week.
 std::optional<CivilTime> time_of_c(Front front) {
   const int month = month_called(front.word());
   front.pass_blanks();
@@ -401,7 +401,7 @@ std::optional<CivilTime> parse_dated(Front front, DateOrder order) {
   if (auto time = compact_time(compact); time && take_zone(compact, *time)) return time;
   const auto day = take_day(front, order);
   if (!day) return std::nullopt;
-  (void)front.next_is(".");  // behind the day in Hungarian
+  (void)front.next_is(".");  // after a Hungarian day
   front.pass_blanks();
   if (front.rest().empty()) return civil(*day, {});
   (void)front.next_is("Tt,_-");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Times in foreign files: counted from an instant, or of the calendar after ISO 8601, after UDUNITS, and as the
-/// world's locales, loggers and spreadsheets write them.
+/// Parses times in files of other programs: numbers counted from an instant, and calendar times in ISO 8601, in
+/// UDUNITS, and in the notations of common locales, loggers and spreadsheets.
 #pragma once
 
 #include <chrono>
@@ -15,8 +15,9 @@ namespace gyrotherm::exchange {
 /// The longest time between two rows of a foreign file that a record can have: ten years.
 inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);
 
-/// A time that a file counts in units from an instant of its own. It has a wider range than a Duration. A double of
-/// nanoseconds since 1970 keeps only every 256th, and a difference of two has the errors of both: this one is exact.
+/// A time counted in units from the file's own reference instant. Its range is wider than that of a Duration. It is
+/// exact, unlike a double: nanoseconds since 1970 in a double have a resolution of 256 ns, and a difference has both
+/// errors.
 struct CountedTime {
   std::int64_t seconds{};
   Duration part{};  ///< fraction of the next second
@@ -39,10 +40,12 @@ struct CountedTime {
 
 [[nodiscard]] CountedTime operator+(const CountedTime& a, const CountedTime& b);
 
-/// A time of the calendar, as a clock of a zone shows it.
+/// A calendar time, as a clock of a time zone shows it.
 struct CivilTime {
-  Duration reading{};              ///< since 1970-01-01T00:00 of that clock
-  std::optional<Duration> zone{};  ///< ahead of UTC, if known
+  /// Time since 1970-01-01T00:00 on that clock.
+  Duration reading{};
+  /// The offset of the zone ahead of UTC, if known.
+  std::optional<Duration> zone{};
 };
 
 /// Parses "2026-03-01T12:30:05.25Z", "2026-03-01 12:30:05,25+01:00", "2026-03-01T12:30", "2026-03-01". Returns nothing
@@ -55,24 +58,24 @@ struct CivilTime {
 /// The calendar of days before 1582-10-15.
 enum class EarlyDays { julian, gregorian };
 
-/// Parses the instant behind "seconds since" in a NetCDF file, after UDUNITS: "2026-03-01 12:00:00.5 -6:00",
-/// "0001-1-1". The year is 0 to 9999, each field may have fewer digits, and the zone is UTC unless the text names
-/// another. Returns the time since 1970, or nothing for any other text.
+/// Parses the instant after "seconds since" in a NetCDF file, as UDUNITS does: "2026-03-01 12:00:00.5 -6:00",
+/// "0001-1-1". The year is 0 to 9999, fields may have fewer digits, and the zone is UTC unless the text names another.
+/// Returns the time since 1970, or nothing for any other text.
 [[nodiscard]] std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early);
 
 /// The order of the numbers of a date.
 enum class DateOrder { year_first, day_first, month_first };
 
-/// Parses a date, or a date with its time of day and perhaps a zone: "01.03.2026 08:00:10,5", "3/1/26, 8:00:10 PM",
+/// Parses a date, or a date with its time of day and an optional zone: "01.03.2026 08:00:10,5", "3/1/26, 8:00:10 PM",
 /// "2026/03/01 08:00", "1-Mar-2026 08:00:10", "20260301T080010Z", "Sun Mar  1 08:00:10 2026". A month may be a name in
-/// English, German, French, Spanish or Italian; then `order` does not count. A year of two digits lies in 1970 to 2069.
+/// English, German, French, Spanish or Italian; `order` is then ignored. A year of two digits is in 1970 to 2069.
 /// Returns nothing for any other text and for a time outside 1970 to 2116.
 [[nodiscard]] std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order);
 
 /// Parses a time of day alone: "08:00:10.5", "8:00:10 PM", "080010", "08h00". Returns nothing for any other text.
 [[nodiscard]] std::optional<Duration> parse_clock(std::string_view text);
 
-/// Returns true if people would take the text for a date or a time of day, even one that no function here parses.
+/// Returns true if the text looks like a date or a time of day to a reader, even if no function here can parse it.
 [[nodiscard]] bool looks_like_time(std::string_view text);
 
 }  // namespace gyrotherm::exchange

@@ -23,7 +23,7 @@ struct Curve {
   std::vector<double> values{};
 };
 
-/// Text between single quotes, in which nothing but a quote has a meaning.
+/// Returns a text in single quotes. Only a quote has a meaning inside them.
 std::string quoted_for_gnuplot(std::string_view text) {
   std::string quoted = "'";
   for (const char c : plain(text)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
@@ -46,14 +46,14 @@ std::vector<Curve> rates(const record::Record& record) {
   return curves;
 }
 
-/// gnuplot ends a script at a plot without a point.
+/// Returns whether any curve has a point. gnuplot aborts a script at a plot without points.
 bool has_point(const std::vector<Curve>& curves) {
   return std::ranges::any_of(curves, [](const Curve& curve) {
     return std::ranges::any_of(curve.values, [](double value) { return std::isfinite(value); });
   });
 }
 
-/// A plot of the columns from `first` on.
+/// Returns the commands for a plot of the columns from `first` on.
 std::string plot_of(const std::vector<Curve>& curves, std::size_t first, std::string_view label) {
   std::string text = fmt::format("set ylabel '{}'\nplot ", label);
   for (std::size_t i = 0; i < curves.size(); ++i)
@@ -62,8 +62,8 @@ std::string plot_of(const std::vector<Curve>& curves, std::size_t first, std::st
   return text + "\n";
 }
 
-/// Before which rows others are missing. Our own are one step apart, or as many more as are missing; what keeps its own
-/// times has a gap where the import tells one.
+/// Finds the rows before which others are missing. Rows of a record of gyrotherm are one step apart unless rows are
+/// missing. A record with its own times has gaps as defined by the import.
 class Gaps {
  public:
   explicit Gaps(const record::Record& record)
@@ -80,7 +80,7 @@ class Gaps {
   double seconds_;
 };
 
-/// gnuplot draws no line across an empty one.
+/// Writes the data. An empty line is a gap, across which gnuplot draws no line.
 void add_rows(std::string& text, const record::Record& record, const std::vector<Curve>& curves) {
   const Gaps gaps(record);
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
@@ -98,7 +98,7 @@ void add_rows(std::string& text, const record::Record& record, const std::vector
 }  // namespace
 
 std::string gnuplot_script(const record::Record& record) {
-  constexpr std::size_t kFirst = 2;  // behind the time
+  constexpr std::size_t kFirst = 2;  // after the time
   const auto above = temperatures(record), below = rates(record);
   auto all = above;
   all.insert(all.end(), below.begin(), below.end());

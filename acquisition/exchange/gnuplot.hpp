@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record as a script for gnuplot that has its data in it: temperatures above, rates below, against hours.
+/// Exports a record as a gnuplot script that includes its data: temperatures above, rates below, over hours.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace gyrotherm::exchange {
 
-/// The script; `gnuplot -p FILE` shows it. One of virtual instruments says SIMULATED in its title. Names of channels
-/// and of the profile are text in it and nothing else.
+/// Returns the script; `gnuplot -p FILE` shows it. The title of a simulated record contains SIMULATED. Names of
+/// channels and of the profile are quoted, so they cannot contain commands.
 [[nodiscard]] std::string gnuplot_script(const record::Record& record);
 
 }  // namespace gyrotherm::exchange

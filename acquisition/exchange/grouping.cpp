@@ -14,8 +14,8 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-/// A log's topics may be written seconds after they were measured, each at its own pace; rows of a table are late by a
-/// stretch at most.
+/// Returns the number of stretches that accept rows. A log may write its topics seconds after they were measured, each
+/// with its own delay. Rows of a table are late by at most one stretch.
 std::size_t stretches_open(const ImportMap& map) {
   constexpr std::size_t kOfTable = 2, kMost = 1000;
   constexpr Duration kLatest = std::chrono::seconds(5);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How rows of a foreign file become rows of a record: in order of time, each with the interval that it covers, and, if
-/// the map says so, put together into one for each stretch.
+/// Converts the rows of a file of another program to rows of a record: in order of time, each with the interval that it
+/// covers, and optionally combined into one row per stretch.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace gyrotherm::exchange {
 
-/// The usual step between neighbours, their median; 0 where there are none.
+/// Returns the usual step between neighbours, which is their median; 0 if there are no neighbours.
 template <class T>
 [[nodiscard]] T usual_step(const std::vector<T>& numbers) {
   std::vector<T> steps;
@@ -28,31 +28,36 @@ template <class T>
   return *middle;
 }
 
-/// A longer time without a row than so many usual steps is a gap, where a record keeps its own times.
+/// The number of usual steps after which a time without a row is a gap, in a record with times of its own.
 inline constexpr int kUsualStepsOfASilence = 10;
 
-/// A row as the record gets it.
+/// A row for the record.
 struct ImportedRow {
-  Duration time{};                    ///< since the first row
-  std::optional<Duration> utc{};      ///< where the file knows it
-  Duration interval{};                ///< what a gyro's number covers
-  Duration usual{};                   ///< the spacing of rows that nothing is missing between
-  std::span<const double> numbers{};  ///< per column of ImportMap::columns(); NaN where there is none
+  /// The time since the first row.
+  Duration time{};
+  /// UTC, if the file has it.
+  std::optional<Duration> utc{};
+  /// The interval that a gyro's number covers.
+  Duration interval{};
+  /// The spacing of rows without gaps.
+  Duration usual{};
+  /// One number per column of ImportMap::columns(); NaN if missing.
+  std::span<const double> numbers{};
 };
 using TakeImported = std::function<Result<void>(const ImportedRow& row)>;
 
-/// Checks that rows come in order of time, and knows what interval each covers: the map's; or, where rows have times of
-/// their own, the usual spacing for a rate, and for an increment the time since the row before (of the first row: the
-/// usual spacing). The usual spacing is the median of the first 65,535 (of rows of many columns fewer), which are held
-/// back until it is known.
+/// Checks that rows are in order of time, and determines the interval of each. This is the interval of the map or, for
+/// rows with times of their own, the usual spacing for a rate and the time since the row before for an increment (the
+/// usual spacing for the first row). The usual spacing is the median of the first 65,535 rows (fewer if they have many
+/// columns), which are held back until it is known.
 class Spacing {
  public:
   Spacing(const ImportMap& map, TakeImported take) : map_(map), take_(std::move(take)), usual_(map.interval) {}
 
-  /// Fails with bad_file and no place where the time does not increase, unless it stands still and rows are put
-  /// together; or as `take` does.
+  /// Fails with bad_file, without a position, if the time does not increase. Equal times are allowed if rows are
+  /// combined. Fails also as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
-  /// Hands on what is held back.
+  /// Passes on the rows that are held back.
   [[nodiscard]] Result<void> finish();
 
  private:
@@ -61,20 +66,21 @@ class Spacing {
 
   const ImportMap& map_;
   TakeImported take_;
-  Duration usual_{};  ///< 0: not known yet
+  Duration usual_{};  ///< 0: unknown so far
   std::optional<Duration> first_{}, last_{};
-  std::vector<Duration> times_{};  ///< of the rows held back
+  /// The times, UTC and numbers of the rows held back.
+  std::vector<Duration> times_{};
   std::vector<std::optional<Duration>> utcs_{};
   std::vector<double> numbers_{};
 };
 
-/// Puts all rows of a stretch of ImportMap::every together: temperatures, rates and values are the means of what was
-/// there, increments are added, with their intervals. A stretch without rows makes none.
+/// Combines all rows of a stretch of ImportMap::every. Takes the means of the available temperatures, rates and values,
+/// and the sums of increments and their intervals. A stretch without rows gives no row.
 class Grouping {
  public:
   Grouping(const ImportMap& map, TakeImported take);
 
-  /// Rows may be late by a stretch, those of a log by 5 s. Fails as Spacing::push() does where one is later.
+  /// Adds a row. Rows may be late by one stretch, those of a log by 5 s. Fails as Spacing::push() does for a later row.
   [[nodiscard]] Result<void> push(const ImportedRow& row);
   [[nodiscard]] Result<void> finish();
   [[nodiscard]] std::size_t left_out() const { return left_out_; }
@@ -83,7 +89,7 @@ class Grouping {
   struct Stretch {
     std::int64_t number{};
     Duration interval{};
-    std::optional<Duration> utc{};  ///< of its beginning
+    std::optional<Duration> utc{};  ///< start of the stretch
     std::vector<double> sums{};
     std::vector<std::int64_t> counts{};
   };
@@ -95,11 +101,13 @@ class Grouping {
   const ImportMap& map_;
   TakeImported take_;
   std::size_t columns_{};
-  std::size_t first_sum_{}, end_of_sums_{};  ///< the columns that are increments
+  std::size_t first_sum_{}, end_of_sums_{};  ///< range of the increment columns
   std::size_t most_open_{};
-  std::deque<Stretch> open_{};           ///< in order of their numbers
-  std::optional<std::int64_t> first_{};  ///< that was handed on
-  std::int64_t handed_on_{};             ///< the last
+  /// Open stretches, in order of their numbers.
+  std::deque<Stretch> open_{};
+  /// The numbers of the first and of the last stretch passed on.
+  std::optional<std::int64_t> first_{};
+  std::int64_t handed_on_{};
   std::size_t left_out_{};
 };
 

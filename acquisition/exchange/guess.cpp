@@ -26,7 +26,7 @@ namespace {
 
 using Columns = std::vector<std::size_t>;
 
-/// A format that is not read here, with the way to one that is.
+/// A format that is not supported, with the conversion to a supported one.
 struct KnownFormat {
   std::string_view beginning;
   std::string_view way_out;
@@ -57,8 +57,8 @@ constexpr std::array<KnownFormat, 14> kKnown{{
     {"#ROSBAG", "a ROS bag: export the topic as CSV, \"rostopic echo -b FILE -p TOPIC\""},
 }};
 
-/// Describes a format that is not read here and how to convert such a file: "a zip archive: unpack it first". Returns
-/// an empty text for any other file.
+/// Describes a format that is not supported, with its conversion: "a zip archive: unpack it first". Returns an empty
+/// text for any other file.
 std::string way_out_of_format(std::string_view beginning) {
   if (beginning.starts_with(kZip)) {
     const bool is_workbook = beginning.find("[Content_Types].xml") != std::string_view::npos ||
@@ -108,8 +108,8 @@ std::string file_section(const TableSample& sample) {
   return text + "]        # fields among numbers that are none\n";
 }
 
-/// Returns the lines that convert a thermometer's column to °C: for a known unit its scale, for what the name does not
-/// say, or says in a unit that is not known, a comment. Logs have °C (`usual`).
+/// Returns the lines that convert the column of a thermometer to °C: the scale of a known unit, or a comment if the
+/// name has no unit or an unknown one. Logs use °C (`usual`).
 std::string celsius_lines(const std::string& name, std::string_view usual) {
   std::string unit = temperature_unit_in(name);
   if (unit.empty()) unit = usual;
@@ -125,11 +125,11 @@ std::string celsius_lines(const std::string& name, std::string_view usual) {
   return fmt::format("        # {}: °C = number × scale + offset\n", said);
 }
 
-/// Names of thermometers, of which no two are alike.
+/// Generates unique names of thermometers.
 class ThermometerNames {
  public:
   ThermometerNames() : taken_(record::names_of_every_record()) {
-    taken_.insert({"pulses", "interval_ns"});  // of a gyro without a name
+    taken_.insert({"pulses", "interval_ns"});  // columns of an unnamed gyro
   }
   std::string next(const std::string& column) {
     std::string name = channel_name_of(column);
@@ -152,19 +152,19 @@ std::string thermometer_sections(const TableSample& sample, const Columns& colum
   return text;
 }
 
-/// The lines of one axis: which column, and what a unit of it is.
+/// Returns the lines of one axis: its column, its kind and its scale.
 std::string axis_lines(const std::string& column, bool is_increment, std::optional<double> scale) {
   const char* per = is_increment ? "arcsec" : "°/h";
   return fmt::format("{}\nkind = \"{}\"\nscale = {:.15g}        # {} per unit of the column{}\n", column,
                      is_increment ? "increment" : "rate", scale.value_or(1), per, scale ? "" : ": a guess, correct it");
 }
 
-/// The section of a gyro that was not found.
+/// The section for a gyro that was not found.
 constexpr const char* kUnknownGyro =
     "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per unit of "
     "the column\n";
 
-/// Writes the sections of a gyro's axes and gives each axis a name that no other has.
+/// Writes the sections of a gyro's axes and gives each axis a unique name.
 class AxisSections {
  public:
   void add(const std::string& column_name, const std::string& lines) {
@@ -231,23 +231,26 @@ std::string table_map(const TableSample& sample, const std::string& file) {
          gyro_section(sample, gyros);
 }
 
-/// A gyro of a log, with the temperature of its own.
+/// A gyro of a log, with its own temperature.
 struct LoggedGyro {
-  std::string name{};               ///< "imu", "imu1"
-  std::vector<std::string> axes{};  ///< columns: x, y, z
-  std::string temperature{};        ///< a column; empty: none
+  std::string name{};  ///< "imu", "imu1"
+  /// The columns of x, y and z.
+  std::vector<std::string> axes{};
+  /// The column of its temperature; empty if there is none.
+  std::string temperature{};
 };
 
-/// The columns of a log that a map should read.
+/// The columns of a log for a draft map.
 struct LogGuess {
   std::vector<LoggedGyro> gyros{};
-  std::vector<std::string> others{};  ///< temperatures of no gyro
+  std::vector<std::string> others{};  ///< temperatures outside the gyros
 };
 
-/// The messages of a log that have raw rates, the best first; a digit behind the name numbers the sensors of old logs.
+/// The messages of a log with raw rates, the best first. In old logs a digit after the name is the number of the
+/// sensor.
 constexpr std::array<std::string_view, 4> kMessages{"sensor_gyro", "sensor_combined", "IMU", "GYR"};
 
-/// The fields that are a rate, axis by axis.
+/// The fields with rates, axis by axis.
 constexpr std::array<std::array<std::string_view, 3>, 3> kAxes{
     {{"x", "y", "z"}, {"gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"}, {"GyrX", "GyrY", "GyrZ"}}};
 
@@ -289,7 +292,7 @@ std::vector<LoggedGyro> gyros_of(const std::vector<LogColumn>& columns, std::str
   return gyros;
 }
 
-/// Finds the first message whose names sound like a gyro's.
+/// Finds the first message with names that look like a gyro's.
 std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
   std::vector<std::string> names;
   for (const LogColumn& column : columns) names.push_back(full_name(column));
@@ -303,9 +306,10 @@ std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
   return gyro.axes.empty() ? std::vector<LoggedGyro>{} : std::vector{gyro};
 }
 
-/// Guesses the gyros of a log from its published columns: every instance of `sensor_gyro`, else of `sensor_combined`;
-/// of ArduPilot each `IMU`, else `GYR`; else the first message with names of a gyro. Never takes estimates of a filter,
-/// integrals, their times or counts. Other temperatures are those of barometers, which are near the gyro.
+/// Selects the gyros of a log from its published columns: every instance of `sensor_gyro`, or else of
+/// `sensor_combined`; for ArduPilot each `IMU`, or else `GYR`; or else the first message with names of a gyro. Never
+/// selects estimates of a filter, integrals, their times or counts. Other temperatures are those of barometers, which
+/// are near the gyro.
 LogGuess guess_log(const std::vector<LogColumn>& published) {
   LogGuess guess;
   for (const std::string_view message : kMessages)
@@ -320,7 +324,7 @@ LogGuess guess_log(const std::vector<LogColumn>& published) {
 }
 
 std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, const std::string& file) {
-  constexpr double kRadianPerSecond = 206264.80624709636;  // in °/h: both autopilots log radians
+  constexpr double kRadianPerSecond = 206264.80624709636;  // in °/h; both autopilots log radians
   std::vector<std::string> names;
   for (const LogColumn& column : columns) names.push_back(full_name(column));
   const LogGuess guess = guess_log(columns);
@@ -332,7 +336,7 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
   ThermometerNames thermometers;
   std::vector<std::string> others;
   const auto add_thermometer = [&](const std::string& column) {
-    auto plain_name = column;  // "sensor_gyro1.temperature"
+    auto plain_name = column;  // for example "sensor_gyro1.temperature"
     std::erase_if(plain_name, [](char c) { return c == '[' || c == ']'; });
     const auto called = thermometers.next(plain_name);
     text += fmt::format("\n[[thermometer]]\nname = {}\ncolumn = {}\n", toml_text(called), toml_text(column));

@@ -34,8 +34,8 @@ namespace {
 
 using record::GyroKind, record::RunFile, record::RunInfo, record::SampleRow;
 
-/// Fails with bad_file if another reader than the map's is the one for the file. Without this, the map's reader would
-/// fail at the first byte that is no text.
+/// Fails with bad_file if the file has another format than the map. Without this check, the reader of the map's format
+/// would fail at the first unexpected byte.
 Result<void> check_format(Bytes& bytes, FileFormat format) {
   const auto is = detect_format(bytes);
   if (!is) return failure(is.error());
@@ -54,10 +54,10 @@ Result<Findings> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow
   return read_text_table(std::move(bytes), map, take);
 }
 
-/// Hands the rows of a file to whoever takes them; returns what was passed over.
+/// Reads the rows of a file and returns the findings about it.
 using ReadRows = std::function<Result<Findings>(const TakeRow& take)>;
 
-/// Holds the findings about a file that has been read.
+/// The results of reading a file.
 struct ReadFile {
   explicit ReadFile(const ImportMap& map) : tally(map) {}
   ChannelTally tally;
@@ -65,7 +65,8 @@ struct ReadFile {
   std::size_t rows{}, rows_left_out{};
 };
 
-/// A log's messages come out of order within a stretch: they go there at once. Other rows are put in order before.
+/// Reads a file and passes on the rows of the record. Messages of a log are out of order within a stretch, so they go
+/// directly to the grouping. Other rows are put in order first.
 Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, ReadFile& file) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
@@ -103,12 +104,12 @@ Result<void> read_path(const std::string& path, const ImportMap& map, const Take
   return read_foreign(read, map, take, file);
 }
 
-/// The id of an import depends on its input alone.
+/// Describes the import as a run. Its id depends only on the file and the map.
 Result<RunInfo> describe(const ImportMap& map, const std::string& path, const std::string& program_version) {
   const auto file = plain(std::filesystem::path(path).filename().string());
   const auto digest = record::file_digest(path);
   if (!digest) return failure(digest.error());
-  constexpr std::size_t kDigits = 32;  // of the id of a run
+  constexpr std::size_t kDigits = 32;  // size of a run's id
   RunInfo info;
   info.id = sha256(*digest + map.text).substr(0, kDigits);
   info.program_version = program_version;
@@ -121,7 +122,7 @@ Result<RunInfo> describe(const ImportMap& map, const std::string& path, const st
   return info;
 }
 
-/// Where a file misses rows.
+/// Counts the gaps between the rows of a file.
 class Silences {
  public:
   explicit Silences(const ImportMap& map) : is_grouped_(map.every > Duration{}) {}
@@ -151,7 +152,7 @@ class Silences {
   std::int64_t first_after_{};
 };
 
-/// Lists the channels' values on one line, at most 100 of them.
+/// Lists the values of at most 100 channels on one line.
 std::string values_of(const std::vector<ChannelSummary>& channels) {
   constexpr std::size_t kMost = 100;
   std::string text = "values of the file: ";
@@ -161,7 +162,7 @@ std::string values_of(const std::vector<ChannelSummary>& channels) {
   return text;
 }
 
-/// The record that is being made; it begins with the first row, which may know when that was.
+/// The record under construction. It is created at the first row, because that row may have the time of the start.
 class ImportedRecord {
  public:
   ImportedRecord(std::string path, const ImportMap& map, RunInfo info)
@@ -215,7 +216,7 @@ class ImportedRecord {
   [[nodiscard]] Duration span() const { return last_; }
   [[nodiscard]] std::optional<Duration> started() const { return first_utc_; }
 
-  /// Leaves nothing of a record that was begun.
+  /// Removes a record that was begun.
   void remove() {
     if (!begun_) return;
     [[maybe_unused]] const auto written = all_written();
@@ -237,8 +238,8 @@ class ImportedRecord {
     return file_->begin();
   }
 
-  /// Returns while they are being written, by a thread that hears no signal, as this one does not. Where there is none
-  /// to be had, they are when all_written() asks.
+  /// Starts to write the waiting rows in another thread and returns. That thread blocks signals, as this one does. If
+  /// no thread is available, all_written() writes them.
   Result<void> write_waiting() {
     chain_waiting();
     if (auto before = all_written(); !before) return before;
@@ -284,18 +285,19 @@ class ImportedRecord {
   RunInfo info_;
   std::optional<RunFile> file_{};
   bool begun_ = false;
-  std::vector<SampleRow> rows_{};  ///< made once; the first of them hold those that wait for the record
+  /// Reused rows; the first `waiting_` of them wait for the record.
+  std::vector<SampleRow> rows_{};
   std::size_t waiting_{};
   record::ChainedSamples chained_{}, written_{};
-  std::future<Result<void>> writing_{};  ///< of the latter
+  std::future<Result<void>> writing_{};  ///< writes `written_`
   std::int64_t taken_{};
-  Duration last_{};  ///< time of the last that was taken
+  Duration last_{};  ///< time of the last row
   Duration usual_{};
   std::optional<Duration> first_utc_{};
   Silences silences_;
 };
 
-/// Fails if another column of dates or times of day gives the rows another duration than the map.
+/// Fails if another column of dates or times of day has another duration than the map's time.
 Result<void> check_span(const std::string& path, const Findings& findings, Duration span) {
   constexpr double kAlike = 0.02;
   constexpr Duration kAtLeast = std::chrono::minutes(1);
@@ -311,7 +313,7 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
                   spoken(span), plain(findings.other_clock), spoken(findings.other_spans.front())));
 }
 
-/// Looks at the whole of what was read for signs that the map is not the file's.
+/// Checks the whole file for signs that the map does not fit it.
 Result<void> judge(const std::string& path, const ImportMap& map, const ImportedRecord& made,
                    std::optional<Duration> utc, ReadFile& file) {
   constexpr std::size_t kMany = 20;

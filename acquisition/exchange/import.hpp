@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a foreign file becomes a record.
+/// Imports a file of another program as a record.
 #pragma once
 
 #include <cstddef>
@@ -18,34 +18,41 @@
 
 namespace gyrotherm::exchange {
 
-/// Reads a foreign file as its map says, whatever it is, and hands on the rows that a record of it has: in order of
-/// time, with intervals, put together. Memory does not grow with the file. Notes say what was passed over. Fails with
-/// bad_file, and as `take` does.
+/// Reads a file of another program of any format according to its map. Passes on the rows of the record: in order of
+/// time, with intervals, and combined if required. Memory use does not depend on the file size. Notes describe skipped
+/// content. Fails with bad_file, and as `take` does.
 [[nodiscard]] Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take);
 
-/// The same of a file's text in memory, which `name` stands for in faults; not of NetCDF, which is read by a library.
+/// Does the same for a text in memory, called `name` in faults. NetCDF is not supported, because a library reads it.
 [[nodiscard]] Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
                                               const TakeImported& take);
 
+/// The result of an import.
 struct ImportSummary {
   std::size_t rows{};       ///< in the record
   std::size_t file_rows{};  ///< in the file
   std::size_t lines_left_out{}, rows_left_out{};
-  Duration span{};                    ///< from the first row to the last
-  Duration step{};                    ///< usual spacing of the record's rows
-  std::optional<Duration> started{};  ///< UTC of the first row
-  std::size_t silences{};             ///< stretches that miss rows
-  Notes notes{};                      ///< sentences for people
+  /// The time from the first row to the last.
+  Duration span{};
+  /// The usual spacing of the record's rows.
+  Duration step{};
+  /// UTC of the first row.
+  std::optional<Duration> started{};
+  /// The number of stretches with missing rows.
+  std::size_t silences{};
+  /// Sentences for users.
+  Notes notes{};
   std::vector<ChannelSummary> channels{};
 };
 
-/// Makes a finished record at `record_path` of the file at `path`, as the map at `map_path` says: each row at its own
-/// time, its slot the row's number from 0, no segments and no cycles; in UTC where the file knows it. Missing stretches
-/// (spacings longer than 10 times the usual one; where rows are put together, stretches without any), what was passed
-/// over, and what values each channel has, are told in events of the last row. `goes_on` is asked at each row, `utc` is
-/// the time of the import. Fails with bad_file (`file:line:column: what, what was expected`), also where the values, or
-/// the time by another column of dates, show that the map is not the file's; with storage (the record exists) or
-/// interrupted; then nothing is left.
+/// Imports the file at `path` as a finished record at `record_path`, according to the map at `map_path`. Each row keeps
+/// its own time, also in UTC if the file has it; its slot is its number from 0. There are no segments and no cycles.
+/// Events of the last row report gaps (spacings longer than 10 times the usual one or, for combined rows, stretches
+/// without rows), skipped content, and the values of each channel. The import continues while `goes_on` returns true,
+/// which it calls for each row. `utc` is the time of the import.
+/// Fails with bad_file (`file:line:column: what, what was expected`), also if the values or another time column show
+/// that the map does not fit the file. Fails with storage (the record exists) or interrupted. After a failure no record
+/// remains.
 [[nodiscard]] Result<ImportSummary> import_record(
     const std::string& path, const std::string& map_path, const std::string& record_path,
     const std::string& program_version, const std::function<bool()>& goes_on = [] { return true; },

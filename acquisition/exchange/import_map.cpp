@@ -30,10 +30,10 @@ constexpr Vocabulary<char, 4> kThousands{{{",", ','}, {".", '.'}, {" ", ' '}, {"
 constexpr auto kDateOrders =
     words_in_order<DateOrder::year_first, DateOrder::month_first>("year-month-day", "day-month-year", "month-day-year");
 
-/// Where the names of a map stand.
+/// The tables of a map that contain names.
 struct NamedTables {
   std::vector<TomlTable> thermometers{}, units{};
-  std::vector<std::vector<TomlTable>> axes{}, values{};  ///< of each unit
+  std::vector<std::vector<TomlTable>> axes{}, values{};  ///< per unit
 };
 
 ColumnName read_column(const TomlTable& table, bool header, const char* key = "column") {
@@ -104,7 +104,7 @@ void read_zone(const TomlTable& table, ImportMap& map) {
   if (!map.zone) table.mistake("zone", "expected a zone like \"Z\" or \"+01:00\"");
 }
 
-/// A unit of numbers that count time; of those that count since a fixed instant, that, in days after 1970.
+/// A unit of counted time. If the unit implies a reference instant, `since_days` is that instant in days since 1970.
 struct TimeUnit {
   Duration unit{};
   std::optional<std::int64_t> since_days{};
@@ -196,7 +196,7 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
   return names;
 }
 
-/// Of all axes.
+/// Returns the kind of all axes.
 GyroKind kind_of(const ImportMap& map) { return map.units.front().axes.front().kind; }
 
 ImportMap::ScaledColumn read_scaled(const TomlTable& table, bool header) {
@@ -238,7 +238,7 @@ void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool
   const auto axes = table.tables("axis");
   tables.axes.push_back(axes.empty() ? std::vector{table} : axes);
   tables.values.push_back(table.tables("value"));
-  if (axes.empty()) read_axis(table, map, made);  // an empty list of axes too: no unit is without one
+  if (axes.empty()) read_axis(table, map, made);  // no unit is without an axis
   for (const TomlTable& axis : axes) {
     read_axis(axis, map, made);
     made.axes.back().name = axis.text("name");
@@ -249,7 +249,7 @@ void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool
   made.three_point = read_choice(table, "three_point", map);
 }
 
-/// A name that is missing has been told of.
+/// Checks the names of all channels. A missing name is already an error.
 void check_names(const NamedTables& tables, const ImportMap& map) {
   record::RunInfo info;
   info.thermometers = channels_of(map, "");
@@ -340,7 +340,7 @@ Result<ImportMap> load_import_map(const std::string& path) {
 
 namespace {
 
-/// The unit that a thermometer belongs to; empty: to all of them.
+/// Returns the unit that a thermometer belongs to; empty if it belongs to all of them.
 std::string owner_of(const std::string& thermometer, const ImportMap& map) {
   if (map.units.size() == 1) return map.units.front().name;
   std::string owner;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The map of a foreign file: which of its columns is the time, which are thermometers, which are the gyros' axes and
-/// own values, and in what units. `docs/importing.md` explains every key.
+/// The map of a file of another program. It assigns columns to the time, to thermometers, and to the axes and values of
+/// gyros, with their units. `docs/importing.md` explains every key.
 #pragma once
 
 #include <cstddef>
@@ -18,73 +18,85 @@ namespace gyrotherm::exchange {
 
 inline constexpr const char* kImportSchema = "gyrotherm-import/1";
 
-/// What a foreign file is: a text table, a log of PX4 (ULog), a log of ArduPilot (DataFlash), or a NetCDF file.
+/// The format of a file: a text table, a log of PX4 (ULog), a log of ArduPilot (DataFlash), or a NetCDF file.
 enum class FileFormat { text, ulog, dataflash, netcdf };
 
-/// The word for it in a map.
+/// Returns the keyword of a format in a map.
 [[nodiscard]] const char* name(FileFormat format);
 
-/// A column by its name in the header (blanks at either end do not count), or by its number from 1 in a text table,
-/// which counts where it is not 0 and the name is empty or the table has no header. That of a log is called by its
-/// message: "sensor_gyro.x", "sensor_gyro[1].x", "IMU.GyrX".
+/// A column, given by its name in the header (outer blanks are ignored) or by its number from 1 in a text table. The
+/// number is used if it is not 0 and either the name is empty or the table has no header. A column of a log has the
+/// name of its message: "sensor_gyro.x", "sensor_gyro[1].x", "IMU.GyrX".
 struct ColumnName {
   std::string name{};
   std::size_t number{};
 };
 
-/// The column as people call it: its name, or "column 3".
+/// Returns the column for messages: its name, or "column 3".
 [[nodiscard]] std::string in_words(const ColumnName& column);
 
-/// The notation of a row's time: a number of units; ISO 8601; a date and a time of day as one of the world's
-/// locales writes them; a time of day alone.
+/// The notation of a row's time: a number of units, ISO 8601, a date with a time of day in a local notation, or only a
+/// time of day.
 enum class TimeForm { number, civil, date, clock };
 
 /// Treatment of a row whose time is not after the row before: refuse the file, leave the row out, or continue after the
 /// row before as if the clock had been set back.
 enum class OutOfOrder { refuse, skip, go_on };
 
-/// Values that a column can have, in the numbers of the file; any other is missing.
+/// The range of valid values of a column, in the numbers of the file. Other values count as missing.
 struct ValidRange {
   double low{}, high{};
 };
 
+/// The content of an import map.
 struct ImportMap {
   std::string name;
-  std::string text;  ///< the map itself, kept with the record
+  /// The text of the map, which is stored in the record.
+  std::string text;
 
   FileFormat format{};
-  char separator = ',';              ///< comma, semicolon, tab or blank (any run of them)
-  char decimal = '.';                ///< point or comma
-  std::string comment;               ///< lines that begin with it do not count; empty: there are none
-  std::vector<std::string> missing;  ///< fields that stand for a value which is not there
+  char separator = ',';  ///< comma, semicolon, tab or blanks
+  char decimal = '.';    ///< point or comma
+  /// The beginning of comment lines; empty if there are none.
+  std::string comment;
+  /// Fields that mark a missing value.
+  std::vector<std::string> missing;
   bool header = true;
   std::size_t preamble{};  ///< lines before the header
-  std::size_t skip{};      ///< lines after the header (or from the start) that are no rows: empty ones too, no comments
-  char thousands{};        ///< separator of thousands; 0: none
-  std::vector<std::string> cell_units;  ///< texts allowed behind numbers: "°C"
-  bool leaves_out_damaged = false;      ///< counts unreadable lines, refuses none
+  /// Lines after the header (or from the start) that are not rows. Includes empty lines and excludes comments.
+  std::size_t skip{};
+  char thousands{};  ///< separator of thousands; 0: none
+  /// Texts that may follow a number: "°C".
+  std::vector<std::string> cell_units;
+  /// Counts unreadable lines instead of failing.
+  bool leaves_out_damaged = false;
 
-  /// Rows of a text table have their own time, in units of `time_unit` (since `since`, where that is known) or as a
-  /// civil time, of `zone` where its text names none; or each row lasts `interval`.
+  /// The source of a row's time: a column in units of `time_unit` (counted from `since` if it is known) or with a
+  /// calendar time in `zone` (unless its text names a zone), or a fixed `interval` per row.
   std::optional<ColumnName> time;
-  std::string file_units{};  ///< units of a NetCDF or HDF5 time whose file has none; empty: the file has them
+  /// The units of a NetCDF or HDF5 time if the file has none; empty if the file has them.
+  std::string file_units{};
   TimeForm time_form{};
   Duration time_unit{};
-  std::optional<CountedTime> since{};  ///< after 1970
+  std::optional<CountedTime> since{};  ///< since 1970
   std::optional<Duration> zone{};
-  bool counts_local_days = false;  ///< `since` is local time of `zone`
-  bool counts_gps = false;         ///< time without leap seconds
+  /// `since` is local time in `zone`.
+  bool counts_local_days = false;
+  bool counts_gps = false;  ///< time without leap seconds
   DateOrder date_order{};
   std::optional<ColumnName> clock{};  ///< separate time of day
   std::optional<ColumnName> week{};   ///< GPS week
-  std::optional<CountedTime> wrap{};  ///< after so long the counter begins at 0 again
+  /// The period after which the counter restarts at 0.
+  std::optional<CountedTime> wrap{};
   Duration interval{};
 
-  bool ignores_other_clocks = false;  ///< no other column with dates is compared with the time
-  Duration every{};  ///< rows are put together into one for each stretch of this length; 0: they are not
+  /// No other column with dates is compared with the time.
+  bool ignores_other_clocks = false;
+  /// The length of the stretches in which rows are combined; 0 if they are not.
+  Duration every{};
   OutOfOrder out_of_order{};
 
-  /// A column of something that is stored in a unit of its own: number × scale + offset.
+  /// A column with a unit of its own: value = number × scale + offset.
   struct ScaledColumn {
     ColumnName column;
     double scale = 1;
@@ -92,35 +104,38 @@ struct ImportMap {
     std::optional<ValidRange> valid{};
   };
   std::vector<std::string> thermometers;
-  std::vector<ScaledColumn> thermometer_columns;  ///< of each, in °C
+  std::vector<ScaledColumn> thermometer_columns;  ///< one per thermometer, in °C
 
-  /// The units under test of the file, each with its axes and values. An axis' number is stored as it is: rate: `scale`
-  /// °/h per unit; pulse_count (increments): `scale` arcsec per unit; all of them are the one or the other.
+  /// The units under test of the file, each with its axes and values. Numbers of an axis are stored unchanged. The
+  /// scale is in °/h per unit for a rate, and in arcsec per unit for pulse_count (increments). All axes are of the same
+  /// kind.
   std::vector<record::UnitInfo> units;
-  std::vector<ColumnName> axis_columns;               ///< of all units' axes, in order
-  std::vector<std::optional<ValidRange>> axis_valid;  ///< of each; may be shorter
-  std::vector<ScaledColumn> value_columns;            ///< … and values
+  /// The columns of all units' axes, in order, and their valid ranges, which may be fewer.
+  std::vector<ColumnName> axis_columns;
+  std::vector<std::optional<ValidRange>> axis_valid;
+  /// The columns of all units' values, in order.
+  std::vector<ScaledColumn> value_columns;
 
-  /// Whether the axes give increments, which are added where rows are put together, and not rates.
+  /// Returns whether the axes have increments, which are added when rows are combined, and not rates.
   [[nodiscard]] bool counts_increments() const;
-  /// All that is read of a row beside its time: thermometers, axes, values, in that order.
+  /// Returns all columns of a row except the time: thermometers, axes, values, in this order.
   [[nodiscard]] std::vector<ColumnName> columns() const;
-  /// What their numbers can be, of each.
+  /// Returns the valid range of each of columns().
   [[nodiscard]] std::vector<std::optional<ValidRange>> valid_ranges() const;
 };
 
-/// Fails with bad_file: all mistakes at once, each with file:line:column.
+/// Parses a map. Fails with bad_file and lists all errors, each with file:line:column.
 [[nodiscard]] Result<ImportMap> parse_import_map(std::string_view text, const std::string& file);
 
-/// Fails also if the file cannot be read.
+/// Reads a map from a file. Fails also if the file cannot be read.
 [[nodiscard]] Result<ImportMap> load_import_map(const std::string& path);
 
-/// What a record says of a map's channels, all of them read by `instrument`. A thermometer belongs to the one unit of
-/// the file; of several units to the one that names it alone, else to all of them.
+/// Returns the channels of a map, all of them read by `instrument`. A thermometer belongs to the only unit of the file.
+/// If there are several units, it belongs to the one that names it, or to all of them if none or several do.
 [[nodiscard]] std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument);
 
-/// "no column "w", expected one of: "t", "T", "x"": names that a map has and a file has not, and those that it has, of
-/// which a long list is cut short.
+/// Describes columns of a map that a file does not have, and the alternatives: "no column "w", expected one of: "t",
+/// "T", "x"". Truncates long lists.
 [[nodiscard]] std::string describe_missing_columns(const std::vector<std::string>& missing,
                                                    const std::vector<std::string>& there);
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMostSeries = 4096, kMostLogFields = 200'000;
 
-/// Converts binary16 of IEEE 754. Infinity is missing.
+/// Converts binary16 of IEEE 754. Infinity counts as missing.
 double half(std::uint16_t bits) {
   const int exponent = bits >> 10 & 0x1F, fraction = bits & 0x3FF;
   const double size = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25);
@@ -31,8 +31,7 @@ double half(std::uint16_t bits) {
 
 double or_missing(double number) { return std::isfinite(number) ? number : record::kMissing; }
 
-/// Returns true if microseconds count since 1970, as those of a simulator or of ROS do, and not since the machine was
-/// started.
+/// Returns whether microseconds are counted since 1970, as by a simulator or ROS, and not since the machine started.
 bool is_since_1970(double time_us) {
   constexpr double kFirst_us = 946684800e6, kLast_us = 4102444800e6;  // 2000 to 2100
   return time_us >= kFirst_us && time_us < kLast_us;
@@ -167,7 +166,7 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
   }
   if (auto alone = check_alone(series, file); !alone) return alone;
   double time_us = number_at(message, known.time.place, known.time.type) * known.time.scale;
-  constexpr double kEarlier_s = 60;  // by which another topic may begin
+  constexpr double kEarlier_s = 60;  // another topic may begin earlier
   if (rows_ == 0 && is_since_1970(time_us)) {
     counts_since_1970_ = true;
     origin_us_ = std::floor(time_us / 1e6 - kEarlier_s) * 1e6;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Columns of autopilots' logs, which are numbers in messages of many kinds, and the rows that are made of them. The
-/// readers of ULog and DataFlash share this file.
+/// The part that the readers of ULog and DataFlash share. A column of an autopilot's log is a number in messages of one
+/// kind; this part makes rows of messages of several kinds.
 #pragma once
 
 #include <cstddef>
@@ -35,76 +35,80 @@ enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64
 [[nodiscard]] double number_at(std::string_view message, std::size_t place, NumberType type);
 [[nodiscard]] std::uint64_t whole_number_at(std::string_view message, std::size_t place, std::size_t bytes);
 
-/// Describes the columns that a log does not have, with the alternatives: the fields of their messages, or else the
+/// Describes columns that a log does not have, and the alternatives: the fields of their messages, or else the
 /// messages.
 [[nodiscard]] std::string describe_missing_log_columns(const std::vector<LogColumn>& missing,
                                                        const std::vector<LogColumn>& there);
 
-/// A number of a message, as its format says.
+/// The position and type of a number in a message.
 struct LogField {
   std::string name;
-  std::size_t place{};  ///< bytes from the message's beginning
+  std::size_t place{};  ///< byte offset in the message
   NumberType type{};
-  double scale = 1;  ///< of the number as it is stored
+  double scale = 1;  ///< for the stored number
 };
 
 /// A series of messages of one kind and sensor.
 struct LogSeries {
   std::string message;
   unsigned instance{};
-  LogField time{};                 ///< in microseconds, by its scale
-  std::vector<LogField> fields{};  ///< all that are numbers
-  std::size_t size{};              ///< bytes of a message
+  /// The time; its scale converts it to microseconds.
+  LogField time{};
+  /// All numeric fields.
+  std::vector<LogField> fields{};
+  /// The size of a message in bytes.
+  std::size_t size{};
 };
 
-/// Picks the wanted columns out of the messages.
+/// Extracts the columns of a map from messages.
 class LogReading {
  public:
-  /// Without a map nothing is wanted, and what there is can be listed. Names that are no columns of logs are never
-  /// found.
+  /// Creates a reading for a map. Without a map it selects no columns and can only list those of the log. A name that
+  /// is not that of a log column is never found.
   explicit LogReading(const ImportMap* map = nullptr, const TakeRow* take = nullptr);
 
-  /// Makes a series known; the number that stands for it. Fails with bad_file where there are more than a log has.
+  /// Adds a series and returns its index. Fails with bad_file if there are more series than a log can have.
   [[nodiscard]] Result<std::size_t> add(LogSeries series, const std::string& file);
-  /// Hands on a message of a series, if something is wanted of it. One that is too short for its format counts as
-  /// damaged. `where` says its place in faults.
+  /// Passes on a message of a series if the map has a column of it. Counts a message that is shorter than its format as
+  /// damaged. `at` is its position in faults.
   [[nodiscard]] Result<void> take(std::size_t series, std::string_view message, const std::string& file,
                                   std::uint64_t at);
-  /// Fails with bad_file if a wanted column never came up, or none of its messages.
+  /// Fails with bad_file if a column of the map or a message with one was never found.
   [[nodiscard]] Result<void> finish(const std::string& file) const;
 
-  /// Whether a column of such messages is wanted.
+  /// Returns whether the map has a column of such messages.
   [[nodiscard]] bool wants(std::string_view message) const;
   [[nodiscard]] const std::vector<LogColumn>& there() const { return there_; }
-  /// Those of them of whose series at least one message has come.
+  /// Returns the columns of series with at least one message.
   [[nodiscard]] std::vector<LogColumn> published() const;
   [[nodiscard]] std::size_t damaged() const { return damaged_; }
 
  private:
   struct Wanted {
-    std::size_t column{};  ///< of the map
+    std::size_t column{};  ///< index in the map
     LogField field{};
   };
   struct Known {
     LogField time{};
     std::size_t size{};
     std::vector<Wanted> wanted{};
-    std::size_t first_column{}, columns{};  ///< of those that are there
+    std::size_t first_column{}, columns{};  ///< range in `there_`
     std::size_t messages{};
   };
   [[nodiscard]] Result<void> check_alone(std::size_t series, const std::string& file) const;
 
   const ImportMap* map_;
   const TakeRow* take_;
-  std::vector<LogColumn> columns_{};  ///< that are wanted
+  std::vector<LogColumn> columns_{};  ///< columns of the map
   std::vector<bool> found_{};
   std::vector<Known> series_{};
   std::vector<LogColumn> there_{};
   std::vector<double> numbers_{};
   std::size_t rows_{}, damaged_{};
-  std::size_t only_{};  ///< the series of the first row
+  std::size_t only_{};  ///< series of the first row
   bool counts_since_1970_ = false;
-  double origin_us_{};  ///< where it does: the first message
+  /// The instant of the first message, if `counts_since_1970_`.
+  double origin_us_{};
 };
 
 }  // namespace gyrotherm::exchange

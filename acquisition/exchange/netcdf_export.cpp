@@ -25,7 +25,7 @@ namespace {
 
 using record::AxisInfo, record::GyroKind, record::kMissing, record::Record, record::RunInfo, record::UnitInfo;
 
-/// A file that is made in memory; the first thing that goes wrong is kept, and nothing is done after it.
+/// A NetCDF file in memory. Keeps the first error and ignores all calls after it.
 class NetcdfFile {
  public:
   NetcdfFile() { keep(nc_create_mem("record", NC_NETCDF4, 0, &file_)); }
@@ -40,7 +40,8 @@ class NetcdfFile {
     if (good()) keep(nc_def_dim(file_, name, size, &made));
     return made;
   }
-  /// A variable along a dimension, or (−1) a single value; packed by DEFLATE, which every reader of HDF5 undoes.
+  /// Defines a variable along a dimension, or a single value for −1. Packs it with DEFLATE, which every HDF5 reader
+  /// supports.
   int variable(const std::string& name, nc_type type, int dimension) {
     constexpr int kShuffled = 1, kPacked = 1, kLevel = 2;
     int made = -1;
@@ -67,7 +68,7 @@ class NetcdfFile {
     if (good()) keep(nc_put_var_text(file_, variable, text.data()));
   }
 
-  /// Ends the file; its bytes.
+  /// Closes the file and returns its bytes.
   Result<std::string> close(const std::string& path) {
     NC_memio bytes{};
     if (good()) {
@@ -92,7 +93,7 @@ class NetcdfFile {
 
 bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }
 
-/// A name as CF wants it: of letters, digits and _, a letter first.
+/// Returns a name that CF allows: letters, digits and _, with a letter first.
 std::string variable_name(std::string_view channel) {
   std::string name;
   for (const char c : channel) name += is_letter_or_digit(c) ? c : '_';
@@ -100,29 +101,29 @@ std::string variable_name(std::string_view channel) {
   return begins_with_letter ? name : "v_" + name;
 }
 
-/// Words of flags stand between blanks, and CF lets them have letters, digits and _ - . + @; a `_` stands for each
-/// other character.
+/// Converts a text to one word of flag_meanings. Words are separated by blanks, and CF allows letters, digits and _ - .
+/// + @ in them; replaces any other character by `_`.
 std::string in_one_word(std::string_view words) {
   std::string word;
   for (const char c : words) {
-    if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // the rest of a character of several bytes
+    if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // continuation byte of UTF-8
     const bool is_allowed = is_letter_or_digit(c) || std::string_view("_-.+@").find(c) != std::string_view::npos;
     word += is_allowed ? c : '_';
   }
   return word.empty() ? "_" : word;
 }
 
-/// The rows of the file: those of the record, and for each second (or stretch) of a gap one of which nothing is known.
+/// The rows of the file: those of the record, and an empty row for each second (or stretch) of a gap.
 struct Rows {
   std::vector<double> time_s{};
-  std::vector<std::ptrdiff_t> row{};  ///< of the record; −1: none
+  std::vector<std::ptrdiff_t> row{};  ///< in the record; −1: none
 };
 
-/// Rows of our own records are `step` seconds apart, or as many more as are missing.
+/// Returns the rows of the file. Rows of a record of gyrotherm are `step` seconds apart unless rows are missing.
 Rows rows_of(const Record& record, std::int64_t step) {
   Rows rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    // A stretch that begins in a gap has the time of a later second: those that are missing count from where it began.
+    // A stretch that begins in a gap has the time of a later second, so count the missing ones from its start.
     const auto before = i > 0 ? record.slot[i - 1] / step : 0;
     const auto since_before = i > 0 && !record.info.imported ? record.slot[i] / step - before : 1;
     for (std::int64_t missing = 1; missing < since_before; ++missing) {
@@ -135,7 +136,7 @@ Rows rows_of(const Record& record, std::int64_t step) {
   return rows;
 }
 
-/// One export: variables are defined and written one after the other.
+/// Writes one export: defines and writes one variable after the other.
 class NetcdfExport {
  public:
   NetcdfExport(const Record& record, const ExportChoice& choice)
@@ -180,7 +181,7 @@ class NetcdfExport {
       file_.attribute(variable, "units", std::string_view("s"));
       file_.attribute(variable, "long_name", std::string_view("time since the first row"));
     } else {
-      file_.attribute(variable, "standard_name", std::string_view("time"));  // which asks for units with a reference
+      file_.attribute(variable, "standard_name", std::string_view("time"));  // requires units with a reference
       file_.attribute(variable, "units", "seconds since " + start());
       file_.attribute(variable, "calendar", std::string_view("standard"));
       file_.attribute(variable, "long_name", std::string_view("time since the run started"));
@@ -188,7 +189,7 @@ class NetcdfExport {
     file_.values(variable, rows_.time_s);
   }
 
-  /// "2026-01-01 00:00:00.000000 UTC"
+  /// Returns the start of the run: "2026-01-01 00:00:00.000000 UTC".
   std::string start() const {
     auto text = civil_time(info_.started_utc);
     text.replace(text.find('T'), 1, " ");
@@ -197,7 +198,7 @@ class NetcdfExport {
     return fmt::format("{}.{:06} UTC", text, part);
   }
 
-  /// Where and what the series is, as far as the record knows it.
+  /// Writes the identity and the location of the series, as far as the record has them.
   void put_place() {
     const int length = file_.dimension("run_id_length", std::max<std::size_t>(info_.id.size(), 1));
     const int run = file_.variable("run", NC_CHAR, length);
@@ -216,7 +217,7 @@ class NetcdfExport {
       }
   }
 
-  /// The name of a variable, which no other has.
+  /// Returns a unique name for a variable.
   std::string own_name(std::string_view channel) {
     std::string name = variable_name(channel);
     while (!taken_.insert(name).second) name += "_2";
@@ -248,7 +249,7 @@ class NetcdfExport {
     return variable;
   }
 
-  /// Numbers that stand for words; where some stand for none they are −1.
+  /// Writes numbers that stand for words. A value of −1 means that there is no word.
   void put_flags(const std::string& name, std::string_view long_name, const std::vector<std::string>& words,
                  const std::vector<int>& values) {
     const int variable = file_.variable(name, NC_INT, time_);
@@ -350,7 +351,7 @@ class NetcdfExport {
     if (record::is_handled(info_)) put_turned();
   }
 
-  /// By which the Earth's rate has the one sign or the other.
+  /// Writes the `turned` flag, which determines the sign of the Earth rate.
   void put_turned() {
     std::vector<int> turned(rows_.row.size(), -1);
     for (std::size_t i = 0; i < turned.size(); ++i) {

@@ -27,7 +27,7 @@ namespace {
 
 using record::into, record::kMissing;
 
-/// What stands for a time in the file: its unit, and since when after 1970, if it says so.
+/// The unit of a counted time and its reference instant since 1970, if it has one.
 struct TimeUnits {
   Duration unit{};
   std::optional<CountedTime> since{};
@@ -65,7 +65,7 @@ std::optional<Duration> unit_called(std::string_view word) {
   return std::nullopt;
 }
 
-/// "seconds since 2026-01-01 00:00:00 UTC", "ms". Says what is wrong with others.
+/// Parses "seconds since 2026-01-01 00:00:00 UTC" or "ms". Returns an error message for any other text.
 tl::expected<TimeUnits, std::string> parse_time_units(const std::string& said, EarlyDays early) {
   constexpr std::string_view kSince = " since ";
   const std::string text = in_lower_case(said);
@@ -82,7 +82,7 @@ tl::expected<TimeUnits, std::string> parse_time_units(const std::string& said, E
       fmt::format("\"{}\" is no time, expected one like \"2026-03-01 12:00:00 +1:00\"", plain(instant)));
 }
 
-/// The number that the library puts where nothing was written; a byte may be any, and has none.
+/// Returns the number that the library stores where nothing was written. Bytes have no such number.
 std::optional<double> default_fill(nc_type type) {
   switch (type) {
     case NC_SHORT: return NC_FILL_SHORT;
@@ -102,10 +102,10 @@ double as(double number) {
   const double whole = std::trunc(number);
   const bool fits = whole >= static_cast<double>(std::numeric_limits<T>::min()) &&
                     whole <= static_cast<double>(std::numeric_limits<T>::max());
-  return fits ? whole : number;  // else it stands for none of the variable's numbers
+  return fits ? whole : number;  // outside the type: matches no number
 }
 
-/// A number as a variable of that type holds it: 0.1 of a float is none of a double.
+/// Returns a number as a variable of that type stores it: 0.1 as a float differs from 0.1 as a double.
 double as_type(nc_type type, double number) {
   switch (type) {
     case NC_FLOAT: return static_cast<float>(number);
@@ -121,13 +121,14 @@ double as_type(nc_type type, double number) {
   }
 }
 
-/// A variable, and what makes values of its numbers.
+/// A variable with its conversion from stored numbers to values.
 struct Variable {
   int id{};
-  int axis = 0, dimension = -1;  ///< the dimension along which rows are: its place in the variable, its id in the file
+  /// The dimension of the rows: its index in the variable, and its id in the file.
+  int axis = 0, dimension = -1;
   nc_type type{};
   double scale = 1, offset = 0;
-  std::vector<double> no_values{};  ///< numbers that stand for a value which is not there
+  std::vector<double> no_values{};  ///< numbers that mark missing values
   double valid_low = -std::numeric_limits<double>::infinity(), valid_high = std::numeric_limits<double>::infinity();
 
   [[nodiscard]] double value(double number) const {
@@ -136,12 +137,12 @@ struct Variable {
     return is_there ? number * scale + offset : kMissing;
   }
   [[nodiscard]] bool is_packed() const { return scale != 1 || offset != 0; }
-  /// Whether a double may not hold its numbers.
+  /// Returns whether its numbers may be too large for a double.
   [[nodiscard]] bool is_long() const { return type == NC_INT64 || type == NC_UINT64; }
 };
 
-/// A number of a file's floating-point type is written shorter than it is stored: "0.1" and not what a binary fraction
-/// makes of it. That is what was meant by a time, and no error adds up in a difference of two.
+/// Converts a number to a time through its shortest decimal form: "0.1" and not the nearest binary fraction. This is
+/// the intended time, and differences of two times are exact.
 CountedTime counted_time(double number, const Variable& variable, Duration unit) {
   std::array<char, 32> text{};
   const bool is_float = variable.type == NC_FLOAT && !variable.is_packed();
@@ -153,7 +154,7 @@ CountedTime counted_time(double number, const Variable& variable, Duration unit)
 
 class NetcdfTable {
  public:
-  /// Calls `step` before each call of the library that may take long.
+  /// Creates a table. It calls `step` before each call of the library that may take long.
   NetcdfTable(std::string path, const std::function<void()>& step) : path_(std::move(path)), step_(step) {}
   ~NetcdfTable() {
     if (file_ >= 0) nc_close(file_);
@@ -197,7 +198,8 @@ class NetcdfTable {
                              : wrong(std::string("cannot be read as NetCDF or HDF5: ") + nc_strerror(error));
   }
 
-  /// Returns which of a variable's dimensions is longer than 1, if one alone is; the first of dimensions of 1.
+  /// Returns the index of the only dimension longer than 1, or the first of dimensions of length 1. Returns nothing for
+  /// other variables.
   std::optional<int> axis_of(int id, int rank, std::array<int, 2>& dimensions) const {
     std::array<std::size_t, 2> lengths{1, 1};
     if (rank < 1 || rank > 2 || nc_inq_vardimid(file_, id, dimensions.data()) != NC_NOERR) return std::nullopt;
@@ -207,7 +209,7 @@ class NetcdfTable {
     return lengths[0] == 1 ? std::optional(1) : std::nullopt;
   }
 
-  /// Returns a variable of numbers along one dimension; along that of time, once it is known.
+  /// Returns a numeric variable along one dimension. Once the dimension of time is known, it must be that one.
   std::optional<Variable> along(int id) const {
     int rank = 0;
     nc_type type{};
@@ -254,7 +256,7 @@ class NetcdfTable {
     return names;
   }
 
-  /// Empty: there is none, or one that is no number.
+  /// Returns the numbers of an attribute; empty if it is missing or not numeric.
   std::vector<double> numbers_of_attribute(int variable, const char* name) const {
     constexpr std::size_t kMost = 1000;
     std::size_t length = 0;
@@ -267,8 +269,8 @@ class NetcdfTable {
     return numbers;
   }
 
-  /// A packed variable whose packing cannot be read would be taken for plain numbers, and so would what stands for no
-  /// value.
+  /// Checks the attributes for packing and for missing values. If one of them could not be read, stored numbers would
+  /// be used as values.
   Result<void> check_numbers(const Variable& variable, const std::string& column) const {
     const auto is_there = [&](const char* name) {
       return nc_inq_attlen(file_, variable.id, name, nullptr) == NC_NOERR;
@@ -282,7 +284,7 @@ class NetcdfTable {
     return {};
   }
 
-  /// Text, or a single string; empty where there is none.
+  /// Returns an attribute that is a text or a single string; empty if it is missing.
   Result<std::string> text_attribute(int variable, const char* name, const std::string& column) const {
     constexpr std::size_t kLongest = 1000;
     std::size_t length = 0;
@@ -321,7 +323,7 @@ class NetcdfTable {
     return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, *calendar));
   }
 
-  /// The map's scale must be that of the units which the file says, but for what a calibration makes of it.
+  /// Checks that the scale of the map agrees with the units in the file, except for a calibration.
   Result<void> check_units(const ImportMap& map) {
     for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
       const auto& [column, scale, offset, valid] = map.thermometer_columns[i];
@@ -368,10 +370,10 @@ class NetcdfTable {
     return time_.is_long() && !time_.is_packed() ? read_whole_times(first, count) : read_times(first, count);
   }
 
-  // Of numbers beyond the type that is asked for the library says so, and puts what is nearest.
+  // The library reports numbers outside the requested type and stores the nearest one.
   Result<void> check_read(int error) const { return error == NC_ERANGE ? Result<void>{} : check(error); }
 
-  /// Where some rows of a variable begin in its dimensions, and how many they are.
+  /// The position and number of some rows of a variable in its dimensions.
   struct Part {
     Part(const Variable& variable, std::size_t first, std::size_t count) {
       starts[static_cast<std::size_t>(variable.axis)] = first;
@@ -440,7 +442,7 @@ class NetcdfTable {
   Variable time_{};
   TimeUnits units_{};
   std::vector<Variable> columns_{};
-  // Of some rows that follow each other:
+  // The values and times of some consecutive rows.
   std::vector<std::vector<double>> part_{};  ///< per column
   std::vector<std::optional<CountedTime>> times_{};
   std::optional<CountedTime> first_{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// NetCDF and HDF5 files of others as rows: variables along the dimension of their time.
+/// Reads NetCDF and HDF5 files of other programs as rows: variables along the dimension of their time.
 #pragma once
 
 #include <string>
@@ -12,17 +12,19 @@
 
 namespace gyrotherm::exchange {
 
-/// Hands on a row for each value of the time variable, whose units are a unit of time, or one since an instant ("hours
-/// since 2026-03-01 12:00", by the usual calendar, in UTC unless it names a zone). The map says the units of a variable
-/// that has none. Columns are variables along the same dimension and no other, but for one of length 1, which MATLAB
-/// gives each vector; `scale_factor`, `add_offset`, `_FillValue` and `missing_value` are taken as CF means them. The
-/// library reads in a child process with limits (confined_rows.hpp). Fails with bad_file if it is no such file, lacks a
-/// variable (those that it has are named), or cannot be read within the limits; and as `take` does.
+/// Passes on a row for each value of the time variable. Its units are a unit of time, or one since an instant ("hours
+/// since 2026-03-01 12:00", in the standard calendar, in UTC unless it names a zone). The map gives the units of a
+/// variable without any.
+/// Columns are variables along only this dimension; a second dimension of length 1 is allowed, because MATLAB writes
+/// it. `scale_factor`, `add_offset`, `_FillValue` and `missing_value` are applied as CF defines them.
+/// The library reads in a child process with limits (confined_rows.hpp). Fails with bad_file if the file has another
+/// format, lacks a variable (the fault lists the existing ones), or cannot be read within the limits. Fails also as
+/// `take` does.
 [[nodiscard]] Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,
                                        const ReadingLimits& limits = {});
 
-/// Returns true if a file that begins so is one: a classic one, or HDF5, which netCDF-4 and MATLAB 7.3 write, also
-/// behind the latter's block of 512 bytes.
+/// Returns whether a file with this beginning is NetCDF: classic, or HDF5, which netCDF-4 and MATLAB 7.3 write. MATLAB
+/// puts a block of 512 bytes before it.
 [[nodiscard]] bool is_netcdf(std::string_view beginning);
 
 }  // namespace gyrotherm::exchange

@@ -20,7 +20,7 @@ constexpr std::int64_t kGpsWeek_s = 604800;
 
 tl::unexpected<Fault> wrong(std::string what) { return failure(FaultKind::bad_file, "", std::move(what)); }
 
-/// GPS time less UTC (IERS Bulletin C): whole seconds, from each of these days on.
+/// Returns GPS time minus UTC (IERS Bulletin C): one more second from each of these days on.
 Duration leap_seconds_of_gps(Duration utc) {
   using std::chrono::sys_days, std::chrono::January, std::chrono::July, std::chrono::year;
   static constexpr std::array<sys_days, 18> kDays{
@@ -56,7 +56,7 @@ const char* expected_date(const ImportMap& map) {
   return "a date with month, day and year in this order, like 03/31/2026 12:30:05";
 }
 
-/// Returns the time from the first text to the last one, for each way to read both.
+/// Returns the time from the first text to the last one, for each notation in which both can be read.
 std::vector<Duration> spans_of(const OtherClocks::Clock& clock) {
   std::vector<Duration> spans;
   const auto add = [&](const auto& first, const auto& last) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The clocks of a text table: the one that its map names gives the times of the rows, the others serve as a check.
+/// The clocks of a text table. The clock that the map names gives the times of the rows; other clocks serve as a check.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace gyrotherm::exchange {
 
-/// Puts the time since the first row into each row, and UTC if it is known. Faults have no place.
+/// Sets the time since the first row in each row, and UTC if it is known. Faults have no position.
 class RowClock {
  public:
   explicit RowClock(const ImportMap& map) : map_(map) {}
@@ -23,10 +23,11 @@ class RowClock {
   /// Takes the time from a number of the map's units, and from the `week` of GPS if the map has one. Continues when the
   /// counter wraps. Fails with bad_file more than ten years after the first row, or if UTC is outside 1970 to 2116.
   [[nodiscard]] Result<void> read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row);
-  /// Takes the time from a date with its time of day, or from two separate texts. Fails with bad_file if they are none,
-  /// or if neither they nor the map name a zone.
+  /// Takes the time from a date with its time of day, or from two separate texts. Fails with bad_file if the texts are
+  /// not a time, or if neither they nor the map name a zone.
   [[nodiscard]] Result<void> read_date(std::string_view date, std::string_view clock, ForeignRow& row);
-  /// Takes the time from a time of day, which begins again at midnight. Fails with bad_file if it is none.
+  /// Takes the time from a time of day, which restarts at midnight. Fails with bad_file if the text is not a time of
+  /// day.
   [[nodiscard]] Result<void> read_clock(std::string_view clock, ForeignRow& row);
 
  private:
@@ -39,8 +40,8 @@ class RowClock {
   Duration days_{};
 };
 
-/// Columns with dates or times of day that the map does not name. They show whether the map's time is right: a table
-/// lasts equally long by all of its clocks.
+/// Columns with dates or times of day that the map does not name. They verify the map's time: a table has the same
+/// duration by all of its clocks.
 class OtherClocks {
  public:
   struct Clock {

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kRowsAhead = 32;
 
-/// Whether the row before may have had the time 23:59:60, which counts as 00:00:00: so far they were put in after
-/// 30 June and 31 December alone.
+/// Returns whether the row before may have had the time 23:59:60, which counts as 00:00:00. So far, leap seconds were
+/// inserted only after 30 June and 31 December.
 bool may_follow_leap_second(std::optional<Duration> utc) {
   if (!utc) return false;
   const std::chrono::sys_time<Duration> at(*utc);
@@ -25,7 +25,7 @@ bool may_follow_leap_second(std::optional<Duration> utc) {
   return is_half_year && day.day() == std::chrono::day(1) && at - midnight < kSecond;
 }
 
-/// What else may have happened, where the distance shows it.
+/// Returns another explanation that the length of the step suggests, with the key of the map that helps.
 std::string remedy(const ImportMap& map, Duration back) {
   constexpr double kNear = 0.02;
   if (map.time_form == TimeForm::number && map.time_unit > Duration{} && map.time_unit < kSecond)
@@ -86,13 +86,13 @@ Result<void> RowOrder::push(const ForeignRow& row) {
   return held_.size() > kRowsAhead ? pop() : Result<void>{};
 }
 
-/// Whether the first of the rows that are held is among the most of them that are in order.
+/// Returns whether the first held row belongs to the longest subsequence in order.
 bool RowOrder::is_front_good() const {
   const bool is_in_order = std::ranges::adjacent_find(held_, [&](const Held& a, const Held& b) {
                              return !follows(b.time, a.time);
                            }) == held_.end();
   if (is_in_order) return true;
-  std::array<std::size_t, kRowsAhead + 1> longest{};  // of those from each on
+  std::array<std::size_t, kRowsAhead + 1> longest{};  // length from each row on
   std::size_t most = 0;
   for (std::size_t i = held_.size(); i-- > 0;) {
     longest[i] = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rows of a foreign file in order of time, by what the map says of those that are not.
+/// Puts the rows of a file of another program in order of time, as the map requires.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,24 @@
 
 namespace gyrotherm::exchange {
 
-/// The fault of a row whose time goes back so far, or stands still, with the key of the map that helps.
+/// Returns the fault of a row whose time is `back` before the row before it, with the key of the map that helps.
 [[nodiscard]] Fault out_of_order(const ImportMap& map, Duration back, std::optional<Duration> utc);
 
+/// Orders the rows of one file.
 class RowOrder {
  public:
   RowOrder(const ImportMap& map, TakeRow take);
 
-  /// Hands rows on in order of time; where the map puts rows together, of several with the same time too. A map that
-  /// refuses: fails with bad_file and no place at the first row that goes back or, unless they are put together, stands
-  /// still. One that skips: leaves out the fewest of 33 rows that follow each other, so that the others are in order;
-  /// their increments count in the row after. One that continues: moves such a row, and all after it, behind the row
-  /// before, by the last spacing. Fails as `take` does.
+  /// Passes rows on in order of time. Rows with equal times are in order only if the map combines rows. A row out of
+  /// order is treated as the map requires:
+  /// - refuse: fails with bad_file, without a position, at the first such row.
+  /// - skip: leaves out the smallest number of 33 consecutive rows that puts the others in order. Adds their increments
+  ///   to the next row.
+  /// - continue: moves the row and all rows after it, so that it follows the row before at the last spacing.
+  /// Fails also as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
   [[nodiscard]] Result<void> finish();
-  /// What was done, for the record.
+  /// Adds notes about rows that were left out or moved.
   void note(Notes& notes) const;
   [[nodiscard]] std::size_t left_out() const { return left_out_; }
 
@@ -48,13 +51,16 @@ class RowOrder {
   const ImportMap& map_;
   TakeRow take_;
   bool is_grouped_;
-  std::size_t first_sum_{}, end_of_sums_{};  ///< the columns that are increments
+  std::size_t first_sum_{}, end_of_sums_{};  ///< range of the increment columns
   std::deque<Held> held_{};
-  std::vector<double> carried_{}, added_{};  ///< increments of rows that were left out
+  std::vector<double> carried_{}, added_{};  ///< increments of rows left out
   bool carries_ = false;
-  std::optional<Duration> last_{};  ///< that was handed on
-  Duration step_{};                 ///< the last that was positive
-  Duration moved_{};                ///< rows that follow a clock that was set back
+  /// The time of the last row passed on.
+  std::optional<Duration> last_{};
+  /// The last positive spacing.
+  Duration step_{};
+  /// The offset of the rows after a clock was set back.
+  Duration moved_{};
   std::size_t left_out_{}, set_back_{};
   Duration first_back_{};
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rows on their way from the thread that reads a foreign file to one that writes them, so that both go on at the same
-/// time. What is on the way is bounded; whoever is faster waits.
+/// Passes rows from the thread that reads a file to a thread that writes them, so that both work at the same time. The
+/// number of rows in between is bounded, and the faster thread waits.
 #pragma once
 
 #include <condition_variable>
@@ -14,23 +14,25 @@
 
 namespace gyrotherm::exchange {
 
+/// A bounded queue of rows with a writing thread.
 class RowPipe {
  public:
-  /// `write` is called with each row, in order, on the thread of this.
+  /// Starts the thread, which calls `write` with each row, in order.
   explicit RowPipe(TakeImported write);
-  /// Rows that are on the way are dropped.
+  /// Drops the rows that are not written yet.
   ~RowPipe();
   RowPipe(const RowPipe&) = delete;
   RowPipe& operator=(const RowPipe&) = delete;
 
-  /// Copies the row. Fails as `write` has failed for a row before.
+  /// Copies a row into the queue. Fails with the fault of `write` for an earlier row.
   [[nodiscard]] Result<void> push(const ImportedRow& row);
-  /// Waits until all rows are written. Fails likewise.
+  /// Waits until all rows are written. Fails as push() does.
   [[nodiscard]] Result<void> finish();
 
  private:
   struct Batch {
-    std::vector<ImportedRow> rows{};  ///< without their numbers, which lie one behind the other
+    /// Rows without their numbers, which are concatenated in `numbers`.
+    std::vector<ImportedRow> rows{};
     std::vector<double> numbers{};
   };
   void work();

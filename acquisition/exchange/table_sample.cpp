@@ -36,7 +36,7 @@ std::optional<Fields> fields_of(const std::string& line, char separator) {
   return texts;
 }
 
-/// Fields without the empty ones at the end.
+/// Returns the number of fields without the empty ones at the end.
 std::size_t width_of(const Fields& fields) {
   std::size_t width = fields.size();
   while (width > 0 && fields[width - 1].empty()) --width;
@@ -45,7 +45,7 @@ std::size_t width_of(const Fields& fields) {
 
 bool has_digit(std::string_view text) { return text.find_first_of("0123456789") != std::string_view::npos; }
 
-/// Whether a field may be a number, however it is written, or a time.
+/// Returns whether a field may be a number in any notation, or a time.
 bool is_value(const std::string& field) {
   if (field.empty()) return false;
   std::string_view text = field;
@@ -84,7 +84,7 @@ Result<std::vector<Line>> lines_of(Bytes bytes, TableSample& sample) {
   return all;
 }
 
-/// Takes lines that begin like a comment off the lines; the last before the rows may be a header in disguise.
+/// Removes and returns the lines that look like comments. The last one before the rows may be a header.
 std::vector<Line> take_comments(std::vector<Line>& lines, TableSample& sample) {
   for (const char* mark : {"#", "%", "//"})
     if (sample.comment.empty() && !lines.empty() && lines.front().text.starts_with(mark)) sample.comment = mark;
@@ -96,7 +96,7 @@ std::vector<Line> take_comments(std::vector<Line>& lines, TableSample& sample) {
   return comments;
 }
 
-/// Lines from the whole of the file, of a long one fewer.
+/// Returns lines from the whole file, only some of a long one.
 std::vector<const Line*> some_of(const std::vector<Line>& lines) {
   constexpr std::size_t kMost = 600;
   const std::size_t step = lines.size() / kMost + 1;
@@ -110,11 +110,12 @@ struct Shape {
   char separator = ',';
   std::size_t width{};
   std::size_t alike{};
-  std::size_t fields{};  ///< of a row, with those at its end that are empty in all rows
+  /// The number of fields of a row, including those that are empty at the end of every row.
+  std::size_t fields{};
 };
 
-/// The separator that cuts most lines into equally many fields, of which some are values; a comma may be a decimal one,
-/// a blank part a date from its time.
+/// Finds the separator that divides most lines into an equal number of fields, with values among them. The order of
+/// candidates matters: a comma may be a decimal sign, and a blank may separate a date from its time.
 Shape shape_of(const std::vector<Line>& lines) {
   constexpr std::array<char, 4> kInOrder{'\t', ';', ',', ' '};
   Shape best{.separator = '\0'};
@@ -139,7 +140,7 @@ Shape shape_of(const std::vector<Line>& lines) {
   return best;
 }
 
-/// Which columns hold values in most lines.
+/// Returns for each column whether most lines have a value in it.
 std::vector<bool> value_columns(const std::vector<Line>& lines, const Shape& shape) {
   std::vector<std::size_t> counts(shape.width);
   std::size_t all = 0;
@@ -161,7 +162,7 @@ bool is_row(const Fields& fields, const std::vector<bool>& values) {
   return false;
 }
 
-/// A line of texts that could be names or units of the columns.
+/// Returns whether a line has only texts, which could be the names or units of the columns.
 bool is_text_line(const Fields& fields, const std::vector<bool>& values) {
   constexpr std::size_t kWider = 2;
   if (fields.size() < values.size() || width_of(fields) > values.size() + kWider) return false;
@@ -170,13 +171,13 @@ bool is_text_line(const Fields& fields, const std::vector<bool>& values) {
   return true;
 }
 
-/// Whether most fields have a text, which those of a title that a spreadsheet filled up with separators have not.
+/// Returns whether most fields have a text. A spreadsheet fills up a title line with empty fields.
 bool is_full(const Fields& fields, std::size_t width) {
   const auto filled = std::ranges::count_if(fields, [](const std::string& field) { return !field.empty(); });
   return 4 * static_cast<std::size_t>(filled) >= 3 * width;
 }
 
-/// Finds the names above the first row, and what a map says to pass over.
+/// Finds the names of the columns, and the lines before the rows that a map must skip.
 class HeaderSearch {
  public:
   HeaderSearch(const std::vector<Line>& lines, const std::vector<Line>& comments, const Shape& shape,
@@ -191,7 +192,7 @@ class HeaderSearch {
   }
 
  private:
-  /// The topmost of the lines of texts right above the rows that is full.
+  /// Returns the topmost full line of texts among those directly above the rows.
   std::optional<std::size_t> names_above() const {
     constexpr std::size_t kHighest = 5;
     std::optional<std::size_t> names, wider;
@@ -208,7 +209,7 @@ class HeaderSearch {
     sample_.names = *fields_of(lines_[at].text, shape_.separator);
     const bool fits = width_of(sample_.names) <= std::max(shape_.width, shape_.fields);
     sample_.names.resize(shape_.width);
-    if (!fits) return take_by_number();  // rows lack a field that the header has
+    if (!fits) return take_by_number();  // rows have fewer fields
     if (at > 0) sample_.preamble = lines_[at].number - 1;
     sample_.skip = lines_[first_].number - lines_[at].number - 1 - comments_between(lines_[at].number);
   }
@@ -225,7 +226,7 @@ class HeaderSearch {
     sample_.skip = first_ == 0 ? 0 : lines_[first_].number - 1 - comments_between(0);
   }
 
-  /// A header in which quoted names have line ends.
+  /// Finds a header with line ends inside quoted names.
   bool take_broken_names() {
     constexpr std::size_t kLongest = 20;
     std::string joined;
@@ -239,7 +240,7 @@ class HeaderSearch {
     return false;
   }
 
-  /// A header behind the mark of a comment, as numpy writes it.
+  /// Finds a header in a comment, as numpy writes it.
   bool take_comment_names() {
     for (auto comment = comments_.rbegin(); comment != comments_.rend(); ++comment) {
       if (comment->number > lines_[first_].number) continue;
@@ -249,7 +250,7 @@ class HeaderSearch {
       const auto says_what_it_is = [](const std::string& name) {
         return is_time_name(name) || is_temperature_name(name) || is_gyro_name(name);
       };
-      if (std::ranges::none_of(*fields, says_what_it_is)) return false;  // a remark of as many words
+      if (std::ranges::none_of(*fields, says_what_it_is)) return false;  // an ordinary comment
       sample_.names = *fields;
       return true;
     }
@@ -264,11 +265,15 @@ class HeaderSearch {
   TableSample& sample_;
 };
 
-/// What speaks for marks of thousands in a table: "1,234,567", "1.234,5", and numbers below a thousand beside "1,234".
+/// The evidence for separators of thousands in a table: "1,234,567", "1.234,5", and numbers below a thousand next to
+/// "1,234".
 struct Marks {
-  std::size_t decimal{};    ///< fields in which the mark can be a decimal sign alone
-  std::size_t thousands{};  ///< … a mark of thousands alone
-  std::size_t either{};     ///< "1,234"
+  /// Fields in which the mark can only be a decimal sign.
+  std::size_t decimal{};
+  /// Fields in which it can only be a separator of thousands.
+  std::size_t thousands{};
+  /// Fields in which it can be either: "1,234".
+  std::size_t either{};
 };
 
 Marks marks_of(const TableSample& sample, const std::vector<bool>& values, char mark) {
@@ -295,8 +300,8 @@ Marks marks_of(const TableSample& sample, const std::vector<bool>& values, char 
   return marks;
 }
 
-/// How many of the steps of a column are larger than the column's range without them would be: read wrongly, numbers
-/// leap between thousands and ones.
+/// Returns the sum of a column's steps relative to its range. It is large if numbers in the wrong notation jump between
+/// thousands and ones.
 double roughness(const TableSample& sample, std::size_t column) {
   const auto numbers = sample.numbers_of(column);
   if (numbers.size() < 3) return 0;
@@ -307,7 +312,7 @@ double roughness(const TableSample& sample, std::size_t column) {
   return range > 0 ? sum / range : 0;
 }
 
-/// Of "998", "1,000", "1,001": as thousands the numbers go on, as decimals they leap.
+/// Returns whether numbers such as "998", "1,000", "1,001" form a smoother series as thousands than as decimals.
 bool goes_on_as_thousands(TableSample& sample, const std::vector<bool>& values, char mark) {
   const NumberStyle before = sample.style;
   const auto total = [&] {
@@ -345,7 +350,7 @@ void find_number_style(TableSample& sample, const std::vector<bool>& values) {
     if (points.thousands > 0 || (points.either > 0 && points.decimal == 0)) style.thousands = '.';
   } else if (commas.thousands > 0 || (commas.either > 0 && (points.decimal > 0 || sample.separator == ','))) {
     style.thousands = commas.decimal == 0 ? ',' : '\0';
-  } else if (commas.either > 0) {  // "1,234" and no other sign
+  } else if (commas.either > 0) {  // only marks like "1,234"
     const bool leaps = has_plain_whole_numbers(sample, values, ',') && goes_on_as_thousands(sample, values, ',');
     if (leaps)
       style.thousands = ',';
@@ -365,7 +370,7 @@ void find_number_style(TableSample& sample, const std::vector<bool>& values) {
   }
 }
 
-/// Texts that stand behind the numbers of a column.
+/// Finds the texts that follow the numbers of a column.
 void find_cell_units(TableSample& sample, const std::vector<bool>& values) {
   sample.cell_units.assign(values.size(), "");
   std::set<std::string> units;
@@ -384,10 +389,10 @@ void find_cell_units(TableSample& sample, const std::vector<bool>& values) {
   sample.style.units.assign(units.begin(), units.end());
 }
 
-/// Whether a text among numbers may be a mark that there is none: it has no digit, or is one of a spreadsheet's or C's.
+/// Returns whether a text among numbers may mark a missing value: it has no digit, or comes from a spreadsheet or C.
 bool may_be_missing(const std::string& text) { return !has_digit(text) || text.find('#') != std::string::npos; }
 
-/// Leaves the rows that can be read, and the texts that stand for no value.
+/// Keeps the rows that can be read, and collects the texts that mark missing values.
 void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers) {
   constexpr std::size_t kMostTexts = 8;
   std::set<std::size_t> numeric;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF", kLittleMark = "\xFF\xFE", kBigMark = "\xFE\xFF";
 
-/// The 16 bits at a place of a text whose bytes stand in that order.
+/// Returns the 16 bits at a position of a text in that byte order.
 std::uint16_t unit_at(std::string_view bytes, std::size_t at, Encoding encoding) {
   const auto first = static_cast<unsigned char>(bytes[at]), second = static_cast<unsigned char>(bytes[at + 1]);
   const int unit = encoding == Encoding::utf16_little ? second << 8 | first : first << 8 | second;
@@ -39,7 +39,7 @@ void add_utf8(std::string& text, char32_t character) {
   follower(0);
 }
 
-/// UTF-16 as UTF-8 (RFC 2781); half a pair is the replacement character.
+/// Converts UTF-16 to UTF-8 (RFC 2781). An incomplete pair becomes the replacement character.
 void decode(std::string_view bytes, Encoding encoding, std::string& text) {
   constexpr char32_t kReplacement = 0xFFFD;
   text.clear();
@@ -57,7 +57,7 @@ void decode(std::string_view bytes, Encoding encoding, std::string& text) {
   }
 }
 
-/// Where the line ends in what is ahead; npos: not there.
+/// Returns the position of the end of the line; npos if it is not in the text.
 std::size_t end_of_line(std::string_view ahead, Encoding encoding) {
   if (encoding == Encoding::utf8) return ahead.find('\n');
   for (std::size_t at = 0; at + 1 < ahead.size(); at += 2)
@@ -111,12 +111,12 @@ bool TextLines::counts() const {
 
 bool TextLines::is_comment() const { return !comment_.empty() && line_.starts_with(comment_); }
 
-/// Goes to the line that comes next; false at the end of the file.
+/// Advances to the next line. Returns false at the end of the file.
 Result<bool> TextLines::read_line() {
   bytes_.pass(to_pass_);
   to_pass_ = 0;
   const std::size_t size = unit_size(encoding_);
-  const std::size_t most = (record::kLongestLine + 2) * size;  // CRLF may follow
+  const std::size_t most = (record::kLongestLine + 2) * size;  // followed by CRLF
   auto ahead = bytes_.ahead(1);
   if (ahead && end_of_line(ahead->substr(0, most), encoding_) == std::string_view::npos) ahead = bytes_.ahead(most);
   if (!ahead) return failure(ahead.error());
@@ -138,14 +138,14 @@ Result<bool> TextLines::read_line() {
   return true;
 }
 
-/// What ends lines with CR alone is one line to this reader, and would be one wrong row.
+/// Fails if the line contains a CR. A file whose lines end only with CR would otherwise be read as one wrong row.
 Result<void> TextLines::check_ends() const {
   const std::size_t at = line_.find('\r');
   if (at == std::string_view::npos) return {};
   return failure(mistake(at + 1, "a carriage return within the line, expected lines that end with LF or CRLF"));
 }
 
-/// Passes over the rest of a line that is longer than what is shown of it.
+/// Skips the remainder of a line that is longer than the part shown.
 Result<void> TextLines::pass_rest() {
   while (cut_short_) {
     const std::size_t before = number_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The lines of a text that somebody else wrote, in UTF-8 whatever they were in.
+/// Reads the lines of a text file of another program and converts them to UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -13,36 +13,38 @@ namespace gyrotherm::exchange {
 
 enum class Encoding { utf8, utf16_little, utf16_big };
 
-/// Text of one byte a character (Latin-1) as UTF-8; what is UTF-8 stays as it is.
+/// Converts Latin-1 text to UTF-8. Returns text that is UTF-8 already unchanged.
 [[nodiscard]] std::string in_utf8(std::string_view text);
 
+/// Iterates over the lines of a text file.
 class TextLines {
  public:
-  /// Looks for a byte order mark: without one the text is taken for UTF-8. Lines that begin with `comment` do not
-  /// count; with an empty one there are none. Fails as Bytes::ahead() does, and with bad_file where a text has NUL
-  /// bytes at its beginning and no mark.
+  /// Detects the encoding by a byte order mark; without one it is UTF-8. Lines that begin with `comment` are ignored;
+  /// an empty `comment` matches none. Fails as Bytes::ahead() does, and with bad_file if a text without a mark has NUL
+  /// bytes at its beginning.
   [[nodiscard]] static Result<TextLines> open(Bytes bytes, std::string comment);
 
-  /// Goes to the next line that is neither empty nor a comment, nor the first one if it is "sep=;" (which spreadsheets
-  /// write before the header): these are passed over whatever their length. False at the end. A line ends with LF or
-  /// CRLF. Fails with bad_file, with its place, if it has more than record::kLongestLine bytes, or a CR within.
+  /// Advances to the next line that is neither empty nor a comment. Also ignores a first line "sep=;", which
+  /// spreadsheets write before the header. Ignored lines may have any length. Returns false at the end. A line ends
+  /// with LF or CRLF. Fails with bad_file and the position if a line has more than record::kLongestLine bytes or
+  /// contains a CR.
   [[nodiscard]] Result<bool> next();
-  /// Goes over the next line that is no comment, whatever stands in it; false at the end.
+  /// Skips the next line that is not a comment, whatever its content. Returns false at the end.
   [[nodiscard]] Result<bool> pass();
-  /// Goes over the next line, a comment too; false at the end.
+  /// Skips the next line, even a comment. Returns false at the end.
   [[nodiscard]] Result<bool> pass_any();
-  /// Goes to the end of the line at which next() has failed, so that it can be called again.
+  /// Advances to the end of the line at which next() failed, so that next() can be called again.
   [[nodiscard]] Result<void> recover() { return pass_rest(); }
 
-  /// Without its end; good until next().
+  /// Returns the line without its end. The view is valid until next().
   [[nodiscard]] std::string_view line() const { return line_; }
-  /// Its number, from 1; of the last line passed over, where there is none. 0 before the first.
+  /// Returns the number of the line, from 1, or of the last skipped line; 0 before the first line.
   [[nodiscard]] std::size_t number() const { return number_; }
   [[nodiscard]] const std::string& file() const { return bytes_.name(); }
-  /// Whether the line has an end; the last of a file that was being written may have none.
+  /// Returns whether the line has an end. The last line of a file that was still being written may have none.
   [[nodiscard]] bool has_end() const { return has_end_; }
 
-  /// A mistake of the line at a column, from 1: "file:line:column".
+  /// Returns a fault at a column of the line, from 1: "file:line:column".
   [[nodiscard]] Fault mistake(std::size_t column, std::string what) const;
 
  private:
@@ -59,8 +61,10 @@ class TextLines {
   Encoding encoding_{};
   std::string_view line_{};
   std::string decoded_{};
-  std::size_t to_pass_{};   ///< bytes of the line that line_ shows, with its end
-  bool cut_short_ = false;  ///< line_ shows the beginning of a longer one
+  /// The size of the present line in bytes, including its end.
+  std::size_t to_pass_{};
+  /// `line_` is the beginning of a longer line.
+  bool cut_short_ = false;
   bool has_end_ = true;
   std::size_t number_{};
 };

@@ -45,7 +45,7 @@ std::string_view without_unit(std::string_view text, const std::vector<std::stri
 
 bool is_empty(const Field& field) { return trimmed(field.text).empty(); }
 
-/// Lines that could not be read.
+/// Collects the lines that could not be read.
 class DamagedLines {
  public:
   void add(const Fault& fault) {
@@ -63,7 +63,7 @@ class DamagedLines {
   Fault first_{};
 };
 
-/// One pass over the file; the first fault ends it, unless it is of a line that may be left out.
+/// Reads a table sequentially. The first fault ends it, unless the map leaves out damaged lines.
 class TextTable {
  public:
   TextTable(TextLines lines, const ImportMap& map, const TakeRow& take)
@@ -151,7 +151,7 @@ class TextTable {
     return locate_columns();
   }
 
-  /// Where a column stands; the number of columns if it is none of them.
+  /// Returns the index of a column; the number of columns if the table does not have it.
   Result<std::size_t> place_of(const ColumnName& column) const {
     const bool is_numbered = !map_.header || (column.name.empty() && column.number > 0);
     if (is_numbered) return std::min(column.number - 1, width_);
@@ -166,7 +166,7 @@ class TextTable {
     return place;
   }
 
-  /// By the header, or by the first row's width.
+  /// Finds the columns of the map by the header, or by the width of the first row.
   Result<void> locate_columns() {
     std::vector<std::string> missing;
     std::size_t highest = 0;
@@ -192,7 +192,7 @@ class TextTable {
 
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
 
-  /// A row's time must be there.
+  /// Returns the fault of a field that is not a number. The time of a row is never optional.
   Fault no_number(const Field& field, bool is_time) const {
     std::string expected = map_.decimal == ',' ? "a number with a decimal comma" : "a number";
     const bool has_comma = field.text.find(',') != std::string_view::npos;
@@ -207,7 +207,7 @@ class TextTable {
     return mistake(field.column, fmt::format("\"{}\"{}, expected {}", shown, of_column(field), expected));
   }
 
-  /// " in column "T1"", by the header.
+  /// Returns " in column "T1"" for a column with a name in the header.
   std::string of_column(const Field& field) const {
     const auto at = static_cast<std::size_t>(&field - fields_.data());
     return at < header_.size() ? fmt::format(" in column \"{}\"", plain(header_[at])) : "";
@@ -269,7 +269,7 @@ class TextTable {
     return read;
   }
 
-  /// Empty fields behind the last column do not count, nor does an empty name behind the last field.
+  /// Checks the number of fields. Ignores empty fields after the last column, and an empty last name in the header.
   Result<void> check_width() {
     while (fields_.size() > width_ && is_empty(fields_.back())) fields_.pop_back();
     if (fields_.size() == width_) return {};
@@ -281,7 +281,7 @@ class TextTable {
                                rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
   }
 
-  /// Whether the last number of a last line without an end has fewer decimals than each before.
+  /// Returns whether the last number of a last line without an end has fewer decimals than all before.
   bool is_torn() {
     constexpr std::int64_t kEnough = 3;
     const auto text = trimmed(fields_.back().text);
@@ -338,14 +338,17 @@ class TextTable {
   std::vector<double> missing_numbers_{};
   std::vector<std::string> header_{};
   std::vector<Field> fields_{};
-  std::size_t width_{};  ///< fields of the header, or of the first row
+  /// The number of fields of the header or of the first row.
+  std::size_t width_{};
   std::optional<std::size_t> time_at_{}, clock_at_{}, week_at_{};
   std::vector<std::size_t> places_{};
   OtherClocks other_clocks_{};
   DamagedLines damaged_{};
-  std::optional<std::size_t> decimals_{};  ///< of the last field of every row so far
-  bool torn_ = false;                      ///< the last line was left out
-  bool is_of_taker_ = false;               ///< the fault is of a row that was read
+  /// The decimals of the last field, if every row so far has the same number.
+  std::optional<std::size_t> decimals_{};
+  bool torn_ = false;  ///< the last line was left out
+  /// The fault comes from the caller's `take`, and the row itself was read.
+  bool is_of_taker_ = false;
   std::string changed_{};
   std::int64_t rows_{};
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads the rows of a foreign text table, as its map says, with numbers as people and instruments write them.
+/// Reads the rows of a text table according to its map, with numbers in the notations of users and instruments.
 #pragma once
 
 #include <string>
@@ -17,28 +17,29 @@ namespace gyrotherm::exchange {
 struct NumberStyle {
   char decimal = '.';
   char thousands = 0;                ///< 0: none
-  std::vector<std::string> units{};  ///< allowed behind a number
+  std::vector<std::string> units{};  ///< allowed after a number
 
-  /// Returns the number as record::number_in() reads it: with a decimal point, without marks of thousands, with "-" for
-  /// U+2212, and without its unit. Returns the text itself if it has that form already, and an empty text if it cannot
-  /// be a number, as with a mark of thousands at a wrong position. The view is valid until `changed` changes.
+  /// Returns the number in the notation of record::number_in(): with a decimal point, without separators of thousands,
+  /// with "-" for U+2212, and without its unit. Returns the text itself if it already has this form. Returns an empty
+  /// text if it cannot be a number, for example with a separator of thousands at a wrong position. The view is valid
+  /// until `changed` changes.
   [[nodiscard]] std::string_view normalised(std::string_view text, std::string& changed) const;
 };
 
-/// U+2212 and the en dash, which spreadsheets write for a minus.
+/// U+2212 and the en dash, which spreadsheets write as a minus sign.
 inline constexpr std::string_view kMinusSign = "\xE2\x88\x92", kEnDash = "\xE2\x80\x93";
 
-/// Returns true if each mark of thousands parts three digits from those before: "1,234,567.8".
+/// Returns whether the separators of thousands divide the number into groups of three digits: "1,234,567.8".
 [[nodiscard]] bool has_good_thousands(std::string_view number, char thousands, char decimal);
 
-/// Returns the text behind a number at the front of a cell: "°C" in "20.5 °C". Returns an empty text if the cell has no
-/// number or no text behind it.
+/// Returns the text after a number at the start of a cell: "°C" in "20.5 °C". Returns an empty text if the cell has no
+/// number or no text after it.
 [[nodiscard]] std::string_view unit_behind_number(std::string_view cell);
 
-/// Hands on every row of a table. Lines end with LF or CRLF and are in UTF-8 or, with a byte order mark, in UTF-16. A
-/// header that is not UTF-8 is taken for Latin-1. Ignores empty lines, a first line "sep=;" as spreadsheets write it,
-/// and empty fields at the end of a row beyond those of the header. Reports a last line without an end, and leaves it
-/// out if its last number has fewer decimals than those before.
+/// Passes on every row of a table. Lines end with LF or CRLF and are in UTF-8 or, with a byte order mark, in UTF-16. A
+/// header that is not UTF-8 is read as Latin-1. Ignores empty lines, a first line "sep=;" of a spreadsheet, and empty
+/// fields at the end of a row in excess of the header. Reports a last line without an end, and leaves it out if its
+/// last number has fewer decimals than those before.
 ///
 /// Fails with bad_file at the first error, as `file:line:column: what, what was expected`; also if there is no row, or
 /// a line has more than record::kLongestLine bytes or record::kMostFields fields. If the map leaves out damaged lines,

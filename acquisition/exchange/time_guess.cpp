@@ -36,7 +36,7 @@ bool is_unit_of_time(std::string_view unit) {
   return unit == "s" || unit == "ms" || unit == "us" || unit == "ns" || unit == "min" || unit == "h" || unit == "d";
 }
 
-/// The usual step of those that are positive; 0: there are none.
+/// Returns the median of the positive steps; 0 if there are none.
 double usual_positive_step(const std::vector<double>& times) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < times.size(); ++i)
@@ -47,13 +47,13 @@ double usual_positive_step(const std::vector<double>& times) {
   return *middle;
 }
 
-/// How a series of times, in seconds, goes on.
+/// Properties of a series of times in seconds.
 struct Course {
-  double step_s{};        ///< usual, of those that are positive
-  std::size_t repeats{};  ///< rows with the time of the row before
-  std::size_t back{};     ///< rows whose time goes back
+  double step_s{};        ///< median of positive steps
+  std::size_t repeats{};  ///< rows with an unchanged time
+  std::size_t back{};     ///< rows with an earlier time
   double first_back_s{};
-  bool all_back_alike{};  ///< … by about the same
+  bool all_back_alike{};  ///< steps back are about equal
 };
 
 Course course_of(const std::vector<double>& times_s) {
@@ -71,7 +71,7 @@ Course course_of(const std::vector<double>& times_s) {
   return course;
 }
 
-/// How many rows would be left out where the time goes back.
+/// Returns the number of rows that would be left out to put the times in order.
 std::size_t left_out_of(const std::vector<double>& times_s) {
   ImportMap map;
   map.units = {{.axes = {record::AxisInfo{.kind = record::GyroKind::rate}}}};
@@ -83,7 +83,7 @@ std::size_t left_out_of(const std::vector<double>& times_s) {
   return order.left_out();
 }
 
-/// Of a counter that begins again at a power of two: that. `unit_s` is its unit.
+/// Returns the power of two at which a counter restarts; nothing if it does not. `unit_s` is its unit.
 std::optional<double> wrap_of(const Course& course, double unit_s) {
   if (course.back == 0 || !course.all_back_alike) return std::nullopt;
   for (const int bits : {16, 24, 31, 32}) {
@@ -94,7 +94,7 @@ std::optional<double> wrap_of(const Course& course, double unit_s) {
   return std::nullopt;
 }
 
-/// The lines that a course asks for. `unit_s`: of a counter; 0 of other times.
+/// Returns the lines of a map that a series of times requires. `unit_s` is the unit of a counter; 0 for other times.
 std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   constexpr double kFastestKept_s = 0.5, kMostLeftOut = 0.02;
   const Course course = course_of(times_s);
@@ -131,7 +131,7 @@ bool goes_on(const std::vector<double>& times) {
   return step > 0 && forward && distinct * kMostOfOneTime >= times.size();
 }
 
-/// Times of the calendar.
+/// The calendar times of a column.
 struct Dated {
   std::vector<double> times_s{};
   bool has_zone = true, has_time_of_day = false;
@@ -151,10 +151,10 @@ std::optional<Dated> dates_in(const TableSample& sample, std::size_t column, con
   return dated;
 }
 
-/// A way in which all dates of a column can be read.
+/// A notation in which all dates of a column can be read.
 struct DateReading {
-  std::string unit{};   ///< "iso", "date"
-  std::string order{};  ///< of "date"
+  std::string unit{};   ///< "iso" or "date"
+  std::string order{};  ///< for "date" only
   Dated dated{};
 };
 
@@ -174,8 +174,8 @@ std::vector<DateReading> readings_of(const TableSample& sample, std::size_t colu
   return readings;
 }
 
-/// Points part days from months wherever they part dates. Of two readings the one by which the rows last much less goes
-/// on from day to day, the other from month to month.
+/// Removes the less likely notation. Dates with points have the day first. Of two notations the one with a much shorter
+/// duration is right: its rows advance from day to day, those of the other from month to month.
 void drop_less_likely(const TableSample& sample, std::size_t column, std::vector<DateReading>& readings) {
   if (readings.size() < 2) return;
   constexpr double kMuch = 5;
@@ -191,7 +191,8 @@ void drop_less_likely(const TableSample& sample, std::size_t column, std::vector
 
 std::string in_days(double time_s) { return civil_time(from_seconds(time_s)).substr(0, 10); }
 
-/// The lines that say how a column's dates are read; two readings are both shown, and neither is taken.
+/// Returns the lines for the notation of a column's dates. If there are two notations, writes both as comments, so that
+/// the user must choose.
 std::string order_lines(const TableSample& sample, std::size_t column, const std::vector<DateReading>& readings) {
   if (readings.front().unit == "iso") return "";
   if (readings.size() == 1) return fmt::format("order = \"{}\"\n", readings.front().order);
@@ -213,7 +214,7 @@ std::optional<std::vector<double>> clocks_in(const TableSample& sample, std::siz
   return times;
 }
 
-/// A column of times of day, which has no other meaning.
+/// Finds a column that contains only times of day.
 std::optional<std::size_t> clock_column(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto& first = sample.rows.front()[i];
@@ -271,15 +272,16 @@ std::optional<TimeGuess> guess_clock(const TableSample& sample) {
                    {*column}};
 }
 
-/// Numbers that are times since 1970 show their unit by their size.
+/// Returns the unit of times since 1970 from the size of a number; empty if there is none.
 std::string unit_since_1970(double number) {
-  constexpr double kFirst = 9e8, kLast = 3e9;  // seconds
+  constexpr double kFirst = 9e8, kLast = 3e9;  // in seconds
   for (const char* unit : {"s", "ms", "us", "ns"})
     if (number * seconds_in(unit) >= kFirst && number * seconds_in(unit) < kLast) return unit;
   return "";
 }
 
-/// Serial numbers of days, or of LabVIEW's seconds, in this century, by their size; empty: none.
+/// Returns the unit of serial day numbers, or of LabVIEW's seconds, in this century from the size of a number; empty if
+/// there is none.
 std::string serial_unit(double number, double step) {
   const auto is_in = [&](double least, double most) { return number >= least && number < most; };
   const bool is_step_of_days = step > 0 && step <= 1;
@@ -289,13 +291,13 @@ std::string serial_unit(double number, double step) {
   return "";
 }
 
-/// A step that people choose for a slow logger, in seconds.
+/// Returns whether a step in seconds is a common one of slow loggers.
 bool is_usual_pace(double step) {
   constexpr std::array kPaces{10.0, 15.0, 20.0, 30.0, 60.0, 120.0, 180.0, 300.0, 600.0, 900.0, 1200.0, 1800.0, 3600.0};
   return std::ranges::find(kPaces, step) != kPaces.end();
 }
 
-/// The pace of the thermometers, per unit of the time: the range of the one that moves most, over the whole of it.
+/// Returns the rate of change of the fastest thermometer, per unit of time: its range divided by the duration.
 double pace_of(const TableSample& sample, const std::vector<std::size_t>& thermometers,
                const std::vector<double>& times) {
   double range = 0;
@@ -311,7 +313,7 @@ double pace_of(const TableSample& sample, const std::vector<std::size_t>& thermo
   return *greatest > *least ? range / (*greatest - *least) : 0;
 }
 
-/// A unit that a name does not say; two of them where neither is more likely.
+/// Returns the probable units of a time whose name has none; two of them if they are equally likely.
 std::vector<std::string> units_by_step(const TableSample& sample, std::size_t column,
                                        const std::vector<std::size_t>& thermometers, const std::vector<double>& times) {
   constexpr double kSlowest_s = 5, kFastestOfAir = 0.6, kSlowestOfAir = 0.003;  // K/s
@@ -342,7 +344,7 @@ std::string ask_unit(const TableSample& sample, std::size_t column, const std::v
   return text;
 }
 
-/// Times in units, as the guess understands them.
+/// Converts times in units to seconds.
 std::vector<double> in_seconds(std::vector<double> times, double unit_s) {
   for (double& time : times) time *= unit_s;
   return times;
@@ -377,7 +379,7 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   return guess;
 }
 
-/// The week of GPS and the time within it.
+/// Detects a column with the week of GPS and one with the time of the week.
 std::optional<TimeGuess> guess_gps(const TableSample& sample) {
   std::optional<std::size_t> week, of_week;
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
@@ -404,7 +406,7 @@ std::optional<TimeGuess> guess_gps(const TableSample& sample) {
                    {*week, *of_week}};
 }
 
-/// A column that people would take for a time, and that is not understood.
+/// Finds a column that looks like a time in an unknown notation.
 std::optional<TimeGuess> name_unknown(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto looks = std::ranges::count_if(sample.rows, [&](const auto& row) { return looks_like_time(row[i]); });

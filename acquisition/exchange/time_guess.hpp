@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Guesses which columns of a table have the times of its rows, and in which notation.
+/// Detects the columns of a table that contain the times of its rows, and their notation.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,16 @@
 
 namespace gyrotherm::exchange {
 
-/// The [time] of a first map.
+/// The section [time] of a draft map.
 struct TimeGuess {
-  std::string text{};                  ///< with its head
-  std::vector<std::size_t> columns{};  ///< used, or doubtful
+  std::string text{};                  ///< including the section header
+  std::vector<std::size_t> columns{};  ///< used or possible time columns
 };
 
-/// Guesses by the names of columns, by the notation of their texts, and by the steps of their numbers. If two readings
-/// are equally likely, or a column looks like a date of an unknown notation, a key is missing in the map: no import
-/// runs before people have decided. `thermometers` are columns of temperatures; their pace distinguishes seconds from
-/// milliseconds.
+/// Detects the time from the names of columns, the notation of their texts, and the steps of their numbers. If two
+/// interpretations are equally likely, or a column looks like a date in an unknown notation, it omits a key, so that no
+/// import succeeds before the user has decided. `thermometers` are columns of temperatures; their rate of change
+/// distinguishes seconds from milliseconds.
 [[nodiscard]] TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& thermometers);
 
 }  // namespace gyrotherm::exchange

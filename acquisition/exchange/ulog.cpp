@@ -17,11 +17,12 @@ namespace {
 
 constexpr std::string_view kUlogMagic("\x55\x4C\x6F\x67\x01\x12\x35", 7);
 constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65535;
-constexpr std::size_t kLookedAt = 16;  ///< bytes behind a message's header that show whether it is one
+/// The number of bytes after a header that show whether it belongs to a message.
+constexpr std::size_t kLookedAt = 16;
 constexpr int kNewestVersion = 1, kDeepest = 8;
-constexpr std::size_t kMostExpanded = 1'000'000;  ///< fields, of all series
+constexpr std::size_t kMostExpanded = 1'000'000;  ///< fields of all series
 
-/// A field as its format names it: a basic type, or another format.
+/// A field as declared in a format: a basic type or another format.
 struct DeclaredField {
   std::string type, name;
   std::size_t count = 1;
@@ -44,7 +45,7 @@ std::optional<NumberType> basic_type(std::string_view type) {
   return found == kTypes.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// "float[3] accel"; nothing if it is none.
+/// Parses "float[3] accel". Returns nothing for any other text.
 std::optional<DeclaredField> parse_declared(std::string_view text) {
   const std::size_t blank = text.find(' ');
   if (blank == 0 || blank == std::string_view::npos || blank + 1 == text.size()) return std::nullopt;
@@ -60,11 +61,11 @@ std::optional<DeclaredField> parse_declared(std::string_view text) {
   return field;
 }
 
-/// The formats of a log, and the fields that one comes to with all those within it. Formats refer to each other, so
-/// that few bytes can describe many fields. The fields of all series together are bounded.
+/// The formats of a log. Expands a format to its fields, including those of nested formats. Formats refer to each
+/// other, so a few bytes can describe many fields; the number of fields of all series is therefore limited.
 class Formats {
  public:
-  /// "vehicle_magnetometer:uint64_t timestamp;float[3] field;"; whether it is a format.
+  /// Adds "vehicle_magnetometer:uint64_t timestamp;float[3] field;". Returns false if the text is not a format.
   bool add(std::string_view text) {
     const std::size_t colon = text.find(':');
     if (colon == std::string_view::npos) return false;
@@ -93,13 +94,13 @@ class Formats {
     return series;
   }
 
-  /// Bytes of a message of the last series, with what it pads its end with.
+  /// Returns the size of a message of the last series, including padding at its end.
   [[nodiscard]] std::size_t whole() const { return whole_; }
-  /// Returns true if the series so far have more fields than a log may have.
+  /// Returns whether the series so far have more fields than a log may have.
   [[nodiscard]] bool is_exhausted() const { return expanded_ > kMostExpanded; }
 
  private:
-  /// Adds the fields of a format from `place` on, which goes behind them.
+  /// Adds the fields of a format from position `place` on, and advances `place`.
   bool expand(const std::string& name, const std::string& prefix, std::size_t& place, LogSeries& series, int depth) {
     const auto format = formats_.find(name);
     if (format == formats_.end() || format->second.empty() || depth == 0) return false;
@@ -144,7 +145,7 @@ class Formats {
   std::size_t whole_{};
 };
 
-/// One pass over a log.
+/// Reads a log sequentially.
 class UlogReader {
  public:
   UlogReader(Bytes bytes, LogReading reading) : bytes_(std::move(bytes)), reading_(std::move(reading)) {}
@@ -199,7 +200,7 @@ class UlogReader {
     return {};
   }
 
-  /// Bytes of the next message, with its header; 0 at the end. What is cut off by an appended part is passed over.
+  /// Returns the size of the next message with its header; 0 at the end. Skips data that an appended part cuts off.
   Result<std::size_t> next_size() {
     while (true) {
       auto ahead = bytes_.ahead(kMessageHeader);
@@ -218,9 +219,8 @@ class UlogReader {
     }
   }
 
-  /// Whether the so many bytes of a message are followed by one, or by the end of the log: a message that damage
-  /// follows is believed no more. One of an unknown kind, or of the wrong size, counts where a good one comes soon
-  /// after it.
+  /// Returns whether a message of `size` bytes is followed by another one, or by the end of the log. A message before
+  /// damage is not trusted. A message of an unknown kind or of a wrong size is accepted if a valid one follows soon.
   Result<bool> is_followed(std::size_t size) {
     constexpr std::size_t kMostBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
     auto ahead = bytes_.ahead(size + kMessageHeader + kLookedAt);
@@ -243,7 +243,7 @@ class UlogReader {
     return false;
   }
 
-  /// Whether it is data of a series that is known, of whatever size.
+  /// Returns whether the bytes are data of a known series, regardless of their size.
   bool is_data(std::string_view bytes) const {
     constexpr std::size_t kId = 2;
     return bytes.size() >= kMessageHeader + kId && bytes[2] == 'D' &&
@@ -254,7 +254,7 @@ class UlogReader {
     return std::string_view("BFIMPQRLCSOAD").find(kind) != std::string_view::npos;
   }
 
-  /// Whether these bytes begin with a message that can be, as far as its first bytes show.
+  /// Returns whether the bytes may begin a message, as far as the first ones show.
   bool looks_like_message(std::string_view bytes) const {
     constexpr std::string_view kSync("\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8);
     if (bytes.size() < kMessageHeader || !is_known_kind(bytes[2])) return false;
@@ -275,7 +275,7 @@ class UlogReader {
     }
   }
 
-  /// Goes on to the next byte from which three messages follow each other, or all that are left.
+  /// Skips to the next position that is followed by three consecutive messages, or by all remaining ones.
   Result<void> pass_damage() {
     constexpr std::size_t kWindow = 1 << 19, kChain = 3;
     ++damaged_places_;
@@ -303,7 +303,7 @@ class UlogReader {
     return true;
   }
 
-  /// How far it is to where data were appended after a crash, if that is within so many bytes.
+  /// Returns the distance to data appended after a crash, if it is less than `size`.
   std::optional<std::size_t> before_appended(std::size_t size) const {
     for (const std::uint64_t offset : appended_)
       if (offset > bytes_.passed() && offset < bytes_.passed() + size) return offset - bytes_.passed();
@@ -320,7 +320,8 @@ class UlogReader {
         ++dropouts_;
         if (message.size() >= 2) dropped_ms_ += whole_number_at(message, 0, 2);
         return {};
-      case 'I':  // information, parameters, texts, marks for synchronising: nothing that is measured
+      // Information, parameters, texts and synchronisation marks contain no measurements.
+      case 'I':
       case 'M':
       case 'P':
       case 'Q':
@@ -373,7 +374,7 @@ class UlogReader {
   Formats formats_{};
   std::map<std::uint16_t, std::size_t> subscribed_{};
   std::vector<std::uint64_t> appended_{};
-  std::map<std::uint16_t, std::pair<std::size_t, std::size_t>> sizes_{};  ///< of the data of each series
+  std::map<std::uint16_t, std::pair<std::size_t, std::size_t>> sizes_{};  ///< data sizes of each series
   std::size_t dropouts_{}, unknown_{}, ends_within_{}, damaged_places_{};
   std::uint64_t damaged_bytes_{};
   std::uint64_t dropped_ms_{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Logs of PX4: ULog, version 1 (docs.px4.io, "ULog File Format"). A file describes its own messages: formats (F), the
-/// series of messages that are logged (A) and their data (D), each message behind its size and kind.
+/// Reads logs of PX4 in the format ULog, version 1 (docs.px4.io, "ULog File Format"). A file describes its own
+/// messages: formats (F), the series of logged messages (A) and their data (D). Each message follows its size and kind.
 #pragma once
 
 #include <vector>
@@ -13,16 +13,16 @@
 
 namespace gyrotherm::exchange {
 
-/// Hands on a row for each message that has a wanted column; what other messages have is NaN in it. Time is the
-/// message's `timestamp`. A log that ends within a message, drop-outs, and messages of an unknown kind are notes. Fails
-/// with bad_file if the file is no such log or an incompatible one, lacks a column (its columns are named), or where
-/// columns come from several messages and the map does not put rows together; and as `take` does.
+/// Passes on a row for each message with a column of the map; columns of other messages are NaN. The time is
+/// `timestamp` of the message. Notes report a log that ends within a message, drop-outs, and messages of an unknown
+/// kind. Fails with bad_file if the file is not a ULog file, is incompatible, or lacks a column (the fault lists its
+/// columns), or if columns come from several messages and the map does not combine rows. Fails also as `take` does.
 [[nodiscard]] Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
-/// Every column of a log of which a message came, in order of its series.
+/// Returns every column of a log with at least one message, in order of its series.
 [[nodiscard]] Result<std::vector<LogColumn>> columns_of_ulog(Bytes bytes);
 
-/// Whether a file that begins so is one.
+/// Returns whether a file with this beginning is a ULog file.
 [[nodiscard]] bool is_ulog(std::string_view beginning);
 
 }  // namespace gyrotherm::exchange

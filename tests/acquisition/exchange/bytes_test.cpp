@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gzip file as its content; damage as a fault with its place.
+/// Tests that a gzip file is unpacked to its content, and that damage is a fault with its position.
 #include "acquisition/exchange/bytes.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,10 @@
 namespace gyrotherm::exchange {
 namespace {
 
-/// "t,T\n0,20\n1,21\n" as `gzip -n` of gzip 1.12 packs it.
+/// "t,T
+/// 0,20
+/// 1,21
+/// ", packed with `gzip -n` of gzip 1.12.
 const std::string kPacked(
     "\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03\x2b\xd1\x09\xe1\x32\xd0\x31\x32\xe0\x32\xd4\x31\x32\xe4\x02"
     "\x00\x39\xf1\x8a\x63\x0e\x00\x00\x00",
@@ -27,7 +30,7 @@ std::string written(const tests::TestFolder& folder, const std::string& bytes) {
   return path;
 }
 
-/// Returns all that follows, asking for `piece` bytes at a time.
+/// Returns the remaining content, read in pieces of `piece` bytes.
 Result<std::string> rest(Bytes& bytes, std::size_t piece) {
   std::string all;
   while (true) {
@@ -47,7 +50,7 @@ Result<std::string> content(const tests::TestFolder& folder, const std::string& 
   return rest(*bytes, piece);
 }
 
-/// Returns what gzip makes of a text.
+/// Packs a text with gzip.
 std::string packed_by_gzip(const tests::TestFolder& folder, const std::string& text, const std::string& options = "") {
   std::ofstream(folder / "plain", std::ios::binary) << text;
   const auto command = "gzip -c " + options + " '" + (folder / "plain") + "' > '" + (folder / "made.gz") + "'";
@@ -125,7 +128,7 @@ TEST(Gunzip, NeverReadsOtherContentFromDamage) {
       auto damaged = kPacked;
       damaged[at] = static_cast<char>(damaged[at] ^ (1 << bit));
       const auto read = content(folder, damaged);
-      EXPECT_EQ(read.value_or(kContent), kContent) << at;  // some bits of the header change nothing
+      EXPECT_EQ(read.value_or(kContent), kContent) << at;  // unused bits of the header
       refused += !read;
     }
   EXPECT_GT(refused, (kPacked.size() - 10) * 8 - 1) << "all bits behind the header count";

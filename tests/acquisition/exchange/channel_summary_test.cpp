@@ -12,7 +12,7 @@
 namespace gyrotherm::exchange {
 namespace {
 
-/// Imports 400 rows of a second, of which some cells are as said.
+/// Imports 400 rows of one second with the given cells replaced.
 class Imported {
  public:
   Result<ImportSummary> operator()(const std::vector<std::pair<int, std::string>>& temperatures,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// NetCDF files of the classic format (NetCDF User's Guide, "File Format Specifications"), put together for tests.
+/// Builds NetCDF files of the classic format (NetCDF User's Guide, "File Format Specifications").
 #pragma once
 
 #include <cstdint>
@@ -50,16 +50,16 @@ class ClassicNetcdf {
       for (std::uint32_t row = 0; row < rows; ++row) real(variable == 0 ? row : variable == 1 ? 20.5 : 0.25 * row);
   }
 
-  /// The file with the number at a place of its header replaced.
+  /// Returns the file with the number at an offset of its header replaced.
   [[nodiscard]] std::string with(std::size_t at, std::uint32_t number) const {
     ClassicNetcdf other = *this;
     other.replace(at, number);
     return other.text_;
   }
   [[nodiscard]] const std::string& text() const { return text_; }
-  /// Where the header ends.
+  /// Returns the size of the header.
   [[nodiscard]] std::size_t header() const { return header_; }
-  /// Where the numbers of elements of lists are: dimensions, attributes of the file, variables, their attributes.
+  /// Returns the offsets of the list lengths: dimensions, attributes of the file, variables, their attributes.
   [[nodiscard]] const std::vector<std::size_t>& counts() const { return counts_; }
 
  private:
@@ -95,7 +95,7 @@ class ClassicNetcdf {
   std::vector<std::size_t> counts_{};
 };
 
-/// A map of such a file.
+/// Returns a map for such a file.
 inline ImportMap netcdf_map() {
   ImportMap map = rate_map();
   map.format = FileFormat::netcdf;

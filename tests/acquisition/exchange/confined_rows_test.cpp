@@ -27,7 +27,7 @@ Result<void> read_by(
   return read_confined("a.nc", "the library", 2, read, take, limits);
 }
 
-/// Returns the fault of a reader that ends badly.
+/// Returns the fault for a reader that terminates with `end`.
 std::string refusal(const std::function<void()>& end, const ReadingLimits& limits = kShort) {
   const auto read = read_by(
       [&](const TakeRow&, const Step& step) -> Result<void> {
@@ -143,7 +143,7 @@ TEST(ConfinedRows, LetTheReaderWriteNoFileAndTouchNoOther) {
             "");
 }
 
-/// As of a library that wrote over the memory of the child.
+/// Sends messages like those of a library that has overwritten the memory of the child.
 TEST(ConfinedRows, BelieveNoMessageOfAnotherForm) {
   const auto garbage = [](std::string bytes) {
     return refusal([bytes] {

@@ -38,7 +38,7 @@ void number_sensors(DataflashText& log) {
       10, little(std::uint64_t{1}) + '\x09' + DataflashText::padded("s#EO", 16) + DataflashText::padded("F---", 16));
 }
 
-/// Written out by hand, after the description of the format.
+/// The bytes are written by hand from the description of the format.
 TEST(Dataflash, AGoldenLogIsReadToTheBit) {
   auto bytes = tests::bytes_of_hex(
       "A3 95 80"
@@ -65,7 +65,7 @@ TEST(Dataflash, AGoldenLogIsReadToTheBit) {
 
 TEST(Dataflash, EveryNumberOfAFormatIsRead) {
   DataflashText log;
-  log.format(9, "ALL", "QbBhHiIqfdgcCeELM", "", 0);  // too long for a format: passed over
+  log.format(9, "ALL", "QbBhHiIqfdgcCeELM", "", 0);  // too long for a format, skipped
   log.format(11, "NUM", "QbBhiIqfdgCEL", "TimeUS,b,B,h,i,I,q,f,d,g,C,E,L",
              3 + 8 + 1 + 1 + 2 + 4 + 4 + 8 + 4 + 8 + 2 + 2 + 4 + 4);
   log.message(11, little(std::uint64_t{5}) + little(std::int8_t{-3}) + little(std::uint8_t{200}) +

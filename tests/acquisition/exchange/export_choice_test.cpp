@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// An imported record without a channel.
+/// Returns an imported record without channels.
 record::Record rows_every(Duration spacing, int rows) {
   record::Record record;
   record.info.imported = true;

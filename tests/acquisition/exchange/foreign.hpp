@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Foreign files for the tests: maps, rows read by them, and logs put together message by message.
+/// Files of other programs for the tests: maps, rows read with them, and logs built message by message.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,12 @@
 
 namespace gyrotherm::exchange {
 
-/// What a file gave, as columns.
+/// The rows read from a file, as columns.
 struct ReadRows {
   std::vector<Duration> time{}, interval{};
   std::vector<std::optional<Duration>> utc{};
-  std::vector<std::vector<double>> columns{};  ///< per column of the map
+  /// One column per column of the map.
+  std::vector<std::vector<double>> columns{};
   Notes notes{};
 };
 
@@ -35,7 +36,7 @@ inline Result<ReadRows> rows_of(std::string_view bytes, const ImportMap& map, co
   return rows;
 }
 
-/// A table with a time in milliseconds, a thermometer and a rate.
+/// Returns the map of a table with a time in milliseconds, a thermometer and a rate.
 inline ImportMap rate_map() {
   ImportMap map;
   map.name = "bench";
@@ -49,15 +50,16 @@ inline ImportMap rate_map() {
   return map;
 }
 
-/// A number as a log has it, least significant byte first.
+/// Returns the bytes of a number in a log, the least significant first.
 template <class T>
 [[nodiscard]] std::string little(T number) {
   std::string bytes(sizeof number, '\0');
-  std::memcpy(bytes.data(), &number, sizeof number);  // tests run where the least significant byte comes first
+  // Assumes a little-endian machine.
+  std::memcpy(bytes.data(), &number, sizeof number);
   return bytes;
 }
 
-/// A ULog file, message by message.
+/// A ULog file, built message by message.
 class UlogText {
  public:
   UlogText() : text_("\x55\x4C\x6F\x67\x01\x12\x35\x01" + little(std::uint64_t{1'000'000})) {}
@@ -76,7 +78,7 @@ class UlogText {
   std::string text_;
 };
 
-/// A DataFlash log, message by message.
+/// A DataFlash log, built message by message.
 class DataflashText {
  public:
   DataflashText() { format(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 89); }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files as others write them: each becomes a record, or is refused with one message that says what to do.
+/// Imports files in the notations of other programs. Each becomes a record, or is refused with one message that gives
+/// the solution.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -12,7 +13,7 @@
 namespace gyrotherm::exchange {
 namespace {
 
-/// A map of a table with a time t, a thermometer T and a rate w; keys of [file] and [time] are the file's own.
+/// Returns the map of a table with a time t, a thermometer T and a rate w, with the given keys in [file] and [time].
 std::string table_map(const std::string& file_keys, const std::string& time_keys = "column = \"t\"\nunit = \"s\"",
                       const std::string& thermometer = "T", const std::string& rate = "w") {
   return "schema = \"gyrotherm-import/1\"\nname = \"foreign\"\n[file]\n" + file_keys + "\n[time]\n" + time_keys +
@@ -53,8 +54,10 @@ std::string ardupilot_log() {
 
 struct ForeignFile {
   std::string name, map, bytes;
-  std::size_t rows{};     ///< of the record
-  std::string message{};  ///< or why there is none, behind the file's name
+  /// The number of rows in the record.
+  std::size_t rows{};
+  /// The reason of a refusal, after the name of the file.
+  std::string message{};
 };
 
 std::vector<ForeignFile> foreign_files() {

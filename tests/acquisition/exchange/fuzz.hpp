@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What every foreign file must keep, whatever its bytes: rows whose time increases and whose numbers are finite or
-/// missing, or a fault of the file with its place.
+/// The requirement for any bytes as a file of another program: rows with increasing times and with numbers that are
+/// finite or missing, or a fault of the file with its position.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a time of the calendar: none, or one that a record can have.
+/// Parses any bytes as a calendar time. The result is nothing, or a time that a record can have.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a DataFlash log, and behind formats that they may be messages of.
+/// Reads any bytes as a DataFlash log, also after formats that may fit them.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A map that is guessed of any bytes can be read or asks a question where it cannot, and is a map unless the file has
-/// no column to guess.
+/// Drafts a map for any bytes. The map is valid or contains a question, and must be valid unless the file lacks a
+/// column.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -14,7 +14,7 @@
 
 namespace gyrotherm::exchange {
 
-/// Returns true if a map can be read, or if the section that cannot be read asks a person for what is missing.
+/// Returns whether a map is valid, or has a question for the user in the section that is not.
 bool is_read_or_asks(const std::string& map) {
   const auto read = parse_import_map(map, "fuzz");
   if (read) return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A packed file has one content, however it is read, or is refused with a place in it.
+/// Unpacks any bytes. The content is the same for all piece sizes, or the file is refused with a position in it.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -16,7 +16,7 @@ namespace gyrotherm::exchange {
 
 constexpr std::size_t kMost = 1 << 20;
 
-/// Reads a file's content, `piece` bytes at a time, until there are kMost. Returns false if it is refused.
+/// Reads the content of a file in pieces of `piece` bytes, up to kMost. Returns false if the file is refused.
 bool read_all(int file, std::size_t piece, std::string& content) {
   require(::lseek(file, 0, SEEK_SET) == 0);
   Gunzip gunzip(file, "fuzz");
@@ -42,7 +42,7 @@ FUZZ_TARGET(gunzip, const std::uint8_t* data, std::size_t size) {
     std::string by_ones, at_once;
     const bool read = read_all(file.number(), 1, by_ones);
     const bool read_at_once = read_all(file.number(), 100'000, at_once);
-    if (by_ones.size() >= kMost) continue;  // the rest was not read
+    if (by_ones.size() >= kMost) continue;  // the remainder was not read
     require(read_at_once == read && (!read || by_ones == at_once));
   }
   return 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as an import map: a map or a fault, never a crash.
+/// Parses any bytes as an import map. The result is a map or a fault, never a crash.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

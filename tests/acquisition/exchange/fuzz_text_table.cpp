@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a foreign table, in any encoding.
+/// Reads any bytes as a text table, in any encoding.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,7 +11,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-/// The first byte chooses the map, so that every separator and all kinds of time are reached.
+/// Chooses a map by the first byte, so that every separator and all kinds of time are reached.
 ImportMap chosen_map(std::uint8_t choice) {
   constexpr char kSeparators[] = {',', ';', '\t', ' '};
   ImportMap map;
@@ -34,7 +34,7 @@ ImportMap chosen_map(std::uint8_t choice) {
   return map;
 }
 
-/// A row, then a line of the same over and over; as much work as hundreds of other inputs.
+/// Returns a row followed by many repetitions of a line. This input takes as much work as hundreds of others.
 std::string drawn_out(const std::string& bytes) {
   constexpr std::size_t kTooLong = 70'000;
   std::string text = bytes + "\n";
@@ -42,7 +42,7 @@ std::string drawn_out(const std::string& bytes) {
   return text;
 }
 
-/// The same text in UTF-16.
+/// Converts a text to UTF-16.
 std::string widened(const std::string& bytes) {
   std::string wide = "\xFF\xFE";
   for (const char byte : bytes) wide += {byte, byte == 'z' ? '\xD8' : '\0'};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes behind the header of a ULog file, and behind formats that they may be messages of.
+/// Reads any bytes after the header of a ULog file, also after formats that may fit them.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -23,7 +23,7 @@ ImportMap ulog_map(bool together) {
   return map;
 }
 
-/// Each byte a letter of the grammar of messages: whole messages come out of few bytes.
+/// Expands each byte to an element of the message grammar, so that a few bytes give complete messages.
 std::string ulog_messages_of(const std::string& bytes) {
   UlogText log;
   log.format("g:uint64_t timestamp;float[2] x;int16_t t;").subscribe(7, "g");

@@ -12,7 +12,7 @@
 namespace gyrotherm::exchange {
 namespace {
 
-/// A guess is a map, and reads the file that it was made of.
+/// A draft map and the result of reading its file with it.
 struct Guessed {
   std::string text;
   ImportMap map;
@@ -31,13 +31,13 @@ Guessed guessed_of(std::string_view bytes) {
 
 ImportMap guessed(std::string_view bytes) { return guessed_of(bytes).map; }
 
-/// The line of a map that gives a key, with what stands behind it.
+/// Returns the line of a map that assigns a key, with its comment.
 std::string line_of(const std::string& map, const std::string& key, const std::string& behind = "[time]") {
   const auto at = map.find("\n" + key + " = ", map.find(behind));
   return at == std::string::npos ? "" : map.substr(at + 1, map.find('\n', at + 1) - at - 1);
 }
 
-/// A table of rows 4000 apart.
+/// Returns a table with rows `step` apart.
 std::string counter(const std::string& name, std::int64_t from, std::int64_t step = 4000) {
   std::string table = name + ",temp,gyro_x\n";
   for (int i = 0; i < 20; ++i) table += std::to_string(from + step * i) + ",25,0.01\n";

@@ -41,7 +41,7 @@ TEST(NetcdfTable, ReadsClassicFileRowByRow) {
   EXPECT_EQ(rows, 5u);
 }
 
-/// More bytes than the child may take of memory.
+/// The file is larger than the memory limit of the child.
 TEST(NetcdfTable, ReadsLargeFileWithinLimits) {
   std::size_t rows = 0;
   const ReadingLimits small{.memory_bytes = 16 << 20, .processor_time = std::chrono::seconds(1)};
@@ -49,7 +49,7 @@ TEST(NetcdfTable, ReadsLargeFileWithinLimits) {
   EXPECT_EQ(rows, 1'000'000u);
 }
 
-/// The library crashes on some of these, and runs for a minute on others.
+/// The library crashes on some of these files, and runs for a minute on others.
 TEST(NetcdfTable, RefusesCountsThatAreNotThoseOfTheFile) {
   const ClassicNetcdf good(3);
   ASSERT_EQ(good.counts().size(), 6u);
@@ -63,7 +63,7 @@ TEST(NetcdfTable, RefusesCountsThatAreNotThoseOfTheFile) {
     }
 }
 
-/// Files cut off anywhere, and files with a few other bytes in their header, are read or refused.
+/// Truncates files at each position and changes a few bytes in their headers.
 TEST(NetcdfTable, ReadsOrRefusesDamagedFiles) {
   const ClassicNetcdf good(3);
   int refused = 0;
@@ -81,7 +81,7 @@ TEST(NetcdfTable, ReadsOrRefusesDamagedFiles) {
   }
 }
 
-/// A file of three rows with the attributes that CF has for validity and units.
+/// A file of three rows with the CF attributes for validity and units.
 struct CfFile {
   std::vector<std::pair<std::string, std::vector<double>>> valid{};
   std::string temperature_units{}, rate_units{};
@@ -151,10 +151,12 @@ TEST(NetcdfTable, ComparesUnitsWithTheMap) {
   EXPECT_TRUE(temperatures_of({.rate_units = "counts"}));
 }
 
-/// An HDF5 file as MATLAB writes vectors to one: each of rank 2 with one dimension of 1, without units.
+/// An HDF5 file with vectors as MATLAB writes them: each has rank 2, one dimension of 1, and no units.
 struct Vectors {
-  bool in_columns = false;  ///< 4×1 and not 1×4
-  std::size_t block{};      ///< bytes before the HDF5
+  /// The vectors are 4×1 instead of 1×4.
+  bool in_columns = false;
+  /// The number of bytes before the HDF5 signature.
+  std::size_t block{};
   [[nodiscard]] std::string written(const std::string& path) const {
     int file = 0, one = 0, many = 0, three = 0, id = 0;
     nc_create(path.c_str(), NC_NETCDF4 | NC_CLOBBER, &file);

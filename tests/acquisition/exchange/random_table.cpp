@@ -18,14 +18,17 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct Unit {
   const char* name{};
-  double scale = 1, offset = 0;  ///< °C or °/h = number × scale + offset
+  /// The conversion of a number: °C or °/h = number × scale + offset.
+  double scale = 1, offset = 0;
 };
 
-/// A way to write an instant, given in seconds since 1970 and since the first row.
+/// A notation of an instant, which is given in seconds since 1970 and since the first row.
 struct TimeStyle {
-  std::string name{};                                                       ///< what was drawn
-  std::vector<std::string> titles{};                                        ///< of its column or columns
-  std::function<std::vector<std::string>(double utc_s, double s)> write{};  ///< their cells
+  std::string name{};
+  /// The titles of its columns.
+  std::vector<std::string> titles{};
+  /// Returns its cells.
+  std::function<std::vector<std::string>(double utc_s, double s)> write{};
   bool tells_utc = false;
 };
 
@@ -210,7 +213,7 @@ class TableWriter {
     header_ = joined(titles);
   }
 
-  /// Lines that nothing can read.
+  /// Adds a line that cannot be read.
   void add_damage(const std::string& line) {
     ++table_.damaged;
     switch (random_() % 4) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tables as laboratories write them, drawn at random, with what they mean.
+/// Generates random tables in the notations of laboratories, with their meaning.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,17 @@ namespace gyrotherm::exchange {
 
 struct RandomTable {
   std::string text{};
-  std::string drawn{};  ///< what was drawn, in words
-  /// The rows that can be read.
-  std::vector<double> time_s{};                        ///< since the first
-  std::vector<std::vector<double>> temperatures_c{};   ///< per thermometer; NaN where the cell has a marker
-  std::vector<std::vector<double>> rates_deg_per_h{};  ///< per axis
-  std::optional<double> started_utc_s{};               ///< where the file says it
-  std::size_t damaged{};                               ///< lines that cannot be read
+  /// Describes the random choices.
+  std::string drawn{};
+  /// The content of the readable rows: times since the first row, temperatures per thermometer (NaN for a marker of a
+  /// missing value), and rates per axis.
+  std::vector<double> time_s{};
+  std::vector<std::vector<double>> temperatures_c{};
+  std::vector<std::vector<double>> rates_deg_per_h{};
+  /// The time of the first row, if the file has it.
+  std::optional<double> started_utc_s{};
+  /// The number of unreadable lines.
+  std::size_t damaged{};
 };
 
 [[nodiscard]] RandomTable random_table(std::uint64_t seed);

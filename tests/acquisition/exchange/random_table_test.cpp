@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The way of a table from somebody's logger to a record: guess, import, compare with what was written.
+/// Imports random tables with the draft map, and compares the records with the content of the tables.
 #include "tests/acquisition/exchange/random_table.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ constexpr std::uint64_t kTables = 10'000;
 constexpr std::uint64_t kTables = 250;
 #endif
 
-/// What is wrong with a record; empty: nothing.
+/// Returns the differences between a record and its table; empty if there are none.
 std::string differences(const RandomTable& table, const record::Record& made, const ImportSummary& summary) {
   const auto rows = table.time_s.size();
   if (made.slot.size() != rows) return "rows " + std::to_string(made.slot.size()) + " of " + std::to_string(rows);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Public recordings, if GYROTHERM_SHARED names the folder that holds `data/`; their reference numbers are in its
-/// README.
+/// Imports public recordings if GYROTHERM_SHARED is the folder that contains `data/`. The README there has the
+/// reference numbers.
 #include <gtest/gtest.h>
 
 #include <algorithm>

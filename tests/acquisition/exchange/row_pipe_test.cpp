@@ -8,7 +8,8 @@
 namespace gyrotherm::exchange {
 namespace {
 
-constexpr int kRows = 20'001;  // some batches, and a part of one
+// Several batches and a partial one.
+constexpr int kRows = 20'001;
 
 ImportedRow row_of(const std::vector<double>& numbers, int second) {
   return {.time = std::chrono::seconds(second), .usual = std::chrono::seconds(1), .numbers = numbers};

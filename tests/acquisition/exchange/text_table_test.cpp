@@ -12,7 +12,7 @@ namespace {
 
 using record::GyroKind;
 
-/// Of a table without a header: time, thermometer, and so far on the gyro.
+/// Returns the map of a table without a header. Its columns are time, thermometer, and the gyro's at `axis`.
 ImportMap numbered_map(int axis) {
   ImportMap map = rate_map();
   map.header = false;

@@ -37,7 +37,7 @@ UlogText two_series() {
   return log;
 }
 
-/// Written out by hand, after the description of the format.
+/// The bytes are written by hand from the description of the format.
 TEST(Ulog, AGoldenLogIsReadToTheBit) {
   const auto bytes = tests::bytes_of_hex(
       "55 4C 6F 67 01 12 35 01 40 42 0F 00 00 00 00 00"  // magic, version 1, started at 1,000,000 us
@@ -60,7 +60,8 @@ TEST(Ulog, AGoldenLogIsReadToTheBit) {
       "07 00");  // D: id 5, 2,000,000 us, -2, 7
   std::string log(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   log.replace(log.find(";  "), 3, ";");
-  log[16 + 43] = 0x22;  // the format without its two blanks
+  // Reduce the size of the format by the two blanks.
+  log[16 + 43] = 0x22;
   const auto rows = rows_of(log, ulog_map("g.a[0]", "g.a[1]"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[0], std::vector<double>{7});
@@ -77,7 +78,7 @@ TEST(Ulog, WhoseTimesCannotBeHasNoRow) {
   EXPECT_NE(rows.error().what.find("expected at least one message"), std::string::npos);
 }
 
-/// However long it is and however often its series begins: it is one step of many.
+/// A field of any size, in any number of series, takes one step.
 TEST(Ulog, PassesOverPaddingAndText) {
   constexpr int kBeginnings = 3000;
   for (const char* field : {"uint8_t[65000] _padding0", "char[65000] name", "uint64_t[8000] _padding1"}) {
@@ -88,7 +89,7 @@ TEST(Ulog, PassesOverPaddingAndText) {
   }
 }
 
-/// Few bytes that come to many fields are refused before they cost time.
+/// A few bytes that expand to many fields are refused without much work.
 TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
   const auto nested = [](std::string name, int depth, const std::string& innermost) {
     UlogText log;
@@ -184,7 +185,7 @@ TEST(Ulog, WhatIsDamagedIsPassedOverAndTold) {
                    "1 messages are damaged and were left out", "the log ends within a message, 5 bytes of it"}));
 }
 
-/// A log of 200 messages, and where each begins.
+/// Returns a log of 200 messages and the position of each.
 std::pair<std::string, std::vector<std::size_t>> long_log() {
   UlogText log = two_series();
   std::vector<std::size_t> begins;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Another instrument at the end of a line: its values are no values of the run, and nothing is sent to it.
+/// Tests that the values of an exchanged instrument are not recorded, and that nothing is sent to it.
 #include "acquisition/io/identity_watch.hpp"
 
 #include <gtest/gtest.h>
@@ -16,13 +16,14 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-/// What any of the instruments below is, and whether it answers.
+/// The state of any of the instruments below, including its identity.
 struct Wire {
   std::string serial = "111";
   std::optional<FaultKind> broken{};
   std::uint64_t breaks = 0;
   int asked = 0;
-  bool swaps_within_a_call = false;  ///< the next call breaks the line, connects again and reaches another instrument
+  /// The next call breaks the connection and reaches another instrument after it reconnects.
+  bool swaps_within_a_call = false;
 
   Result<std::string> identify() {
     ++asked;
@@ -63,7 +64,7 @@ class WiredChamber final : public drivers::Chamber {
   Wire& wire_;
 };
 
-/// Thermometers and analogue inputs are alike but for what they measure.
+/// Thermometers and analogue inputs differ only in the type of their values.
 template <class Kind, class Value>
 class WiredInputs final : public Kind {
  public:
@@ -93,7 +94,7 @@ class WiredGyro final : public drivers::Gyro {
   Wire& wire_;
 };
 
-/// One instrument of each kind, each on a wire of its own.
+/// One instrument of each kind, each on its own wire.
 struct Rack {
   Wire chamber_wire, thermometer_wire, gyro_wire, analogue_wire;
   WiredChamber chamber{chamber_wire};
@@ -117,7 +118,7 @@ using WireOf = Wire Rack::*;
 constexpr WireOf kWires[] = {&Rack::chamber_wire, &Rack::thermometer_wire, &Rack::gyro_wire, &Rack::analogue_wire};
 constexpr const char* kNames[] = {"Chamber", "Thermometer", "Gyro", "Analogue"};
 
-/// The value of the instrument on that wire; each input's, where it has several.
+/// Returns the fault of the instrument on that wire, or one per input if it has several.
 std::vector<std::optional<Fault>> faults_of(const Sample& sample, WireOf wire) {
   const auto of = [](const auto& reading) {
     return reading.value ? std::nullopt : std::optional<Fault>(reading.value.error());
@@ -133,7 +134,7 @@ void expect_all(const Sample& sample, WireOf wire, std::optional<FaultKind> kind
     EXPECT_EQ(fault ? std::optional(fault->kind) : std::nullopt, kind) << (fault ? text(*fault) : "a value");
 }
 
-/// Each way in which an instrument can be exchanged, on each kind of instrument.
+/// Tests each way to exchange an instrument with each kind of instrument.
 class Exchanged : public ::testing::TestWithParam<WireOf> {
  protected:
   Rack rack_;
@@ -160,7 +161,7 @@ TEST_P(Exchanged, IsRefusedAfterASilence) {
   expect_refused();
 }
 
-/// The line of a serial instrument is not broken by an exchange.
+/// An exchange does not break the line of a serial instrument.
 TEST_P(Exchanged, IsRefusedWhenTheProgramStoodStillMeanwhile) {
   for (const std::int64_t pause : {0, 2}) {
     slot_ += pause;

@@ -16,7 +16,7 @@ using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 using std::chrono::steady_clock;
 
-/// A line that can be held up: calls wait at it while it is closed.
+/// A line that can be blocked: calls wait while it is closed.
 class Gate {
  public:
   void close() { set(false); }
@@ -44,7 +44,7 @@ class Gate {
   int arrived_ = 0;
 };
 
-/// Answers count up, so that a late one can be told from a fresh one.
+/// A chamber with increasing answers, so that a late one differs from a fresh one.
 class GatedChamber final : public drivers::Chamber {
  public:
   Result<std::string> identify() override { return "gated"; }
@@ -87,7 +87,7 @@ class GatedGyro final : public drivers::Gyro {
   std::atomic<int> reads{};
 };
 
-/// Two inputs; the second breaks on command.
+/// Two inputs. The second one fails on command.
 class GatedInputs final : public drivers::AnalogueInputs {
  public:
   Result<std::string> identify() override { return "gated"; }
@@ -102,7 +102,7 @@ class GatedInputs final : public drivers::AnalogueInputs {
   std::atomic<int> reads{};
 };
 
-/// A rig with two thermometers; of the second only the first input is used.
+/// A rig with two thermometers. Only the first input of the second one is used.
 struct Bench {
   GatedChamber chamber;
   GatedThermometer first;
@@ -140,7 +140,7 @@ TEST(InstrumentIo, ReadsEveryInstrumentOnceWithWorkers) {
   EXPECT_EQ(io->read(1, bench.clock).chamber.value->air, Celsius{2});
 }
 
-/// Waits for each instrument but those that hang: long enough for a busy machine.
+/// A patience that suffices for a busy machine, unless an instrument hangs.
 constexpr auto kPatient = 2s;
 
 TEST(InstrumentIo, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
@@ -158,7 +158,7 @@ TEST(InstrumentIo, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
   bench.first.gate.open();
 }
 
-/// Reads with a chamber that hangs, until its call is under way. Returns the time at which it was.
+/// Reads until the call of a chamber that hangs is active. Returns the time at which it was.
 steady_clock::time_point read_until_stuck(Bench& bench, InstrumentIo& io) {
   bench.chamber.gate.close();
   static_cast<void>(io.read(0, bench.clock));
@@ -230,7 +230,7 @@ TEST(InstrumentIo, LateAnswerIsNeverALaterSecondsValue) {
   EXPECT_EQ(next.units[0].count.value->pulses[0], 2);
 }
 
-/// While its thermometer is read the whole machine stands still.
+/// A clock that jumps while its thermometer is read, as if the machine had been suspended.
 class StandingStill final : public Clock, public drivers::Thermometer {
  public:
   Result<std::string> identify() override { return "slept"; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Alarms stand until they are acknowledged, whatever becomes of the programs that saw them.
+/// Tests that alarms remain until they are acknowledged, even if the program that recorded them ends.
 #include "acquisition/record/alarms.hpp"
 
 #include <fmt/format.h>
@@ -206,7 +206,7 @@ TEST_F(AlarmList, HasNoActiveRowWhenARunIsResumed) {
   EXPECT_EQ(state_in_words(alarms_.list()[0]), "returned");
 }
 
-/// Version 0.1.0 acknowledged each occurrence by itself and named no subject.
+/// Version 0.1.0 acknowledged each occurrence separately and recorded no subject.
 TEST_F(AlarmList, ReadsARecordOf010) {
   see(interlock("door", "door (suspend): open"));
   see(over("door", "", 9));

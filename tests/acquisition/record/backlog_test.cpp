@@ -17,7 +17,7 @@ Entry row(std::int64_t slot, std::vector<Event> events = {}) {
 
 Event event_of(EventKind kind) { return {{}, kind, "an event"}; }
 
-/// "0 1 [2–4] 5": rows, and gaps in brackets.
+/// Returns the content as "0 1 [2–4] 5": rows, and gaps in brackets.
 std::string text_of(Backlog& backlog) {
   std::string all;
   for (const auto& entry : backlog.take(backlog.size())) {

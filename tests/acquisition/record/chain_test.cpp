@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whoever edits a record leaves a trace.
+/// Tests that an edit of a record is detected.
 #include "acquisition/record/chain.hpp"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(Sha256, IsTheSameHoweverTheBytesCome) {
   }
 }
 
-/// A finished run with every kind of row: 30 samples, a gap, readings that were missing, events.
+/// Makes a finished run with every kind of row: 30 samples, a gap, missing readings, events.
 void make_run(const std::string& path, bool finished = true) {
   auto store = Store::create(path, two_thermometers()).value();
   const Event event{sample_at(0).at, EventKind::note, "a note"};
@@ -132,7 +132,7 @@ TEST(Chain, OfSamplesThatAreWrittenTogetherIsThatOfOneAfterTheOther) {
   EXPECT_EQ(table("one.db"), table("many.db"));
 }
 
-/// The column of pulses makes integers of numbers that are whole, as far as its integers reach.
+/// The column of pulses stores whole numbers as integers, up to the largest SQLite integer.
 TEST(Chain, HoldsTheGreatestNumbersThatAGyroCanSay) {
   const auto info = two_thermometers();
   const Folder folder;
@@ -218,7 +218,7 @@ TEST(Chain, OfARecordIsLookedAtBeforeItsManifest) {
   EXPECT_NE(verify_record(folder / "run.db").error().what.find("sample 2 of second 2"), std::string::npos);
 }
 
-/// Rows that were chained anew, and lie where the manifest does not look.
+/// The rows are chained again, in a file that the manifest does not list.
 TEST(Manifest, NamesAllThatTheRecordConsistsOf) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -238,7 +238,7 @@ TEST(Manifest, NamesAllThatTheRecordConsistsOf) {
   EXPECT_EQ(text(verify_record(path).error()), (folder / "run.2.db") + ": was not there when the run was closed");
 }
 
-/// What instruments and operators say is stored as text that any program can read.
+/// Texts of instruments and operators are stored so that any program can read them.
 TEST(Chain, HoldsTextsWithoutControlsInUtf8) {
   const Folder folder;
   const auto path = folder / "run.db";

@@ -14,7 +14,7 @@
 namespace gyrotherm::record {
 namespace {
 
-/// A process of its own that writes a run and says on a pipe what is acknowledged, until it is killed.
+/// A process that writes a run and reports each acknowledged slot on a pipe until it is killed.
 class WriterProcess {
  public:
   WriterProcess(const std::string& path, unsigned seed) {
@@ -36,7 +36,7 @@ class WriterProcess {
   WriterProcess(const WriterProcess&) = delete;
   WriterProcess& operator=(const WriterProcess&) = delete;
 
-  /// Waits for one acknowledgement; −1 once the pipe is at its end.
+  /// Waits for one acknowledgement. Returns −1 at the end of the pipe.
   std::int64_t next_acknowledged() {
     std::int64_t slot = -1;
     return ::read(read_end_, &slot, sizeof slot) == sizeof slot ? slot : -1;

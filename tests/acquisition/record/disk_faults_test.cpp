@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Disks that fail, fill up, are locked or lose their power at any operation: nothing acknowledged is lost, and what is
-/// in memory goes to the disk when there is one again.
+/// Tests disks that fail, fill up, are locked or lose power at any operation. Nothing acknowledged is lost, and rows in
+/// memory are written once a disk is available again.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -19,13 +19,14 @@ namespace {
 constexpr int kEachPoint = 1;
 constexpr unsigned kCuts = 1000;
 #else
-constexpr int kEachPoint = 5;  ///< of the operations, one in so many
+/// The tests cover every fifth operation.
+constexpr int kEachPoint = 5;
 constexpr unsigned kCuts = 100;
 #endif
 
-constexpr int kRows = 100;  ///< a transaction each: the log is folded in on the way
+constexpr int kRows = 100;  ///< one transaction each
 
-/// Hands rows to a writer as a store's worker does, and remembers what was acknowledged.
+/// Writes rows as the worker of a store does, and stores the last acknowledged one.
 class Diligent {
  public:
   explicit Diligent(const std::string& path) {
@@ -38,7 +39,7 @@ class Diligent {
   [[nodiscard]] std::int64_t acknowledged() const { return writer_ ? writer_->acknowledged() : -1; }
   [[nodiscard]] int parts() const { return writer_->part(); }
 
-  /// One second; false if the disk did not take it.
+  /// Writes one second. Returns false if the disk did not accept it.
   bool second() {
     backlog_.push(entry_of(sample_at(next_++), {}, two_thermometers()));
     return flush();
@@ -91,7 +92,7 @@ void expect_sound(const std::string& path, std::int64_t acknowledged, const std:
   EXPECT_GE(databases, 1) << what;
 }
 
-/// One fault at one operation. False if the run has fewer operations.
+/// Runs with one fault at one operation. Returns false if the run has fewer operations.
 bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, tests::FailingVfs::Kind kind) {
   const std::string path = folder + "/run.db";
   const auto what = "operation " + std::to_string(operation) + (sticky ? " and all that follow" : "");
@@ -138,7 +139,7 @@ TEST(DiskFaults, AnErrorAtAnyOperationLosesNothing) { ride_out_all(tests::Failin
 
 TEST(DiskFaults, AFullDiskIsWaitedForInTheSameFile) { ride_out_all(tests::FailingVfs::Kind::full); }
 
-/// Whoever could open the file that failed would take the run for one that nobody carries out.
+/// If the failed file could be opened, the run would seem to be abandoned.
 TEST(DiskFaults, BetweenTwoFilesTheRecordIsStillBeingWritten) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -185,7 +186,7 @@ TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
   }
 }
 
-/// From one operation of the close on nothing has any effect: the program was killed there, or the power went.
+/// The program is killed, or the power fails, at one operation of the close: later operations have no effect.
 TEST(DiskFaults, ARecordThatWasBeingClosedIsReadAndNothingIsPlayedBack) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
@@ -213,7 +214,7 @@ TEST(DiskFaults, ARecordThatWasBeingClosedIsReadAndNothingIsPlayedBack) {
     }
 }
 
-/// After a failed sync Linux takes the pages for clean: the next sync succeeds, and the data are not on the disk.
+/// After a failed sync, Linux marks the pages as clean: the next sync succeeds, but the data are not on the disk.
 TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
@@ -240,7 +241,7 @@ TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
   }
 }
 
-/// The last write before a run's first command; then all of them.
+/// Tests the last write before a run's first command, then all writes.
 TEST(DiskFaults, ADiskThatForgetsIsFoundBeforeTheFirstCommand) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -262,7 +263,7 @@ TEST(DiskFaults, ADiskThatForgetsIsFoundBeforeTheFirstCommand) {
   }
 }
 
-/// A small ext4 with blocks of 4 KiB, from a file; only root may.
+/// A small ext4 file system with blocks of 4 KiB in a file. Only root can mount it.
 class SmallDisk {
  public:
   explicit SmallDisk(const Folder& folder) : image_(folder / "image"), mounted_(folder / "mounted") {
@@ -277,7 +278,7 @@ class SmallDisk {
   SmallDisk& operator=(const SmallDisk&) = delete;
   [[nodiscard]] bool works() const { return works_; }
   [[nodiscard]] std::string operator/(const std::string& name) const { return mounted_ + "/" + name; }
-  /// Leaves so many bytes free.
+  /// Fills the disk except for `but` bytes.
   void fill_up(std::uintmax_t but) const {
     const auto free = std::filesystem::space(mounted_).available;
     if (free <= but) return;

@@ -49,7 +49,7 @@ TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
             "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding,\n");
 }
 
-/// Else nobody could tell the sign of the Earth's rate; while people turn the unit there is none.
+/// The column determines the sign of the Earth rate. It is empty while an operator turns the unit.
 TEST(Export, SaysWhereTheUnitWasTurnedAround) {
   Record record = small_record();
   EXPECT_EQ(to_csv(record).find("turned"), std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What other programs may do to the files of a record that is being written: every second that was acknowledged stays.
+/// Tests interference of other programs with the files of a record being written. No acknowledged second is lost.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 struct Attack {
   const char* name;
   std::function<void(const std::string& path)> act;
-  bool of_database;  ///< the record's main file is spoiled by it, not its log alone
+  /// Damages the record's main file and not only its log.
+  bool of_database;
 };
 
 void overwrite(const std::string& file, std::streamoff at, std::size_t size, char with) {
@@ -84,8 +85,8 @@ std::vector<Attack> attacks() {
   };
 }
 
-/// 450 seconds, an attack, and 20 more of them.
-constexpr std::int64_t kBefore = 450, kAfter = 20;  // the log is folded twice before
+/// The number of seconds before the attack and after it.
+constexpr std::int64_t kBefore = 450, kAfter = 20;  // two checkpoints precede the attack
 
 std::unique_ptr<Store> attacked(const std::string& path, const Attack& attack) {
   auto store =
@@ -129,7 +130,7 @@ TEST_P(FileAttacks, ARunThatTheyHappenedToGoesOnAfterItsProgramDied) {
   const Folder folder;
   const auto path = folder / "run.db";
   attacked(path, GetParam()).reset();
-  const bool whole = verify_record(path).has_value();  // a copy, for one, is as good
+  const bool whole = verify_record(path).has_value();  // for example after a copy
   auto store = Store::reopen(path, {.background = true});
   ASSERT_TRUE(store) << text(store.error());
   ASSERT_TRUE((*store)->append(sample_at(kBefore + kAfter), {}));
@@ -142,7 +143,7 @@ TEST_P(FileAttacks, ARunThatTheyHappenedToGoesOnAfterItsProgramDied) {
 INSTANTIATE_TEST_SUITE_P(OnTheDisk, FileAttacks, ::testing::ValuesIn(attacks()),
                          [](const auto& of) { return std::string(of.param.name); });
 
-/// Whoever holds a file open still sees what was in it: nothing of a long run is lost with its name.
+/// An open descriptor still reads a removed file, so even a long run is complete.
 TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -179,7 +180,7 @@ TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName
   EXPECT_TRUE(verify_record(part_path(path, 2)));
 }
 
-/// Each time that a name is taken the next file has it all, also what a file before it had that failed otherwise.
+/// After each removal of the name, the next file has all rows, also those of a file that failed before.
 TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -195,7 +196,7 @@ TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
     }
   };
   hundred();
-  fs::remove(path + "-wal");  // the main file stays, with what was folded into it
+  fs::remove(path + "-wal");  // the checkpointed rows remain
   hundred();
   for (const int part : {2, 3}) {
     fs::remove(part_path(path, part));
@@ -211,7 +212,7 @@ TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
   EXPECT_EQ(record->slot.size(), 350u);
 }
 
-/// A transaction of its own.
+/// Writes one transaction.
 Result<void> second(
     RunFile& file, std::int64_t slot, const std::function<void()>& between = [] {}) {
   const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
@@ -222,7 +223,7 @@ Result<void> second(
       .and_then([&] { return file.commit(); });
 }
 
-/// What is written while the program writes too has the time of the program's own writing.
+/// A foreign write during a write of the program leaves the modification time of the latter.
 TEST(FileAttack, OfALogWhileItIsWrittenIsSeen) {
   for (const std::streamoff at : {0, 40, 3000}) {
     const Folder folder;

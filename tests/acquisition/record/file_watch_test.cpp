@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Logs as SQLite writes them, and with a byte of another value.
+/// Tests the check of logs that SQLite wrote, unchanged and with one byte changed.
 #include "acquisition/record/file_watch.hpp"
 
 #include <fcntl.h>
@@ -22,7 +22,7 @@ std::string log_image(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// A file of its own in the folder.
+/// A file in a temporary folder.
 class SomeLog {
  public:
   explicit SomeLog(const std::string& text) {
@@ -38,7 +38,7 @@ class SomeLog {
   Descriptor file_;
 };
 
-/// The log of a record of 50 seconds, which has not been folded in since its first one.
+/// Returns the log of a record of 50 seconds, with only one checkpoint at its beginning.
 std::string log_of_a_record() {
   const Folder folder;
   auto file = RunFile::create(folder / "run.db", two_thermometers()).value();

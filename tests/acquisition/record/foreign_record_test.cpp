@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record may come from anywhere: reading one changes nothing, runs nothing, and ends.
+/// Tests that reading a record from an untrusted source changes nothing, executes nothing, and terminates.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -25,7 +25,7 @@ std::string bytes_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Every name in a folder with what stands there, and when it was last written.
+/// Returns the names in a folder with the content and the modification time of each file.
 std::map<std::string, std::string> listing(const std::string& folder) {
   std::map<std::string, std::string> found;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -38,7 +38,7 @@ std::map<std::string, std::string> listing(const std::string& folder) {
   return found;
 }
 
-/// Returns what reading a record reports. Fails the test if one of the ways to read it takes much work or sleep, or
+/// Returns the result of reading a record in all ways. Fails the test if one of them takes too much work, sleeps, or
 /// touches a file.
 std::string reading_of(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path().string();
@@ -56,7 +56,7 @@ std::string reading_of(const std::string& path) {
   return record.error().what;
 }
 
-/// An unfinished run whose writer has died: a log lies beside it.
+/// Creates an unfinished run of a dead writer, with a log next to it.
 void leave_unfinished(const std::string& path, int rows) {
   if (const auto child = ::fork(); child != 0) {
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);
@@ -89,7 +89,7 @@ TEST(ForeignRecord, IsReadUnderAnyNameAndThroughALink) {
     leave_unfinished(folder / name, 5);
     EXPECT_EQ(reading_of(folder / name), "read") << name;
   }
-  for (const auto* log : {"", "-wal"})  // no record is made with that name
+  for (const auto* log : {"", "-wal"})  // a record cannot have these names
     std::filesystem::rename(folder / "é.db" + log, folder / "é\n.db" + log);
   EXPECT_EQ(reading_of(folder / "é\n.db"), "read");
   std::filesystem::create_directory(folder / "elsewhere");
@@ -255,7 +255,7 @@ TEST(ForeignRecord, ThatIsNoRegularFileIsNotWaitedFor) {
   EXPECT_NE(reading_of(folder / "run.db"), "read");
 }
 
-/// While it is read, nobody begins to write it; afterwards anybody may.
+/// While the record is read, no program can begin to write it; afterwards any program can.
 TEST(ForeignRecord, KeepsItsWritersOutWhileItIsRead) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whoever reads a running record reads its copy, and nothing that they do there reaches the record.
+/// Tests that readers of a running record use its copy, and that they cannot affect the record.
 #include "acquisition/record/live_copy.hpp"
 
 #include <fcntl.h>
@@ -37,18 +37,19 @@ constexpr int kReaders = 10, kSeconds = 300;
 #else
 constexpr int kReaders = 4, kSeconds = 40;
 #endif
-constexpr auto kShort = 5ms;  ///< a second of these tests
+/// The duration of one second in these tests.
+constexpr auto kShort = 5ms;
 
 StoreOptions watched(bool background, LiveCopyOptions copy = {.pause = 2ms}) {
   return {.background = background, .live_copy = copy};
 }
 
-/// What the status file says now.
+/// Returns the present content of the status file.
 Result<RunStatus> status_beside(const std::string& path) {
   return parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
 }
 
-/// A connection as any program makes it.
+/// A connection that any program could open.
 class Reader {
  public:
   explicit Reader(const std::string& path, int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE) {
@@ -61,7 +62,7 @@ class Reader {
   bool run(const std::string& sql) {
     return opened_ && sqlite3_exec(connection_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK;
   }
-  /// −1 where it fails.
+  /// Returns the result of a query; −1 if it fails.
   std::int64_t number(const std::string& sql) {
     sqlite3_stmt* query = nullptr;
     if (!opened_ || sqlite3_prepare_v2(connection_, sql.c_str(), -1, &query, nullptr) != SQLITE_OK) return -1;
@@ -97,7 +98,7 @@ bool comes_to(const std::string& copy, std::int64_t slot, std::chrono::milliseco
   return false;
 }
 
-/// Why the copy does not follow, once it does not; "" if it always does.
+/// Appends until the copy reports a reason for its delay and returns it; "" if it never does.
 std::string trouble_of(Store& store, const std::string& path) {
   std::string trouble;
   for (int i = 0; i < 2000 && trouble.empty(); ++i) {
@@ -129,7 +130,7 @@ void append(Store& store, std::int64_t slot) {
   ASSERT_TRUE(store.sync());
 }
 
-/// Everything that stands in a file, in order.
+/// Returns all rows of a file, in order.
 std::string rows_of(const std::string& path) {
   Reader reader(path, SQLITE_OPEN_READONLY);
   std::string all;
@@ -292,7 +293,7 @@ TEST(LiveCopy, ItsFullDiskStopsTheCopyAlone) {
   }
 }
 
-/// A copy that has only begun to take what is left for the record waits; one that takes the last of it goes.
+/// A copy waits when it begins to use the space reserved for the record, and is removed when that is nearly used up.
 TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
   for (const bool goes : {false, true}) {
     const Folder folder;
@@ -321,7 +322,7 @@ TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
 TEST(LiveCopy, OneThatSomebodySpoiledIsTakenAway) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
-  constexpr std::int64_t kManySeconds = 30'000;  // more than SQLite keeps of a file in memory
+  constexpr std::int64_t kManySeconds = 30'000;  // more than SQLite caches
   constexpr auto kPatience = 60s;
   auto store = Store::create(path, two_thermometers(), watched(false, {.pause = 1ms, .longest_log = 0}));
   ASSERT_TRUE(store);
@@ -343,7 +344,7 @@ TEST(LiveCopy, OneThatSomebodySpoiledIsTakenAway) {
   EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kManySeconds + 2));
 }
 
-/// A process that reads the copy again and again, and is killed while it does.
+/// Starts a process that reads the copy repeatedly until it is killed.
 pid_t start_reader(const std::string& copy, bool only_reads) {
   const auto pid = ::fork();
   if (pid != 0) return pid;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records of several units under test, each with axes and values of its own.
+/// Tests records of several units under test, each with its own axes and values.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ AxisInfo axis_of(const std::string& name, double scale) {
           .uncertainty = {.latitude_deg = 45, .tilt_uncertainty_deg = 1.0 / 3}};
 }
 
-/// A unit with three axes and two values, and one with a single axis.
+/// Returns a unit with three axes and two values, and one with a single axis.
 RunInfo two_units() {
   RunInfo info = two_thermometers();
   info.units = {{.name = "u1",
@@ -127,7 +127,8 @@ TEST(ManyUnits, OneThatIsSilentLosesItsOwnChannelsAlone) {
   EXPECT_EQ(record.units[1].rotation[0][0], 100);
 }
 
-/// The second value of the first unit, and the only one of the second, are measured by analogue inputs.
+/// Returns these units with analogue inputs: they measure the second value of the first unit and the only one of the
+/// second.
 RunInfo with_analogue_inputs() {
   RunInfo info = two_units();
   info.analogue_map_texts = {"schema = \"gyrotherm-analogue-inputs/1\"\n", "another"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The rate of each axis, as the status of a run shows it.
+/// Tests the rate of each axis in the status of a run.
 #include "acquisition/record/rate_meter.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which files a record consists of, whatever lies beside it and whatever somebody has taken away.
+/// Tests which files belong to a record, with other files next to it and with files missing.
 #include "acquisition/record/record_files.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ std::string trouble(const Result<T>& result) {
   return result ? "" : text(result.error());
 }
 
-/// The file `part`, in which a run went on after file `before`: it has the slots from `from` to before `end`.
+/// Writes the file `part` as the continuation of file `before`, with the slots from `from` to `end` − 1.
 void add_part(const std::string& record, int part, int before, std::int64_t from, std::int64_t end) {
   const auto info = two_thermometers();
   const Continuation continuation{.part = part,
@@ -41,7 +41,7 @@ void add_part(const std::string& record, int part, int before, std::int64_t from
   ASSERT_EQ(trouble(done), "");
 }
 
-/// Ten seconds in each.
+/// Writes three files with ten seconds each.
 void make_three_files(const std::string& path) {
   store_with(path, 10).reset();
   add_part(path, 2, 1, 10, 20);
@@ -62,7 +62,8 @@ TEST(RunParts, AreKnownByTheirNames) {
     EXPECT_FALSE(part_name(path)) << path;
 }
 
-/// Whoever joined what is left would take a record with a hole for a whole one, and write on before the hole.
+/// A missing part must be a fault: a record with a hole would otherwise be read as complete, and a resumed run would
+/// continue before the hole.
 TEST(RunParts, OneThatIsMissingOrDestroyedInTheMiddleIsTold) {
   for (const bool destroyed : {false, true}) {
     const Folder folder;
@@ -100,7 +101,7 @@ TEST(RunParts, ANewOneIsNamedBehindAllThatTheRunHas) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 10).reset();
-  add_part(path, 3, 2, 10, 20);  // after one that somebody has taken away
+  add_part(path, 3, 2, 10, 20);  // its predecessor was removed
   auto store = Store::reopen(path, kInBackground).value();
   ASSERT_TRUE(store->append(sample_at(20), {}));
   ASSERT_TRUE(store->settle(kLong));
@@ -125,7 +126,7 @@ TEST(RunParts, ANewOneTakesNoNameThatALinkOrAStatusFileHas) {
   EXPECT_EQ(next_part(path, 6), 7);
 }
 
-/// So an earlier version named the file that came after the third one, where the second had been taken away.
+/// An earlier version gave the number of a removed second file to the file after the third one.
 TEST(RunParts, AreInTheOrderOfTheRunAlsoWhereALowNumberWasGivenAnew) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -153,7 +154,7 @@ TEST(RunParts, OneThatAnotherHasTakenOverIsNoneThatIsMissed) {
   }
 }
 
-/// What a disk that failed did not let its writer take away again.
+/// The part is empty because the failing disk prevented its removal.
 TEST(RunParts, OneThatNoneGoesOnFromIsNoneThatIsMissed) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -212,11 +213,12 @@ TEST(RunParts, OfARunThatIsTakenUpAgainAreToldInItsStatusFile) {
   EXPECT_EQ(told.parts, (std::vector<std::string>{part_path(path, 2), part_path(path, 3)}));
 }
 
-/// Its writer died when it had just been begun.
+/// Its writer died immediately after it was begun.
 TEST(RunParts, OneWithoutASampleGoesOnWhereTheOneBeforeItEnded) {
   const Folder folder;
   const auto path = folder / "run.db";
-  store_with(path, 10).reset();  // its status file says that second 9 was acknowledged
+  // The status file of the first part acknowledges second 9.
+  store_with(path, 10).reset();
   add_part(path, 2, 1, 10, 10);
   EXPECT_EQ(trouble(verify_record(path)), "");
   const auto status = read_status(path).value();

@@ -52,14 +52,14 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
   EXPECT_EQ(info.segments[1].cycle, 1);
 }
 
-/// When a run started whose clock, as its samples show it, stood at zero `late` after what its description says.
+/// Returns the start of a run if its samples show a clock that started `late` after the time in the description.
 Duration start_of(RunInfo info, Duration late, std::int64_t samples) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", info);
   EXPECT_TRUE(store);
   for (std::int64_t slot = 0; slot < samples; ++slot) {
     auto sample = sample_at(slot);
-    sample.at.utc += late + slot * std::chrono::milliseconds(2);  // the wall's clock is not the run's
+    sample.at.utc += late + slot * std::chrono::milliseconds(2);  // the two clocks differ in rate
     EXPECT_TRUE((*store)->append(sample, {}));
   }
   EXPECT_TRUE((*store)->sync());
@@ -218,7 +218,7 @@ TEST(Record, GivesBackWhatAnEventIsAbout) {
   EXPECT_FALSE(events[1].event.about.segment);
 }
 
-/// name, unit and unit under test of each channel.
+/// Returns the name, unit and unit under test of each channel.
 std::string channels_in(const std::string& path) {
   auto database = open_record(path).value();
   auto query = database.prepare("SELECT name, unit, unit_under_test FROM channel ORDER BY position").value();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Small runs for the tests of the record.
+/// Small runs for the tests of records.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace gyrotherm::record {
 
-/// A folder of the test's own, gone afterwards.
+/// A temporary folder, removed by the destructor.
 class Folder {
  public:
   Folder() {
@@ -33,7 +33,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// The number of the file that the run goes on in: 1 if no other follows.
+/// Returns the number of the last file of the run; 1 if there is only one.
 inline int last_part(const std::string& path) { return find_record_files(path).value().parts.back().continuation.part; }
 
 inline RunInfo two_thermometers() {
@@ -80,10 +80,10 @@ inline Sample sample_at(std::int64_t slot) {
   return sample;
 }
 
-/// For the disk of a busy machine.
+/// A time limit that allows for the disk of a busy machine.
 inline constexpr auto kLong = std::chrono::seconds(20);
 
-/// A store with slots 0…count−1 appended and synced.
+/// Returns a store with slots 0…count−1 appended and synced.
 inline std::unique_ptr<Store> store_with(const std::string& path, std::int64_t count) {
   auto store = Store::create(path, two_thermometers());
   EXPECT_TRUE(store) << text(store.error());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What SQL alone makes of a record is what the program makes of it.
+/// Tests that the SQL views of a record agree with the program.
 #include "acquisition/record/schema.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace gyrotherm::record {
 namespace {
 
-/// A record of two thermometers, one with a polynomial, with a fault, an event and a gap.
+/// Makes a record of two thermometers, one with a polynomial, with a fault, an event and a gap.
 void make_seen_run(const std::string& path) {
   RunInfo info = two_thermometers();
   info.thermometers[1].polynomial = {-0.5, 1.001, 1e-5};

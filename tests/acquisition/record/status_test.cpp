@@ -11,7 +11,7 @@
 #include "acquisition/record/chain.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-/// A log that lost its end holds a record that fits in itself; what was acknowledged tells.
+/// A truncated log contains a record that is consistent; only the acknowledged second shows the loss.
 namespace gyrotherm::record {
 namespace {
 
@@ -129,9 +129,9 @@ TEST(Status, OfNoRecordIsABadFile) {
 
 namespace {
 
-constexpr int kSeconds = 40;  ///< few enough that the log was never folded in: each of its bytes counts
+constexpr int kSeconds = 40;  ///< too few for a checkpoint
 
-/// An unfinished run whose writer has died, a transaction a second.
+/// Leaves an unfinished run of a dead writer, with one transaction per second.
 void leave_behind(const std::string& path) {
   if (const auto child = ::fork(); child != 0) {
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);

@@ -26,7 +26,7 @@ TEST(Store, NeverOverwritesAFile) {
   EXPECT_EQ(std::filesystem::file_size(folder / "run.db"), 8u);
 }
 
-/// Its record was moved away.
+/// The earlier record was moved away without its manifest.
 TEST(Store, AManifestOfAnEarlierRecordIsNotTakenForItsOwn) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -250,7 +250,7 @@ TEST(Store, InMemoryGivesBackWhatWasAppended) {
   EXPECT_FALSE(std::filesystem::exists(status_path(kInMemory)));
 }
 
-/// The folder in which a test is, while it lives.
+/// Changes the working directory to a folder until destruction.
 class Inside {
  public:
   explicit Inside(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
@@ -303,7 +303,7 @@ namespace {
 
 StoreOptions in_background() { return {.background = true, .retry = std::chrono::milliseconds(20)}; }
 
-/// The status file; the process that writes a record does not open it.
+/// Reads the status file. The process that writes a record does not open the record for it.
 RunStatus told_of(const std::string& path) {
   std::ifstream file(status_path(path));
   return parse_status(std::string(std::istreambuf_iterator<char>(file), {}), "status").value();
@@ -430,7 +430,7 @@ TEST(BackgroundStore, IsTakenUpAgainInItsLastPart) {
   EXPECT_TRUE(record.finished);
 }
 
-/// A run of which each program but the first begins anew with nothing in memory.
+/// Each program after the first begins with no rows in memory.
 TEST(BackgroundStore, NumbersOfEventsRiseOverAllFiles) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -495,7 +495,7 @@ TEST(BackgroundStore, CountsTheFaultyReadingsOfAllFiles) {
   EXPECT_EQ(told_of(path).faults, 6);
 }
 
-/// The writer died between the two: what the part was begun for is still where it was.
+/// The writer died between creating and filling the part; its rows are still in the file before.
 TEST(BackgroundStore, APartThatWasBegunAndNotFilledHidesNothing) {
   const Folder folder;
   const auto path = folder / "run.db";

@@ -26,8 +26,8 @@ Result<void> IdentityWatch::confirm(drivers::Identified& instrument) {
 }
 
 bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
-  const auto who = instrument.recognise();
-  return who && known_.identity.starts_with(*who);
+  const auto found = instrument.recognise();
+  return found && known_.identity.starts_with(*found);
 }
 
 /// Repeats the query if the connection broke during it: the parts of one answer could otherwise come from two
@@ -35,11 +35,12 @@ bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
 Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
   for (int tries = 0; tries < kMostTries; ++tries) {
     const auto before = instrument.breaks();
-    const auto who = instrument.identify();
-    const bool is_answer = who || who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
-    if (!is_answer) return failure(who.error());
+    const auto found = instrument.identify();
+    const bool is_answer =
+        found || found.error().kind == FaultKind::mismatch || found.error().kind == FaultKind::refused;
+    if (!is_answer) return failure(found.error());
     if (instrument.breaks() != before) continue;
-    if (who && *who == known_.identity) {
+    if (found && *found == known_.identity) {
       set_stranger("");
       breaks_ = before;
       in_doubt_ = false;
@@ -47,14 +48,14 @@ Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
       return {};
     }
     auto what = fmt::format("another instrument, or other settings: {}; the run began with: {}",
-                            who ? *who : text(who.error()), known_.identity);
+                            found ? *found : text(found.error()), known_.identity);
     set_stranger(fmt::format("{}: {}", known_.title, what));
     return failure(FaultKind::mismatch, known_.title, std::move(what));
   }
   return failure(FaultKind::disconnected, known_.title, "the line breaks while it is asked who answers");
 }
 
-void IdentityWatch::see(const Fault* fault) {
+void IdentityWatch::note_result(const Fault* fault) {
   const bool is_silence =
       fault != nullptr && (fault->kind == FaultKind::timeout || fault->kind == FaultKind::corrupted);
   silences_ = is_silence ? silences_ + 1 : 0;

@@ -38,7 +38,7 @@ class IdentityWatch {
   [[nodiscard]] std::invoke_result_t<Call&> guard(drivers::Identified& instrument, Call call) {
     if (auto same = confirm(instrument); !same) return failure(std::move(same.error()));
     auto answer = call();
-    see(answer ? nullptr : &answer.error());
+    note_result(answer ? nullptr : &answer.error());
     if (!answer) return answer;
     if (auto same = confirm(instrument); !same) return failure(std::move(same.error()));
     return answer;
@@ -50,12 +50,12 @@ class IdentityWatch {
     if (auto same = confirm(instrument); !same && !is_known_by_name(instrument))
       return failure(std::move(same.error()));
     auto answer = call();
-    see(answer ? nullptr : &answer.error());
+    note_result(answer ? nullptr : &answer.error());
     return answer;
   }
 
   /// Records how a call ended: with the given fault, or successfully if null.
-  void see(const Fault* fault);
+  void note_result(const Fault* fault);
 
   /// Requests a comparison before the next call.
   void doubt() { is_doubted_ = true; }

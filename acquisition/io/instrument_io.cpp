@@ -50,7 +50,7 @@ Result<std::vector<Result<T>>> read_inputs(Instrument& instrument, IdentityWatch
   if (auto same = watch.confirm(instrument); !same) return failure(std::move(same.error()));
   auto readings = instrument.read();
   const auto* fault = common_fault(readings);
-  watch.see(fault);
+  watch.note_result(fault);
   if (fault != nullptr) return readings;
   if (auto same = watch.confirm(instrument); !same) return failure(std::move(same.error()));
   return readings;
@@ -79,7 +79,7 @@ GyroReading read_gyro(drivers::Gyro& gyro, IdentityWatch& watch, Duration interv
 }
 
 /// Selects the part of an instrument's count that belongs to one unit.
-GyroCount share_of(const GyroCount& count, const GyroInputs::Share& share) {
+GyroCount select_share(const GyroCount& count, const GyroInputs::Share& share) {
   GyroCount own{.pulses = {}, .interval = count.interval};
   for (const auto axis : share.axes) own.pulses.push_back(count.pulses[axis]);
   for (const auto value : share.values) own.values.push_back(count.values[value]);
@@ -90,7 +90,7 @@ GyroCount share_of(const GyroCount& count, const GyroInputs::Share& share) {
 void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) {
   for (const auto& share : inputs.shares) {
     auto& unit = into.units[share.unit];
-    unit.count = reading.count.value ? Reading<GyroCount>{share_of(*reading.count.value, share), reading.count.at}
+    unit.count = reading.count.value ? Reading<GyroCount>{select_share(*reading.count.value, share), reading.count.at}
                                      : reading.count;
     if (&share == &inputs.shares.front()) unit.frames = reading.frames;
   }
@@ -101,7 +101,7 @@ AnalogueReadings read_stamped(drivers::AnalogueInputs& inputs, IdentityWatch& wa
 }
 
 /// Returns the scaled reading of one channel. Copies a fault of the whole instrument to each channel.
-Result<double> value_of(const AnalogueChannels& inputs, std::size_t channel, const AnalogueReadings& readings) {
+Result<double> scaled_value(const AnalogueChannels& inputs, std::size_t channel, const AnalogueReadings& readings) {
   const auto& [unit, value, name, scale, offset] = inputs.channels[channel];
   if (!readings.value) {
     Fault fault = readings.value.error();
@@ -115,14 +115,14 @@ Result<double> value_of(const AnalogueChannels& inputs, std::size_t channel, con
 void spread(const AnalogueChannels& inputs, const AnalogueReadings& readings, Sample& into) {
   for (std::size_t i = 0; i < inputs.channels.size(); ++i) {
     const auto& channel = inputs.channels[i];
-    into.units[channel.unit].analogue[channel.value] = {value_of(inputs, i, readings), readings.at};
+    into.units[channel.unit].analogue[channel.value] = {scaled_value(inputs, i, readings), readings.at};
   }
 }
 
 /// The number of analogue values of each unit.
 using UnitSizes = std::vector<std::size_t>;
 
-UnitSizes units_of(const Instruments& instruments) {
+UnitSizes count_analogue_values(const Instruments& instruments) {
   UnitSizes units;
   for (const auto& gyro : instruments.gyros) units.resize(units.size() + gyro.shares.size());
   for (const auto& inputs : instruments.analogue)
@@ -177,10 +177,10 @@ struct Watches {
   /// Notes the start of a second. If the program was suspended before it, every instrument is compared again: any of
   /// them may have been exchanged.
   void begin_second(std::int64_t slot) {
-    constexpr std::int64_t kStoodStill = 3;  // seconds, like kSilencesInDoubt
-    const bool stood_still = last_slot && slot - *last_slot > kStoodStill;
+    constexpr std::int64_t kSuspendedFor = 3;  // seconds, like kSilencesInDoubt
+    const bool was_suspended = last_slot && slot - *last_slot > kSuspendedFor;
     last_slot = slot;
-    if (!stood_still) return;
+    if (!was_suspended) return;
     chamber.doubt();
     for (auto* watches : {&thermometers, &gyros, &analogue})
       for (auto& watch : *watches) watch.doubt();
@@ -204,7 +204,7 @@ class InlineIo final : public InstrumentIo {
   InlineIo(Instruments instruments, InstrumentIoOptions options)
       : instruments_(std::move(instruments)),
         options_(options),
-        units_(units_of(instruments_)),
+        units_(count_analogue_values(instruments_)),
         watches_(instruments_) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
@@ -313,7 +313,7 @@ class WorkerIo final : public InstrumentIo {
   WorkerIo(Instruments instruments, InstrumentIoOptions options)
       : instruments_(std::move(instruments)),
         options_(options),
-        units_(units_of(instruments_)),
+        units_(count_analogue_values(instruments_)),
         watches_(instruments_),
         thermometers_(instruments_.thermometers.size()),
         gyros_(instruments_.gyros.size()),
@@ -343,27 +343,27 @@ class WorkerIo final : public InstrumentIo {
       }));
 
     Sample sample = empty_sample(slot, now, units_);
-    sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
+    sample.chamber = accept_if_in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
     for (std::size_t i = 0; i < thermometers_.size(); ++i) {
       auto readings = await(thermometers_[i], thermometers[i], clock, now);
-      spread(instruments_.thermometers[i], in_time(std::move(readings), "thermometer", clock, now), sample);
+      spread(instruments_.thermometers[i], accept_if_in_time(std::move(readings), "thermometer", clock, now), sample);
     }
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       auto reading = await(gyros_[i], gyros[i], clock, now);
       if (reading) frames_[i] = reading->frames;
-      spread(instruments_.gyros[i], reading ? *reading : GyroReading{late<GyroCount>("gyro", clock), frames_[i]},
-             sample);
+      spread(instruments_.gyros[i],
+             reading ? *reading : GyroReading{late_reading<GyroCount>("gyro", clock), frames_[i]}, sample);
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i) {
       auto readings = await(analogue_[i], analogue[i], clock, now);
-      spread(instruments_.analogue[i], in_time(std::move(readings), "analogue input", clock, now), sample);
+      spread(instruments_.analogue[i], accept_if_in_time(std::move(readings), "analogue input", clock, now), sample);
     }
     return sample;
   }
 
   Result<void> send_set_point(Celsius target) override {
     const auto send = [this, target] { return watches_.chamber.send_set_point(target); };
-    return order(fmt::format("set point {:g} °C", target.value), send, rest_of_tick());
+    return run_command(fmt::format("set point {:g} °C", target.value), send, remaining_tick());
   }
 
   std::vector<std::string> strangers() const override { return watches_.strangers(); }
@@ -375,17 +375,17 @@ class WorkerIo final : public InstrumentIo {
 
   Result<void> send_set_point_at_once(Celsius target) override {
     const auto send = [this, target] { return watches_.chamber.send_set_point_at_once(target); };
-    return order(fmt::format("set point {:g} °C", target.value), send, options_.patience);
+    return run_command(fmt::format("set point {:g} °C", target.value), send, options_.patience);
   }
 
   Result<void> switch_on(bool on) override {
-    return order(
-        on ? "start" : "stop", [this, on] { return watches_.chamber.switch_on(on); }, rest_of_tick());
+    return run_command(
+        on ? "start" : "stop", [this, on] { return watches_.chamber.switch_on(on); }, remaining_tick());
   }
 
  private:
   /// Runs a command in the chamber's worker and waits for it. A fault names it `what`.
-  Result<void> order(const std::string& what, std::function<Result<void>()> job, Duration within) {
+  Result<void> run_command(const std::string& what, std::function<Result<void>()> job, Duration within) {
     auto done = chamber_.post(std::move(job));
     if (done.wait_for(within) == std::future_status::ready) return done.get();
     const bool never_begun = chamber_.withdraw();
@@ -396,7 +396,7 @@ class WorkerIo final : public InstrumentIo {
   }
 
   /// Returns the time that remains of the present tick.
-  Duration rest_of_tick() const {
+  Duration remaining_tick() const {
     constexpr Duration kLeast = std::chrono::milliseconds(20);
     const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
     if (spent >= options_.interval) return options_.patience;  // outside a tick
@@ -415,15 +415,16 @@ class WorkerIo final : public InstrumentIo {
   /// Replaces a missing answer by the fault timeout. Also replaces an answer that belongs to a later second, which can
   /// exist after the machine was suspended.
   template <class T>
-  Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const {
+  Reading<T> accept_if_in_time(std::optional<Reading<T>> reading, const char* instrument, const Clock& clock,
+                               Instant since) const {
     const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
-    return good ? std::move(*reading) : late<T>(who, clock);
+    return good ? std::move(*reading) : late_reading<T>(instrument, clock);
   }
 
   /// Makes the reading of an instrument that did not answer in time.
   template <class T>
-  Reading<T> late(const char* who, const Clock& clock) const {
-    return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
+  Reading<T> late_reading(const char* instrument, const Clock& clock) const {
+    return stamped<T>(clock, failure(FaultKind::timeout, instrument, "still busy after " + in_ms(options_.patience)));
   }
 
   Instruments instruments_;

@@ -80,24 +80,24 @@ Gunzip::~Gunzip() = default;
 Gunzip::Gunzip(Gunzip&&) noexcept = default;
 Gunzip& Gunzip::operator=(Gunzip&&) noexcept = default;
 
-Result<std::size_t> Gunzip::read(char* to, std::size_t room) {
+Result<std::size_t> Gunzip::read(char* to, std::size_t capacity) {
   auto& state = stream_->state;
   if (!stream_->is_ready) return stream_->bad("gzip: no memory to unpack it");
-  const auto most = std::min<std::size_t>(room, std::numeric_limits<unsigned>::max());
+  const auto most = std::min<std::size_t>(capacity, std::numeric_limits<unsigned>::max());
   state.next_out = reinterpret_cast<Bytef*>(to);
   state.avail_out = static_cast<unsigned>(most);
   while (state.avail_out == most && most > 0 && !stream_->is_at_end) {
     if (state.avail_in == 0)
       if (const auto more = stream_->read_more(); !more) return failure(more.error());
-    const int said = ::inflate(&state, Z_NO_FLUSH);
-    if (said == Z_STREAM_END) {
+    const int code = ::inflate(&state, Z_NO_FLUSH);
+    if (code == Z_STREAM_END) {
       const auto another = stream_->next_member();
       if (!another) return failure(another.error());
       stream_->is_at_end = !*another;
-    } else if (said == Z_BUF_ERROR) {
+    } else if (code == Z_BUF_ERROR) {
       return stream_->bad(fmt::format("gzip: cut off after byte {}; \"gunzip -c FILE > table\" unpacks what is there",
                                       stream_->read_bytes));
-    } else if (said != Z_OK) {
+    } else if (code != Z_OK) {
       return stream_->bad(
           fmt::format("gzip: damaged near byte {} ({}); \"gunzip -c FILE > table\" unpacks what comes "
                       "before",
@@ -114,7 +114,7 @@ Result<Bytes> Bytes::open(const std::string& path) {
   const auto beginning = bytes.ahead(2);
   if (!beginning) return failure(beginning.error());
   if (!is_gzip(*beginning)) return bytes;
-  if (const auto begun = bytes.begin_at(0); !begun) return failure(begun.error());
+  if (const auto begun = bytes.seek(0); !begun) return failure(begun.error());
   bytes.gunzip_.emplace(bytes.file_.descriptor.number(), path);
   return bytes;
 }
@@ -139,8 +139,8 @@ Result<void> Bytes::go_back(std::uint64_t to) {
     passed_ = to;
     return {};
   }
-  if (!gunzip_) return begin_at(to);
-  if (const auto begun = begin_at(0); !begun) return begun;
+  if (!gunzip_) return seek(to);
+  if (const auto begun = seek(0); !begun) return begun;
   gunzip_.emplace(file_.descriptor.number(), name_);
   while (passed_ < to) {
     if (const auto more = ahead(1); !more) return failure(more.error());
@@ -156,7 +156,7 @@ Fault Bytes::unreadable() const {
 }
 
 /// Moves to a position of the file and drops the buffered bytes.
-Result<void> Bytes::begin_at(std::uint64_t byte) {
+Result<void> Bytes::seek(std::uint64_t byte) {
   if (::lseek(file_.descriptor.number(), static_cast<off_t>(byte), SEEK_SET) < 0) return failure(unreadable());
   ahead_ = {};
   at_end_ = false;
@@ -164,9 +164,9 @@ Result<void> Bytes::begin_at(std::uint64_t byte) {
   return {};
 }
 
-Result<std::size_t> Bytes::read(char* to, std::size_t room) {
-  if (gunzip_) return gunzip_->read(to, room);
-  const auto read = read_some(file_.descriptor.number(), to, room);
+Result<std::size_t> Bytes::read(char* to, std::size_t capacity) {
+  if (gunzip_) return gunzip_->read(to, capacity);
+  const auto read = read_some(file_.descriptor.number(), to, capacity);
   if (read < 0) return failure(unreadable());
   return static_cast<std::size_t>(read);
 }

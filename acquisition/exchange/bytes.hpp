@@ -27,7 +27,7 @@ class Gunzip {
 
   /// Writes up to `room` bytes of content to `to` and returns their number; 0 at the end. Fails with bad_file and the
   /// position in the packed file if the file cannot be read, is damaged or ends too early.
-  [[nodiscard]] Result<std::size_t> read(char* to, std::size_t room);
+  [[nodiscard]] Result<std::size_t> read(char* to, std::size_t capacity);
 
  private:
   struct Stream;
@@ -60,8 +60,8 @@ class Bytes {
  private:
   explicit Bytes(RegularFile file, std::string name) : name_(std::move(name)), file_(std::move(file)) {}
   [[nodiscard]] Fault unreadable() const;
-  [[nodiscard]] Result<void> begin_at(std::uint64_t byte);
-  [[nodiscard]] Result<std::size_t> read(char* to, std::size_t room);
+  [[nodiscard]] Result<void> seek(std::uint64_t byte);
+  [[nodiscard]] Result<std::size_t> read(char* to, std::size_t capacity);
   [[nodiscard]] Result<void> read_more(std::size_t count);
 
   std::string name_;

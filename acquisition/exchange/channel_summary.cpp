@@ -45,9 +45,9 @@ std::string in_words(const ChannelSummary& channel) {
 
 void ChannelTally::Extremes::push(double number, double sign) {
   const auto end = numbers.begin() + static_cast<std::ptrdiff_t>(size);
-  const auto place = std::find_if(numbers.begin(), end, [&](double other) { return sign * number <= sign * other; });
-  const auto at = static_cast<std::size_t>(place - numbers.begin());
-  if (place != end && *place == number) {
+  const auto position = std::find_if(numbers.begin(), end, [&](double other) { return sign * number <= sign * other; });
+  const auto at = static_cast<std::size_t>(position - numbers.begin());
+  if (position != end && *position == number) {
     ++counts[at];
     return;
   }
@@ -94,7 +94,7 @@ void ChannelTally::add(Kind kind, std::string name, const ColumnName& column, st
                       .offset = offset});
 }
 
-std::string ChannelTally::way_out(const Column& column, double number) const {
+std::string ChannelTally::remedy(const Column& column, double number) const {
   if (!is_text_) return "expected valid = [LOW, HIGH] for this column in the map, in the file's numbers";
   return fmt::format(
       "expected missing = [\"{}\"] in [file] if it stands for no value, or valid = [LOW, HIGH] for this "
@@ -110,13 +110,13 @@ Fault ChannelTally::impossible(const Column& column, double number) const {
                        number, column.summary.column, column.scale);
   else if (std::abs(number) >= kOverload)
     what = fmt::format("{:g} of column {} is what instruments send for an overload; {}", number, column.summary.column,
-                       way_out(column, value));
+                       remedy(column, value));
   else if (column.kind == Kind::temperature)
     what = fmt::format("{:g} of column {} is {:g} °C, {}; {}", number, column.summary.column, value,
-                       value < 0 ? "below absolute zero" : "hotter than any thermometer", way_out(column, value));
+                       value < 0 ? "below absolute zero" : "hotter than any thermometer", remedy(column, value));
   else
     what = fmt::format("{:g} of column {} is {:g} °/h, faster than any gyro: is its scale {:g} right? Else {}", number,
-                       column.summary.column, value, column.scale, way_out(column, value));
+                       column.summary.column, value, column.scale, remedy(column, value));
   return {FaultKind::bad_file, "", std::move(what)};
 }
 
@@ -185,7 +185,7 @@ Result<void> ChannelTally::judge_isolated(const Column& column, const std::strin
           "furthest at {:g}",
           count, column.summary.values, column.summary.column, apart, column.summary.unit, extremes->numbers.front());
       if (is_temperature && (is_sentinel || apart >= kTooFar_k))
-        return failure(FaultKind::bad_file, file, what + "; " + way_out(column, at));
+        return failure(FaultKind::bad_file, file, what + "; " + remedy(column, at));
       notes.push_back(what);
       break;
     }

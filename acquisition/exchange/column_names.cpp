@@ -22,8 +22,8 @@ bool has_any(std::string_view text, std::initializer_list<std::string_view> part
   return std::ranges::any_of(parts, [&](std::string_view part) { return text.find(part) != std::string_view::npos; });
 }
 
-bool is_any(std::string_view text, std::initializer_list<std::string_view> words) {
-  return std::ranges::find(words, text) != words.end();
+bool is_any(std::string_view text, std::initializer_list<std::string_view> spellings) {
+  return std::ranges::find(spellings, text) != spellings.end();
 }
 
 /// Returns the position of the brackets at the end of a name that contain its unit, and not an array index; npos if
@@ -47,22 +47,22 @@ std::string_view unit_in_brackets(std::string_view name) {
   return trimmed(name.substr(bracket + 1, name.size() - bracket - 2));
 }
 
-bool is_all_digits(std::string_view word) {
-  return !word.empty() && std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
+bool is_all_digits(std::string_view spelling) {
+  return !spelling.empty() && std::ranges::all_of(spelling, [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 /// Returns whether the whole unit of a name is one of the words. The unit is the content of the brackets or, without
 /// brackets, the end of the name after a "_", "." or blank. A part of the unit does not match: "mdps" and "x_100_dps"
 /// do not match "dps", and "0.01 deg/s" does not match "deg/s".
-bool has_unit(std::string_view name, std::initializer_list<std::string_view> words) {
+bool has_unit(std::string_view name, std::initializer_list<std::string_view> spellings) {
   constexpr std::string_view kBefore = "_. ";
   auto unit = in_lower_case(unit_in_brackets(name));
   std::erase(unit, ' ');
-  if (!unit.empty()) return is_any(unit, words);
+  if (!unit.empty()) return is_any(unit, spellings);
   const auto lower = in_lower_case(name.ends_with(']') ? name.substr(0, name.rfind('[')) : name);
-  return std::ranges::any_of(words, [&](std::string_view word) {
-    if (!lower.ends_with(word)) return false;
-    const std::string_view before = std::string_view(lower).substr(0, lower.size() - word.size());
+  return std::ranges::any_of(spellings, [&](std::string_view spelling) {
+    if (!lower.ends_with(spelling)) return false;
+    const std::string_view before = std::string_view(lower).substr(0, lower.size() - spelling.size());
     if (before.empty()) return true;
     if (kBefore.find(before.back()) == std::string_view::npos) return false;
     const std::string_view rest = before.substr(0, before.size() - 1);
@@ -71,7 +71,7 @@ bool has_unit(std::string_view name, std::initializer_list<std::string_view> wor
 }
 
 /// Returns the field of "message.field", or the whole of any other name.
-std::string_view field_of(std::string_view name) { return name.substr(name.rfind('.') + 1); }
+std::string_view field_name(std::string_view name) { return name.substr(name.rfind('.') + 1); }
 
 bool is_letter_with_number(std::string_view name, char letter) {
   return !name.empty() && name.front() == letter &&
@@ -82,7 +82,7 @@ bool is_letter_with_number(std::string_view name, char letter) {
 
 bool is_temperature_name(std::string_view name) {
   const auto lower = in_lower_case(name);
-  const auto bare = in_lower_case(field_of(without_unit(name)));
+  const auto bare = in_lower_case(field_name(without_unit(name)));
   const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
   const bool is_small_t = without_unit(name) == "t";  // it means time
   return has_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
@@ -91,7 +91,7 @@ bool is_temperature_name(std::string_view name) {
 
 bool is_gyro_name(std::string_view name) {
   const auto lower = in_lower_case(name);
-  const auto bare = in_lower_case(field_of(without_unit(name)));
+  const auto bare = in_lower_case(field_name(without_unit(name)));
   if (has_any(lower, {"temp",     "time",   "device",    "error",    "clip",     "samples", "_id",
                       "count_",   "_count", "estimator", "ekf",      "xkf",      "nkf",     "_dt",
                       "integral", "_bias",  "bias_",     "setpoint", "variance", "offset",  "filter"}))
@@ -119,7 +119,7 @@ struct PrefixedUnit {
 };
 
 /// Returns every division of a text into a prefix and a unit. The first one is the whole text as a unit.
-std::vector<PrefixedUnit> parted(std::string_view text) {
+std::vector<PrefixedUnit> split_prefix(std::string_view text) {
   std::string unit(trimmed(text));
   std::vector<PrefixedUnit> ways{{1, unit}};
   const std::size_t number = unit.find_first_not_of("0123456789.eE-+");
@@ -172,7 +172,7 @@ std::optional<double> rate_unit(std::string_view text) {
 
 std::optional<double> degrees_per_hour_in(std::string_view name) {
   for (const auto& unit : units_in(name))
-    for (const auto& [factor, bare] : parted(unit))
+    for (const auto& [factor, bare] : split_prefix(unit))
       if (const auto scale = rate_unit(bare)) return factor * *scale;
   return std::nullopt;
 }
@@ -186,9 +186,9 @@ std::string temperature_unit_in(std::string_view name) {
   return std::string(unit_in_brackets(name));
 }
 
-std::optional<CelsiusScale> celsius_scale_of(std::string_view unit) {
+std::optional<CelsiusScale> celsius_scale(std::string_view unit) {
   constexpr double kZero_k = -273.15, kFahrenheit = 5.0 / 9, kZero_f = -32 * kFahrenheit;
-  for (const auto& [factor, bare] : parted(unit)) {
+  for (const auto& [factor, bare] : split_prefix(unit)) {
     const auto known = temperature_unit_in("T [" + bare + "]");
     if (known == "°C") return CelsiusScale{factor, 0};
     if (known == "K") return CelsiusScale{factor, kZero_k};
@@ -234,12 +234,12 @@ std::string axis_in(std::string_view name) {
   return last == 'x' || last == 'y' || last == 'z' ? std::string(1, last) : "";
 }
 
-std::string channel_name_of(std::string_view column) {
+std::string channel_name_for(std::string_view column) {
   constexpr std::size_t kLongest = 64;
   std::string name;
   for (const char c : without_unit(column)) {
-    const bool may_stand = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
-    if (may_stand && static_cast<unsigned char>(c) < 0x80)
+    const bool is_allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
+    if (is_allowed && static_cast<unsigned char>(c) < 0x80)
       name += c;
     else if (!name.empty() && name.back() != ' ')
       name += ' ';
@@ -248,15 +248,15 @@ std::string channel_name_of(std::string_view column) {
 }
 
 std::vector<std::size_t> gyro_columns(const std::vector<std::string>& names) {
-  const auto message_of = [](std::string_view name) { return name.substr(0, name.rfind('.')); };
-  const auto says_gyro = [](const std::string& name) { return has_any(in_lower_case(name), {"gyr"}); };
-  const bool any_says_gyro =
-      std::ranges::any_of(names, [&](const std::string& name) { return is_gyro_name(name) && says_gyro(name); });
+  const auto message_name = [](std::string_view name) { return name.substr(0, name.rfind('.')); };
+  const auto contains_gyro = [](const std::string& name) { return has_any(in_lower_case(name), {"gyr"}); };
+  const bool any_contains_gyro =
+      std::ranges::any_of(names, [&](const std::string& name) { return is_gyro_name(name) && contains_gyro(name); });
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!is_gyro_name(names[i]) || (any_says_gyro && !says_gyro(names[i]))) continue;
+    if (!is_gyro_name(names[i]) || (any_contains_gyro && !contains_gyro(names[i]))) continue;
     const bool is_of_a_message = names[i].find('.') != std::string::npos;
-    if (is_of_a_message && !found.empty() && message_of(names[i]) != message_of(names[found.front()])) continue;
+    if (is_of_a_message && !found.empty() && message_name(names[i]) != message_name(names[found.front()])) continue;
     found.push_back(i);
   }
   return found;

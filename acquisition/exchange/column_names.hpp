@@ -38,7 +38,7 @@ struct CelsiusScale {
 };
 /// Returns the scale of a temperature unit with an optional prefix or factor: "°C", "mK", "0.01 °C", "°F". Nothing for
 /// an unknown unit.
-[[nodiscard]] std::optional<CelsiusScale> celsius_scale_of(std::string_view unit);
+[[nodiscard]] std::optional<CelsiusScale> celsius_scale(std::string_view unit);
 
 /// Returns the unit of a time in a name: "s", "ms", "us", "ns", "min", "h", "d" for all of their spellings, or the
 /// unknown text in brackets. Returns an empty text if the name has no unit.
@@ -47,7 +47,7 @@ struct CelsiusScale {
 [[nodiscard]] std::string axis_in(std::string_view name);
 
 /// Returns a permitted channel name for a column. Removes the unit and characters that are not allowed.
-[[nodiscard]] std::string channel_name_of(std::string_view column);
+[[nodiscard]] std::string channel_name_for(std::string_view column);
 
 /// Returns true if numbers of that name are increments since the row before: "pulses", "dtheta_x".
 [[nodiscard]] bool is_increment_name(std::string_view name);

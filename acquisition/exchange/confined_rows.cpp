@@ -41,9 +41,9 @@ class RowWriter {
     const RowHead head{row.time.count(), row.utc.value_or(Duration{}).count(), row.utc.has_value()};
     rows_.append(reinterpret_cast<const char*>(&head), sizeof head);
     rows_.append(reinterpret_cast<const char*>(row.numbers.data()), row.numbers.size_bytes());
-    if (rows_.size() + size_of_row(row.numbers.size()) > kLargestRows) hand_over();
+    if (rows_.size() + size_of_row(row.numbers.size()) > kLargestRows) send();
   }
-  void hand_over() {
+  void send() {
     if (!rows_.empty()) write(MessageKind::rows, rows_);
     rows_.clear();
   }
@@ -67,7 +67,7 @@ void read_in_child(int line, const ReadInSteps& read, const ReadingLimits& limit
         return {};
       },
       [&] { allow_processor_time(limits.processor_time); });
-  writer.hand_over();
+  writer.send();
   if (done) return writer.write(MessageKind::end, "");
   const Fault& fault = done.error();
   writer.write(MessageKind::fault, std::string(1, static_cast<char>(fault.kind)) + fault.where + '\0' + fault.what);
@@ -87,12 +87,12 @@ class RowReader {
       std::uint64_t size = 0;
       std::memcpy(&size, head.data() + 1, sizeof size);
       const auto kind = static_cast<MessageKind>(head[0]);
-      if (size > std::max(kLargestRows + size_of_row(numbers_.size()), kLargestFault)) return no_message();
+      if (size > std::max(kLargestRows + size_of_row(numbers_.size()), kLargestFault)) return malformed_message();
       content_.resize(size);
       if (auto got = fill(content_.data(), size); !got) return got;
       if (kind == MessageKind::end && size == 0) return {};
       if (kind == MessageKind::fault) return fault();
-      if (kind != MessageKind::rows) return no_message();
+      if (kind != MessageKind::rows) return malformed_message();
       if (auto taken = take_rows(); !taken) return taken;
     }
   }
@@ -101,14 +101,14 @@ class RowReader {
   tl::unexpected<Fault> refused(const std::string& what) const {
     return failure(FaultKind::bad_file, path_, fmt::format("cannot be read: {} {}", library_, what));
   }
-  tl::unexpected<Fault> no_message() const { return refused("was overwritten by the file while it read it"); }
+  tl::unexpected<Fault> malformed_message() const { return refused("was overwritten by the file while it read it"); }
 
   Result<void> fill(char* bytes, std::size_t size) {
     while (size > 0) {
       if (!ready(child_.output(), POLLIN, Deadline(limits_.silence)))
         return refused(fmt::format("gave no row for {:g} s", to_seconds(limits_.silence)));
       const auto got = read_some(child_.output(), bytes, size);
-      if (got <= 0) return refused(reason_of_end());
+      if (got <= 0) return refused(end_reason());
       bytes += got;
       size -= static_cast<std::size_t>(got);
     }
@@ -116,7 +116,7 @@ class RowReader {
   }
 
   /// Returns the reason why the child ended before its last message.
-  std::string reason_of_end() {
+  std::string end_reason() {
     const auto status = child_.wait(std::chrono::seconds(10));
     if (!status) return "closed its line, and does not end";
     if (WIFEXITED(*status) && WEXITSTATUS(*status) == kNoMemoryLeft)
@@ -128,16 +128,17 @@ class RowReader {
   }
 
   Result<void> fault() const {
-    const auto end_of_place = content_.find('\0', 1);
+    const auto end_of_where = content_.find('\0', 1);
     const auto kind = content_.empty() ? -1 : content_.front();
-    if (end_of_place == std::string::npos || kind < 0 || kind > static_cast<int>(FaultKind::usage)) return no_message();
-    return failure(static_cast<FaultKind>(kind), content_.substr(1, end_of_place - 1),
-                   content_.substr(end_of_place + 1));
+    if (end_of_where == std::string::npos || kind < 0 || kind > static_cast<int>(FaultKind::usage))
+      return malformed_message();
+    return failure(static_cast<FaultKind>(kind), content_.substr(1, end_of_where - 1),
+                   content_.substr(end_of_where + 1));
   }
 
   Result<void> take_rows() {
     const std::size_t row_size = size_of_row(numbers_.size());
-    if (content_.empty() || content_.size() % row_size != 0) return no_message();
+    if (content_.empty() || content_.size() % row_size != 0) return malformed_message();
     for (std::size_t at = 0; at < content_.size(); at += row_size, ++row_) {
       RowHead head;
       std::memcpy(&head, content_.data() + at, sizeof head);

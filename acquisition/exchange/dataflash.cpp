@@ -48,8 +48,8 @@ constexpr std::array<FormatCharacter, 21> kFormatCharacters{{{'a', 64},
                                                              {'Q', 8, NumberType::uint64}}};
 
 /// Returns a text of fixed size, up to its first NUL.
-std::string_view text_at(std::string_view message, std::size_t place, std::size_t bytes) {
-  const auto text = message.substr(place, bytes);
+std::string_view text_at(std::string_view message, std::size_t offset, std::size_t bytes) {
+  const auto text = message.substr(offset, bytes);
   return text.substr(0, text.find('\0'));
 }
 
@@ -73,24 +73,24 @@ std::optional<Kind> parse_kind(std::string_view message) {
   constexpr std::size_t kLength = 4, kName = 5, kFormat = 9, kLabels = 25;
   Kind kind{.name = std::string(text_at(message, kName, 4)), .size = static_cast<unsigned char>(message[kLength])};
   std::string_view labels = text_at(message, kLabels, 64);
-  std::size_t place = kHeadSize;
+  std::size_t offset = kHeadSize;
   for (const char character : text_at(message, kFormat, 16)) {
     const auto found = std::ranges::find(kFormatCharacters, character, &FormatCharacter::character);
     if (found == kFormatCharacters.end() || labels.empty()) return std::nullopt;
     const std::size_t end = std::min(labels.find(','), labels.size());
     kind.all.push_back({.name = std::string(labels.substr(0, end)),
-                        .place = place,
+                        .offset = offset,
                         .type = found->type.value_or(NumberType::uint8),
                         .scale = found->scale});
     kind.is_number.push_back(found->type.has_value());
-    place += found->bytes;
+    offset += found->bytes;
     labels.remove_prefix(std::min(end + 1, labels.size()));
   }
-  return place == kind.size && labels.empty() && !kind.name.empty() ? std::optional(kind) : std::nullopt;
+  return offset == kind.size && labels.empty() && !kind.name.empty() ? std::optional(kind) : std::nullopt;
 }
 
 /// Returns the time field of a kind, scaled to microseconds.
-std::optional<LogField> time_of(const Kind& kind) {
+std::optional<LogField> time_field(const Kind& kind) {
   constexpr double kMillisecond = 1000;
   for (std::size_t i = 0; i < kind.all.size(); ++i) {
     if (!kind.is_number[i]) continue;
@@ -117,7 +117,7 @@ class DataflashReader {
       const auto message = next_message();
       if (!message) return failure(message.error());
       if (message->empty()) return reading_.finish(bytes_.name());
-      if (!looked_ahead_ && is_untold(*message)) {
+      if (!looked_ahead_ && has_unknown_sensor(*message)) {
         if (auto looked = look_ahead(); !looked) return looked;
         continue;
       }
@@ -132,9 +132,9 @@ class DataflashReader {
     if (strays_ > 0) notes.push_back(fmt::format("{} bytes that belong to no message were passed over", strays_));
     if (reading_.damaged() > 0)
       notes.push_back(fmt::format("{} messages are damaged and were left out", reading_.damaged()));
-    if (untold_ > 0)
+    if (unassigned_ > 0)
       notes.push_back(
-          fmt::format("{} messages came before it was told which sensor they are of, and were left out", untold_));
+          fmt::format("{} messages came before it was told which sensor they are of, and were left out", unassigned_));
     return notes;
   }
   const LogReading& reading() const { return reading_; }
@@ -170,18 +170,18 @@ class DataflashReader {
     }
     Kind& kind = *kinds_[number];
     if (kind.name == "FMTU") (void)read_units(kind, message);
-    if (!numbered_later_.empty() && is_untold(message) && numbered_later_.contains(told_[number])) {
-      ++untold_;
+    if (!numbered_later_.empty() && has_unknown_sensor(message) && numbered_later_.contains(definitions_[number])) {
+      ++unassigned_;
       return {};
     }
-    const auto series = series_of(kind, message);
+    const auto series = find_series(kind, message);
     if (!series) return failure(series.error());
     return *series ? reading_.take(**series, message, bytes_.name(), bytes_.passed()) : Result<void>{};
   }
 
   /// Returns whether the units of a message with a column of the map are still unknown. They may define a sensor
   /// number.
-  bool is_untold(std::string_view message) const {
+  bool has_unknown_sensor(std::string_view message) const {
     const auto& kind = kinds_[static_cast<unsigned char>(message[2])];
     return kind && !kind->has_units && reading_.wants(kind->name);
   }
@@ -194,7 +194,7 @@ class DataflashReader {
     const auto here = bytes_.passed();
     const auto strays = strays_;
     const auto kinds = kinds_;
-    const auto told = told_;
+    const auto definitions = definitions_;
     while (true) {
       const auto message = next_message();
       if (!message) return failure(message.error());
@@ -203,31 +203,31 @@ class DataflashReader {
       if (number == kFormatKind) read_format(*message);
       if (number != kFormatKind && kinds_[number]->name == "FMTU")
         if (const auto of = read_units(*kinds_[number], *message); of && kinds_[*of]->sensor)
-          numbered_later_.insert(told_[*of]);
+          numbered_later_.insert(definitions_[*of]);
       bytes_.pass(message->size());
     }
     strays_ = strays;
     kinds_ = kinds;
-    told_ = told;
+    definitions_ = definitions;
     return bytes_.go_back(here);
   }
 
   /// Reads the definition of a kind. Ignores an identical repetition.
   void read_format(std::string_view message) {
     auto& known = kinds_[static_cast<unsigned char>(message[3])];
-    auto& told = told_[static_cast<unsigned char>(message[3])];
-    if (message == told) return;
-    told = message;
+    auto& definition = definitions_[static_cast<unsigned char>(message[3])];
+    if (message == definition) return;
+    definition = message;
     known = parse_kind(message);
   }
 
   /// Reads the units of a kind and returns the number of the kind, or nothing if they are not valid.
   std::optional<unsigned char> read_units(const Kind& units, std::string_view message) {
-    const auto place = [&](const char* name) -> std::optional<std::size_t> {
+    const auto offset = [&](const char* name) -> std::optional<std::size_t> {
       const auto field = std::ranges::find(units.all, name, &LogField::name);
-      return field == units.all.end() ? std::nullopt : std::optional(field->place);
+      return field == units.all.end() ? std::nullopt : std::optional(field->offset);
     };
-    const auto of = place("FmtType"), ids = place("UnitIds");
+    const auto of = offset("FmtType"), ids = offset("UnitIds");
     constexpr std::size_t kIds = 16;
     if (!of || !ids || *ids + kIds > message.size()) return std::nullopt;
     const auto number = static_cast<unsigned char>(message[*of]);
@@ -240,14 +240,14 @@ class DataflashReader {
   }
 
   /// Returns the series of a message, or nothing if it has no time.
-  Result<std::optional<std::size_t>> series_of(Kind& kind, std::string_view message) {
+  Result<std::optional<std::size_t>> find_series(Kind& kind, std::string_view message) {
     std::uint64_t sensor = 0;
     if (kind.sensor) {
       const LogField& field = kind.all[*kind.sensor];
-      sensor = whole_number_at(message, field.place, size_of(field.type));
+      sensor = whole_number_at(message, field.offset, size_of(field.type));
     }
     if (const auto known = kind.series.find(sensor); known != kind.series.end()) return known->second;
-    const auto time = time_of(kind);
+    const auto time = time_field(kind);
     if (!time || sensor >= kMostSensors) return std::nullopt;
     LogSeries series{.message = kind.name, .instance = static_cast<unsigned>(sensor), .time = *time, .size = kind.size};
     for (std::size_t i = 0; i < kind.all.size(); ++i)
@@ -260,8 +260,8 @@ class DataflashReader {
   Bytes bytes_;
   LogReading reading_;
   std::array<std::optional<Kind>, 256> kinds_{};
-  std::array<std::string, 256> told_{};
-  std::size_t strays_{}, untold_{};
+  std::array<std::string, 256> definitions_{};
+  std::size_t strays_{}, unassigned_{};
   bool looked_ahead_ = false;
   /// The FMT of kinds for which look_ahead() found a sensor number.
   std::set<std::string> numbered_later_{};
@@ -279,7 +279,7 @@ Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& t
   return reader.read().map([&] { return reader.notes(); });
 }
 
-Result<std::vector<LogColumn>> columns_of_dataflash(Bytes bytes) {
+Result<std::vector<LogColumn>> read_dataflash_columns(Bytes bytes) {
   DataflashReader reader(std::move(bytes), LogReading());
   return reader.read().map([&] { return reader.reading().published(); });
 }

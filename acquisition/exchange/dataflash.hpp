@@ -22,7 +22,7 @@ namespace gyrotherm::exchange {
 [[nodiscard]] Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
 /// Returns every column of a log, in order of its series.
-[[nodiscard]] Result<std::vector<LogColumn>> columns_of_dataflash(Bytes bytes);
+[[nodiscard]] Result<std::vector<LogColumn>> read_dataflash_columns(Bytes bytes);
 
 /// Returns whether a file with this beginning is a DataFlash log.
 [[nodiscard]] bool is_dataflash(std::string_view beginning);

@@ -30,7 +30,7 @@ std::int64_t number_of_stretch(const Record& record, std::size_t row, Duration e
   return time / every - (time % every < Duration{} ? 1 : 0);
 }
 
-std::vector<Stretch> stretches_of(const Record& record, const ExportChoice& choice) {
+std::vector<Stretch> make_stretches(const Record& record, const ExportChoice& choice) {
   std::vector<Stretch> stretches;
   const bool together = choice.every > Duration{};
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
@@ -46,7 +46,7 @@ std::vector<Stretch> stretches_of(const Record& record, const ExportChoice& choi
 }
 
 /// Returns the part of a column in a stretch; empty if the record does not have the column.
-std::span<const double> part_of(const std::vector<double>& column, const Stretch& stretch) {
+std::span<const double> part_in(const std::vector<double>& column, const Stretch& stretch) {
   if (column.size() < stretch.end) return {};
   return std::span(column).subspan(stretch.first, stretch.end - stretch.first);
 }
@@ -72,7 +72,7 @@ double mean(std::span<const double> numbers) {
   return count > 0 ? sum / count : kMissing;
 }
 
-double sum_of(std::span<const double> numbers) {
+double sum_or_missing(std::span<const double> numbers) {
   const auto [sum, count] = total(numbers);
   return count > 0 ? sum : kMissing;
 }
@@ -82,13 +82,13 @@ double sum_of(std::span<const double> numbers) {
 double sum_of_pulses(std::span<const double> pulses, std::span<const double> intervals) {
   for (std::size_t i = 0; i < std::min(pulses.size(), intervals.size()); ++i)
     if (std::isnan(pulses[i]) && !std::isnan(intervals[i])) return kMissing;
-  return sum_of(pulses);
+  return sum_or_missing(pulses);
 }
 
-class Choosing {
+class RowSelection {
  public:
-  Choosing(const Record& record, const ExportChoice& choice)
-      : record_(record), stretches_(stretches_of(record, choice)) {}
+  RowSelection(const Record& record, const ExportChoice& choice)
+      : record_(record), stretches_(make_stretches(record, choice)) {}
 
   Record chosen() const {
     Record chosen;
@@ -102,7 +102,7 @@ class Choosing {
     chosen.chamber_air_c = means(record_.chamber_air_c);
     chosen.chamber_set_point_c = means(record_.chamber_set_point_c);
     for (const auto& column : record_.thermometers_c) chosen.thermometers_c.push_back(means(column));
-    for (std::size_t unit = 0; unit < record_.units.size(); ++unit) chosen.units.push_back(unit_of(unit));
+    for (std::size_t unit = 0; unit < record_.units.size(); ++unit) chosen.units.push_back(combine_unit(unit));
     chosen.progress = firsts(record_.progress);
     chosen.state = firsts(record_.state);
     chosen.last_utc = record_.last_utc;
@@ -112,10 +112,10 @@ class Choosing {
   }
 
  private:
-  std::vector<double> each(const auto& number_of) const {
+  std::vector<double> each(const auto& value_in) const {
     std::vector<double> column;
     column.reserve(stretches_.size());
-    for (const Stretch& stretch : stretches_) column.push_back(number_of(stretch));
+    for (const Stretch& stretch : stretches_) column.push_back(value_in(stretch));
     return column;
   }
 
@@ -130,7 +130,7 @@ class Choosing {
 
   std::vector<double> means(const std::vector<double>& column) const {
     if (column.empty()) return {};
-    return each([&](const Stretch& stretch) { return mean(part_of(column, stretch)); });
+    return each([&](const Stretch& stretch) { return mean(part_in(column, stretch)); });
   }
 
   template <class T>
@@ -141,7 +141,7 @@ class Choosing {
     return first;
   }
 
-  record::UnitColumns unit_of(std::size_t index) const {
+  record::UnitColumns combine_unit(std::size_t index) const {
     const auto& columns = record_.units[index];
     const auto& axes = record_.info.units[index].axes;
     record::UnitColumns unit;
@@ -150,11 +150,12 @@ class Choosing {
       const bool counts = axes[axis].kind == GyroKind::pulse_count;
       unit.rotation.push_back(each([&](const Stretch& stretch) {
         if (!is_in_one_position(stretch)) return kMissing;
-        const auto part = part_of(rotation, stretch);
-        return counts ? sum_of_pulses(part, part_of(columns.interval_s, stretch)) : mean(part);
+        const auto part = part_in(rotation, stretch);
+        return counts ? sum_of_pulses(part, part_in(columns.interval_s, stretch)) : mean(part);
       }));
     }
-    unit.interval_s = each([&](const Stretch& stretch) { return sum_of(part_of(columns.interval_s, stretch)); });
+    unit.interval_s =
+        each([&](const Stretch& stretch) { return sum_or_missing(part_in(columns.interval_s, stretch)); });
     for (const auto& column : columns.values) unit.values.push_back(means(column));
     for (const auto& column : columns.true_bias_deg_per_h) unit.true_bias_deg_per_h.push_back(means(column));
     return unit;
@@ -188,10 +189,10 @@ Result<void> check_choice(const ExportChoice& choice, const RunInfo& info) {
 
 Record chosen_rows(Record record, const ExportChoice& choice) {
   const bool is_all = !choice.from && !choice.to && choice.every == Duration{};
-  return is_all ? record : Choosing(record, choice).chosen();
+  return is_all ? record : RowSelection(record, choice).chosen();
 }
 
-std::vector<double> temperatures_of(const record::Record& record, std::size_t thermometer) {
+std::vector<double> calibrated_temperatures(const record::Record& record, std::size_t thermometer) {
   std::vector<double> temperatures = record.thermometers_c[thermometer];
   for (double& temperature : temperatures)
     temperature = record::calibrated(record.info.thermometers[thermometer], {temperature}).value;

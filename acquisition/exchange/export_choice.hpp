@@ -36,7 +36,7 @@ struct ExportChoice {
 [[nodiscard]] record::Record chosen_rows(record::Record record, const ExportChoice& choice);
 
 /// Returns the calibrated temperatures of a thermometer in °C; NaN if there was no reading.
-[[nodiscard]] std::vector<double> temperatures_of(const record::Record& record, std::size_t thermometer);
+[[nodiscard]] std::vector<double> calibrated_temperatures(const record::Record& record, std::size_t thermometer);
 
 /// Returns the rate about an axis in °/h, including the Earth rate; NaN if there is none.
 [[nodiscard]] std::vector<double> rates_of(const record::Record& record, std::size_t unit, std::size_t axis);

@@ -25,7 +25,7 @@ namespace {
 constexpr std::int64_t kLongest_s = std::numeric_limits<std::int64_t>::max() / 4;  // the sum of two must fit
 
 /// Returns the equal time with a part between zero and a second.
-CountedTime in_order(std::int64_t seconds, Duration part) {
+CountedTime normalised(std::int64_t seconds, Duration part) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(part);
   return {seconds + whole.count(), part - whole};
 }
@@ -35,10 +35,10 @@ CountedTime counted(std::int64_t whole, double fraction, Duration unit) {
   const Duration part = from_seconds(fraction * to_seconds(unit));
   if (unit < kSecond) {
     const std::int64_t in_a_second = kSecond / unit;
-    return in_order(whole / in_a_second, unit * (whole % in_a_second) + part);
+    return normalised(whole / in_a_second, unit * (whole % in_a_second) + part);
   }
   const std::int64_t seconds = unit / kSecond, longest = kLongest_s / seconds;
-  return in_order(std::clamp(whole, -longest, longest) * seconds, part);
+  return normalised(std::clamp(whole, -longest, longest) * seconds, part);
 }
 
 struct Decimal {
@@ -80,7 +80,7 @@ bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) >= 0x80;
 }
 
-int number_of(std::string_view digits) {
+int parse_digits(std::string_view digits) {
   constexpr int kNone = -1;
   int number = kNone;
   const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), number);
@@ -101,7 +101,7 @@ class Front {
     if (width_ == Width::at_most && there > digits) return std::nullopt;
     if (width_ == Width::at_most) digits = there;
     if (digits == 0 || there < digits) return std::nullopt;
-    const int number = number_of(take(digits));
+    const int number = parse_digits(take(digits));
     return number <= most ? std::optional(number) : std::nullopt;
   }
   std::string_view digits() {
@@ -119,7 +119,7 @@ class Front {
     return Duration(sum);
   }
   /// Removes the next character if it is one of `characters`.
-  bool next_is(std::string_view characters) {
+  bool take_if(std::string_view characters) {
     if (rest_.empty() || characters.find(rest_.front()) == std::string_view::npos) return false;
     rest_.remove_prefix(1);
     return true;
@@ -147,10 +147,10 @@ struct Date {
 };
 
 /// Returns the time of a date. Returns nothing if the date does not exist or is outside the range of a record.
-std::optional<CivilTime> civil(const Date& said, Duration of_day) {
+std::optional<CivilTime> civil(const Date& given, Duration of_day) {
   constexpr int kFirstYear = 1970, kLastYear = 2115;
-  const auto date = said.gregorian();
-  if (said.year < kFirstYear || said.year > kLastYear || !date.ok()) return std::nullopt;
+  const auto date = given.gregorian();
+  if (given.year < kFirstYear || given.year > kLastYear || !date.ok()) return std::nullopt;
   return CivilTime{.reading = std::chrono::sys_days(date).time_since_epoch() + of_day};
 }
 
@@ -161,31 +161,31 @@ constexpr int kEndOfDay = 24;
 /// Removes hours and minutes, and optional seconds with a fraction after one of the marks.
 std::optional<Duration> clock_time(Front& front, int most_hours, std::string_view marks) {
   const auto hour = front.number(2, most_hours);
-  if (!hour || !front.next_is(":")) return std::nullopt;
+  if (!hour || !front.take_if(":")) return std::nullopt;
   const auto minute = front.number(2, 59);
   if (!minute) return std::nullopt;
   const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
-  if (!front.next_is(":")) return whole;
+  if (!front.take_if(":")) return whole;
   const auto second = front.number(2, 60);  // 60 is a leap second
   if (!second) return std::nullopt;
-  return whole + std::chrono::seconds(*second) + (front.next_is(marks) ? front.fraction() : Duration{});
+  return whole + std::chrono::seconds(*second) + (front.take_if(marks) ? front.fraction() : Duration{});
 }
 
 /// Removes the time of day, at most 24:00. It may be missing at the end of the text.
 std::optional<Duration> time_of_day(Front& front) {
   if (front.rest().empty()) return Duration{};
-  if (!front.next_is("T ")) return std::nullopt;
+  if (!front.take_if("T ")) return std::nullopt;
   const bool is_its_end = front.rest().starts_with("24");
   const auto time = clock_time(front, kEndOfDay, ".,");
   return is_its_end && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
 }
 
 /// Removes "2026-03-01". The date may not exist.
-std::optional<Date> date_of(Front& front) {
+std::optional<Date> take_date(Front& front) {
   const auto year = front.number(4, 9999);
-  if (!year || !front.next_is("-")) return std::nullopt;
+  if (!year || !front.take_if("-")) return std::nullopt;
   const auto month = front.number(2, 12);
-  if (!month || !front.next_is("-")) return std::nullopt;
+  if (!month || !front.take_if("-")) return std::nullopt;
   const auto day = front.number(2, 31);
   return day ? std::optional(Date{*year, *month, *day}) : std::nullopt;
 }
@@ -202,7 +202,7 @@ std::optional<Duration> loose_zone(std::string_view text) {
 }
 
 /// Returns the days since 1970-01-01 of a Julian date, or nothing if the date does not exist.
-std::optional<std::int64_t> days_of_julian(const Date& date) {
+std::optional<std::int64_t> julian_days(const Date& date) {
   const auto& [year, month, day] = date;
   constexpr std::array<int, 12> kDays{31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   const bool is_29_february = month == 2 && day == 29;
@@ -215,10 +215,10 @@ std::optional<std::int64_t> days_of_julian(const Date& date) {
   return of_years + (153 * since_march + 2) / 5 + day - 1 - kDaysBefore1970;
 }
 
-std::optional<std::int64_t> days_since_1970(const Date& said, EarlyDays early) {
-  const auto date = said.gregorian();
+std::optional<std::int64_t> days_since_1970(const Date& given, EarlyDays early) {
+  const auto date = given.gregorian();
   constexpr std::chrono::year_month_day kReform{std::chrono::year(1582), std::chrono::October, std::chrono::day(15)};
-  if (early == EarlyDays::julian && date < kReform) return days_of_julian(said);
+  if (early == EarlyDays::julian && date < kReform) return julian_days(given);
   if (!date.ok()) return std::nullopt;
   return std::chrono::sys_days(date).time_since_epoch().count();
 }
@@ -226,7 +226,7 @@ std::optional<std::int64_t> days_since_1970(const Date& said, EarlyDays early) {
 // Times in local notations.
 
 /// Returns the month whose name begins a word; 0 if there is none. The names of the five languages do not conflict.
-int month_called(std::string_view word) {
+int month_named(std::string_view word) {
   static constexpr std::array<std::pair<std::string_view, int>, 38> kNames{
       {{"jan", 1},  {"jän", 1},  {"ene", 1},  {"gen", 1},  {"feb", 2},  {"fev", 2},  {"fév", 2},  {"mar", 3},
        {"mär", 3},  {"mrz", 3},  {"mae", 3},  {"apr", 4},  {"avr", 4},  {"abr", 4},  {"may", 5},  {"mai", 5},
@@ -258,7 +258,7 @@ char half_of_day(Front& front) {
     const bool is_word =
         lower.starts_with(word) && (lower.size() == word.size() || word.size() == 4 || !is_letter(lower[word.size()]));
     if (!is_word) continue;
-    for (std::size_t i = 0; i < word.size(); ++i) (void)ahead.next_is("aApPmM.");
+    for (std::size_t i = 0; i < word.size(); ++i) (void)ahead.take_if("aApPmM.");
     front = ahead;
     return word.front();
   }
@@ -278,9 +278,9 @@ std::optional<Duration> time_in(int hour, int minute, int second, Duration part,
 /// Parses "hhmm" or "hhmmss", and removes a fraction from the front.
 std::optional<Duration> compact_clock(std::string_view digits, Front& front) {
   if (digits.size() != 4 && digits.size() != 6) return std::nullopt;
-  const int second = digits.size() == 6 ? number_of(digits.substr(4)) : 0;
-  const Duration part = front.next_is(".,") ? front.fraction() : Duration{};
-  return time_in(number_of(digits.substr(0, 2)), number_of(digits.substr(2, 2)), second, part, 0);
+  const int second = digits.size() == 6 ? parse_digits(digits.substr(4)) : 0;
+  const Duration part = front.take_if(".,") ? front.fraction() : Duration{};
+  return time_in(parse_digits(digits.substr(0, 2)), parse_digits(digits.substr(2, 2)), second, part, 0);
 }
 
 /// Removes a time of day from the front.
@@ -290,24 +290,24 @@ std::optional<Duration> take_clock(Front& front) {
   const auto first = front.digits();
   if (first.size() > 2) return compact_clock(first, front);
   const bool has_points = front.rest().starts_with('.');  // Finnish and some loggers
-  if (first.empty() || !front.next_is(has_points ? "." : ":hH")) return std::nullopt;
+  if (first.empty() || !front.take_if(has_points ? "." : ":hH")) return std::nullopt;
   const auto minute = front.digits();
   if (minute.size() != 2) return std::nullopt;
   int second = 0;
   Duration part{};
-  if (front.next_is(has_points ? "." : ":mM'")) {
+  if (front.take_if(has_points ? "." : ":mM'")) {
     const auto seconds = front.digits();
     if (seconds.size() != 2) return std::nullopt;
-    second = number_of(seconds);
-    if (front.next_is(has_points ? ",." : ".,:")) part = front.fraction();
+    second = parse_digits(seconds);
+    if (front.take_if(has_points ? ",." : ".,:")) part = front.fraction();
   }
   if (half == 0) half = half_of_day(front);
-  return time_in(number_of(first), number_of(minute), second, part, half);
+  return time_in(parse_digits(first), parse_digits(minute), second, part, half);
 }
 
 int whole_year(std::string_view digits) {
   constexpr int kCentury = 100, kFirst = 70, kNone = -1;
-  const int number = number_of(digits);
+  const int number = parse_digits(digits);
   if (digits.size() == 4) return number;
   if (digits.size() != 2) return kNone;
   return number + (number < kFirst ? 2000 : 2000 - kCentury);
@@ -319,16 +319,16 @@ std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, Date
     if (parts[i].empty() || is_digit(parts[i].front())) continue;
     const auto& other = parts[1 - i];
     const bool year_is_last = other.size() <= 2;
-    return Date{whole_year(year_is_last ? parts[2] : other), month_called(parts[i]),
-                number_of(year_is_last ? other : parts[2])};
+    return Date{whole_year(year_is_last ? parts[2] : other), month_named(parts[i]),
+                parse_digits(year_is_last ? other : parts[2])};
   }
   if (parts[0].size() == 4 || order == DateOrder::year_first)
     return order == DateOrder::year_first
-               ? std::optional(Date{whole_year(parts[0]), number_of(parts[1]), number_of(parts[2])})
+               ? std::optional(Date{whole_year(parts[0]), parse_digits(parts[1]), parse_digits(parts[2])})
                : std::nullopt;
   const bool day_first = order == DateOrder::day_first;
   if (parts[0].size() > 2 || parts[1].size() > 2) return std::nullopt;
-  return Date{whole_year(parts[2]), number_of(parts[day_first ? 1 : 0]), number_of(parts[day_first ? 0 : 1])};
+  return Date{whole_year(parts[2]), parse_digits(parts[day_first ? 1 : 0]), parse_digits(parts[day_first ? 0 : 1])};
 }
 
 /// Removes "01.03.2026", "3/1/26", "1-Mar-2026", "Mar 1, 2026" or "1. März 2026" from the front.
@@ -343,11 +343,11 @@ std::optional<Date> take_day(Front& front, DateOrder order) {
     if (i == 2) break;
     const char next = front.rest().empty() ? ' ' : front.rest().front();
     const bool has_word = !is_digit(parts[0].front()) || (i == 1 && !is_digit(parts[1].front()));
-    if (!front.next_is("./-, ")) return std::nullopt;
+    if (!front.take_if("./-, ")) return std::nullopt;
     if (i == 1 && next != separator && !has_word) return std::nullopt;
     separator = next;
     front.pass_blanks();
-    if (!is_digit(parts[i].front())) (void)front.next_is("./-,");
+    if (!is_digit(parts[i].front())) (void)front.take_if("./-,");
     front.pass_blanks();
   }
   return date_from(parts, order);
@@ -358,13 +358,14 @@ std::optional<CivilTime> compact_time(Front& front) {
   constexpr std::size_t kDate = 8;
   const auto digits = front.digits();
   if (digits.size() != kDate && digits.size() != kDate + 4 && digits.size() != kDate + 6) return std::nullopt;
-  const Date day{number_of(digits.substr(0, 4)), number_of(digits.substr(4, 2)), number_of(digits.substr(6, 2))};
+  const Date day{parse_digits(digits.substr(0, 4)), parse_digits(digits.substr(4, 2)),
+                 parse_digits(digits.substr(6, 2))};
   if (digits.size() > kDate) {
     const auto of_day = compact_clock(digits.substr(kDate), front);
     return of_day ? civil(day, *of_day) : std::nullopt;
   }
   if (front.rest().empty()) return civil(day, {});
-  if (!front.next_is("Tt_- ")) return std::nullopt;
+  if (!front.take_if("Tt_- ")) return std::nullopt;
   const auto of_day = take_clock(front);
   return of_day ? civil(day, *of_day) : std::nullopt;
 }
@@ -383,28 +384,28 @@ bool take_zone(Front& front, CivilTime& time) {
 }
 
 /// Removes "Mar  1 08:00:10 2026", the C notation after the day of the week.
-std::optional<CivilTime> time_of_c(Front front) {
-  const int month = month_called(front.word());
+std::optional<CivilTime> take_c_time(Front front) {
+  const int month = month_named(front.word());
   front.pass_blanks();
-  const int day = number_of(front.digits());
+  const int day = parse_digits(front.digits());
   front.pass_blanks();
   const auto of_day = take_clock(front);
   front.pass_blanks();
   const auto year = front.digits();
   if (month == 0 || !of_day || year.size() != 4 || !front.rest().empty()) return std::nullopt;
-  return civil({number_of(year), month, day}, *of_day);
+  return civil({parse_digits(year), month, day}, *of_day);
 }
 
 std::optional<CivilTime> parse_dated(Front front, DateOrder order) {
-  if (const auto time = time_of_c(front)) return time;
+  if (const auto time = take_c_time(front)) return time;
   Front compact = front;
   if (auto time = compact_time(compact); time && take_zone(compact, *time)) return time;
   const auto day = take_day(front, order);
   if (!day) return std::nullopt;
-  (void)front.next_is(".");  // after a Hungarian day
+  (void)front.take_if(".");  // after a Hungarian day
   front.pass_blanks();
   if (front.rest().empty()) return civil(*day, {});
-  (void)front.next_is("Tt,_-");
+  (void)front.take_if("Tt,_-");
   front.pass_blanks();
   const auto of_day = take_clock(front);
   if (!of_day) return std::nullopt;
@@ -436,7 +437,7 @@ std::optional<Duration> between(const CountedTime& first, const CountedTime& sec
   return std::chrono::abs(time) <= kLongestForeignTime ? std::optional(time) : std::nullopt;
 }
 
-std::optional<Duration> utc_of(const CountedTime& since_1970) {
+std::optional<Duration> to_utc(const CountedTime& since_1970) {
   constexpr std::int64_t kBeyond_s = std::int64_t{1} << 33;
   if (since_1970.seconds < 0 || since_1970.seconds >= kBeyond_s) return std::nullopt;
   const Duration utc = kSecond * since_1970.seconds + since_1970.part;
@@ -444,17 +445,17 @@ std::optional<Duration> utc_of(const CountedTime& since_1970) {
 }
 
 CountedTime operator+(const CountedTime& a, const CountedTime& b) {
-  return in_order(a.seconds + b.seconds, a.part + b.part);
+  return normalised(a.seconds + b.seconds, a.part + b.part);
 }
 
 std::optional<Duration> parse_zone(std::string_view text) {
   if (text == "Z" || text == "z") return Duration{};
   Front front(text);
   const bool behind = text.starts_with('-');
-  if (!front.next_is("+-")) return std::nullopt;
+  if (!front.take_if("+-")) return std::nullopt;
   const auto hours = front.number(2, 23);
   if (!hours) return std::nullopt;
-  (void)front.next_is(":");
+  (void)front.take_if(":");
   const auto minutes = front.rest().empty() ? std::optional(0) : front.number(2, 59);
   if (!minutes || !front.rest().empty()) return std::nullopt;
   const Duration ahead = std::chrono::hours(*hours) + std::chrono::minutes(*minutes);
@@ -463,7 +464,7 @@ std::optional<Duration> parse_zone(std::string_view text) {
 
 std::optional<CivilTime> parse_civil_time(std::string_view text) {
   Front front(text);
-  const auto date = date_of(front);
+  const auto date = take_date(front);
   if (!date) return std::nullopt;
   const auto of_day = time_of_day(front);
   if (!of_day) return std::nullopt;
@@ -476,11 +477,11 @@ std::optional<CivilTime> parse_civil_time(std::string_view text) {
 
 std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early) {
   Front front(trimmed(text), Width::at_most);
-  const auto date = date_of(front);
+  const auto date = take_date(front);
   if (!date) return std::nullopt;
   const auto days = days_since_1970(*date, early);
   if (!days) return std::nullopt;
-  const bool has_time_behind = front.next_is("Tt");
+  const bool has_time_behind = front.take_if("Tt");
   front.pass_blanks();
   const bool has_time = has_time_behind || front.rest().find_first_of("0123456789") == 0;
   const auto of_day = has_time ? clock_time(front, kEndOfDay - 1, ".") : std::optional(Duration{});
@@ -494,8 +495,8 @@ std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order
   Front front(trimmed(text));
   Front behind_weekday = front;
   if (is_weekday(behind_weekday.word())) {
-    (void)behind_weekday.next_is(".");
-    (void)behind_weekday.next_is(",");
+    (void)behind_weekday.take_if(".");
+    (void)behind_weekday.take_if(",");
     behind_weekday.pass_blanks();
     front = behind_weekday;
   }
@@ -520,8 +521,8 @@ bool looks_like_time(std::string_view text) {
   Front front(trimmed(text));
   while (!front.rest().empty()) {
     const auto word = front.word();
-    if (word.size() >= 3 && month_called(word) != 0 && digits >= 2) return true;
-    if (word.empty()) (void)front.next_is(front.rest().substr(0, 1));
+    if (word.size() >= 3 && month_named(word) != 0 && digits >= 2) return true;
+    if (word.empty()) (void)front.take_if(front.rest().substr(0, 1));
   }
   return false;
 }

@@ -36,7 +36,7 @@ struct CountedTime {
 [[nodiscard]] std::optional<Duration> between(const CountedTime& first, const CountedTime& second);
 
 /// Returns the UTC of a time since 1970, or nothing if no record can have it.
-[[nodiscard]] std::optional<Duration> utc_of(const CountedTime& since_1970);
+[[nodiscard]] std::optional<Duration> to_utc(const CountedTime& since_1970);
 
 [[nodiscard]] CountedTime operator+(const CountedTime& a, const CountedTime& b);
 

@@ -34,7 +34,7 @@ std::vector<Curve> temperatures(const record::Record& record) {
   std::vector<Curve> curves{{"set point", record.set_point_c}, {"chamber air", record.chamber_air_c}};
   if (record.info.imported) curves.clear();
   for (std::size_t i = 0; i < record.info.thermometers.size(); ++i)
-    curves.push_back({record.info.thermometers[i].name, temperatures_of(record, i)});
+    curves.push_back({record.info.thermometers[i].name, calibrated_temperatures(record, i)});
   return curves;
 }
 
@@ -54,7 +54,7 @@ bool has_point(const std::vector<Curve>& curves) {
 }
 
 /// Returns the commands for a plot of the columns from `first` on.
-std::string plot_of(const std::vector<Curve>& curves, std::size_t first, std::string_view label) {
+std::string plot_commands(const std::vector<Curve>& curves, std::size_t first, std::string_view label) {
   std::string text = fmt::format("set ylabel '{}'\nplot ", label);
   for (std::size_t i = 0; i < curves.size(); ++i)
     text += fmt::format("{}$rows using ($1/3600):{} with lines title {}", i == 0 ? "" : ", \\\n     ", first + i,
@@ -110,8 +110,8 @@ std::string gnuplot_script(const record::Record& record) {
       "end_of_rows\nset termoption noenhanced\nset multiplot layout {},1 title {}\nset xlabel 'time [h]'\nset grid\n"
       "set key outside right\n",
       has_point(above) && has_point(below) ? 2 : 1, quoted_for_gnuplot(title));
-  if (has_point(above)) text += plot_of(above, kFirst, "temperature [°C]");
-  if (has_point(below)) text += plot_of(below, kFirst + above.size(), "rate [°/h]");
+  if (has_point(above)) text += plot_commands(above, kFirst, "temperature [°C]");
+  if (has_point(below)) text += plot_commands(below, kFirst + above.size(), "rate [°/h]");
   return text + "unset multiplot\n";
 }
 

@@ -34,7 +34,7 @@ Result<void> Spacing::push(const ForeignRow& row) {
   if (!first_) first_ = row.time;
   const auto since_before = last_ ? std::optional(row.time - *last_) : std::nullopt;
   last_ = row.time;
-  if (usual_ > Duration{}) return hand_on(row, since_before);
+  if (usual_ > Duration{}) return pass_on(row, since_before);
   hold_back(row);
   const bool is_enough = times_.size() == kMostRowsHeldBack || numbers_.size() >= kMostNumbersHeldBack;
   return is_enough && times_.size() > 1 ? finish() : Result<void>{};
@@ -46,7 +46,7 @@ void Spacing::hold_back(const ForeignRow& row) {
   numbers_.insert(numbers_.end(), row.numbers.begin(), row.numbers.end());
 }
 
-Result<void> Spacing::hand_on(const ForeignRow& row, std::optional<Duration> since_before) {
+Result<void> Spacing::pass_on(const ForeignRow& row, std::optional<Duration> since_before) {
   const bool since_row_before = map_.time && map_.counts_increments() && since_before;
   return take_({.time = row.time - *first_,
                 .utc = row.utc,
@@ -65,7 +65,7 @@ Result<void> Spacing::finish() {
   for (std::size_t i = 0; i < times_.size(); ++i) {
     const auto since_before = i > 0 ? std::optional(times_[i] - times_[i - 1]) : std::nullopt;
     const auto numbers = std::span<const double>(numbers_).subspan(i * columns, columns);
-    if (auto handed = hand_on({times_[i], utcs_[i], numbers}, since_before); !handed) return handed;
+    if (auto passed = pass_on({times_[i], utcs_[i], numbers}, since_before); !passed) return passed;
   }
   times_ = {};
   utcs_ = {};
@@ -80,10 +80,11 @@ Grouping::Grouping(const ImportMap& map, TakeImported take)
   end_of_sums_ = first_sum_ + map.axis_columns.size();
 }
 
-Grouping::Stretch& Grouping::stretch_at(std::deque<Stretch>::iterator place, std::int64_t number) {
-  if (place != open_.end() && place->number == number) return *place;
+Grouping::Stretch& Grouping::stretch_at(std::deque<Stretch>::iterator position, std::int64_t number) {
+  if (position != open_.end() && position->number == number) return *position;
   return *open_.insert(
-      place, {.number = number, .sums = std::vector<double>(columns_), .counts = std::vector<std::int64_t>(columns_)});
+      position,
+      {.number = number, .sums = std::vector<double>(columns_), .counts = std::vector<std::int64_t>(columns_)});
 }
 
 void Grouping::add(Stretch& stretch, const ImportedRow& row) const {
@@ -98,24 +99,24 @@ void Grouping::add(Stretch& stretch, const ImportedRow& row) const {
 
 Result<void> Grouping::push(const ImportedRow& row) {
   const std::int64_t number = row.time / map_.every;
-  if (first_ && number <= handed_on_) {
+  if (first_ && number <= passed_on_) {
     if (map_.out_of_order == OutOfOrder::refuse)
-      return failure(out_of_order(map_, map_.every * (handed_on_ + 1) - row.time, row.utc));
+      return failure(out_of_order(map_, map_.every * (passed_on_ + 1) - row.time, row.utc));
     ++left_out_;
     return {};
   }
-  const auto place = std::ranges::lower_bound(open_, number, {}, &Stretch::number);
-  add(stretch_at(place, number), row);
+  const auto position = std::ranges::lower_bound(open_, number, {}, &Stretch::number);
+  add(stretch_at(position, number), row);
   while (open_.size() > most_open_)
-    if (auto handed = hand_on_first(); !handed) return handed;
+    if (auto passed = pass_on_first(); !passed) return passed;
   return {};
 }
 
-Result<void> Grouping::hand_on_first() {
+Result<void> Grouping::pass_on_first() {
   Stretch stretch = std::move(open_.front());
   open_.pop_front();
   if (!first_) first_ = stretch.number;
-  handed_on_ = stretch.number;
+  passed_on_ = stretch.number;
   for (std::size_t i = 0; i < columns_; ++i) {
     const auto count = static_cast<double>(stretch.counts[i]);
     if (count == 0) stretch.sums[i] = record::kMissing;
@@ -130,7 +131,7 @@ Result<void> Grouping::hand_on_first() {
 
 Result<void> Grouping::finish() {
   while (!open_.empty())
-    if (auto handed = hand_on_first(); !handed) return handed;
+    if (auto passed = pass_on_first(); !passed) return passed;
   return {};
 }
 

@@ -61,7 +61,7 @@ class Spacing {
   [[nodiscard]] Result<void> finish();
 
  private:
-  [[nodiscard]] Result<void> hand_on(const ForeignRow& row, std::optional<Duration> since_before);
+  [[nodiscard]] Result<void> pass_on(const ForeignRow& row, std::optional<Duration> since_before);
   void hold_back(const ForeignRow& row);
 
   const ImportMap& map_;
@@ -93,9 +93,9 @@ class Grouping {
     std::vector<double> sums{};
     std::vector<std::int64_t> counts{};
   };
-  Stretch& stretch_at(std::deque<Stretch>::iterator place, std::int64_t number);
+  Stretch& stretch_at(std::deque<Stretch>::iterator position, std::int64_t number);
   void add(Stretch& stretch, const ImportedRow& row) const;
-  [[nodiscard]] Result<void> hand_on_first();
+  [[nodiscard]] Result<void> pass_on_first();
   [[nodiscard]] bool is_increment(std::size_t column) const { return column >= first_sum_ && column < end_of_sums_; }
 
   const ImportMap& map_;
@@ -107,7 +107,7 @@ class Grouping {
   std::deque<Stretch> open_{};
   /// The numbers of the first and of the last stretch passed on.
   std::optional<std::int64_t> first_{};
-  std::int64_t handed_on_{};
+  std::int64_t passed_on_{};
   std::size_t left_out_{};
 };
 

@@ -29,7 +29,7 @@ using Columns = std::vector<std::size_t>;
 /// A format that is not supported, with the conversion to a supported one.
 struct KnownFormat {
   std::string_view beginning;
-  std::string_view way_out;
+  std::string_view conversion;
 };
 
 constexpr std::string_view kZip("PK\x03\x04", 4);
@@ -59,7 +59,7 @@ constexpr std::array<KnownFormat, 14> kKnown{{
 
 /// Describes a format that is not supported, with its conversion: "a zip archive: unpack it first". Returns an empty
 /// text for any other file.
-std::string way_out_of_format(std::string_view beginning) {
+std::string conversion_advice(std::string_view beginning) {
   if (beginning.starts_with(kZip)) {
     const bool is_workbook = beginning.find("[Content_Types].xml") != std::string_view::npos ||
                              beginning.find("xl/") != std::string_view::npos ||
@@ -68,7 +68,7 @@ std::string way_out_of_format(std::string_view beginning) {
                        : "a zip archive: unpack it first, \"unzip FILE\"";
   }
   for (const KnownFormat& known : kKnown)
-    if (beginning.starts_with(known.beginning)) return std::string(known.way_out);
+    if (beginning.starts_with(known.beginning)) return std::string(known.conversion);
   if (beginning.size() >= 262 && beginning.substr(257).starts_with("ustar"))
     return "a tar archive: unpack it first, \"tar -xf FILE\"";
   return "";
@@ -115,24 +115,24 @@ std::string celsius_lines(const std::string& name, std::string_view usual) {
   if (unit.empty()) unit = usual;
   if (unit == "°C") return "\n";
   if (unit == "K") return "\noffset = -273.15        # of kelvins\n";
-  if (const auto scale = unit.empty() ? std::nullopt : celsius_scale_of(unit)) {
+  if (const auto scale = unit.empty() ? std::nullopt : celsius_scale(unit)) {
     std::string text = fmt::format("\nscale = {:.15g}        # of {}\n", scale->scale, plain(unit));
     if (scale->offset != 0) text += fmt::format("offset = {:.15g}\n", scale->offset);
     return text;
   }
-  const auto said =
+  const auto remark =
       unit.empty() ? "a guess that it is in °C" : fmt::format("a guess, \"{}\" is not known", plain(unit));
-  return fmt::format("        # {}: °C = number × scale + offset\n", said);
+  return fmt::format("        # {}: °C = number × scale + offset\n", remark);
 }
 
 /// Generates unique names of thermometers.
 class ThermometerNames {
  public:
-  ThermometerNames() : taken_(record::names_of_every_record()) {
+  ThermometerNames() : taken_(record::reserved_channel_names()) {
     taken_.insert({"pulses", "interval_ns"});  // columns of an unnamed gyro
   }
   std::string next(const std::string& column) {
-    std::string name = channel_name_of(column);
+    std::string name = channel_name_for(column);
     while (name.empty() || !taken_.insert(in_lower_case(name)).second) name += "T";
     return name;
   }
@@ -145,7 +145,7 @@ std::string thermometer_sections(const TableSample& sample, const Columns& colum
   std::string text;
   ThermometerNames names;
   for (const std::size_t column : columns) {
-    const auto name = sample.name_of(column);
+    const auto name = sample.column_name(column);
     text += fmt::format("\n[[thermometer]]\nname = {}\n{}{}", toml_text(names.next(name)), sample.reference(column),
                         celsius_lines(name, ""));
   }
@@ -167,8 +167,8 @@ constexpr const char* kUnknownGyro =
 /// Writes the sections of a gyro's axes and gives each axis a unique name.
 class AxisSections {
  public:
-  void add(const std::string& column_name, const std::string& lines) {
-    std::string axis = axis_in(column_name);
+  void add(const std::string& title, const std::string& lines) {
+    std::string axis = axis_in(title);
     while (axis.empty() || !taken_.insert(axis).second) axis += std::to_string(taken_.size() + 1);
     text_ += fmt::format("\n[[gyro.axis]]\nname = \"{}\"\n", axis) + lines;
   }
@@ -182,20 +182,20 @@ class AxisSections {
 std::string gyro_section(const TableSample& sample, const Columns& columns) {
   if (columns.empty()) return kUnknownGyro;
   const bool are_increments = sample.header && std::ranges::all_of(columns, [&](std::size_t column) {
-                                return is_increment_name(sample.name_of(column));
+                                return is_increment_name(sample.column_name(column));
                               });
   const auto lines = [&](std::size_t column) {
-    const auto name = sample.name_of(column);
+    const auto name = sample.column_name(column);
     return axis_lines(sample.reference(column), are_increments,
                       are_increments ? std::nullopt : degrees_per_hour_in(name));
   };
   if (columns.size() == 1) return "\n[gyro]\n" + lines(columns.front());
   AxisSections axes;
-  for (const std::size_t column : columns) axes.add(sample.name_of(column), lines(column));
+  for (const std::size_t column : columns) axes.add(sample.column_name(column), lines(column));
   return "\n[[gyro]]\nname = \"imu\"\n" + axes.text();
 }
 
-std::string head_of(const std::string& file, const std::vector<std::string>& names) {
+std::string map_head(const std::string& file, const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 400, kWidest = 100;
   const auto name = plain(std::filesystem::path(file).filename().string());
   std::string text = fmt::format("# A first map of {}, guessed: look at every line. Its columns:\n", name), line;
@@ -214,9 +214,9 @@ bool is_in(const Columns& columns, std::size_t column) { return std::ranges::fin
 
 std::string table_map(const TableSample& sample, const std::string& file) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < sample.names.size(); ++i) names.push_back(sample.name_of(i));
+  for (std::size_t i = 0; i < sample.names.size(); ++i) names.push_back(sample.column_name(i));
   const bool has_names = std::ranges::any_of(sample.names, [](const std::string& name) { return !name.empty(); });
-  const auto has_numbers = [&](std::size_t column) { return !sample.numbers_of(column).empty(); };
+  const auto has_numbers = [&](std::size_t column) { return !sample.column_numbers(column).empty(); };
   Columns gyros = has_names ? gyro_columns(names) : Columns{};
   std::erase_if(gyros, [&](std::size_t column) { return !has_numbers(column) || is_time_name(names[column]); });
   Columns thermometers;
@@ -227,7 +227,7 @@ std::string table_map(const TableSample& sample, const std::string& file) {
   std::erase_if(gyros, is_of_time);
   std::erase_if(thermometers, is_of_time);
   if (!has_names) gyros.assign(1, names.size() - 1);
-  return head_of(file, names) + file_section(sample) + "\n" + time.text + thermometer_sections(sample, thermometers) +
+  return map_head(file, names) + file_section(sample) + "\n" + time.text + thermometer_sections(sample, thermometers) +
          gyro_section(sample, gyros);
 }
 
@@ -254,15 +254,15 @@ constexpr std::array<std::string_view, 4> kMessages{"sensor_gyro", "sensor_combi
 constexpr std::array<std::array<std::string_view, 3>, 3> kAxes{
     {{"x", "y", "z"}, {"gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"}, {"GyrX", "GyrY", "GyrZ"}}};
 
-bool is_of(const LogColumn& column, std::string_view message) {
+bool belongs_to(const LogColumn& column, std::string_view message) {
   if (!std::string_view(column.message).starts_with(message)) return false;
   const auto behind = std::string_view(column.message).substr(message.size());
   return behind.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-std::string series_of(const LogColumn& column) { return name_of_series(column.message, column.instance); }
+std::string column_series(const LogColumn& column) { return series_name(column.message, column.instance); }
 
-std::string full_name(const LogColumn& column) { return series_of(column) + "." + column.field; }
+std::string full_name(const LogColumn& column) { return column_series(column) + "." + column.field; }
 
 /// Finds the rates of one series.
 LoggedGyro gyro_in(const std::vector<LogColumn>& columns, const std::string& series) {
@@ -270,19 +270,19 @@ LoggedGyro gyro_in(const std::vector<LogColumn>& columns, const std::string& ser
   for (const auto& axes : kAxes)
     for (const std::string_view axis : axes)
       for (const LogColumn& column : columns)
-        if (series_of(column) == series && column.field == axis) gyro.axes.push_back(full_name(column));
+        if (column_series(column) == series && column.field == axis) gyro.axes.push_back(full_name(column));
   for (const LogColumn& column : columns)
-    if (series_of(column) == series && (column.field == "temperature" || column.field == "T"))
+    if (column_series(column) == series && (column.field == "temperature" || column.field == "T"))
       gyro.temperature = full_name(column);
   return gyro;
 }
 
-std::vector<LoggedGyro> gyros_of(const std::vector<LogColumn>& columns, std::string_view message) {
+std::vector<LoggedGyro> find_gyros(const std::vector<LogColumn>& columns, std::string_view message) {
   std::vector<LoggedGyro> gyros;
   std::vector<std::string> seen;
   for (const LogColumn& column : columns) {
-    const auto series = series_of(column);
-    if (!is_of(column, message) || std::ranges::find(seen, series) != seen.end()) continue;
+    const auto series = column_series(column);
+    if (!belongs_to(column, message) || std::ranges::find(seen, series) != seen.end()) continue;
     seen.push_back(series);
     auto gyro = gyro_in(columns, series);
     if (gyro.axes.empty()) continue;
@@ -300,7 +300,7 @@ std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
   for (const std::size_t column : gyro_columns(names)) {
     gyro.axes.push_back(names[column]);
     for (const LogColumn& other : columns)
-      if (series_of(other) == series_of(columns[column]) && is_temperature_name(other.field))
+      if (column_series(other) == column_series(columns[column]) && is_temperature_name(other.field))
         gyro.temperature = full_name(other);
   }
   return gyro.axes.empty() ? std::vector<LoggedGyro>{} : std::vector{gyro};
@@ -313,10 +313,10 @@ std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
 LogGuess guess_log(const std::vector<LogColumn>& published) {
   LogGuess guess;
   for (const std::string_view message : kMessages)
-    if (guess.gyros.empty()) guess.gyros = gyros_of(published, message);
+    if (guess.gyros.empty()) guess.gyros = find_gyros(published, message);
   if (guess.gyros.empty()) guess.gyros = gyros_by_name(published);
   for (const LogColumn& column : published) {
-    const bool is_barometer = column.message == "sensor_baro" || is_of(column, "BARO");
+    const bool is_barometer = column.message == "sensor_baro" || belongs_to(column, "BARO");
     if (is_barometer && (column.field == "temperature" || column.field == "Temp"))
       guess.others.push_back(full_name(column));
   }
@@ -329,18 +329,18 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
   for (const LogColumn& column : columns) names.push_back(full_name(column));
   const LogGuess guess = guess_log(columns);
   std::string text =
-      head_of(file, names) + fmt::format(
-                                 "[file]\nformat = \"{}\"\n\n[time]\nevery = \"1 s\"        # messages are put "
-                                 "together: means of a second\n",
-                                 name(format));
+      map_head(file, names) + fmt::format(
+                                  "[file]\nformat = \"{}\"\n\n[time]\nevery = \"1 s\"        # messages are put "
+                                  "together: means of a second\n",
+                                  name(format));
   ThermometerNames thermometers;
   std::vector<std::string> others;
   const auto add_thermometer = [&](const std::string& column) {
     auto plain_name = column;  // for example "sensor_gyro1.temperature"
     std::erase_if(plain_name, [](char c) { return c == '[' || c == ']'; });
-    const auto called = thermometers.next(plain_name);
-    text += fmt::format("\n[[thermometer]]\nname = {}\ncolumn = {}\n", toml_text(called), toml_text(column));
-    return toml_text(called);
+    const auto thermometer = thermometers.next(plain_name);
+    text += fmt::format("\n[[thermometer]]\nname = {}\ncolumn = {}\n", toml_text(thermometer), toml_text(column));
+    return toml_text(thermometer);
   };
   for (const auto& column : guess.others) others.push_back(add_thermometer(column));
   std::vector<std::string> own;
@@ -369,7 +369,7 @@ Result<std::string> guess(Bytes bytes) {
     case FileFormat::ulog:
     case FileFormat::dataflash: {
       const bool is_px4 = *format == FileFormat::ulog;
-      const auto columns = is_px4 ? columns_of_ulog(std::move(bytes)) : columns_of_dataflash(std::move(bytes));
+      const auto columns = is_px4 ? read_ulog_columns(std::move(bytes)) : read_dataflash_columns(std::move(bytes));
       return columns ? Result<std::string>(log_map(*columns, *format, file)) : failure(columns.error());
     }
     case FileFormat::netcdf:
@@ -388,7 +388,7 @@ Result<FileFormat> detect_format(Bytes& bytes) {
   constexpr std::size_t kBeginning = 1024;
   const auto beginning = bytes.ahead(kBeginning);
   if (!beginning) return failure(beginning.error());
-  if (const auto known = way_out_of_format(*beginning); !known.empty())
+  if (const auto known = conversion_advice(*beginning); !known.empty())
     return failure(FaultKind::bad_file, bytes.name(), known);
   if (is_ulog(*beginning)) return FileFormat::ulog;
   if (is_dataflash(*beginning)) return FileFormat::dataflash;
@@ -401,6 +401,8 @@ Result<std::string> guess_map(const std::string& path) {
   return guess(std::move(*bytes));
 }
 
-Result<std::string> guess_map_of(std::string_view bytes, const std::string& name) { return guess(Bytes(bytes, name)); }
+Result<std::string> guess_map_from_bytes(std::string_view bytes, const std::string& name) {
+  return guess(Bytes(bytes, name));
+}
 
 }  // namespace gyrotherm::exchange

@@ -23,6 +23,6 @@ namespace gyrotherm::exchange {
 [[nodiscard]] Result<std::string> guess_map(const std::string& path);
 
 /// Does the same for a file in memory. `name` is the file's name in the map and in faults.
-[[nodiscard]] Result<std::string> guess_map_of(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<std::string> guess_map_from_bytes(std::string_view bytes, const std::string& name);
 
 }  // namespace gyrotherm::exchange

@@ -45,12 +45,12 @@ Result<void> check_format(Bytes& bytes, FileFormat format) {
                              name(format), name(*is)));
 }
 
-Findings findings_of(Notes notes) { return {.notes = std::move(notes)}; }
+Findings with_notes(Notes notes) { return {.notes = std::move(notes)}; }
 
 Result<Findings> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow& take) {
   if (auto fits = check_format(bytes, map.format); !fits) return failure(fits.error());
-  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take).map(findings_of);
-  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take).map(findings_of);
+  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take).map(with_notes);
+  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take).map(with_notes);
   return read_text_table(std::move(bytes), map, take);
 }
 
@@ -70,7 +70,7 @@ struct ReadFile {
 Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, ReadFile& file) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
-  const bool goes_straight = is_log && in_stretches;
+  const bool skips_ordering = is_log && in_stretches;
   Grouping grouping(map, take);
   Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
   RowOrder order(map, [&](const ForeignRow& row) { return spacing.push(row); });
@@ -79,7 +79,7 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
     numbers.assign(row.numbers.begin(), row.numbers.end());
     if (auto possible = file.tally.push(numbers); !possible) return possible;
     ++file.rows;
-    if (goes_straight) return grouping.push({.time = row.time, .utc = row.utc, .numbers = numbers});
+    if (skips_ordering) return grouping.push({.time = row.time, .utc = row.utc, .numbers = numbers});
     return order.push({row.time, row.utc, numbers});
   });
   if (!findings) return failure(findings.error());
@@ -153,7 +153,7 @@ class Silences {
 };
 
 /// Lists the values of at most 100 channels on one line.
-std::string values_of(const std::vector<ChannelSummary>& channels) {
+std::string describe_values(const std::vector<ChannelSummary>& channels) {
   constexpr std::size_t kMost = 100;
   std::string text = "values of the file: ";
   for (std::size_t i = 0; i < std::min(channels.size(), kMost); ++i)
@@ -199,11 +199,11 @@ class ImportedRecord {
                           .silences = silences_.count(),
                           .notes = file.findings.notes,
                           .channels = file.tally.channels(file.findings.missing)};
-    auto told = summary.notes;
-    if (silences_.count() > 0) told.insert(told.begin(), silences_.described());
-    told.push_back(values_of(summary.channels));
+    auto lines = summary.notes;
+    if (silences_.count() > 0) lines.insert(lines.begin(), silences_.described());
+    lines.push_back(describe_values(summary.channels));
     auto done = write_rest();
-    for (const std::string& note : told)
+    for (const std::string& note : lines)
       if (done) done = file_->insert_event(taken_ - 1, {{last_, {}}, EventKind::note, note});
     done = done.and_then([&] { return commit(); }).and_then([&] { return file_->finish(); });
     file_.reset();
@@ -351,7 +351,7 @@ Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, c
 
 Result<ImportSummary> import_record(const std::string& path, const std::string& map_path,
                                     const std::string& record_path, const std::string& program_version,
-                                    const std::function<bool()>& goes_on, std::optional<Duration> utc) {
+                                    const std::function<bool()>& may_continue, std::optional<Duration> utc) {
   const auto map = load_import_map(map_path);
   if (!map) return failure(map.error());
   auto info = describe(*map, path, program_version);
@@ -361,7 +361,7 @@ Result<ImportSummary> import_record(const std::string& path, const std::string& 
   ReadFile file(*map);
   file.tally.refuse_impossible();
   const auto take = [&](const ImportedRow& row) -> Result<void> {
-    if (!goes_on()) return failure(FaultKind::interrupted, path, "stopped; nothing is left of " + record_path);
+    if (!may_continue()) return failure(FaultKind::interrupted, path, "stopped; nothing is left of " + record_path);
     return writing.push(row);
   };
   auto read = read_path(path, *map, take, file);

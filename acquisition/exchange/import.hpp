@@ -48,14 +48,13 @@ struct ImportSummary {
 /// Imports the file at `path` as a finished record at `record_path`, according to the map at `map_path`. Each row keeps
 /// its own time, also in UTC if the file has it; its slot is its number from 0. There are no segments and no cycles.
 /// Events of the last row report gaps (spacings longer than 10 times the usual one or, for combined rows, stretches
-/// without rows), skipped content, and the values of each channel. The import continues while `goes_on` returns true,
-/// which it calls for each row. `utc` is the time of the import.
-/// Fails with bad_file (`file:line:column: what, what was expected`), also if the values or another time column show
-/// that the map does not fit the file. Fails with storage (the record exists) or interrupted. After a failure no record
-/// remains.
+/// without rows), skipped content, and the values of each channel. The import continues while `may_continue` returns
+/// true, which it calls for each row. `utc` is the time of the import. Fails with bad_file (`file:line:column: what,
+/// what was expected`), also if the values or another time column show that the map does not fit the file. Fails with
+/// storage (the record exists) or interrupted. After a failure no record remains.
 [[nodiscard]] Result<ImportSummary> import_record(
     const std::string& path, const std::string& map_path, const std::string& record_path,
-    const std::string& program_version, const std::function<bool()>& goes_on = [] { return true; },
+    const std::string& program_version, const std::function<bool()>& may_continue = [] { return true; },
     std::optional<Duration> utc = {});
 
 }  // namespace gyrotherm::exchange

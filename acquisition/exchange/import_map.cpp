@@ -24,7 +24,7 @@ constexpr auto kFormats = words_in_order<FileFormat::text, FileFormat::netcdf>("
 constexpr Vocabulary<char, 4> kSeparators{{{",", ','}, {";", ';'}, {"\t", '\t'}, {" ", ' '}}};
 constexpr Vocabulary<char, 2> kDecimals{{{".", '.'}, {",", ','}}};
 constexpr Vocabulary<GyroKind, 2> kKinds{{{"rate", GyroKind::rate}, {"increment", GyroKind::pulse_count}}};
-constexpr auto kOutOfOrder = words_in_order<OutOfOrder::refuse, OutOfOrder::go_on>("refuse", "skip", "continue");
+constexpr auto kOutOfOrder = words_in_order<OutOfOrder::refuse, OutOfOrder::shift>("refuse", "skip", "continue");
 constexpr Vocabulary<bool, 2> kDamaged{{{"refuse", false}, {"skip", true}}};
 constexpr Vocabulary<char, 4> kThousands{{{",", ','}, {".", '.'}, {" ", ' '}, {"'", '\''}}};
 constexpr auto kDateOrders =
@@ -112,7 +112,7 @@ struct TimeUnit {
 
 constexpr std::int64_t kExcel1900 = -25569, kExcel1904 = -24107, kMatlab = -719529, kGps = 3657;
 
-TimeUnit unit_called(const std::string& word) {
+TimeUnit find_time_unit(const std::string& unit_name) {
   using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::minutes, std::chrono::hours;
   const Duration day = hours(24);
   const std::array<std::pair<const char*, TimeUnit>, 13> units{{{"s", {kSecond}},
@@ -128,12 +128,13 @@ TimeUnit unit_called(const std::string& word) {
                                                                 {"matlab", {day, kMatlab}},
                                                                 {"labview", {kSecond, kExcel1904}},
                                                                 {"gps", {kSecond, kGps}}}};
-  const auto* const found = std::ranges::find(units, word, [](const auto& unit) { return std::string(unit.first); });
+  const auto* const found =
+      std::ranges::find(units, unit_name, [](const auto& unit) { return std::string(unit.first); });
   return found == units.end() ? TimeUnit{kSecond} : found->second;
 }
 
 void read_counted_time(const TomlTable& table, const std::string& unit, ImportMap& map) {
-  const TimeUnit counted = unit_called(unit);
+  const TimeUnit counted = find_time_unit(unit);
   map.time_unit = counted.unit;
   constexpr std::int64_t kSecondsOfDay = 86400;
   if (counted.since_days) {
@@ -197,7 +198,7 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
 }
 
 /// Returns the kind of all axes.
-GyroKind kind_of(const ImportMap& map) { return map.units.front().axes.front().kind; }
+GyroKind axis_kind(const ImportMap& map) { return map.units.front().axes.front().kind; }
 
 ImportMap::ScaledColumn read_scaled(const TomlTable& table, bool header) {
   return {.column = read_column(table, header),
@@ -213,7 +214,7 @@ void read_axis(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
   axis.kind = one_of(kKinds, table, "kind");
   axis.scale = read_scale(table, {});
   if (table.has("earth_rate")) axis.earth_rate = DegreesPerHour{table.number("earth_rate")};
-  if (axis.kind != kind_of(map)) table.mistake("kind", "a file's axes are all rates or all increments");
+  if (axis.kind != axis_kind(map)) table.mistake("kind", "a file's axes are all rates or all increments");
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
   if (is_log && axis.kind == GyroKind::pulse_count)
     table.mistake("kind", "a log's messages may be lost, and increments with them; expected \"rate\"");
@@ -254,7 +255,7 @@ void check_names(const NamedTables& tables, const ImportMap& map) {
   record::RunInfo info;
   info.thermometers = channels_of(map, "");
   info.units = map.units;
-  const auto table_of = [&](const record::NameTrouble& trouble) -> const TomlTable& {
+  const auto table_with = [&](const record::NameTrouble& trouble) -> const TomlTable& {
     switch (trouble.of) {
       case record::NameTrouble::Of::thermometer: return tables.thermometers[trouble.index];
       case record::NameTrouble::Of::axis: return tables.axes[trouble.unit][trouble.index];
@@ -264,7 +265,7 @@ void check_names(const NamedTables& tables, const ImportMap& map) {
     return tables.units[trouble.unit];
   };
   for (const auto& trouble : record::new_name_troubles(info))
-    if (const TomlTable& table = table_of(trouble); table.has("name"))
+    if (const TomlTable& table = table_with(trouble); table.has("name"))
       table.mistake("name", fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
@@ -289,7 +290,7 @@ std::string in_words(const ColumnName& column) {
 
 const char* name(FileFormat format) { return word_of(kFormats, format); }
 
-bool ImportMap::counts_increments() const { return kind_of(*this) == GyroKind::pulse_count; }
+bool ImportMap::counts_increments() const { return axis_kind(*this) == GyroKind::pulse_count; }
 
 std::vector<ColumnName> ImportMap::columns() const {
   std::vector<ColumnName> all;
@@ -341,7 +342,7 @@ Result<ImportMap> load_import_map(const std::string& path) {
 namespace {
 
 /// Returns the unit that a thermometer belongs to; empty if it belongs to all of them.
-std::string owner_of(const std::string& thermometer, const ImportMap& map) {
+std::string owning_unit(const std::string& thermometer, const ImportMap& map) {
   if (map.units.size() == 1) return map.units.front().name;
   std::string owner;
   std::size_t owners = 0;
@@ -359,8 +360,10 @@ std::string owner_of(const std::string& thermometer, const ImportMap& map) {
 std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument) {
   std::vector<record::Channel> channels;
   for (const auto& thermometer : map.thermometers)
-    channels.push_back(
-        {.name = thermometer, .instrument = instrument, .offset = {}, .unit_under_test = owner_of(thermometer, map)});
+    channels.push_back({.name = thermometer,
+                        .instrument = instrument,
+                        .offset = {},
+                        .unit_under_test = owning_unit(thermometer, map)});
   return channels;
 }
 

@@ -41,7 +41,7 @@ enum class TimeForm { number, civil, date, clock };
 
 /// Treatment of a row whose time is not after the row before: refuse the file, leave the row out, or continue after the
 /// row before as if the clock had been set back.
-enum class OutOfOrder { refuse, skip, go_on };
+enum class OutOfOrder { refuse, skip, shift };
 
 /// The range of valid values of a column, in the numbers of the file. Other values count as missing.
 struct ValidRange {

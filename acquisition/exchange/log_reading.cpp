@@ -53,7 +53,7 @@ std::optional<LogColumn> parse_log_column(std::string_view name) {
   return LogColumn{std::string(message), instance, std::string(name.substr(dot + 1))};
 }
 
-std::string name_of_series(std::string_view message, unsigned instance) {
+std::string series_name(std::string_view message, unsigned instance) {
   return instance == 0 ? std::string(message) : fmt::format("{}[{}]", message, instance);
 }
 
@@ -62,15 +62,15 @@ std::size_t size_of(NumberType type) {
   return kSizes[static_cast<std::size_t>(type)];
 }
 
-std::uint64_t whole_number_at(std::string_view message, std::size_t place, std::size_t bytes) {
-  assert(place + bytes <= message.size());
+std::uint64_t whole_number_at(std::string_view message, std::size_t offset, std::size_t bytes) {
+  assert(offset + bytes <= message.size());
   std::uint64_t number = 0;
-  for (std::size_t i = bytes; i-- > 0;) number = number << 8 | static_cast<unsigned char>(message[place + i]);
+  for (std::size_t i = bytes; i-- > 0;) number = number << 8 | static_cast<unsigned char>(message[offset + i]);
   return number;
 }
 
-double number_at(std::string_view message, std::size_t place, NumberType type) {
-  const std::uint64_t bits = whole_number_at(message, place, size_of(type));
+double number_at(std::string_view message, std::size_t offset, NumberType type) {
+  const std::uint64_t bits = whole_number_at(message, offset, size_of(type));
   switch (type) {
     case NumberType::int8: return static_cast<std::int8_t>(bits);
     case NumberType::int16: return static_cast<std::int16_t>(bits);
@@ -93,13 +93,13 @@ std::string describe_missing_log_columns(const std::vector<LogColumn>& missing, 
     if (std::ranges::find(instead, name) == instead.end()) instead.push_back(std::move(name));
   };
   for (const LogColumn& column : missing) {
-    const auto series = name_of_series(column.message, column.instance);
+    const auto series = series_name(column.message, column.instance);
     names.push_back(series + "." + column.field);
     for (const LogColumn& other : there)
-      if (name_of_series(other.message, other.instance) == series) add(series + "." + other.field);
+      if (series_name(other.message, other.instance) == series) add(series + "." + other.field);
   }
   if (instead.empty())
-    for (const LogColumn& other : there) add(name_of_series(other.message, other.instance));
+    for (const LogColumn& other : there) add(series_name(other.message, other.instance));
   return describe_missing_columns(names, instead);
 }
 
@@ -137,7 +137,7 @@ std::vector<LogColumn> LogReading::published() const {
     if (known.messages == 0) continue;
     const auto first = there_.begin() + static_cast<std::ptrdiff_t>(known.first_column);
     for (auto column = first; column != first + static_cast<std::ptrdiff_t>(known.columns); ++column) {
-      if (known_names.insert(name_of_series(column->message, column->instance) + "." + column->field).second)
+      if (known_names.insert(series_name(column->message, column->instance) + "." + column->field).second)
         columns.push_back(*column);
     }
   }
@@ -165,7 +165,7 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
     return {};
   }
   if (auto alone = check_alone(series, file); !alone) return alone;
-  double time_us = number_at(message, known.time.place, known.time.type) * known.time.scale;
+  double time_us = number_at(message, known.time.offset, known.time.type) * known.time.scale;
   constexpr double kEarlier_s = 60;  // another topic may begin earlier
   if (rows_ == 0 && is_since_1970(time_us)) {
     counts_since_1970_ = true;
@@ -180,7 +180,7 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
   }
   if (rows_++ == 0) only_ = series;
   for (const Wanted& wanted : known.wanted)
-    numbers_[wanted.column] = number_at(message, wanted.field.place, wanted.field.type) * wanted.field.scale;
+    numbers_[wanted.column] = number_at(message, wanted.field.offset, wanted.field.type) * wanted.field.scale;
   ForeignRow row{.time = from_seconds(time_us * 1e-6), .numbers = numbers_};
   if (counts_since_1970_) row.utc = std::chrono::microseconds(static_cast<std::int64_t>(utc_us));
   auto taken = (*take_)(row);

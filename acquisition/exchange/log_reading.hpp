@@ -26,14 +26,14 @@ struct LogColumn {
 /// Parses "sensor_gyro.x" or "sensor_gyro[1].x". Returns nothing for any other name.
 [[nodiscard]] std::optional<LogColumn> parse_log_column(std::string_view name);
 /// Returns "sensor_gyro" for instance 0, "sensor_gyro[1]" for instance 1.
-[[nodiscard]] std::string name_of_series(std::string_view message, unsigned instance);
+[[nodiscard]] std::string series_name(std::string_view message, unsigned instance);
 
 /// The type of a number in a message. The least significant byte comes first.
 enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float16, float32, float64 };
 [[nodiscard]] std::size_t size_of(NumberType type);
 /// Returns the number at a byte of a message, which must hold all its bytes. Returns NaN for an infinite number.
-[[nodiscard]] double number_at(std::string_view message, std::size_t place, NumberType type);
-[[nodiscard]] std::uint64_t whole_number_at(std::string_view message, std::size_t place, std::size_t bytes);
+[[nodiscard]] double number_at(std::string_view message, std::size_t offset, NumberType type);
+[[nodiscard]] std::uint64_t whole_number_at(std::string_view message, std::size_t offset, std::size_t bytes);
 
 /// Describes columns that a log does not have, and the alternatives: the fields of their messages, or else the
 /// messages.
@@ -43,7 +43,7 @@ enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64
 /// The position and type of a number in a message.
 struct LogField {
   std::string name;
-  std::size_t place{};  ///< byte offset in the message
+  std::size_t offset{};  ///< bytes from the message's start
   NumberType type{};
   double scale = 1;  ///< for the stored number
 };

@@ -103,7 +103,7 @@ std::string variable_name(std::string_view channel) {
 
 /// Converts a text to one word of flag_meanings. Words are separated by blanks, and CF allows letters, digits and _ - .
 /// + @ in them; replaces any other character by `_`.
-std::string in_one_word(std::string_view words) {
+std::string flag_word(std::string_view words) {
   std::string word;
   for (const char c : words) {
     if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // continuation byte of UTF-8
@@ -120,7 +120,7 @@ struct Rows {
 };
 
 /// Returns the rows of the file. Rows of a record of gyrotherm are `step` seconds apart unless rows are missing.
-Rows rows_of(const Record& record, std::int64_t step) {
+Rows make_rows(const Record& record, std::int64_t step) {
   Rows rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
     // A stretch that begins in a gap has the time of a later second, so count the missing ones from its start.
@@ -142,13 +142,13 @@ class NetcdfExport {
   NetcdfExport(const Record& record, const ExportChoice& choice)
       : record_(record),
         info_(record.info),
-        rows_(rows_of(record, std::max<std::int64_t>(1, choice.every / kSecond))) {}
+        rows_(make_rows(record, std::max<std::int64_t>(1, choice.every / kSecond))) {}
 
   Result<std::string> bytes(const std::string& path) {
     time_ = file_.dimension("time", rows_.time_s.size());
     describe_file();
     put_time();
-    put_place();
+    put_location();
     put("set_point_c", "degC", "set point that the profile asks for", record_.set_point_c);
     put("chamber_air_c", "degC", "air of the chamber", record_.chamber_air_c);
     put("chamber_set_point_c", "degC", "set point as the chamber has it", record_.chamber_set_point_c);
@@ -199,7 +199,7 @@ class NetcdfExport {
   }
 
   /// Writes the identity and the location of the series, as far as the record has them.
-  void put_place() {
+  void put_location() {
     const int length = file_.dimension("run_id_length", std::max<std::size_t>(info_.id.size(), 1));
     const int run = file_.variable("run", NC_CHAR, length);
     file_.attribute(run, "cf_role", std::string_view("timeseries_id"));
@@ -254,7 +254,7 @@ class NetcdfExport {
                  const std::vector<int>& values) {
     const int variable = file_.variable(name, NC_INT, time_);
     std::string meanings;
-    for (const auto& word : words) meanings += (meanings.empty() ? "" : " ") + in_one_word(word);
+    for (const auto& word : words) meanings += (meanings.empty() ? "" : " ") + flag_word(word);
     std::vector<int> numbers(words.size());
     std::iota(numbers.begin(), numbers.end(), 0);
     if (std::ranges::find(values, -1) != values.end())
@@ -269,7 +269,8 @@ class NetcdfExport {
     enum Flag { measured, missing, gap };
     const auto& channel = info_.thermometers[index];
     const auto& readings = record_.thermometers_c[index];
-    const int variable = put(channel.name, "degC", "temperature of " + channel.name, temperatures_of(record_, index));
+    const int variable =
+        put(channel.name, "degC", "temperature of " + channel.name, calibrated_temperatures(record_, index));
     file_.attribute(variable, "instrument", channel.instrument);
     file_.attribute(variable, "calibration", record::describe_calibration(channel));
     const auto flag = own_name(channel.name + "_flag");
@@ -334,10 +335,10 @@ class NetcdfExport {
       const auto row = rows_.row[i];
       if (row < 0) continue;
       const auto at = static_cast<std::size_t>(row);
-      const bool is_placed = record::segment_at(record_, at) != nullptr;
-      segment[i] = is_placed ? record_.progress[at].segment : -1;
+      const bool has_segment = record::segment_at(record_, at) != nullptr;
+      segment[i] = has_segment ? record_.progress[at].segment : -1;
       cycle[i] = record_.progress[at].cycle;
-      phase[i] = is_placed ? static_cast<int>(record_.progress[at].phase) : -1;
+      phase[i] = has_segment ? static_cast<int>(record_.progress[at].phase) : -1;
       state[i] = static_cast<int>(record_.state[at]);
     }
     std::vector<std::string> segments, phases, states;

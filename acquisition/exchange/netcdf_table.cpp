@@ -33,7 +33,7 @@ struct TimeUnits {
   std::optional<CountedTime> since{};
 };
 
-std::optional<Duration> unit_called(std::string_view word) {
+std::optional<Duration> find_time_unit(std::string_view word) {
   using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::minutes, std::chrono::hours;
   constexpr std::array<std::pair<std::string_view, Duration>, 16> kWords{{{"nanosecond", Duration(1)},
                                                                           {"nanosec", Duration(1)},
@@ -66,12 +66,12 @@ std::optional<Duration> unit_called(std::string_view word) {
 }
 
 /// Parses "seconds since 2026-01-01 00:00:00 UTC" or "ms". Returns an error message for any other text.
-tl::expected<TimeUnits, std::string> parse_time_units(const std::string& said, EarlyDays early) {
+tl::expected<TimeUnits, std::string> parse_time_units(const std::string& stated, EarlyDays early) {
   constexpr std::string_view kSince = " since ";
-  const std::string text = in_lower_case(said);
+  const std::string text = in_lower_case(stated);
   const std::size_t since = text.find(kSince);
   const std::string word(trimmed(std::string_view(text).substr(0, since)));
-  const auto unit = unit_called(word);
+  const auto unit = find_time_unit(word);
   if (!unit)
     return tl::unexpected(
         fmt::format("\"{}\" is no unit of time, expected days, hours, minutes, seconds, ms, us or ns", plain(word)));
@@ -200,7 +200,7 @@ class NetcdfTable {
 
   /// Returns the index of the only dimension longer than 1, or the first of dimensions of length 1. Returns nothing for
   /// other variables.
-  std::optional<int> axis_of(int id, int rank, std::array<int, 2>& dimensions) const {
+  std::optional<int> find_axis(int id, int rank, std::array<int, 2>& dimensions) const {
     std::array<std::size_t, 2> lengths{1, 1};
     if (rank < 1 || rank > 2 || nc_inq_vardimid(file_, id, dimensions.data()) != NC_NOERR) return std::nullopt;
     for (std::size_t i = 0; i < static_cast<std::size_t>(rank); ++i)
@@ -215,7 +215,7 @@ class NetcdfTable {
     nc_type type{};
     std::array<int, 2> dimensions{};
     if (nc_inq_var(file_, id, nullptr, &type, &rank, nullptr, nullptr) != NC_NOERR) return std::nullopt;
-    const auto axis = axis_of(id, rank, dimensions);
+    const auto axis = find_axis(id, rank, dimensions);
     if (!axis) return std::nullopt;
     const int dimension = dimensions[static_cast<std::size_t>(*axis)];
     const bool is_number = type != NC_CHAR && type != NC_STRING && type <= NC_MAX_ATOMIC_TYPE;
@@ -304,13 +304,13 @@ class NetcdfTable {
     return text.substr(0, text.find('\0'));
   }
 
-  Result<void> read_units(const std::string& name, const std::string& of_the_map) {
+  Result<void> read_units(const std::string& name, const std::string& map_units) {
     auto units = text_attribute(time_.id, "units", name);
     const auto calendar = text_attribute(time_.id, "calendar", name);
     if (!units) return failure(units.error());
-    if (!of_the_map.empty() && !units->empty())
+    if (!map_units.empty() && !units->empty())
       return wrong(fmt::format("\"{}\" has the units \"{}\", expected no unit in the map", name, *units));
-    if (units->empty()) units = of_the_map;
+    if (units->empty()) units = map_units;
     if (units->empty())
       return wrong(fmt::format("\"{}\" has no units, expected unit = \"s\" or the like in [time] of the map", name));
     if (!calendar) return failure(calendar.error());
@@ -328,23 +328,24 @@ class NetcdfTable {
     for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
       const auto& [column, scale, offset, valid] = map.thermometer_columns[i];
       const auto units = text_attribute(columns_[i].id, "units", column.name);
-      const auto said = units && !units->empty() ? celsius_scale_of(*units) : std::nullopt;
+      const auto stated = units && !units->empty() ? celsius_scale(*units) : std::nullopt;
       constexpr double kCalibrated = 0.2, kCalibrated_k = 20;
-      if (said && (std::abs(scale / said->scale - 1) > kCalibrated || std::abs(offset - said->offset) > kCalibrated_k))
+      if (stated &&
+          (std::abs(scale / stated->scale - 1) > kCalibrated || std::abs(offset - stated->offset) > kCalibrated_k))
         return wrong(
             fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} and offset = {:.15g} in the map",
-                        column.name, *units, said->scale, said->offset));
+                        column.name, *units, stated->scale, stated->offset));
     }
     auto column = columns_.begin() + static_cast<std::ptrdiff_t>(map.thermometer_columns.size());
     auto name = map.axis_columns.begin();
     for (const auto& unit : map.units)
       for (const auto& axis : unit.axes) {
         const auto units = text_attribute((column++)->id, "units", name->name);
-        const auto said = units && !units->empty() ? degrees_per_hour_in("w [" + *units + "]") : std::nullopt;
+        const auto stated = units && !units->empty() ? degrees_per_hour_in("w [" + *units + "]") : std::nullopt;
         constexpr double kCalibrated = 0.2;
-        if (said && axis.kind == record::GyroKind::rate && std::abs(std::abs(axis.scale) / *said - 1) > kCalibrated)
+        if (stated && axis.kind == record::GyroKind::rate && std::abs(std::abs(axis.scale) / *stated - 1) > kCalibrated)
           return wrong(fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} in the map", name->name,
-                                   *units, *said));
+                                   *units, *stated));
         ++name;
       }
     return {};
@@ -428,7 +429,7 @@ class NetcdfTable {
     if (!since_first) return of_row("no time, or more than ten years after the first row");
     ForeignRow foreign{.time = *since_first, .numbers = numbers};
     if (units_.since) {
-      foreign.utc = utc_of(*units_.since + *time);
+      foreign.utc = to_utc(*units_.since + *time);
       if (!foreign.utc) return of_row("a time outside 1970 to 2116");
     }
     return take(foreign);

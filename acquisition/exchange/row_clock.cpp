@@ -57,7 +57,7 @@ const char* expected_date(const ImportMap& map) {
 }
 
 /// Returns the time from the first text to the last one, for each notation in which both can be read.
-std::vector<Duration> spans_of(const OtherClocks::Clock& clock) {
+std::vector<Duration> possible_spans(const OtherClocks::Clock& clock) {
   std::vector<Duration> spans;
   const auto add = [&](const auto& first, const auto& last) {
     if (first && last) spans.push_back(*last - *first);
@@ -100,7 +100,7 @@ Result<void> RowClock::read_number(const CountedTime& number, std::optional<doub
   if (!since_first) return wrong("more than ten years after the first row");
   row.time = *since_first;
   if (!map_.since || (map_.counts_local_days && !map_.zone)) return {};
-  row.utc = utc_of(*map_.since + counted);
+  row.utc = to_utc(*map_.since + counted);
   if (row.utc && map_.zone) *row.utc -= *map_.zone;
   if (row.utc && map_.counts_gps) *row.utc -= leap_seconds_of_gps(*row.utc);
   if (row.utc && record::is_possible_time(*row.utc)) return {};
@@ -109,10 +109,11 @@ Result<void> RowClock::read_number(const CountedTime& number, std::optional<doub
 
 Result<void> RowClock::read_date(std::string_view date, std::string_view clock, ForeignRow& row) {
   const auto time = dated_time(map_, date, clock);
-  const auto said = [&] { return plain(in_utf8(map_.clock ? fmt::format("{} {}", date, clock) : std::string(date))); };
-  if (!time) return wrong(fmt::format("\"{}\", expected {}", said(), expected_date(map_)));
+  const auto shown = [&] { return plain(in_utf8(map_.clock ? fmt::format("{} {}", date, clock) : std::string(date))); };
+  if (!time) return wrong(fmt::format("\"{}\", expected {}", shown(), expected_date(map_)));
   const auto zone = time->zone ? time->zone : map_.zone;
-  if (!zone) return wrong(fmt::format("\"{}\" has no zone, expected one behind it, or zone = \"Z\" in [time]", said()));
+  if (!zone)
+    return wrong(fmt::format("\"{}\" has no zone, expected one behind it, or zone = \"Z\" in [time]", shown()));
   row.utc = time->reading - *zone;
   if (!record::is_possible_time(*row.utc)) return wrong("a time outside 1970 to 2116");
   if (!first_utc_) first_utc_ = *row.utc;
@@ -137,13 +138,13 @@ void OtherClocks::begin(std::size_t column, const std::string& name, std::string
   constexpr std::size_t kMost = 4;
   if (clocks_.size() == kMost || !has_time_of_day(first)) return;
   Clock clock{column, name, std::string(first), std::string(first)};
-  if (parse_clock(first) || !spans_of(clock).empty()) clocks_.push_back(std::move(clock));
+  if (parse_clock(first) || !possible_spans(clock).empty()) clocks_.push_back(std::move(clock));
 }
 
 void OtherClocks::report(Findings& findings) const {
   constexpr Duration kDay = std::chrono::hours(24);
   for (const Clock& clock : clocks_) {
-    auto spans = spans_of(clock);
+    auto spans = possible_spans(clock);
     const auto first = parse_clock(clock.first), last = parse_clock(clock.last);
     if (first && last) spans = {*last < *first ? *last + kDay - *first : *last - *first};
     std::erase_if(spans, [](Duration span) { return span <= Duration{}; });

@@ -64,9 +64,9 @@ RowOrder::RowOrder(const ImportMap& map, TakeRow take)
 Result<void> RowOrder::push(const ForeignRow& row) {
   if (map_.out_of_order == OutOfOrder::refuse) {
     if (last_ && !follows(row.time, *last_)) return failure(out_of_order(map_, *last_ - row.time, row.utc));
-    return hand_on(row);
+    return pass_on(row);
   }
-  if (map_.out_of_order == OutOfOrder::go_on) {
+  if (map_.out_of_order == OutOfOrder::shift) {
     ForeignRow moved = row;
     if (last_ && row.time + moved_ < *last_) {
       const Duration back = *last_ + step_ - (row.time + moved_);
@@ -76,7 +76,7 @@ Result<void> RowOrder::push(const ForeignRow& row) {
     moved.time += moved_;
     if (moved.utc) *moved.utc += moved_;
     if (last_ && !follows(moved.time, *last_)) return failure(out_of_order(map_, *last_ - moved.time, row.utc));
-    return hand_on(moved);
+    return pass_on(moved);
   }
   if (last_ && !follows(row.time, *last_)) {
     leave_out(row);
@@ -108,7 +108,7 @@ Result<void> RowOrder::pop() {
   const Held held = std::move(held_.front());
   held_.pop_front();
   const ForeignRow row{held.time, held.utc, held.numbers};
-  if (is_good) return hand_on(row);
+  if (is_good) return pass_on(row);
   leave_out(row);
   return {};
 }
@@ -121,7 +121,7 @@ void RowOrder::leave_out(const ForeignRow& row) {
   carries_ = true;
 }
 
-Result<void> RowOrder::hand_on(const ForeignRow& row) {
+Result<void> RowOrder::pass_on(const ForeignRow& row) {
   if (last_ && row.time > *last_) step_ = row.time - *last_;
   last_ = row.time;
   if (!carries_) return take_(row);

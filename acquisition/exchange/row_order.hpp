@@ -45,7 +45,7 @@ class RowOrder {
   }
   [[nodiscard]] bool is_front_good() const;
   [[nodiscard]] Result<void> pop();
-  [[nodiscard]] Result<void> hand_on(const ForeignRow& row);
+  [[nodiscard]] Result<void> pass_on(const ForeignRow& row);
   void leave_out(const ForeignRow& row);
 
   const ImportMap& map_;

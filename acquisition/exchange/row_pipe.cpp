@@ -33,14 +33,14 @@ Result<void> RowPipe::push(const ImportedRow& row) {
 
 Result<void> RowPipe::finish() {
   if (!worker_.joinable()) return {};
-  auto handed = filling_.rows.empty() ? Result<void>() : hand_over();
+  auto passed = filling_.rows.empty() ? Result<void>() : hand_over();
   {
     const std::lock_guard lock(mutex_);
     ended_ = true;
   }
   changed_.notify_all();
   worker_.join();
-  return fault_ ? failure(*fault_) : handed;
+  return fault_ ? failure(*fault_) : passed;
 }
 
 Result<void> RowPipe::hand_over() {

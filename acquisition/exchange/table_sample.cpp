@@ -28,7 +28,7 @@ using Fields = std::vector<std::string>;
 
 constexpr std::size_t kMostLines = 100'000, kMostBytes = 32 << 20;
 
-std::optional<Fields> fields_of(const std::string& line, char separator) {
+std::optional<Fields> split_fields(const std::string& line, char separator) {
   std::vector<record::Field> fields;
   Fields texts;
   if (!record::cut(line, separator, fields)) return std::nullopt;
@@ -37,7 +37,7 @@ std::optional<Fields> fields_of(const std::string& line, char separator) {
 }
 
 /// Returns the number of fields without the empty ones at the end.
-std::size_t width_of(const Fields& fields) {
+std::size_t filled_width(const Fields& fields) {
   std::size_t width = fields.size();
   while (width > 0 && fields[width - 1].empty()) --width;
   return width;
@@ -64,7 +64,7 @@ std::size_t values_in(const Fields& fields) {
   return static_cast<std::size_t>(std::ranges::count_if(fields, is_value));
 }
 
-Result<std::vector<Line>> lines_of(Bytes bytes, TableSample& sample) {
+Result<std::vector<Line>> read_sample_lines(Bytes bytes, TableSample& sample) {
   auto lines = TextLines::open(std::move(bytes), "");
   if (!lines) return failure(lines.error());
   std::vector<Line> all;
@@ -97,7 +97,7 @@ std::vector<Line> take_comments(std::vector<Line>& lines, TableSample& sample) {
 }
 
 /// Returns lines from the whole file, only some of a long one.
-std::vector<const Line*> some_of(const std::vector<Line>& lines) {
+std::vector<const Line*> pick_lines(const std::vector<Line>& lines) {
   constexpr std::size_t kMost = 600;
   const std::size_t step = lines.size() / kMost + 1;
   std::vector<const Line*> some;
@@ -109,31 +109,32 @@ std::vector<const Line*> some_of(const std::vector<Line>& lines) {
 struct Shape {
   char separator = ',';
   std::size_t width{};
-  std::size_t alike{};
+  std::size_t equal_lines{};
   /// The number of fields of a row, including those that are empty at the end of every row.
   std::size_t fields{};
 };
 
 /// Finds the separator that divides most lines into an equal number of fields, with values among them. The order of
 /// candidates matters: a comma may be a decimal sign, and a blank may separate a date from its time.
-Shape shape_of(const std::vector<Line>& lines) {
+Shape find_shape(const std::vector<Line>& lines) {
   constexpr std::array<char, 4> kInOrder{'\t', ';', ',', ' '};
   Shape best{.separator = '\0'};
-  const auto some = some_of(lines);
+  const auto some = pick_lines(lines);
   for (const char separator : kInOrder) {
     struct Widths {
       std::size_t count{}, filled{};
     };
     std::map<std::size_t, Widths> widths;
     for (const Line* line : some) {
-      const auto fields = fields_of(line->text, separator);
+      const auto fields = split_fields(line->text, separator);
       if (!fields || values_in(*fields) == 0) continue;
       auto& [count, filled] = widths[fields->size()];
       ++count;
-      filled = std::max(filled, width_of(*fields));
+      filled = std::max(filled, filled_width(*fields));
     }
     for (const auto& [fields, width] : widths) {
-      const std::size_t needed = separator == best.separator ? best.alike : best.alike + best.alike / 10 + 1;
+      const std::size_t needed =
+          separator == best.separator ? best.equal_lines : best.equal_lines + best.equal_lines / 10 + 1;
       if (width.filled >= 2 && width.count >= needed) best = {separator, width.filled, width.count, fields};
     }
   }
@@ -144,9 +145,9 @@ Shape shape_of(const std::vector<Line>& lines) {
 std::vector<bool> value_columns(const std::vector<Line>& lines, const Shape& shape) {
   std::vector<std::size_t> counts(shape.width);
   std::size_t all = 0;
-  for (const Line* line : some_of(lines)) {
-    const auto fields = fields_of(line->text, shape.separator);
-    if (!fields || fields->size() < shape.width || width_of(*fields) > shape.width) continue;
+  for (const Line* line : pick_lines(lines)) {
+    const auto fields = split_fields(line->text, shape.separator);
+    if (!fields || fields->size() < shape.width || filled_width(*fields) > shape.width) continue;
     ++all;
     for (std::size_t i = 0; i < shape.width; ++i) counts[i] += is_value((*fields)[i]) ? 1 : 0;
   }
@@ -156,7 +157,7 @@ std::vector<bool> value_columns(const std::vector<Line>& lines, const Shape& sha
 }
 
 bool is_row(const Fields& fields, const std::vector<bool>& values) {
-  if (width_of(fields) > values.size() || fields.size() < values.size()) return false;
+  if (filled_width(fields) > values.size() || fields.size() < values.size()) return false;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i] && is_value(fields[i])) return true;
   return false;
@@ -165,7 +166,7 @@ bool is_row(const Fields& fields, const std::vector<bool>& values) {
 /// Returns whether a line has only texts, which could be the names or units of the columns.
 bool is_text_line(const Fields& fields, const std::vector<bool>& values) {
   constexpr std::size_t kWider = 2;
-  if (fields.size() < values.size() || width_of(fields) > values.size() + kWider) return false;
+  if (fields.size() < values.size() || filled_width(fields) > values.size() + kWider) return false;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i] && is_value(fields[i])) return false;
   return true;
@@ -197,17 +198,17 @@ class HeaderSearch {
     constexpr std::size_t kHighest = 5;
     std::optional<std::size_t> names, wider;
     for (std::size_t i = first_; i-- > 0 && first_ - i <= kHighest;) {
-      const auto fields = fields_of(lines_[i].text, shape_.separator);
+      const auto fields = split_fields(lines_[i].text, shape_.separator);
       if (!fields || fields->front() == "TOA5" || !is_text_line(*fields, values_)) break;
       if (!is_full(*fields, shape_.width)) continue;
-      (width_of(*fields) <= std::max(shape_.width, shape_.fields) ? names : wider) = i;
+      (filled_width(*fields) <= std::max(shape_.width, shape_.fields) ? names : wider) = i;
     }
     return names ? names : wider;
   }
 
   void take_names(std::size_t at) {
-    sample_.names = *fields_of(lines_[at].text, shape_.separator);
-    const bool fits = width_of(sample_.names) <= std::max(shape_.width, shape_.fields);
+    sample_.names = *split_fields(lines_[at].text, shape_.separator);
+    const bool fits = filled_width(sample_.names) <= std::max(shape_.width, shape_.fields);
     sample_.names.resize(shape_.width);
     if (!fits) return take_by_number();  // rows have fewer fields
     if (at > 0) sample_.preamble = lines_[at].number - 1;
@@ -232,7 +233,7 @@ class HeaderSearch {
     std::string joined;
     for (std::size_t i = first_; i-- > 0 && first_ - i <= kLongest;) {
       joined.insert(0, lines_[i].text + (joined.empty() ? "" : " "));
-      const auto fields = fields_of(joined, shape_.separator);
+      const auto fields = split_fields(joined, shape_.separator);
       if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) continue;
       sample_.names = *fields;
       return true;
@@ -245,12 +246,12 @@ class HeaderSearch {
     for (auto comment = comments_.rbegin(); comment != comments_.rend(); ++comment) {
       if (comment->number > lines_[first_].number) continue;
       const auto fields =
-          fields_of(std::string(trimmed(comment->text.substr(sample_.comment.size()))), shape_.separator);
+          split_fields(std::string(trimmed(comment->text.substr(sample_.comment.size()))), shape_.separator);
       if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) return false;
-      const auto says_what_it_is = [](const std::string& name) {
+      const auto has_meaning = [](const std::string& name) {
         return is_time_name(name) || is_temperature_name(name) || is_gyro_name(name);
       };
-      if (std::ranges::none_of(*fields, says_what_it_is)) return false;  // an ordinary comment
+      if (std::ranges::none_of(*fields, has_meaning)) return false;  // an ordinary comment
       sample_.names = *fields;
       return true;
     }
@@ -276,7 +277,7 @@ struct Marks {
   std::size_t either{};
 };
 
-Marks marks_of(const TableSample& sample, const std::vector<bool>& values, char mark) {
+Marks count_marks(const TableSample& sample, const std::vector<bool>& values, char mark) {
   Marks marks;
   for (const Fields& row : sample.rows)
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -303,7 +304,7 @@ Marks marks_of(const TableSample& sample, const std::vector<bool>& values, char 
 /// Returns the sum of a column's steps relative to its range. It is large if numbers in the wrong notation jump between
 /// thousands and ones.
 double roughness(const TableSample& sample, std::size_t column) {
-  const auto numbers = sample.numbers_of(column);
+  const auto numbers = sample.column_numbers(column);
   if (numbers.size() < 3) return 0;
   const auto [least, greatest] = std::ranges::minmax_element(numbers);
   const double range = *greatest - *least;
@@ -313,7 +314,7 @@ double roughness(const TableSample& sample, std::size_t column) {
 }
 
 /// Returns whether numbers such as "998", "1,000", "1,001" form a smoother series as thousands than as decimals.
-bool goes_on_as_thousands(TableSample& sample, const std::vector<bool>& values, char mark) {
+bool is_smoother_as_thousands(TableSample& sample, const std::vector<bool>& values, char mark) {
   const NumberStyle before = sample.style;
   const auto total = [&] {
     double sum = 0;
@@ -342,7 +343,7 @@ bool has_plain_whole_numbers(const TableSample& sample, const std::vector<bool>&
 }
 
 void find_number_style(TableSample& sample, const std::vector<bool>& values) {
-  const Marks commas = marks_of(sample, values, ','), points = marks_of(sample, values, '.');
+  const Marks commas = count_marks(sample, values, ','), points = count_marks(sample, values, '.');
   NumberStyle& style = sample.style;
   const bool comma_is_decimal = sample.separator != ',' && commas.decimal > points.decimal && commas.thousands == 0;
   if (comma_is_decimal) {
@@ -351,7 +352,7 @@ void find_number_style(TableSample& sample, const std::vector<bool>& values) {
   } else if (commas.thousands > 0 || (commas.either > 0 && (points.decimal > 0 || sample.separator == ','))) {
     style.thousands = commas.decimal == 0 ? ',' : '\0';
   } else if (commas.either > 0) {  // only marks like "1,234"
-    const bool leaps = has_plain_whole_numbers(sample, values, ',') && goes_on_as_thousands(sample, values, ',');
+    const bool leaps = has_plain_whole_numbers(sample, values, ',') && is_smoother_as_thousands(sample, values, ',');
     if (leaps)
       style.thousands = ',';
     else
@@ -397,7 +398,7 @@ void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers
   constexpr std::size_t kMostTexts = 8;
   std::set<std::size_t> numeric;
   for (std::size_t i = 0; i < sample.names.size(); ++i)
-    if (!sample.numbers_of(i).empty()) numeric.insert(i);
+    if (!sample.column_numbers(i).empty()) numeric.insert(i);
   std::map<std::string, std::size_t> texts;
   std::vector<Fields> good;
   for (std::size_t row = 0; row < sample.rows.size(); ++row) {
@@ -428,7 +429,7 @@ std::optional<double> TableSample::number_in_field(const std::string& field) con
   return record::number_in(style.normalised(field, changed));
 }
 
-std::vector<double> TableSample::numbers_of(std::size_t column) const {
+std::vector<double> TableSample::column_numbers(std::size_t column) const {
   std::vector<double> numbers;
   for (const auto& row : rows)
     if (const auto number = number_in_field(row[column])) numbers.push_back(*number);
@@ -439,7 +440,7 @@ bool TableSample::is_called_by_number(std::size_t column) const {
   return !header || names[column].empty() || std::ranges::count(names, names[column]) > 1;
 }
 
-std::string TableSample::name_of(std::size_t column) const {
+std::string TableSample::column_name(std::size_t column) const {
   std::string name = names[column].empty() ? std::to_string(column + 1) : names[column];
   if (!cell_units[column].empty() && name.find_first_of("[(") == std::string::npos)
     name += " [" + cell_units[column] + "]";
@@ -461,17 +462,17 @@ Result<TableSample> sample_table(Bytes bytes) {
     return failure(FaultKind::bad_file, file, "no text table of two columns or more, and no log that is known");
   };
   TableSample sample;
-  auto lines = lines_of(std::move(bytes), sample);
+  auto lines = read_sample_lines(std::move(bytes), sample);
   if (!lines) return failure(lines.error());
   const auto comments = take_comments(*lines, sample);
-  const Shape shape = shape_of(*lines);
+  const Shape shape = find_shape(*lines);
   if (shape.width < 2) return no_table();
   sample.separator = shape.separator;
   const auto values = value_columns(*lines, shape);
   std::optional<std::size_t> first;
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < lines->size(); ++i) {
-    auto fields = fields_of((*lines)[i].text, shape.separator);
+    auto fields = split_fields((*lines)[i].text, shape.separator);
     if (fields && is_row(*fields, values)) {
       if (!first) first = i;
       fields->resize(shape.width);

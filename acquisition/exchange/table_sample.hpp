@@ -37,11 +37,11 @@ struct TableSample {
   std::size_t first_damaged{};
 
   /// Returns the numbers of a column, or none if fewer than half of its fields are numbers.
-  [[nodiscard]] std::vector<double> numbers_of(std::size_t column) const;
+  [[nodiscard]] std::vector<double> column_numbers(std::size_t column) const;
   [[nodiscard]] std::optional<double> number_in_field(const std::string& field) const;
   /// Returns true if a map must refer to a column by its number: its name is empty or not unique.
   [[nodiscard]] bool is_called_by_number(std::size_t column) const;
-  [[nodiscard]] std::string name_of(std::size_t column) const;
+  [[nodiscard]] std::string column_name(std::size_t column) const;
   /// Returns the line of a map that names a column: "column = "T1"", or "column_number = 3" with its name as a comment;
   /// for a table without a header "column = 3". `key` replaces "column".
   [[nodiscard]] std::string reference(std::size_t column, const std::string& key = "column") const;

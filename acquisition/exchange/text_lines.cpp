@@ -100,13 +100,13 @@ Result<TextLines> TextLines::open(Bytes bytes, std::string comment) {
   return TextLines(std::move(bytes), std::move(comment), Encoding::utf8);
 }
 
-Fault TextLines::mistake(std::size_t column, std::string what) const {
+Fault TextLines::fault_at(std::size_t column, std::string what) const {
   return {FaultKind::bad_file, fmt::format("{}:{}:{}", file(), number_, column), std::move(what)};
 }
 
 bool TextLines::counts() const {
-  const bool is_told = number_ == 1 && names_separator(line_);
-  return !is_told && !is_comment() && !record::trimmed(line_).empty();
+  const bool is_separator_line = number_ == 1 && names_separator(line_);
+  return !is_separator_line && !is_comment() && !record::trimmed(line_).empty();
 }
 
 bool TextLines::is_comment() const { return !comment_.empty() && line_.starts_with(comment_); }
@@ -142,7 +142,7 @@ Result<bool> TextLines::read_line() {
 Result<void> TextLines::check_ends() const {
   const std::size_t at = line_.find('\r');
   if (at == std::string_view::npos) return {};
-  return failure(mistake(at + 1, "a carriage return within the line, expected lines that end with LF or CRLF"));
+  return failure(fault_at(at + 1, "a carriage return within the line, expected lines that end with LF or CRLF"));
 }
 
 /// Skips the remainder of a line that is longer than the part shown.
@@ -162,8 +162,8 @@ Result<bool> TextLines::next() {
     if (auto ends = check_ends(); !ends) return failure(ends.error());
     const bool good = counts();
     if (good && (cut_short_ || line_.size() > record::kLongestLine))
-      return failure(mistake(record::kLongestLine + 1,
-                             fmt::format("more than {} bytes in a line, expected fewer", record::kLongestLine)));
+      return failure(fault_at(record::kLongestLine + 1,
+                              fmt::format("more than {} bytes in a line, expected fewer", record::kLongestLine)));
     if (good) return true;
     if (auto passed = pass_rest(); !passed) return failure(passed.error());
   }

@@ -45,7 +45,7 @@ class TextLines {
   [[nodiscard]] bool has_end() const { return has_end_; }
 
   /// Returns a fault at a column of the line, from 1: "file:line:column".
-  [[nodiscard]] Fault mistake(std::size_t column, std::string what) const;
+  [[nodiscard]] Fault fault_at(std::size_t column, std::string what) const;
 
  private:
   TextLines(Bytes bytes, std::string comment, Encoding encoding)

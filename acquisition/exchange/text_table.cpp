@@ -87,7 +87,7 @@ class TextTable {
       if (line && !*line) break;
       auto row = line ? read_row() : Result<void>(failure(line.error()));
       if (row) continue;
-      if (is_of_taker_ || !map_.leaves_out_damaged || row.error().kind != FaultKind::bad_file)
+      if (is_take_fault_ || !map_.leaves_out_damaged || row.error().kind != FaultKind::bad_file)
         return failure(std::move(row.error()));
       damaged_.add(row.error());
       if (auto passed = lines_.recover(); !passed) return failure(passed.error());
@@ -96,11 +96,11 @@ class TextTable {
   }
 
  private:
-  Fault mistake(std::size_t column, std::string what) const { return lines_.mistake(column, std::move(what)); }
+  Fault fault_at(std::size_t column, std::string what) const { return lines_.fault_at(column, std::move(what)); }
 
   Result<void> expect(const Result<bool>& line, const char* otherwise) const {
     if (!line) return failure(line.error());
-    return *line ? Result<void>{} : failure(mistake(1, otherwise));
+    return *line ? Result<void>{} : failure(fault_at(1, otherwise));
   }
 
   Result<void> begin() {
@@ -115,7 +115,7 @@ class TextTable {
 
   Result<Findings> finish() {
     if (rows_ == 0 && damaged_.count() > 0) return failure(damaged_.first());
-    if (rows_ == 0) return failure(mistake(1, "the file ends, expected at least one row"));
+    if (rows_ == 0) return failure(fault_at(1, "the file ends, expected at least one row"));
     if (damaged_.count() > static_cast<std::size_t>(rows_)) {
       Fault fault = damaged_.first();
       fault.what += fmt::format("; {} lines are so, more than the {} rows", damaged_.count(), rows_);
@@ -139,7 +139,7 @@ class TextTable {
 
   Result<void> part_line() {
     auto parted = record::cut(lines_.line(), map_.separator, fields_);
-    if (!parted) return failure(mistake(std::stoul(parted.error().where), std::move(parted.error().what)));
+    if (!parted) return failure(fault_at(std::stoul(parted.error().where), std::move(parted.error().what)));
     return parted;
   }
 
@@ -152,18 +152,18 @@ class TextTable {
   }
 
   /// Returns the index of a column; the number of columns if the table does not have it.
-  Result<std::size_t> place_of(const ColumnName& column) const {
+  Result<std::size_t> find_column(const ColumnName& column) const {
     const bool is_numbered = !map_.header || (column.name.empty() && column.number > 0);
     if (is_numbered) return std::min(column.number - 1, width_);
     const std::string wanted(trimmed(column.name));
     const auto found = std::ranges::find(header_, wanted);
     if (found == header_.end()) return width_;
-    const auto place = static_cast<std::size_t>(found - header_.begin());
+    const auto index = static_cast<std::size_t>(found - header_.begin());
     if (const auto again = std::find(found + 1, header_.end(), wanted); again != header_.end())
-      return failure(mistake(fields_[static_cast<std::size_t>(again - header_.begin())].column,
-                             fmt::format("a second column \"{}\", expected one, or column_number = {} in the map",
-                                         column.name, place + 1)));
-    return place;
+      return failure(fault_at(fields_[static_cast<std::size_t>(again - header_.begin())].column,
+                              fmt::format("a second column \"{}\", expected one, or column_number = {} in the map",
+                                          column.name, index + 1)));
+    return index;
   }
 
   /// Finds the columns of the map by the header, or by the width of the first row.
@@ -171,23 +171,23 @@ class TextTable {
     std::vector<std::string> missing;
     std::size_t highest = 0;
     const auto locate = [&](const ColumnName& column) -> Result<std::size_t> {
-      const auto place = place_of(column);
-      if (place && *place == width_) missing.push_back(column.name);
+      const auto index = find_column(column);
+      if (index && *index == width_) missing.push_back(column.name);
       highest = std::max(highest, column.number);
-      return place;
+      return index;
     };
-    const auto locate_if_any = [&](const std::optional<ColumnName>& column, std::optional<std::size_t>& place) {
-      return column ? into(place.emplace(), locate(*column)) : Result<void>{};
+    const auto locate_if_any = [&](const std::optional<ColumnName>& column, std::optional<std::size_t>& index) {
+      return column ? into(index.emplace(), locate(*column)) : Result<void>{};
     };
-    if (auto place = locate_if_any(map_.time, time_at_); !place) return place;
-    if (auto place = locate_if_any(map_.clock, clock_at_); !place) return place;
-    if (auto place = locate_if_any(map_.week, week_at_); !place) return place;
+    if (auto index = locate_if_any(map_.time, time_at_); !index) return index;
+    if (auto index = locate_if_any(map_.clock, clock_at_); !index) return index;
+    if (auto index = locate_if_any(map_.week, week_at_); !index) return index;
     for (const ColumnName& column : columns_)
-      if (auto place = into(places_.emplace_back(), locate(column)); !place) return place;
+      if (auto index = into(indices_.emplace_back(), locate(column)); !index) return index;
     if (missing.empty()) return {};
     const bool is_named = map_.header && highest == 0;
-    return failure(mistake(1, is_named ? describe_missing_columns(missing, header_)
-                                       : fmt::format("{} columns, expected at least {}", width_, highest)));
+    return failure(fault_at(1, is_named ? describe_missing_columns(missing, header_)
+                                        : fmt::format("{} columns, expected at least {}", width_, highest)));
   }
 
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
@@ -204,11 +204,11 @@ class TextTable {
     if (const auto unit = unit_behind_number(field.text);
         is_utf8(unit) && unit.size() < field.text.size() && !unit.empty())
       expected += fmt::format(", or cell_units = [\"{}\"] in [file]", plain(unit));
-    return mistake(field.column, fmt::format("\"{}\"{}, expected {}", shown, of_column(field), expected));
+    return fault_at(field.column, fmt::format("\"{}\"{}, expected {}", shown, in_column(field), expected));
   }
 
   /// Returns " in column "T1"" for a column with a name in the header.
-  std::string of_column(const Field& field) const {
+  std::string in_column(const Field& field) const {
     const auto at = static_cast<std::size_t>(&field - fields_.data());
     return at < header_.size() ? fmt::format(" in column \"{}\"", plain(header_[at])) : "";
   }
@@ -223,7 +223,7 @@ class TextTable {
   }
 
   Result<double> number_at(std::size_t i) {
-    const Field& field = fields_[places_[i]];
+    const Field& field = fields_[indices_[i]];
     const auto text = trimmed(field.text);
     if (!map_.missing.empty() && is_missing(text)) {
       count_missing(i, text);
@@ -265,7 +265,7 @@ class TextTable {
                 : map_.time_form == TimeForm::clock ? clock_.read_clock(text, row)
                                                     : clock_.read_date(text, clock, row);
     if (!read && read.error().where.empty())
-      return failure(mistake(fields_[*time_at_].column, std::move(read.error().what)));
+      return failure(fault_at(fields_[*time_at_].column, std::move(read.error().what)));
     return read;
   }
 
@@ -274,11 +274,11 @@ class TextTable {
     while (fields_.size() > width_ && is_empty(fields_.back())) fields_.pop_back();
     if (fields_.size() == width_) return {};
     const bool ends_in_separator = !header_.empty() && header_.back().empty() && fields_.size() + 1 == width_;
-    const auto reaches = [&](std::size_t place) { return place < fields_.size(); };
-    if (ends_in_separator && std::ranges::all_of(places_, reaches)) return {};
+    const auto reaches = [&](std::size_t index) { return index < fields_.size(); };
+    if (ends_in_separator && std::ranges::all_of(indices_, reaches)) return {};
     return failure(
-        mistake(1, fmt::format("{} fields, expected {}{}", fields_.size(), width_,
-                               rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
+        fault_at(1, fmt::format("{} fields, expected {}{}", fields_.size(), width_,
+                                rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
   }
 
   /// Returns whether the last number of a last line without an end has fewer decimals than all before.
@@ -295,7 +295,7 @@ class TextTable {
   }
 
   Result<void> read_row() {
-    is_of_taker_ = false;
+    is_take_fault_ = false;
     if (auto parted = part_line(); !parted) return parted;
     if (width_ == 0) {
       width_ = fields_.size();
@@ -304,7 +304,7 @@ class TextTable {
     if (auto fits = check_width(); !fits) return fits;
     ForeignRow row;
     if (auto time = read_time(row); !time) return time;
-    for (std::size_t i = 0; i < places_.size(); ++i)
+    for (std::size_t i = 0; i < indices_.size(); ++i)
       if (auto number = into(numbers_[i], number_at(i)); !number) return number;
     torn_ = is_torn();
     if (torn_) return {};
@@ -312,16 +312,16 @@ class TextTable {
     if (!map_.ignores_other_clocks) watch_other_clocks();
     ++rows_;
     auto taken = take_(row);
-    is_of_taker_ = !taken;
+    is_take_fault_ = !taken;
     if (!taken && taken.error().where.empty())
-      return failure(mistake(time_at_ ? fields_[*time_at_].column : 1, std::move(taken.error().what)));
+      return failure(fault_at(time_at_ ? fields_[*time_at_].column : 1, std::move(taken.error().what)));
     return taken;
   }
 
   void watch_other_clocks() {
     if (rows_ == 0)
       for (std::size_t i = 0; i < fields_.size(); ++i)
-        if (i != time_at_ && i != clock_at_ && i != week_at_ && std::ranges::find(places_, i) == places_.end())
+        if (i != time_at_ && i != clock_at_ && i != week_at_ && std::ranges::find(indices_, i) == indices_.end())
           other_clocks_.begin(i, i < header_.size() ? header_[i] : std::to_string(i + 1), trimmed(fields_[i].text));
     for (auto& clock : other_clocks_.clocks())
       if (clock.column < fields_.size()) clock.last = trimmed(fields_[clock.column].text);
@@ -341,14 +341,14 @@ class TextTable {
   /// The number of fields of the header or of the first row.
   std::size_t width_{};
   std::optional<std::size_t> time_at_{}, clock_at_{}, week_at_{};
-  std::vector<std::size_t> places_{};
+  std::vector<std::size_t> indices_{};
   OtherClocks other_clocks_{};
   DamagedLines damaged_{};
   /// The decimals of the last field, if every row so far has the same number.
   std::optional<std::size_t> decimals_{};
   bool torn_ = false;  ///< the last line was left out
   /// The fault comes from the caller's `take`, and the row itself was read.
-  bool is_of_taker_ = false;
+  bool is_take_fault_ = false;
   std::string changed_{};
   std::int64_t rows_{};
 };

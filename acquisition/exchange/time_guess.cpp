@@ -53,10 +53,10 @@ struct Course {
   std::size_t repeats{};  ///< rows with an unchanged time
   std::size_t back{};     ///< rows with an earlier time
   double first_back_s{};
-  bool all_back_alike{};  ///< steps back are about equal
+  bool all_steps_back_equal{};  ///< steps back are about equal
 };
 
-Course course_of(const std::vector<double>& times_s) {
+Course describe_course(const std::vector<double>& times_s) {
   Course course{.step_s = usual_positive_step(times_s)};
   double least = 0, greatest = 0;
   for (std::size_t i = 1; i < times_s.size(); ++i) {
@@ -67,12 +67,12 @@ Course course_of(const std::vector<double>& times_s) {
     least = std::min(least, back);
     greatest = std::max(greatest, back);
   }
-  course.all_back_alike = greatest - least <= 0.01 * greatest;
+  course.all_steps_back_equal = greatest - least <= 0.01 * greatest;
   return course;
 }
 
 /// Returns the number of rows that would be left out to put the times in order.
-std::size_t left_out_of(const std::vector<double>& times_s) {
+std::size_t count_left_out(const std::vector<double>& times_s) {
   ImportMap map;
   map.units = {{.axes = {record::AxisInfo{.kind = record::GyroKind::rate}}}};
   map.out_of_order = OutOfOrder::skip;
@@ -84,8 +84,8 @@ std::size_t left_out_of(const std::vector<double>& times_s) {
 }
 
 /// Returns the power of two at which a counter restarts; nothing if it does not. `unit_s` is its unit.
-std::optional<double> wrap_of(const Course& course, double unit_s) {
-  if (course.back == 0 || !course.all_back_alike) return std::nullopt;
+std::optional<double> find_wrap(const Course& course, double unit_s) {
+  if (course.back == 0 || !course.all_steps_back_equal) return std::nullopt;
   for (const int bits : {16, 24, 31, 32}) {
     const double most = std::ldexp(1, bits) * unit_s;
     if (course.first_back_s <= most && course.first_back_s > most - 3 * std::max(course.step_s, unit_s))
@@ -97,12 +97,12 @@ std::optional<double> wrap_of(const Course& course, double unit_s) {
 /// Returns the lines of a map that a series of times requires. `unit_s` is the unit of a counter; 0 for other times.
 std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   constexpr double kFastestKept_s = 0.5, kMostLeftOut = 0.02;
-  const Course course = course_of(times_s);
+  const Course course = describe_course(times_s);
   std::string text;
-  if (const auto wrap = unit_s > 0 ? wrap_of(course, unit_s) : std::nullopt) {
+  if (const auto wrap = unit_s > 0 ? find_wrap(course, unit_s) : std::nullopt) {
     text += fmt::format("wrap = {:.0f}        # the counter begins again there\n", *wrap);
   } else if (course.back > 0) {
-    const auto left_out = left_out_of(times_s);
+    const auto left_out = count_left_out(times_s);
     const bool is_few =
         static_cast<double>(left_out) <= std::max(2.0, kMostLeftOut * static_cast<double>(times_s.size()));
     text += is_few ? "out_of_order = \"skip\"        # the time goes back in some rows: such rows are left out\n"
@@ -121,7 +121,7 @@ std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   return text;
 }
 
-bool goes_on(const std::vector<double>& times) {
+bool advances(const std::vector<double>& times) {
   const double step = usual_positive_step(times);
   if (times.size() < 2) return true;
   const auto forward = std::ranges::adjacent_find(times, std::less<>()) != times.end();
@@ -158,7 +158,7 @@ struct DateReading {
   Dated dated{};
 };
 
-std::vector<DateReading> readings_of(const TableSample& sample, std::size_t column) {
+std::vector<DateReading> find_readings(const TableSample& sample, std::size_t column) {
   std::vector<DateReading> readings;
   if (auto dated = dates_in(sample, column, parse_civil_time)) return {{"iso", "", std::move(*dated)}};
   const auto first = std::string_view(sample.rows.front()[column]);
@@ -199,7 +199,7 @@ std::string order_lines(const TableSample& sample, std::size_t column, const std
   std::string text;
   for (const DateReading& reading : readings)
     text += fmt::format("# order = \"{}\"        # then \"{}\" of column {} is {}; which one is it?\n", reading.order,
-                        plain(sample.rows.front()[column]), toml_text(sample.name_of(column)),
+                        plain(sample.rows.front()[column]), toml_text(sample.column_name(column)),
                         in_days(reading.dated.times_s.front()));
   return text;
 }
@@ -218,8 +218,8 @@ std::optional<std::vector<double>> clocks_in(const TableSample& sample, std::siz
 std::optional<std::size_t> clock_column(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto& first = sample.rows.front()[i];
-    const bool has_colon = first.find(':') != std::string::npos || is_time_name(sample.name_of(i));
-    if (has_colon && sample.numbers_of(i).empty() && clocks_in(sample, i)) return i;
+    const bool has_colon = first.find(':') != std::string::npos || is_time_name(sample.column_name(i));
+    if (has_colon && sample.column_numbers(i).empty() && clocks_in(sample, i)) return i;
   }
   return std::nullopt;
 }
@@ -228,8 +228,8 @@ constexpr const char* kZoneLine = "zone = \"Z\"        # the times name none: is
 
 std::optional<TimeGuess> guess_dates(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
-    if (!sample.numbers_of(i).empty() && sample.rows.front()[i].size() < 8) continue;
-    auto readings = readings_of(sample, i);
+    if (!sample.column_numbers(i).empty() && sample.rows.front()[i].size() < 8) continue;
+    auto readings = find_readings(sample, i);
     if (readings.empty()) continue;
     const std::size_t none = sample.names.size();
     const std::size_t clock = readings.front().dated.has_time_of_day ? none : clock_column(sample).value_or(none);
@@ -241,7 +241,7 @@ std::optional<TimeGuess> guess_dates(const TableSample& sample) {
     }
     drop_less_likely(sample, i, readings);
     const auto& [unit, order, dated] = readings.front();
-    if (!goes_on(dated.times_s)) continue;
+    if (!advances(dated.times_s)) continue;
     TimeGuess guess{.columns = {i}};
     guess.text =
         fmt::format("[time]\n{}\nunit = \"{}\"\n", sample.reference(i), unit) + order_lines(sample, i, readings);
@@ -265,7 +265,7 @@ std::optional<TimeGuess> guess_clock(const TableSample& sample) {
     if (times[i] + days < times[i - 1] - kDay_s / 2) days += kDay_s;
     times[i] += days;
   }
-  if (!goes_on(times)) return std::nullopt;
+  if (!advances(times)) return std::nullopt;
   return TimeGuess{fmt::format("[time]\n{}\nunit = \"clock\"        # a time of day; its date is not known\n",
                                sample.reference(*column)) +
                        course_lines(times, 0),
@@ -298,15 +298,15 @@ bool is_usual_pace(double step) {
 }
 
 /// Returns the rate of change of the fastest thermometer, per unit of time: its range divided by the duration.
-double pace_of(const TableSample& sample, const std::vector<std::size_t>& thermometers,
-               const std::vector<double>& times) {
+double thermometer_pace(const TableSample& sample, const std::vector<std::size_t>& thermometers,
+                        const std::vector<double>& times) {
   double range = 0;
   for (const std::size_t column : thermometers) {
-    auto numbers = sample.numbers_of(column);
+    auto numbers = sample.column_numbers(column);
     if (numbers.size() < 3) continue;
     const std::size_t margin = numbers.size() / 50;
     std::ranges::sort(numbers);
-    const auto scale = celsius_scale_of(temperature_unit_in(sample.name_of(column)));
+    const auto scale = celsius_scale(temperature_unit_in(sample.column_name(column)));
     range = std::max(range, (numbers[numbers.size() - 1 - margin] - numbers[margin]) * (scale ? scale->scale : 1));
   }
   const auto [least, greatest] = std::ranges::minmax_element(times);
@@ -325,10 +325,10 @@ std::vector<std::string> units_by_step(const TableSample& sample, std::size_t co
       break;
     }
   if (fast != "ms") return {fast};
-  const double pace_ms = pace_of(sample, thermometers, times) * 1000;  // K/s if the unit is ms
+  const double pace_ms = thermometer_pace(sample, thermometers, times) * 1000;  // K/s if the unit is ms
   if (pace_ms >= kFastestOfAir) return {"s"};
   if (pace_ms >= kSlowestOfAir && pace_ms < kFastestOfAir / 2 && !is_usual_pace(step)) return {"ms"};
-  const bool is_stamp = in_lower_case(sample.name_of(column)).find("stamp") != std::string::npos;
+  const bool is_stamp = in_lower_case(sample.column_name(column)).find("stamp") != std::string::npos;
   if (is_stamp || !is_usual_pace(step)) return {"ms"};
   return {"s", "ms"};
 }
@@ -338,9 +338,9 @@ std::string ask_unit(const TableSample& sample, std::size_t column, const std::v
   const auto [least, greatest] = std::ranges::minmax_element(times);
   std::string text;
   for (const auto& unit : units)
-    text +=
-        fmt::format("# unit = \"{}\"        # then the rows of column {} last {}; which one is it?\n", unit,
-                    toml_text(sample.name_of(column)), spoken(from_seconds((*greatest - *least) * seconds_in(unit))));
+    text += fmt::format("# unit = \"{}\"        # then the rows of column {} last {}; which one is it?\n", unit,
+                        toml_text(sample.column_name(column)),
+                        spoken(from_seconds((*greatest - *least) * seconds_in(unit))));
   return text;
 }
 
@@ -352,9 +352,9 @@ std::vector<double> in_seconds(std::vector<double> times, double unit_s) {
 
 TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std::vector<std::size_t>& thermometers) {
   constexpr double kSlowestOfAClock_s = 600;
-  const auto times = sample.numbers_of(column);
+  const auto times = sample.column_numbers(column);
   const double step = usual_positive_step(times);
-  const std::string named = time_unit_in(sample.name_of(column)), since = unit_since_1970(times.front());
+  const std::string named = time_unit_in(sample.column_name(column)), since = unit_since_1970(times.front());
   const std::string serial = serial_unit(times.front(), step);
   const bool is_named = is_unit_of_time(named);
   TimeGuess guess{fmt::format("[time]\n{}\n", sample.reference(column)), {column}};
@@ -383,8 +383,8 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
 std::optional<TimeGuess> guess_gps(const TableSample& sample) {
   std::optional<std::size_t> week, of_week;
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
-    const auto name = in_lower_case(sample.name_of(i));
-    if (sample.numbers_of(i).empty()) continue;
+    const auto name = in_lower_case(sample.column_name(i));
+    if (sample.column_numbers(i).empty()) continue;
     if (name.find("week") != std::string::npos && name.find("time") == std::string::npos &&
         name.find("tow") == std::string::npos)
       week = i;
@@ -394,12 +394,12 @@ std::optional<TimeGuess> guess_gps(const TableSample& sample) {
   }
   if (!week || !of_week) return std::nullopt;
   constexpr double kSecondsOfWeek = 604800;
-  const auto weeks = sample.numbers_of(*week);
-  auto times = sample.numbers_of(*of_week);
-  const auto named = time_unit_in(sample.name_of(*of_week));
+  const auto weeks = sample.column_numbers(*week);
+  auto times = sample.column_numbers(*of_week);
+  const auto named = time_unit_in(sample.column_name(*of_week));
   if (weeks.size() != times.size() || (!named.empty() && named != "s")) return std::nullopt;
   for (std::size_t i = 0; i < times.size(); ++i) times[i] += weeks[i] * kSecondsOfWeek;
-  if (!goes_on(times)) return std::nullopt;
+  if (!advances(times)) return std::nullopt;
   return TimeGuess{fmt::format("[time]\n{}\nunit = \"gps\"        # seconds of the week\n{}\n",
                                sample.reference(*of_week), sample.reference(*week, "week")) +
                        course_lines(times, 0),
@@ -410,11 +410,11 @@ std::optional<TimeGuess> guess_gps(const TableSample& sample) {
 std::optional<TimeGuess> name_unknown(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto looks = std::ranges::count_if(sample.rows, [&](const auto& row) { return looks_like_time(row[i]); });
-    if (2 * static_cast<std::size_t>(looks) < sample.rows.size() || !sample.numbers_of(i).empty()) continue;
+    if (2 * static_cast<std::size_t>(looks) < sample.rows.size() || !sample.column_numbers(i).empty()) continue;
     return TimeGuess{
         fmt::format("[time]        # column {} looks like a time, \"{}\", and is not understood: how is it "
                     "written? Else name another column\n{}\n",
-                    toml_text(sample.name_of(i)), plain(sample.rows.front()[i]), sample.reference(i)),
+                    toml_text(sample.column_name(i)), plain(sample.rows.front()[i]), sample.reference(i)),
         {i}};
   }
   return std::nullopt;
@@ -426,11 +426,11 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
   if (auto guess = guess_gps(sample)) return *guess;
   if (auto guess = guess_dates(sample)) return *guess;
   const auto is_other = [&](std::size_t i) {
-    return std::ranges::find(thermometers, i) != thermometers.end() || is_gyro_name(sample.name_of(i));
+    return std::ranges::find(thermometers, i) != thermometers.end() || is_gyro_name(sample.column_name(i));
   };
   for (std::size_t i = 0; i < sample.names.size(); ++i)
-    if (const auto numbers = sample.numbers_of(i);
-        is_time_name(sample.name_of(i)) && !is_other(i) && !numbers.empty() && goes_on(numbers))
+    if (const auto numbers = sample.column_numbers(i);
+        is_time_name(sample.column_name(i)) && !is_other(i) && !numbers.empty() && advances(numbers))
       return guess_numbers(sample, i, thermometers);
   if (auto guess = guess_clock(sample)) return *guess;
   if (auto guess = name_unknown(sample)) return *guess;
@@ -438,7 +438,7 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
     return numbers.size() > 2 && std::ranges::adjacent_find(numbers, std::greater_equal<>()) == numbers.end();
   };
   for (std::size_t i = 0; i < sample.names.size(); ++i)
-    if (!is_other(i) && increases(sample.numbers_of(i))) return guess_numbers(sample, i, thermometers);
+    if (!is_other(i) && increases(sample.column_numbers(i))) return guess_numbers(sample, i, thermometers);
   return {
       "[time]        # no column of times that go on was found: how long does a row last?\n"
       "# interval = \"1 s\"\n",

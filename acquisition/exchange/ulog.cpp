@@ -85,9 +85,9 @@ class Formats {
   /// Returns nothing if the format is missing or larger than a message, or if is_exhausted().
   [[nodiscard]] std::optional<LogSeries> series(const std::string& name, unsigned instance) {
     LogSeries series{.message = name, .instance = instance};
-    std::size_t place = 0;
-    if (!expand(name, "", place, series, kDeepest)) return std::nullopt;
-    whole_ = place;
+    std::size_t offset = 0;
+    if (!expand(name, "", offset, series, kDeepest)) return std::nullopt;
+    whole_ = offset;
     const auto time = std::ranges::find(series.fields, "timestamp", &LogField::name);
     if (time == series.fields.end() || time->type != NumberType::uint64) return std::nullopt;
     series.time = *time;
@@ -101,7 +101,7 @@ class Formats {
 
  private:
   /// Adds the fields of a format from position `place` on, and advances `place`.
-  bool expand(const std::string& name, const std::string& prefix, std::size_t& place, LogSeries& series, int depth) {
+  bool expand(const std::string& name, const std::string& prefix, std::size_t& offset, LogSeries& series, int depth) {
     const auto format = formats_.find(name);
     if (format == formats_.end() || format->second.empty() || depth == 0) return false;
     for (const DeclaredField& field : format->second) {
@@ -109,14 +109,14 @@ class Formats {
       const bool is_padding = (basic || field.type == "char") && field.name.starts_with("_padding");
       if (is_padding || field.type == "char") {
         ++expanded_;
-        if (!pass_over(field, basic ? size_of(*basic) : 1, is_padding, place, series)) return false;
+        if (!pass_over(field, basic ? size_of(*basic) : 1, is_padding, offset, series)) return false;
         continue;
       }
       for (std::size_t i = 0; i < field.count; ++i) {
         if (++expanded_ > kMostExpanded) return false;
         const auto full = prefix + field.name + (field.is_array ? fmt::format("[{}]", i) : "");
-        if (!(basic ? add_number(*basic, full, place, series)
-                    : expand(field.type, full + ".", place, series, depth - 1)))
+        if (!(basic ? add_number(*basic, full, offset, series)
+                    : expand(field.type, full + ".", offset, series, depth - 1)))
           return false;
       }
     }
@@ -124,19 +124,19 @@ class Formats {
   }
 
   /// Skips a field without numbers in one step. A message omits padding at its end.
-  static bool pass_over(const DeclaredField& field, std::size_t bytes, bool is_padding, std::size_t& place,
+  static bool pass_over(const DeclaredField& field, std::size_t bytes, bool is_padding, std::size_t& offset,
                         LogSeries& series) {
-    if (place + bytes * field.count > kLargestMessage) return false;
-    place += bytes * field.count;
-    if (!is_padding) series.size = place;
+    if (offset + bytes * field.count > kLargestMessage) return false;
+    offset += bytes * field.count;
+    if (!is_padding) series.size = offset;
     return true;
   }
 
-  static bool add_number(NumberType type, const std::string& name, std::size_t& place, LogSeries& series) {
-    if (place + size_of(type) > kLargestMessage) return false;
-    series.fields.push_back({.name = name, .place = place, .type = type});
-    place += size_of(type);
-    series.size = place;
+  static bool add_number(NumberType type, const std::string& name, std::size_t& offset, LogSeries& series) {
+    if (offset + size_of(type) > kLargestMessage) return false;
+    series.fields.push_back({.name = name, .offset = offset, .type = type});
+    offset += size_of(type);
+    series.size = offset;
     return true;
   }
 
@@ -176,9 +176,9 @@ class UlogReader {
     if (dropouts_ > 0) notes.push_back(fmt::format("{} drop-outs of the log, {} ms in all", dropouts_, dropped_ms_));
     note(unknown_, "messages of an unknown kind were passed over");
     note(reading_.damaged(), "messages are damaged and were left out");
-    if (damaged_places_ > 0)
+    if (damaged_sections_ > 0)
       notes.push_back(
-          fmt::format("{} bytes in {} places are no messages and were passed over", damaged_bytes_, damaged_places_));
+          fmt::format("{} bytes in {} places are no messages and were passed over", damaged_bytes_, damaged_sections_));
     if (ends_within_ > 0) notes.push_back(fmt::format("the log ends within a message, {} bytes of it", ends_within_));
     return notes;
   }
@@ -278,7 +278,7 @@ class UlogReader {
   /// Skips to the next position that is followed by three consecutive messages, or by all remaining ones.
   Result<void> pass_damage() {
     constexpr std::size_t kWindow = 1 << 19, kChain = 3;
-    ++damaged_places_;
+    ++damaged_sections_;
     for (std::size_t passed = 0;;) {
       const auto ahead = bytes_.ahead(kWindow);
       if (!ahead) return failure(ahead.error());
@@ -375,7 +375,7 @@ class UlogReader {
   std::map<std::uint16_t, std::size_t> subscribed_{};
   std::vector<std::uint64_t> appended_{};
   std::map<std::uint16_t, std::pair<std::size_t, std::size_t>> sizes_{};  ///< data sizes of each series
-  std::size_t dropouts_{}, unknown_{}, ends_within_{}, damaged_places_{};
+  std::size_t dropouts_{}, unknown_{}, ends_within_{}, damaged_sections_{};
   std::uint64_t damaged_bytes_{};
   std::uint64_t dropped_ms_{};
 };
@@ -389,7 +389,7 @@ Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take) 
   return reader.read().map([&] { return reader.notes(); });
 }
 
-Result<std::vector<LogColumn>> columns_of_ulog(Bytes bytes) {
+Result<std::vector<LogColumn>> read_ulog_columns(Bytes bytes) {
   UlogReader reader(std::move(bytes), LogReading());
   return reader.read().map([&] { return reader.reading().published(); });
 }

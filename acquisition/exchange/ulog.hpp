@@ -20,7 +20,7 @@ namespace gyrotherm::exchange {
 [[nodiscard]] Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
 /// Returns every column of a log with at least one message, in order of its series.
-[[nodiscard]] Result<std::vector<LogColumn>> columns_of_ulog(Bytes bytes);
+[[nodiscard]] Result<std::vector<LogColumn>> read_ulog_columns(Bytes bytes);
 
 /// Returns whether a file with this beginning is a ULog file.
 [[nodiscard]] bool is_ulog(std::string_view beginning);

@@ -20,7 +20,7 @@ bool is_alarm(const Event& event) {
   return (event.kind == EventKind::interlock || event.kind == EventKind::fault) && !event.about.interlock.empty();
 }
 
-std::string tag_of(const EventSubject& about) {
+std::string alarm_tag(const EventSubject& about) {
   return about.channel.empty() ? about.interlock : about.interlock + " " + about.channel;
 }
 
@@ -36,7 +36,7 @@ std::int64_t take_number(std::string_view& text) {
 /// The text of an acknowledgement in parts. `first` is 0 if the text is not one.
 struct AcknowledgementText {
   std::int64_t first{}, last{};
-  std::string who, comment;
+  std::string author, comment;
 };
 
 AcknowledgementText parse_acknowledgement(std::string_view text) {
@@ -52,7 +52,7 @@ AcknowledgementText parse_acknowledgement(std::string_view text) {
   text.remove_prefix(kAcknowledged.size());
   const auto colon = std::min(text.find(": "), text.size());
   const auto comment = text.substr(std::min(colon + 2, text.size()));
-  return {.first = first, .last = last, .who = std::string(text.substr(0, colon)), .comment = std::string(comment)};
+  return {.first = first, .last = last, .author = std::string(text.substr(0, colon)), .comment = std::string(comment)};
 }
 
 /// Divides the text of an alarm into the text proper and the tag of its root; no tag if it names none.
@@ -65,7 +65,7 @@ std::pair<std::string, std::string> split_root(const std::string& text) {
 
 }  // namespace
 
-AlarmPriority priority_of(std::string_view reaction) {
+AlarmPriority priority_for_reaction(std::string_view reaction) {
   if (reaction == "abort") return AlarmPriority::high;
   return reaction == "hold" || reaction == "suspend" ? AlarmPriority::medium : AlarmPriority::low;
 }
@@ -110,7 +110,7 @@ bool Alarms::is_suppressed_by(const Row* root, const Alarm& alarm) const {
 
 void Alarms::raise(const RecordedEvent& recorded) {
   const auto& event = recorded.event;
-  auto row = std::ranges::find_if(rows_, [&](const Row& one) { return one.alarm.tag() == tag_of(event.about); });
+  auto row = std::ranges::find_if(rows_, [&](const Row& one) { return one.alarm.tag() == alarm_tag(event.about); });
   if (row == rows_.end()) {
     rows_.push_back({.alarm = {.first_utc = event.at.utc,
                                .interlock = event.about.interlock,
@@ -125,7 +125,7 @@ void Alarms::raise(const RecordedEvent& recorded) {
   alarm.slot = recorded.slot;
   alarm.utc = event.at.utc;
   alarm.reaction = event.about.reaction;
-  alarm.priority = priority_of(alarm.reaction);
+  alarm.priority = priority_for_reaction(alarm.reaction);
   alarm.text = std::move(text);
   ++alarm.count;
   alarm.active = true;
@@ -139,7 +139,7 @@ void Alarms::raise(const RecordedEvent& recorded) {
 }
 
 void Alarms::clear(const Event& event) {
-  const auto tag = tag_of(event.about);
+  const auto tag = alarm_tag(event.about);
   for (auto& row : rows_) {
     if (row.alarm.tag() == tag && row.alarm.active) {
       row.alarm.active = false;
@@ -150,16 +150,16 @@ void Alarms::clear(const Event& event) {
 }
 
 void Alarms::acknowledge(const Event& event) {
-  const auto said = parse_acknowledgement(event.text);
+  const auto parsed = parse_acknowledgement(event.text);
   for (auto& row : rows_) {
-    const auto is_covered = [&](std::int64_t number) { return number >= said.first && number <= said.last; };
-    if (std::ranges::find(row.unacknowledged, said.first) == row.unacknowledged.end()) continue;
+    const auto is_covered = [&](std::int64_t number) { return number >= parsed.first && number <= parsed.last; };
+    if (std::ranges::find(row.unacknowledged, parsed.first) == row.unacknowledged.end()) continue;
     std::ranges::copy_if(row.unacknowledged, std::back_inserter(acknowledged_), is_covered);
     std::erase_if(row.unacknowledged, is_covered);
     row.alarm.acknowledged = row.unacknowledged.empty();
     if (!row.unacknowledged.empty()) row.alarm.number = row.unacknowledged.front();
-    row.alarm.acknowledged_by = said.who;
-    row.alarm.comment = said.comment;
+    row.alarm.acknowledged_by = parsed.author;
+    row.alarm.comment = parsed.comment;
   }
 }
 
@@ -227,10 +227,10 @@ AlarmCount Alarms::count() const {
 }
 
 std::string Alarms::objection(std::int64_t number) const {
-  const auto has_it = [&](const Row& row) {
+  const auto has_number = [&](const Row& row) {
     return std::ranges::find(row.unacknowledged, number) != row.unacknowledged.end();
   };
-  if (std::ranges::any_of(rows_, has_it)) return {};
+  if (std::ranges::any_of(rows_, has_number)) return {};
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
   if (std::ranges::find(crowded_out_, number) != crowded_out_.end())
@@ -238,13 +238,13 @@ std::string Alarms::objection(std::int64_t number) const {
   return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
 }
 
-Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view who,
+Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view author,
                          std::string_view comment) {
   return {.at = at,
           .kind = EventKind::acknowledged,
           .text = fmt::format("{}{}{}{}{}: {}", kAlarm, alarm.number,
                               alarm.last_number > alarm.number ? fmt::format("{}{}", kTo, alarm.last_number) : "",
-                              kAcknowledged, who, comment),
+                              kAcknowledged, author, comment),
           .about = {
               .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
 }

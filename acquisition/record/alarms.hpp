@@ -28,7 +28,7 @@ inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmP
   return word_in<AlarmPriority::high>({"low", "medium", "high"}, priority);
 }
 /// Returns the priority of a reaction: abort is high, hold and suspend are medium, all others are low.
-[[nodiscard]] AlarmPriority priority_of(std::string_view reaction);
+[[nodiscard]] AlarmPriority priority_for_reaction(std::string_view reaction);
 
 /// One row of the list.
 struct Alarm {
@@ -147,6 +147,6 @@ class Alarms {
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
 /// acknowledged by …" for several occurrences. see() parses the numbers. `at` and `segment` are the present ones.
 [[nodiscard]] Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment,
-                                       std::string_view who, std::string_view comment);
+                                       std::string_view author, std::string_view comment);
 
 }  // namespace gyrotherm::record

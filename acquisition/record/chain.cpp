@@ -100,7 +100,7 @@ namespace {
 constexpr std::size_t kDigits = 64, kName = 66;
 
 /// Parses a manifest into names and digests, in its order. Returns nothing if the text is not a manifest.
-std::optional<std::vector<std::pair<std::string, std::string>>> lines_of_manifest(const std::string& text) {
+std::optional<std::vector<std::pair<std::string, std::string>>> parse_manifest(const std::string& text) {
   std::vector<std::pair<std::string, std::string>> files;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -112,12 +112,12 @@ std::optional<std::vector<std::pair<std::string, std::string>>> lines_of_manifes
 
 /// Returns the present name of a file after the record `was` was renamed to `now` together with all its files. Returns
 /// the name of any other file unchanged.
-std::string renamed(const std::string& file, const std::string& was, const std::string& now) {
+std::string renamed(const std::string& file, const std::string& old_name, const std::string& now) {
   constexpr std::string_view kLog = "-wal";
-  if (file.ends_with(kLog)) return renamed(file.substr(0, file.size() - kLog.size()), was, now).append(kLog);
-  if (file == was) return now;
+  if (file.ends_with(kLog)) return renamed(file.substr(0, file.size() - kLog.size()), old_name, now).append(kLog);
+  if (file == old_name) return now;
   const auto name = part_name(file);
-  return name && name->record == was ? part_path(now, name->part) : file;
+  return name && name->record == old_name ? part_path(now, name->part) : file;
 }
 
 }  // namespace
@@ -127,7 +127,7 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   const auto text = read_text_file_if_any(manifest_path(record_path));
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
-  auto lines = lines_of_manifest(**text);
+  auto lines = parse_manifest(**text);
   if (!lines) return refuse("is no manifest");
   const auto folder = std::filesystem::path(record_path).parent_path();
   const auto own = name_in_folder(record_path);
@@ -136,7 +136,7 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   };
   // The first line names the record's own file, under its name at the time of closing.
   if (!lines->empty() && !is_named())
-    for (const auto was = lines->front().first; auto& [name, digest] : *lines) name = renamed(name, was, own);
+    for (const auto old_name = lines->front().first; auto& [name, digest] : *lines) name = renamed(name, old_name, own);
   if (!is_named()) return refuse("does not name the record");
   Manifest files;
   for (const auto& [name, digest] : *lines) {
@@ -171,7 +171,7 @@ class Cursor {
     at_end_ = !*more;
     return {};
   }
-  [[nodiscard]] std::pair<std::int64_t, int> place() const {
+  [[nodiscard]] std::pair<std::int64_t, int> position() const {
     if (at_end_) return {std::numeric_limits<std::int64_t>::max(), rank_};
     return {query_.integer(key_), rank_};
   }
@@ -199,7 +199,7 @@ class Cursor {
 
 /// Opens a cursor per table. The ranks give the order in which the rows of a second are written: the sample or the gap,
 /// its missing readings, its events.
-Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) {
+Result<std::vector<Cursor>> open_cursors(Database& database, const RunInfo& info) {
   struct Table {
     const char* name;
     int key;
@@ -210,7 +210,7 @@ Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) 
       Table{"sample", 0, 0, fmt::format("SELECT {}, chain FROM sample ORDER BY slot", SampleColumns(info).names())},
       Table{"gap", 1, 0, "SELECT first, last, cause, chain FROM gap ORDER BY first"},
       Table{"fault", 1, 1, "SELECT id, slot, channel, kind, \"where\", what, chain FROM fault ORDER BY id"},
-      Table{"event", 1, 2, fmt::format("SELECT id, {}, chain FROM event ORDER BY id", names_of(columns_of_events()))}};
+      Table{"event", 1, 2, fmt::format("SELECT id, {}, chain FROM event ORDER BY id", names_of(event_columns()))}};
   std::vector<Cursor> cursors;
   for (const auto& table : tables) {
     auto query = database.prepare(table.query);
@@ -229,7 +229,7 @@ Result<void> add_rows(RowChain& chain, Database& database, std::string_view tabl
   });
 }
 
-tl::unexpected<Fault> broken(const std::string& path, std::string_view what) {
+tl::unexpected<Fault> broken_chain(const std::string& path, std::string_view what) {
   return failure(FaultKind::bad_file, path, fmt::format("{} not as it was written", what));
 }
 
@@ -261,12 +261,12 @@ Result<Seals> read_seals(Database& database) {
 }
 
 Result<void> each_cursor(Database& database, const RunInfo& info, const std::function<Result<void>(Cursor&)>& use) {
-  auto cursors = cursors_of(database, info);
+  auto cursors = open_cursors(database, info);
   if (!cursors) return failure(cursors.error());
   for (;;) {
     Cursor* next = &cursors->front();
     for (Cursor& cursor : *cursors)
-      if (cursor.place() < next->place()) next = &cursor;
+      if (cursor.position() < next->position()) next = &cursor;
     if (next->at_end()) return {};
     if (auto used = use(*next); !used) return used;
     if (auto advanced = next->advance(); !advanced) return advanced;
@@ -276,7 +276,7 @@ Result<void> each_cursor(Database& database, const RunInfo& info, const std::fun
 Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
   CheckedChain checked{.chain = RowChain(start)};
   const auto walked = each_cursor(database, info, [&](Cursor& at) -> Result<void> {
-    if (!at.fits(checked.chain)) return broken(path, fmt::format("{}, or what stood before it, is", at.name()));
+    if (!at.fits(checked.chain)) return broken_chain(path, fmt::format("{}, or what stood before it, is", at.name()));
     ++checked.rows;
     return {};
   });
@@ -314,7 +314,7 @@ Result<Digest> description_hash(Database& database) {
 }
 
 Result<void> each_chained_row(Database& database, const RunInfo& info, const UseRow& use) {
-  return each_cursor(database, info, [&](Cursor& at) { return use(at.table(), at.place().first, at.row()); });
+  return each_cursor(database, info, [&](Cursor& at) { return use(at.table(), at.position().first, at.row()); });
 }
 
 Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad) {
@@ -333,16 +333,16 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
   if (!seals) return failure(seals.error());
   const auto start = description_hash(database);
   if (!start) return failure(start.error());
-  if (hex(*start) != seals->start) return broken(path, "the description of the run is");
-  if (!seals->is_single) return broken(path, "the count of the frames is");
+  if (hex(*start) != seals->start) return broken_chain(path, "the description of the run is");
+  if (!seals->is_single) return broken_chain(path, "the count of the frames is");
   auto checked = walk(database, path, *info, *start);
   if (!checked) return checked;
   const auto head = hex(checked->chain.head());
-  if (head != (seals->head.empty() ? seals->start : seals->head)) return broken(path, "the end of the record is");
+  if (head != (seals->head.empty() ? seals->start : seals->head)) return broken_chain(path, "the end of the record is");
   const auto finished = is_finished(database);
   if (!finished) return failure(finished.error());
   const auto end = *finished ? hex(end_hash(checked->chain, seals->seen, seals->lost, seals->bad)) : std::string();
-  if (end != seals->end) return broken(path, "the outcome of the run is");
+  if (end != seals->end) return broken_chain(path, "the outcome of the run is");
   return checked;
 }
 

@@ -123,7 +123,7 @@ Result<void> cut(std::string_view line, char separator, std::vector<Field>& fiel
   }
 }
 
-tl::unexpected<Fault> LiveRows::mistake(std::size_t column, std::string what) const {
+tl::unexpected<Fault> LiveRows::fault_at(std::size_t column, std::string what) const {
   return failure(FaultKind::bad_file, fmt::format("{}:{}:{}", source_, line_, column), std::move(what));
 }
 
@@ -134,7 +134,7 @@ Result<void> LiveRows::take(std::string_view piece) {
     std::string_view line = piece.substr(0, end);
     if (line.size() > kLongestLine || line.size() + rest_.size() > kLongestLine) {
       ++line_;
-      return mistake(1, fmt::format("more than {} bytes without an end of line", kLongestLine));
+      return fault_at(1, fmt::format("more than {} bytes without an end of line", kLongestLine));
     }
     if (!whole || !rest_.empty()) rest_ += line;
     if (!whole) return {};
@@ -152,7 +152,7 @@ Result<void> LiveRows::finish() {
   }
   if (!header_.empty()) return {};
   ++line_;
-  return mistake(1, "no input, expected a header");
+  return fault_at(1, "no input, expected a header");
 }
 
 Result<void> LiveRows::read_line(std::string_view line) {
@@ -185,7 +185,7 @@ Result<void> LiveRows::read_header() {
 
 Result<void> LiveRows::read_row() {
   if (fields_.size() != header_.size()) {
-    return mistake(1, fmt::format("{} fields, expected {}", fields_.size(), header_.size()));
+    return fault_at(1, fmt::format("{} fields, expected {}", fields_.size(), header_.size()));
   }
   const std::size_t before = numbers_.size();
   for (const std::size_t at : columns_) {
@@ -195,7 +195,7 @@ Result<void> LiveRows::read_row() {
     const auto number = number_in(field.text);
     if (!number) {
       numbers_.resize(before);
-      return mistake(field.column, fmt::format("\"{}\", expected a number", field.text));
+      return fault_at(field.column, fmt::format("\"{}\", expected a number", field.text));
     }
     numbers_.back() = *number;
   }
@@ -259,7 +259,7 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
   }
 }
 
-std::string title_of(const ChannelColumn& column, const RunInfo& info) {
+std::string column_title(const ChannelColumn& column, const RunInfo& info) {
   if (column.measures == Measures::temperature) return column.name + " [°C]";
   const UnitInfo& unit = info.units[column.unit];
   switch (column.measures) {
@@ -284,7 +284,7 @@ double number_at(const std::vector<double>& column, std::size_t row) {
   return row < column.size() ? column[row] : kMissing;
 }
 
-double number_of_channel(const Record& record, const ChannelColumn& column, std::size_t row) {
+double channel_value(const Record& record, const ChannelColumn& column, std::size_t row) {
   if (column.measures == Measures::temperature) return number_at(record.thermometers_c[column.index], row);
   const UnitColumns& unit = record.units[column.unit];
   switch (column.measures) {
@@ -316,20 +316,20 @@ void each_column(std::span<const ChannelColumn> channels, bool is_handled, const
   std::for_each(truth, channels.end(), use);
 }
 
-struct TitleOf {
+struct TitleWriter {
   Buffer& out;
   const RunInfo& info;
   void operator()(const Column<SampleRow>& column) const { add_cell(out, std::string_view(column.exported.title)); }
-  void operator()(const ChannelColumn& column) const { add_cell(out, title_of(column, info)); }
+  void operator()(const ChannelColumn& column) const { add_cell(out, column_title(column, info)); }
   void operator()(Turned) const { add_cell(out, kTurnedTitle); }
 };
 
-struct CellOf {
+struct CellWriter {
   Buffer& out;
   const Record& record;
   std::size_t row;
   void operator()(const Column<SampleRow>& column) const { add_cell(out, column.exported.cell(record, row)); }
-  void operator()(const ChannelColumn& column) const { add_cell(out, number_of_channel(record, column, row)); }
+  void operator()(const ChannelColumn& column) const { add_cell(out, channel_value(record, column, row)); }
   void operator()(Turned) const { add_cell(out, turned_at(record, row)); }
 };
 
@@ -338,7 +338,7 @@ struct CellOf {
 void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink) {
   Buffer out;
   add_comments(out, info, finished);
-  each_column(channel_columns(info), is_handled(info), TitleOf{out, info});
+  each_column(channel_columns(info), is_handled(info), TitleWriter{out, info});
   out.push_back('\n');
   sink(std::string_view(out.data(), out.size()));
 }
@@ -359,7 +359,7 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
   const bool handled = is_handled(record.info);
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
     if (record.slot[row] <= after) continue;
-    each_column(channels, handled, CellOf{out, record, row});
+    each_column(channels, handled, CellWriter{out, record, row});
     out.push_back('\n');
     if (out.size() > kPiece) flush();
   }

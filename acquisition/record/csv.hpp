@@ -82,7 +82,7 @@ class LiveRows {
   Result<void> read_line(std::string_view line);
   Result<void> read_header();
   Result<void> read_row();
-  [[nodiscard]] tl::unexpected<Fault> mistake(std::size_t column, std::string what) const;
+  [[nodiscard]] tl::unexpected<Fault> fault_at(std::size_t column, std::string what) const;
 
   std::string source_;
   Choose choose_;

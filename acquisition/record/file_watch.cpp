@@ -84,7 +84,7 @@ namespace {
 
 constexpr std::int64_t kBlock = 65536;
 
-std::int64_t blocks_of(std::int64_t length) { return (length + kBlock - 1) / kBlock; }
+std::int64_t count_blocks(std::int64_t length) { return (length + kBlock - 1) / kBlock; }
 
 }  // namespace
 
@@ -106,11 +106,11 @@ void BlockSums::sum_block(int descriptor, std::int64_t block) {
 void BlockSums::renew(int descriptor, std::int64_t length, std::span<const std::int64_t> offsets) {
   const auto from = std::min(length_, length) / kBlock;
   length_ = length;
-  sums_.resize(static_cast<std::size_t>(blocks_of(length)));
+  sums_.resize(static_cast<std::size_t>(count_blocks(length)));
   std::vector<std::int64_t> blocks;
   for (const auto offset : offsets)
     if (offset < length) blocks.push_back(offset / kBlock);
-  for (auto block = from; block < blocks_of(length); ++block) blocks.push_back(block);
+  for (auto block = from; block < count_blocks(length); ++block) blocks.push_back(block);
   std::ranges::sort(blocks);
   const auto [last, end] = std::ranges::unique(blocks);
   blocks.erase(last, end);
@@ -126,31 +126,31 @@ BlockSums BlockSums::of(int descriptor, std::int64_t length) {
 namespace {
 
 /// Returns the descriptor of this process that holds the file of that name; kNoDescriptor if none does.
-int descriptor_of(int folder, const std::string& name) {
-  struct stat wanted {};
-  if (::fstatat(folder, name.c_str(), &wanted, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
+int find_descriptor(int folder, const std::string& name) {
+  struct stat target {};
+  if (::fstatat(folder, name.c_str(), &target, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
   for (const auto& held : entries_of("/proc/self/fd")) {
     const auto text = held.filename().string();
     int number = kNoDescriptor;
     struct stat found {};
     std::from_chars(text.data(), text.data() + text.size(), number);
-    if (::fstat(number, &found) == 0 && found.st_dev == wanted.st_dev && found.st_ino == wanted.st_ino) return number;
+    if (::fstat(number, &found) == 0 && found.st_dev == target.st_dev && found.st_ino == target.st_ino) return number;
   }
   return kNoDescriptor;
 }
 
 /// Returns the database offsets of the pages in a log. Some of them may come from an older log (SQLite, "WAL-mode File
 /// Format").
-std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
+std::vector<std::int64_t> page_offsets(int log, std::int64_t length) {
   constexpr std::int64_t kFirstFrame = kHeader, kNextFrame = kFrameHeader;
   std::array<unsigned char, 4> number{};
   const auto read = [&](std::int64_t at) { return ::pread(log, number.data(), number.size(), at) == 4; };
-  std::vector<std::int64_t> places;
-  if (!read(kPageSizeAt)) return places;
+  std::vector<std::int64_t> offsets;
+  if (!read(kPageSizeAt)) return offsets;
   const std::int64_t page = big_endian(number);
   for (auto at = kFirstFrame; page > 0 && at + kNextFrame + page <= length; at += kNextFrame + page)
-    if (read(at)) places.push_back((std::int64_t{big_endian(number)} - 1) * page);
-  return places;
+    if (read(at)) offsets.push_back((std::int64_t{big_endian(number)} - 1) * page);
+  return offsets;
 }
 
 std::int64_t nanoseconds(const timespec& time) {
@@ -158,24 +158,24 @@ std::int64_t nanoseconds(const timespec& time) {
   return time.tv_sec * kNanoseconds + time.tv_nsec;
 }
 
-Interference interference(Interference::Kind kind, bool of_log, const std::string& name, const char* what) {
+Interference interference(Interference::Kind kind, bool is_log_only, const std::string& name, const char* what) {
   return {.kind = kind,
-          .of_log = of_log,
-          .words = fmt::format("{} was {} by another program while it was being written", name, what)};
+          .is_log_only = is_log_only,
+          .description = fmt::format("{} was {} by another program while it was being written", name, what)};
 }
 
 }  // namespace
 
 /// Reads the identity and state of a file. Omits the change time of the log: its own checksums detect more, and a
 /// change of its mode must not count.
-std::optional<FileWatch::Seen> FileWatch::see(const File& file) {
+std::optional<FileWatch::Snapshot> FileWatch::read_state(const File& file) {
   struct stat found {};
   if (::fstat(file.held, &found) != 0) return {};
-  return Seen{.device = found.st_dev,
-              .inode = found.st_ino,
-              .length = found.st_size,
-              .written_ns = nanoseconds(found.st_mtim),
-              .changed_ns = file.is_log ? 0 : nanoseconds(found.st_ctim)};
+  return Snapshot{.device = found.st_dev,
+                  .inode = found.st_ino,
+                  .length = found.st_size,
+                  .written_ns = nanoseconds(found.st_mtim),
+                  .changed_ns = file.is_log ? 0 : nanoseconds(found.st_ctim)};
 }
 
 Result<FileWatch> FileWatch::begin(const std::string& path) {
@@ -185,10 +185,10 @@ Result<FileWatch> FileWatch::begin(const std::string& path) {
   auto folder = std::make_shared<Descriptor>(::open(parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   const auto name = split.filename().string();
   std::array<File, 2> files{
-      {{.name = name, .held = kNoDescriptor, .seen = {}, .is_log = false, .content = {}},
-       {.name = name + "-wal", .held = kNoDescriptor, .seen = {}, .is_log = true, .content = {}}}};
+      {{.name = name, .held = kNoDescriptor, .state = {}, .is_log = false, .content = {}},
+       {.name = name + "-wal", .held = kNoDescriptor, .state = {}, .is_log = true, .content = {}}}};
   for (auto& file : files) {
-    file.held = descriptor_of(folder->number(), file.name);
+    file.held = find_descriptor(folder->number(), file.name);
     if (file.held == kNoDescriptor)
       return failure(FaultKind::storage, parent + "/" + file.name, "no descriptor of this process holds it");
   }
@@ -198,105 +198,105 @@ Result<FileWatch> FileWatch::begin(const std::string& path) {
 }
 
 void FileWatch::remember_log() {
-  if (const auto now = see(files_[1])) files_[1].seen = *now;
+  if (const auto now = read_state(files_[1])) files_[1].state = *now;
 }
 
-std::vector<std::int64_t> FileWatch::places_in_log() const {
+std::vector<std::int64_t> FileWatch::offsets_in_log() const {
   const auto& log = files_[1];
-  return pages_in(log.held, log.seen.length);
+  return page_offsets(log.held, log.state.length);
 }
 
-void FileWatch::remember_fold(std::span<const std::int64_t> places) {
+void FileWatch::remember_fold(std::span<const std::int64_t> offsets) {
   remember_log();
   auto& database = files_[0];
-  const auto now = see(database);
-  if (!now || *now == database.seen) return;
-  database.content.renew(database.held, now->length, places);
-  database.seen = *now;
+  const auto now = read_state(database);
+  if (!now || *now == database.state) return;
+  database.content.renew(database.held, now->length, offsets);
+  database.state = *now;
 }
 
 void FileWatch::remember() {
   remember_log();
   auto& database = files_[0];
-  const auto now = see(database);
+  const auto now = read_state(database);
   if (!now) return;
   database.content = BlockSums::of(database.held, now->length);
-  database.seen = *now;
+  database.state = *now;
 }
 
-std::optional<Interference> FileWatch::judge_name(const File& file) const {
+std::optional<Interference> FileWatch::check_name(const File& file) const {
   struct stat named {};
   if (::fstatat(folder_->number(), file.name.c_str(), &named, AT_SYMLINK_NOFOLLOW) != 0)
     return interference(Interference::Kind::taken_away, file.is_log, file.name, "removed or moved");
-  if (named.st_dev != file.seen.device || named.st_ino != file.seen.inode)
+  if (named.st_dev != file.state.device || named.st_ino != file.state.inode)
     return interference(Interference::Kind::taken_away, file.is_log, file.name, "replaced");
   return {};
 }
 
 /// Returns whether only the times of the database changed; updates them then. A log is never only touched: after a
 /// crash, everything after a foreign write would be lost.
-bool FileWatch::was_merely_touched(File& file, const Seen& now) {
-  if (file.is_log || now.length != file.seen.length || BlockSums::of(file.held, file.seen.length) != file.content)
+bool FileWatch::is_only_touched(File& file, const Snapshot& now) {
+  if (file.is_log || now.length != file.state.length || BlockSums::of(file.held, file.state.length) != file.content)
     return false;
-  file.seen = now;
+  file.state = now;
   return true;
 }
 
-std::optional<Interference> FileWatch::judge_content(File& file) {
-  const auto now = see(file);
-  if ((now && *now == file.seen) || (now && was_merely_touched(file, *now))) return {};
+std::optional<Interference> FileWatch::check_content(File& file) {
+  const auto now = read_state(file);
+  if ((now && *now == file.state) || (now && is_only_touched(file, *now))) return {};
   return interference(Interference::Kind::spoiled, file.is_log, file.name,
-                      now && now->length < file.seen.length ? "cut short" : "written to");
+                      now && now->length < file.state.length ? "cut short" : "written to");
 }
 
 /// Checks the database first, because its damage is more serious.
-std::optional<Interference> FileWatch::look() {
-  if (auto found = judge_names()) return found;
+std::optional<Interference> FileWatch::check() {
+  if (auto found = check_names()) return found;
   for (auto& file : files_)
-    if (auto found = judge_content(file)) return found;
+    if (auto found = check_content(file)) return found;
   return {};
 }
 
-std::optional<Interference> FileWatch::judge_folder() const {
+std::optional<Interference> FileWatch::check_folder() const {
   struct stat named {
   }, held{};
-  if (::stat(place_.c_str(), &named) != 0) return {};  // nothing to compare
+  if (::stat(folder_path_.c_str(), &named) != 0) return {};  // nothing to compare
   if (::fstat(folder_->number(), &held) != 0 || named.st_dev != held.st_dev || named.st_ino != held.st_ino)
     return interference(Interference::Kind::taken_away, false,
-                        "the folder " + std::filesystem::path(place_).filename().string(), "replaced");
+                        "the folder " + std::filesystem::path(folder_path_).filename().string(), "replaced");
   return {};
 }
 
-std::optional<Interference> FileWatch::judge_names() const {
-  if (auto found = judge_folder()) return found;
+std::optional<Interference> FileWatch::check_names() const {
+  if (auto found = check_folder()) return found;
   for (const auto& file : files_)
-    if (auto found = judge_name(file)) return found;
+    if (auto found = check_name(file)) return found;
   return {};
 }
 
-std::optional<Interference> FileWatch::look_at_log(std::int64_t frames) const {
+std::optional<Interference> FileWatch::check_log(std::int64_t frames) const {
   const auto& log = files_[1];
   if (log_is_whole(log.held, frames)) return {};
   return interference(Interference::Kind::spoiled, true, log.name, "written to");
 }
 
-std::optional<Interference> FileWatch::look_after_writing(std::int64_t frames) {
+std::optional<Interference> FileWatch::check_after_writing(std::int64_t frames) {
   constexpr Duration kPause = std::chrono::milliseconds(500);
-  if (auto found = judge_names()) return found;
+  if (auto found = check_names()) return found;
   const auto now = clock_.now().since_start;
-  if (log_seen_ && now - *log_seen_ < kPause) return {};
-  log_seen_ = now;
-  return look_at_log(frames);
+  if (log_checked_ && now - *log_checked_ < kPause) return {};
+  log_checked_ = now;
+  return check_log(frames);
 }
 
-std::optional<Interference> FileWatch::look_closely(std::int64_t frames) const {
+std::optional<Interference> FileWatch::check_all(std::int64_t frames) const {
   const auto& database = files_[0];
-  if (auto found = judge_names()) return found;
-  if (::access(place_.c_str(), F_OK) != 0)
-    return interference(Interference::Kind::taken_away, false, "the folder " + place_, "removed or moved");
-  if (BlockSums::of(database.held, database.seen.length) != database.content)
+  if (auto found = check_names()) return found;
+  if (::access(folder_path_.c_str(), F_OK) != 0)
+    return interference(Interference::Kind::taken_away, false, "the folder " + folder_path_, "removed or moved");
+  if (BlockSums::of(database.held, database.state.length) != database.content)
     return interference(Interference::Kind::spoiled, false, database.name, "written to");
-  return look_at_log(frames);
+  return check_log(frames);
 }
 
 }  // namespace gyrotherm::record

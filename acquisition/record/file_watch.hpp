@@ -57,9 +57,9 @@ struct Interference {
   };
   Kind kind{};
   /// The change affects only the log: everything already copied into the database is intact.
-  bool of_log{};
+  bool is_log_only{};
   /// The description: "run.db was removed or moved by another program while it was being written".
-  std::string words;
+  std::string description;
 };
 
 /// Watches the two files of one record.
@@ -72,54 +72,54 @@ class FileWatch {
 
   /// Compares names, lengths and modification times with those at the last remember(). If only the time of the database
   /// differs, compares its content, because the file may merely have been touched. Call it before writing.
-  [[nodiscard]] std::optional<Interference> look();
+  [[nodiscard]] std::optional<Interference> check();
   /// Compares the names and, at most twice a second, the first `frames` frames of the log with their checksums. This
   /// detects writes of another program during a write of this process. Call it after writing.
-  [[nodiscard]] std::optional<Interference> look_after_writing(std::int64_t frames);
+  [[nodiscard]] std::optional<Interference> check_after_writing(std::int64_t frames);
   /// Compares only the log. Call it before the log is copied into the database.
-  [[nodiscard]] std::optional<Interference> look_at_log(std::int64_t frames) const;
+  [[nodiscard]] std::optional<Interference> check_log(std::int64_t frames) const;
   /// Compares everything, including the checksums of the database. Call it before a record is declared complete.
-  [[nodiscard]] std::optional<Interference> look_closely(std::int64_t frames) const;
+  [[nodiscard]] std::optional<Interference> check_all(std::int64_t frames) const;
   /// Returns the offsets in the database that the log will overwrite.
-  [[nodiscard]] std::vector<std::int64_t> places_in_log() const;
+  [[nodiscard]] std::vector<std::int64_t> offsets_in_log() const;
   /// Accept the present content as written by this process: that of the log; that of the log and of the database at
   /// `places`, the offsets that the log had before it was copied; or that of both files.
   void remember_log();
-  void remember_fold(std::span<const std::int64_t> places);
+  void remember_fold(std::span<const std::int64_t> offsets);
   void remember();
 
  private:
-  struct Seen {
+  struct Snapshot {
     std::uint64_t device{}, inode{};
     std::int64_t length{}, written_ns{};
     /// The change time, for the database only. Unlike the modification time, no program can reset it.
     std::int64_t changed_ns{};
-    bool operator==(const Seen&) const = default;
+    bool operator==(const Snapshot&) const = default;
   };
   struct File {
     std::string name;  ///< relative to its folder
     int held{};        ///< SQLite's own descriptor
-    Seen seen;
+    Snapshot state;
     bool is_log{};
     BlockSums content;  ///< for the database only
   };
-  FileWatch(std::string place, std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
-      : place_(std::move(place)), folder_(std::move(folder)), files_(std::move(files)) {}
+  FileWatch(std::string folder_path, std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
+      : folder_path_(std::move(folder_path)), folder_(std::move(folder)), files_(std::move(files)) {}
 
-  [[nodiscard]] static std::optional<Seen> see(const File& file);
-  [[nodiscard]] static bool was_merely_touched(File& file, const Seen& now);
-  [[nodiscard]] std::optional<Interference> judge_name(const File& file) const;
-  [[nodiscard]] std::optional<Interference> judge_folder() const;
-  [[nodiscard]] std::optional<Interference> judge_names() const;
-  [[nodiscard]] static std::optional<Interference> judge_content(File& file);
+  [[nodiscard]] static std::optional<Snapshot> read_state(const File& file);
+  [[nodiscard]] static bool is_only_touched(File& file, const Snapshot& now);
+  [[nodiscard]] std::optional<Interference> check_name(const File& file) const;
+  [[nodiscard]] std::optional<Interference> check_folder() const;
+  [[nodiscard]] std::optional<Interference> check_names() const;
+  [[nodiscard]] static std::optional<Interference> check_content(File& file);
 
-  std::string place_;  ///< absolute path of the folder
+  std::string folder_path_;  ///< absolute path of the folder
   /// The folder that had this path at the beginning.
   std::shared_ptr<const Descriptor> folder_;
   std::array<File, 2> files_;
   SteadyClock clock_;
   /// The time of the last comparison of the log.
-  std::optional<Duration> log_seen_;
+  std::optional<Duration> log_checked_;
 };
 
 }  // namespace gyrotherm::record

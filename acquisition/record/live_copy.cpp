@@ -29,13 +29,13 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
-constexpr auto kLongestGoodbye = std::chrono::seconds(2);
+constexpr auto kLongestShutdown = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
 /// The copy is removed if less than this fraction of the reserved space is left.
 constexpr std::uintmax_t kScarce = 8;
 constexpr std::int64_t kPage = 4096;
 
-int number_after(int number) { return number % kHighestCopyNumber + 1; }
+int next_number(int number) { return number % kHighestCopyNumber + 1; }
 
 /// Removes the files of all copies except number `but`. Returns the highest number that it removed, or 0.
 int remove_files(const std::string& link, int but) {
@@ -57,9 +57,9 @@ std::optional<std::uintmax_t> free_space(const std::string& path) {
 }
 
 /// Points the link at the file of a copy. Fails if another kind of file has the name of the link.
-Result<void> lead_to(const std::string& link, const std::string& target) {
-  std::error_code none_there;
-  const auto there = fs::symlink_status(link, none_there);
+Result<void> point_link_at(const std::string& link, const std::string& target) {
+  std::error_code ignored;
+  const auto there = fs::symlink_status(link, ignored);
   if (fs::exists(there) && !fs::is_symlink(there))
     return failure(FaultKind::storage, link, "is somebody's file, and no live copy");
   const auto made = link + ".new";
@@ -91,8 +91,8 @@ Result<void> copy_record(RunFile& copy, const RecordFiles& files) {
 
 /// The state that the copy shares with its worker. Once the worker runs, only it accesses the file.
 struct LiveCopy::Worker {
-  Worker(const std::string& record, RunInfo run_info, const LiveCopyOptions& how)
-      : link(live_copy_path(record)), info(std::move(run_info)), options(how) {}
+  Worker(const std::string& record, RunInfo run_info, const LiveCopyOptions& copy_options)
+      : link(live_copy_path(record)), info(std::move(run_info)), options(copy_options) {}
 
   const std::string link;
   const RunInfo info;
@@ -124,27 +124,27 @@ struct LiveCopy::Worker {
     trouble = std::move(why);
     waiting.clear();
   }
-  std::string path_of(int which) const { return fmt::format("{}.{}", link, which); }
+  std::string file_path(int which) const { return fmt::format("{}.{}", link, which); }
   bool is_in_place() const;
   void remove_left_behind();
   Result<void> check_space(std::uintmax_t bytes);
   Result<void> begin();
   Result<void> begin_with_record(const RecordFiles& files);
-  Result<void> open_to_readers(RunFile made, int its_number);
+  Result<void> open_to_readers(RunFile made, int file_number);
   bool is_spoiled();
-  Result<void> begin_anew();
-  Result<void> put(std::span<const EntryPointer> entries, const FrameCount& count);
-  Result<void> be_ready();
+  Result<void> begin_new_file();
+  Result<void> insert_all(std::span<const EntryPointer> entries, const FrameCount& count);
+  Result<void> prepare_to_write();
   Result<void> write(std::span<const EntryPointer> entries, const FrameCount& count);
   void await_age(std::unique_lock<std::mutex>& lock);
   void work();
-  void leave();
+  void remove_copy();
 };
 
 /// Returns whether the link points at the present file. Another program may have removed it.
 bool LiveCopy::Worker::is_in_place() const {
-  std::error_code none_there;
-  return fs::read_symlink(link, none_there) == name_in_folder(path_of(number));
+  std::error_code ignored;
+  return fs::read_symlink(link, ignored) == name_in_folder(file_path(number));
 }
 
 /// Removes older copies. They belong to another run, or to an earlier state of this one. Call it before the worker
@@ -165,8 +165,8 @@ Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
       fmt::format("its disk has {} MiB, and the last {} are the record's", *free >> kMebi, options.left_free >> kMebi));
 }
 
-/// Makes a file the present copy, even if the link cannot be set; be_ready() tries that again.
-Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int its_number) {
+/// Makes a file the present copy, even if the link cannot be set; prepare_to_write() tries that again.
+Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int file_number) {
   begun_at = steady_clock::now();
   if (options.most_pages > 0)
     if (auto set = made.database().execute(fmt::format("PRAGMA max_page_count = {}", options.most_pages)); !set)
@@ -174,17 +174,17 @@ Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int its_number) {
   if (auto shared = made.share(); !shared) return shared;
   file.reset();  // statements before connection
   file.emplace(std::move(made));
-  number = its_number;
+  number = file_number;
   locked.reset();
-  auto leads = lead_to(link, path_of(number));
-  if (leads) remove_files(link, number);
-  return leads;
+  auto pointed = point_link_at(link, file_path(number));
+  if (pointed) remove_files(link, number);
+  return pointed;
 }
 
 Result<void> LiveCopy::Worker::begin() {
   begun_at = steady_clock::now();
-  const int next = number_after(std::max(left_behind, remove_files(link, 0)));
-  auto made = RunFile::create_copy(path_of(next), info);
+  const int next = next_number(std::max(left_behind, remove_files(link, 0)));
+  auto made = RunFile::create_copy(file_path(next), info);
   return made ? open_to_readers(std::move(*made), next) : failure(made.error());
 }
 
@@ -193,8 +193,8 @@ Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
   std::error_code unknown;
   const auto size = fs::file_size(files.path, unknown);
   if (auto space = check_space(unknown ? 0 : size); !space) return space;
-  const int next = number_after(std::max(left_behind, remove_files(link, 0)));
-  auto made = RunFile::create_copy(path_of(next), info);
+  const int next = next_number(std::max(left_behind, remove_files(link, 0)));
+  auto made = RunFile::create_copy(file_path(next), info);
   if (!made) return failure(made.error());
   const auto filled =
       made->begin().and_then([&] { return copy_record(*made, files); }).and_then([&] { return made->commit(); });
@@ -209,22 +209,22 @@ bool LiveCopy::Worker::is_spoiled() {
 }
 
 /// Copies all rows into a new file, which becomes the copy. Readers of the previous file can keep it open.
-Result<void> LiveCopy::Worker::begin_anew() {
+Result<void> LiveCopy::Worker::begin_new_file() {
   begun_at = steady_clock::now();
   std::error_code unknown;
-  const auto size = fs::file_size(path_of(number), unknown);
+  const auto size = fs::file_size(file_path(number), unknown);
   if (auto space = check_space(unknown ? 0 : 2 * size); !space)
     return failure(FaultKind::storage, link, "it must be begun anew: " + space.error().what);
-  const int next = number_after(number);
-  for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((path_of(next) + suffix).c_str());
-  if (auto made = make_new_file(path_of(next)); !made) return made;
-  auto copied = file->copy_to(path_of(next));
+  const int next = next_number(number);
+  for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((file_path(next) + suffix).c_str());
+  if (auto made = make_new_file(file_path(next)); !made) return made;
+  auto copied = file->copy_to(file_path(next));
   if (!copied) is_lost = is_spoiled();
-  auto made = copied.and_then([&] { return RunFile::open_copy(path_of(next)); });
+  auto made = copied.and_then([&] { return RunFile::open_copy(file_path(next)); });
   return made ? open_to_readers(std::move(*made), next) : failure(made.error());
 }
 
-Result<void> LiveCopy::Worker::put(std::span<const EntryPointer> entries, const FrameCount& count) {
+Result<void> LiveCopy::Worker::insert_all(std::span<const EntryPointer> entries, const FrameCount& count) {
   auto done = file->begin();
   for (const auto& entry : entries)
     if (done) done = file->insert(*entry);
@@ -232,30 +232,30 @@ Result<void> LiveCopy::Worker::put(std::span<const EntryPointer> entries, const 
 }
 
 /// Ensures that a file can take the next rows: it exists, the link points at it, and its log is not too long.
-Result<void> LiveCopy::Worker::be_ready() {
-  const bool rests = steady_clock::now() - begun_at < options.rest && begun_at != steady_clock::time_point();
-  if (!file) return rests ? failure(FaultKind::storage, link, "it could not be begun") : begin();
-  std::error_code none_there;
-  const bool is_gone = !fs::exists(path_of(number), none_there);
+Result<void> LiveCopy::Worker::prepare_to_write() {
+  const bool is_resting = steady_clock::now() - begun_at < options.rest && begun_at != steady_clock::time_point();
+  if (!file) return is_resting ? failure(FaultKind::storage, link, "it could not be begun") : begin();
+  std::error_code ignored;
+  const bool is_gone = !fs::exists(file_path(number), ignored);
   const bool is_long = file->database().log_pages() * kPage > options.longest_log;
-  if (is_gone && rests) return failure(FaultKind::storage, link, "somebody has removed its file");
-  if (is_gone || is_long) return begin_anew();
-  return is_in_place() ? Result<void>{} : lead_to(link, path_of(number));
+  if (is_gone && is_resting) return failure(FaultKind::storage, link, "somebody has removed its file");
+  if (is_gone || is_long) return begin_new_file();
+  return is_in_place() ? Result<void>{} : point_link_at(link, file_path(number));
 }
 
 /// Writes all entries, or none.
 Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, const FrameCount& count) {
   if (auto space = check_space(0); !space) return space;
-  if (auto ready = be_ready(); !ready) return ready;
-  if (auto done = put(entries, count); !done) {
+  if (auto ready = prepare_to_write(); !ready) return ready;
+  if (auto done = insert_all(entries, count); !done) {
     (void)file->roll_back();
     const auto now = steady_clock::now();
     if (!locked) locked = now;
-    const bool passes =
+    const bool is_transient =
         is_full(done.error()) || now - *locked < options.longest_locked || now - begun_at < options.rest;
-    if (passes) return done;
-    if (auto again = begin_anew(); !again) return again;
-    if (done = put(entries, count); !done) return (void)file->roll_back(), done;
+    if (is_transient) return done;
+    if (auto again = begin_new_file(); !again) return again;
+    if (done = insert_all(entries, count); !done) return (void)file->roll_back(), done;
   }
   locked.reset();
   // Updates the index of the log by reading. A reader that may not write the index sees the state of the last such
@@ -287,14 +287,14 @@ void LiveCopy::Worker::work() {
     news.wait_for(lock, written ? options.pause : Duration(kRetry), [&] { return stop; });
   }
   lock.unlock();
-  leave();
+  remove_copy();
   lock.lock();
   ended = true;
   progress.notify_all();
 }
 
 /// Removes the copy, including unfinished files.
-void LiveCopy::Worker::leave() {
+void LiveCopy::Worker::remove_copy() {
   if (number > 0 && is_in_place()) ::unlink(link.c_str());
   file.reset();
   remove_files(link, 0);
@@ -306,15 +306,15 @@ LiveCopy::LiveCopy(const std::string& record_path, const RunInfo& info, const Li
   start();
 }
 
-std::unique_ptr<LiveCopy> LiveCopy::of_record(const RecordFiles& files, const RunInfo& info,
-                                              const LiveCopyOptions& options) {
+std::unique_ptr<LiveCopy> LiveCopy::for_existing_record(const RecordFiles& files, const RunInfo& info,
+                                                        const LiveCopyOptions& options) {
   std::unique_ptr<LiveCopy> copy(new LiveCopy(std::make_shared<Worker>(files.path, info, options)));
   copy->worker_->remove_left_behind();
   const auto begun = copy->worker_->begin_with_record(files);
   if (begun) {
     copy->start();
   } else {
-    copy->worker_->leave();
+    copy->worker_->remove_copy();
     copy->worker_->give_up(text(begun.error()));
   }
   return copy;
@@ -334,7 +334,7 @@ LiveCopy::~LiveCopy() {
     std::unique_lock lock(worker_->mutex);
     worker_->stop = true;
     worker_->news.notify_all();
-    ended = worker_->progress.wait_for(lock, kLongestGoodbye, [&] { return worker_->ended; });
+    ended = worker_->progress.wait_for(lock, kLongestShutdown, [&] { return worker_->ended; });
   }
   ended ? thread.join() : thread.detach();
 }

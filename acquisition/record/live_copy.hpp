@@ -54,8 +54,8 @@ class LiveCopy {
   /// Begins the copy of a new record; add() supplies its rows. Removes an older copy immediately.
   LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options);
   /// Begins the copy of a resumed record with all rows in its files. No program may be writing them.
-  [[nodiscard]] static std::unique_ptr<LiveCopy> of_record(const RecordFiles& files, const RunInfo& info,
-                                                           const LiveCopyOptions& options);
+  [[nodiscard]] static std::unique_ptr<LiveCopy> for_existing_record(const RecordFiles& files, const RunInfo& info,
+                                                                     const LiveCopyOptions& options);
   /// Removes the copy. Waits at most two seconds for the worker and abandons it if its disk hangs.
   ~LiveCopy();
   LiveCopy(const LiveCopy&) = delete;

@@ -83,18 +83,18 @@ Result<void> read_gaps(Database& database, Record& record) {
 }
 
 Result<void> read_events(Database& database, Record& record) {
-  const auto sql = fmt::format("SELECT {} FROM event ORDER BY id", names_of(columns_of_events()));
+  const auto sql = fmt::format("SELECT {} FROM event ORDER BY id", names_of(event_columns()));
   return database.each_row(sql, [&](const Statement& row) -> Result<void> {
     RecordedEvent& recorded = record.events.emplace_back();
     int i = 0;
-    take(recorded, columns_of_events(), row, i);
+    take(recorded, event_columns(), row, i);
     const Instant& at = recorded.event.at;
     if (is_possible_time(at.since_start) && is_possible_time(at.utc)) return {};
     return failure(FaultKind::bad_file, database.path(), "an event has impossible times");
   });
 }
 
-Gap lost_with(const Continuation& continuation, std::int64_t first) {
+Gap lost_gap(const Continuation& continuation, std::int64_t first) {
   return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
 }
 
@@ -109,7 +109,7 @@ void join(Record& record, Record part, const Continuation& continuation, const S
   std::erase_if(record.gaps, [&](const Gap& gap) { return gap.first >= continuation.from; });
   std::erase_if(record.events, [&](const RecordedEvent& event) { return event.slot >= continuation.from; });
   const auto last = std::max(kept > 0 ? record.slot[kept - 1] : -1, record.gaps.empty() ? -1 : record.gaps.back().last);
-  if (last + 1 < continuation.from) record.gaps.push_back(lost_with(continuation, last + 1));
+  if (last + 1 < continuation.from) record.gaps.push_back(lost_gap(continuation, last + 1));
   extend(record.slot, part.slot);
   std::vector<const std::vector<double>*> more;
   each_number(part, selection, [&](std::vector<double>& column) { more.push_back(&column); });
@@ -144,7 +144,7 @@ Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool 
       join(*record, std::move(*more), part.continuation, select(record->info, {.unit = unit}));
     } else {
       record = std::move(*more);
-      if (part.continuation.from > 0) record->gaps.insert(record->gaps.begin(), lost_with(part.continuation, 0));
+      if (part.continuation.from > 0) record->gaps.insert(record->gaps.begin(), lost_gap(part.continuation, 0));
     }
   }
   return std::move(*record);

@@ -170,17 +170,17 @@ Result<Database> open_record(const std::string& path) {
 
 namespace {
 
-Result<std::string> run_id_of(const Part& part) {
+Result<std::string> read_run_id(const Part& part) {
   return open_part(part).and_then([](Database database) { return meta(database, "id"); });
 }
 
-struct Found {
+struct FoundPart {
   Part part;
   std::string run_id;
 };
 
 /// Reads the description of a part. Fails with bad_file if the file is not part `number` of a run.
-Result<Found> part_at(const std::string& path, int number) {
+Result<FoundPart> find_part(const std::string& path, int number) {
   auto database = open_record(path);
   if (!database) return failure(database.error());
   auto id = meta(*database, "id");
@@ -193,18 +193,18 @@ Result<Found> part_at(const std::string& path, int number) {
   if (!events) return failure(events.error());
   if (*events == 0)
     return failure(FaultKind::bad_file, path, "is empty: its writer died before it could put in what it was begun for");
-  return Found{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
+  return FoundPart{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
 }
 
 /// Returns the run in the status file of a record; empty if there is none.
-std::string run_told_of(const std::string& path) {
-  const auto status = told_status(path);
+std::string run_id_in_status_file(const std::string& path) {
+  const auto status = read_status_file_if_any(path);
   return status ? status->id : std::string();
 }
 
 /// Returns whether a file that cannot be read is a record of its own. Only records have a status file; parts do not.
 bool is_of_another_run(const std::string& path, const std::string& run_id) {
-  const auto its_run = run_told_of(path);
+  const auto its_run = run_id_in_status_file(path);
   return !its_run.empty() && its_run != run_id;
 }
 
@@ -233,24 +233,24 @@ int number_before(const Continuation& continuation, const std::string& record_pa
 }
 
 /// Returns the first slot after a part and the parts that it continues; 0 if it is unknown.
-std::int64_t end_of(const Part& part) {
+std::int64_t end_slot(const Part& part) {
   const auto last = open_part(part).and_then([](Database database) { return last_slot(database); });
   return std::max(part.continuation.from, last.value_or(-1) + 1);
 }
 
 /// Finds the first part that continues a file which is not among those before it. Ignores a part whose predecessors
 /// have every slot before its own first one, because it has copied the rows of that file.
-void look_for_lost(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& no_parts) {
+void find_lost_part(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& rejected) {
   std::set<int> before;
   for (std::size_t i = 0; i < files.parts.size(); ++i) {
     const auto& continuation = files.parts[i].continuation;
     const int wanted = number_before(continuation, record_path);
-    if (i > 0 && !before.contains(wanted) && end_of(files.parts[i - 1]) < continuation.from) {
+    if (i > 0 && !before.contains(wanted) && end_slot(files.parts[i - 1]) < continuation.from) {
       const auto lost = part_path(record_path, wanted);
-      const auto known = no_parts.find(wanted);
+      const auto known = rejected.find(wanted);
       const auto* why = is_there(lost) ? "is another file than the one of that name that was gone on from"
                                        : "no such file, expected a part of the record";
-      files.lost = known != no_parts.end() ? known->second : Fault{FaultKind::bad_file, lost, why};
+      files.lost = known != rejected.end() ? known->second : Fault{FaultKind::bad_file, lost, why};
       files.follows_lost = files.parts[i].path;
       return;
     }
@@ -267,22 +267,22 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
   RecordFiles files;
   files.path = record_path;
   /// The reason why a file is not a part, by its number.
-  std::map<int, Fault> no_parts;
+  std::map<int, Fault> rejected;
   /// The last damaged file so far.
   std::optional<Fault> damaged;
-  const auto own = run_id_of(first);
+  const auto own = read_run_id(first);
   if (own)
     files.parts.push_back(first);
   else if (is_locked(own.error()))
     return failure(own.error());
   else
     files.lost = own.error();
-  files.run_id = own ? *own : run_told_of(record_path);
+  files.run_id = own ? *own : run_id_in_status_file(record_path);
   for (const int number : numbers_beside(record_path)) {
     const auto path = part_path(record_path, number);
-    auto found = part_at(path, number);
+    auto found = find_part(path, number);
     if (!found) {
-      no_parts.emplace(number, found.error());
+      rejected.emplace(number, found.error());
       if (found.error().kind == FaultKind::bad_file || is_of_another_run(path, files.run_id)) continue;
       if (is_locked(found.error())) return failure(found.error());
       damaged = found.error();
@@ -290,7 +290,7 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
     }
     if (files.parts.empty()) files.run_id = found->run_id;  // the record's own file is lost
     if (found->run_id != files.run_id) {
-      no_parts.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
+      rejected.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
       continue;
     }
     damaged.reset();  // the run continued there
@@ -303,18 +303,18 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
   if (files.lost)
     files.follows_lost = files.parts.front().path;
   else
-    look_for_lost(files, record_path, no_parts);
+    find_lost_part(files, record_path, rejected);
   return files;
 }
 
 namespace {
 
-bool names_a_record(const fs::path& path) {
+bool is_record_name(const fs::path& path) {
   if (path.extension() != ".db") return false;
   if (path.stem().extension() == ".live") return false;
   const auto part = part_name(path.string());
-  const auto is_told_of = [](const std::string& record) { return is_there(status_path(record)); };
-  return !part || is_told_of(path.string()) || (!is_there(part->record) && !is_told_of(part->record));
+  const auto has_status_file = [](const std::string& record) { return is_there(status_path(record)); };
+  return !part || has_status_file(path.string()) || (!is_there(part->record) && !has_status_file(part->record));
 }
 
 }  // namespace
@@ -324,7 +324,7 @@ std::set<std::string> records_in(const std::string& folder) {
   for (const auto& path : entries_of(folder)) {
     auto text = path.string();
     if (text.ends_with(".db.status")) text.resize(text.size() - std::string_view(".status").size());
-    if (names_a_record(text)) records.insert(text);
+    if (is_record_name(text)) records.insert(text);
   }
   return records;
 }

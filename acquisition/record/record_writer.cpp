@@ -36,10 +36,10 @@ void RecordWriter::give_up(const Fault& why) {
   file_->leave_untouched();
   const auto found = file_->interference();
   if (found) {
-    damage_ = found->words;
-    spoiled_ = spoiled_ || !found->of_log;
+    damage_ = found->description;
+    spoiled_ = spoiled_ || !found->is_log_only;
   }
-  if (found && !found->of_log && found->kind == Interference::Kind::taken_away)
+  if (found && !found->is_log_only && found->kind == Interference::Kind::taken_away)
     nameless_ = std::move(file_);
   else
     left_ = std::move(file_);
@@ -48,7 +48,7 @@ void RecordWriter::give_up(const Fault& why) {
 }
 
 /// Decides after a failed transaction whether to keep the file.
-Result<void> RecordWriter::judge(Fault fault) {
+Result<void> RecordWriter::handle_failure(Fault fault) {
   locked_ = is_locked(fault) ? locked_ + 1 : 0;
   if (will_pass(fault) && locked_ < options_.longest_locked) {
     if (const auto rolled_back = file_->roll_back(); rolled_back) return failure(std::move(fault));
@@ -62,7 +62,7 @@ void RecordWriter::keep(std::span<const EntryPointer> entries) {
   while (kept_.size() > options_.most_rows || (!kept_.empty() && kept_.front()->slots() == 0)) kept_.pop_front();
 }
 
-Result<void> RecordWriter::put(std::span<const EntryPointer> entries, const FrameCount& frames) {
+Result<void> RecordWriter::write_transaction(std::span<const EntryPointer> entries, const FrameCount& frames) {
   return file_->begin()
       .and_then([&] { return insert_all(*file_, entries); })
       .and_then([&] { return file_->replace_frames(frames); })
@@ -123,7 +123,7 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
 Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const FrameCount& frames) {
   if (!file_)
     if (auto begun = begin_part(entries, frames); !begun) return begun;
-  if (auto done = put(entries, frames); !done) return judge(done.error());
+  if (auto done = write_transaction(entries, frames); !done) return handle_failure(done.error());
   locked_ = 0;
   keep(entries);
   last_event_ = std::max(last_event_, file_->last_event());

@@ -70,8 +70,8 @@ class RecordWriter {
   std::int64_t first_to_account_for();
   Result<void> begin_part(std::span<const EntryPointer> entries, const FrameCount& frames);
   Result<void> fill_part(RunFile& file, const Continuation& continuation, std::span<const EntryPointer> entries);
-  Result<void> put(std::span<const EntryPointer> entries, const FrameCount& frames);
-  Result<void> judge(Fault fault);
+  Result<void> write_transaction(std::span<const EntryPointer> entries, const FrameCount& frames);
+  Result<void> handle_failure(Fault fault);
   void keep(std::span<const EntryPointer> entries);
   void give_up(const Fault& why);
 

@@ -19,7 +19,7 @@ namespace gyrotherm::record {
 namespace {
 
 /// Returns the row of a unit. Values measured by analogue inputs follow those that the unit sent, which may be missing.
-UnitRow row_of(const UnitReading& reading, const UnitInfo& unit) {
+UnitRow make_row(const UnitReading& reading, const UnitInfo& unit) {
   UnitRow row;
   if (const auto& count = reading.count.value) {
     row.rotation.assign(count->pulses.begin(), count->pulses.end());
@@ -32,7 +32,7 @@ UnitRow row_of(const UnitReading& reading, const UnitInfo& unit) {
   return row;
 }
 
-SampleRow row_of(const Sample& sample, const RunInfo& info) {
+SampleRow make_row(const Sample& sample, const RunInfo& info) {
   SampleRow row{.slot = sample.slot, .monotonic = sample.at.since_start, .utc = sample.at.utc};
   if (const auto& chamber = sample.chamber.value) {
     row.chamber_air_c = chamber->air.value;
@@ -43,7 +43,7 @@ SampleRow row_of(const Sample& sample, const RunInfo& info) {
     row.thermometers_c.push_back(reading.value.value_or(Celsius{kMissing}).value);
   row.progress = sample.progress;
   row.state = sample.state;
-  for (std::size_t i = 0; i < sample.units.size(); ++i) row.units.push_back(row_of(sample.units[i], info.units[i]));
+  for (std::size_t i = 0; i < sample.units.size(); ++i) row.units.push_back(make_row(sample.units[i], info.units[i]));
   return row;
 }
 
@@ -63,8 +63,8 @@ void add_missing(Entry& entry, const UnitInfo& unit, const UnitReading& reading)
 
 }  // namespace
 
-Entry entry_of(const Sample& sample, std::span<const Event> events, const RunInfo& info) {
-  Entry entry{.first = sample.slot, .last = sample.slot, .sample = row_of(sample, info)};
+Entry sample_entry(const Sample& sample, std::span<const Event> events, const RunInfo& info) {
+  Entry entry{.first = sample.slot, .last = sample.slot, .sample = make_row(sample, info)};
   entry.events.assign(events.begin(), events.end());
   add_missing(entry, "chamber", sample.chamber);
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
@@ -90,16 +90,16 @@ Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
 }
 
 // Conversions of a value to a cell. An empty text becomes NULL.
-Cell cell_of(double number) { return number; }
-Cell cell_of(Celsius temperature) { return temperature.value; }
-Cell cell_of(Duration time) { return time.count(); }
-Cell cell_of(const std::string& text) { return text.empty() ? Cell() : Cell(std::string_view(text)); }
-Cell cell_of(std::integral auto number) { return std::int64_t{number}; }
-template <class Word>
-requires std::is_enum_v<Word> Cell cell_of(Word word) { return std::string_view(name(word)); }
+Cell to_cell(double number) { return number; }
+Cell to_cell(Celsius temperature) { return temperature.value; }
+Cell to_cell(Duration time) { return time.count(); }
+Cell to_cell(const std::string& text) { return text.empty() ? Cell() : Cell(std::string_view(text)); }
+Cell to_cell(std::integral auto number) { return std::int64_t{number}; }
+template <class Enum>
+requires std::is_enum_v<Enum> Cell to_cell(Enum enumerator) { return std::string_view(name(enumerator)); }
 template <class T>
-Cell cell_of(const std::optional<T>& value) {
-  return value ? cell_of(*value) : Cell();
+Cell to_cell(const std::optional<T>& value) {
+  return value ? to_cell(*value) : Cell();
 }
 
 // Conversions of a cell to a value.
@@ -125,7 +125,7 @@ template <auto First, auto... Rest>
 Cell cell_at(const auto& of) {
   const auto& member = of.*First;
   if constexpr (sizeof...(Rest) == 0)
-    return cell_of(member);
+    return to_cell(member);
   else if constexpr (requires { member.has_value(); })
     return member ? cell_at<Rest...>(*member) : Cell();
   else
@@ -150,18 +150,18 @@ constexpr Column<Row> column(const char* name, const char* type, Exported export
 
 template <auto Column>
 Cell in_record(const Record& record, std::size_t row) {
-  return cell_of((record.*Column)[row]);
+  return to_cell((record.*Column)[row]);
 }
 Cell segment_in_record(const Record& record, std::size_t row) {
   const auto* segment = segment_at(record, row);
-  return segment != nullptr ? cell_of(segment->name) : Cell();
+  return segment != nullptr ? to_cell(segment->name) : Cell();
 }
 Cell cycle_in_record(const Record& record, std::size_t row) {
   const auto index = static_cast<std::size_t>(record.progress[row].cycle);
-  return index < record.info.cycles.size() ? cell_of(record.info.cycles[index]) : Cell();
+  return index < record.info.cycles.size() ? to_cell(record.info.cycles[index]) : Cell();
 }
 Cell phase_in_record(const Record& record, std::size_t row) {
-  return record.info.imported ? Cell() : cell_of(record.progress[row].phase);
+  return record.info.imported ? Cell() : to_cell(record.progress[row].phase);
 }
 constexpr std::array kBeforeChannels{
     column<SampleRow, &SampleRow::slot>("slot", "INTEGER PRIMARY KEY", {"slot", in_record<&Record::slot>}),
@@ -233,7 +233,7 @@ const char* name(Measures measures) {
   return word_in<Measures::true_bias>({"temperature", "rotation", "interval", "value", "true bias"}, measures);
 }
 
-const char* type_of(Measures measures) {
+const char* sql_type(Measures measures) {
   // NUMERIC, because an imported record may store a rate instead of pulses.
   return word_in<Measures::true_bias>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL"}, measures);
 }
@@ -278,7 +278,7 @@ void SampleColumns::each(const std::function<void(std::string_view, std::string_
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     if (i == before_progress_)
       for (const auto& column : kAfterChannels) use(column.name, column.type);
-    use(channels_[i].name, type_of(channels_[i].measures));
+    use(channels_[i].name, sql_type(channels_[i].measures));
   }
   if (before_progress_ == channels_.size())
     for (const auto& column : kAfterChannels) use(column.name, column.type);
@@ -314,7 +314,7 @@ double number_or_missing(const std::vector<double>& numbers, std::size_t index) 
 Cell cell_in(const ChannelColumn& column, const SampleRow& row) {
   switch (column.measures) {
     case Measures::rotation: return number_or_missing(row.units[column.unit].rotation, column.index);
-    case Measures::interval: return cell_of(row.units[column.unit].interval);
+    case Measures::interval: return to_cell(row.units[column.unit].interval);
     case Measures::value: return number_or_missing(row.units[column.unit].values, column.index);
     case Measures::true_bias: return number_or_missing(row.units[column.unit].true_bias_deg_per_h, column.index);
     case Measures::temperature: break;
@@ -360,7 +360,7 @@ void SampleColumns::read(SampleRow& row, const Statement& from) const {
   take_channels(channels.subspan(before_progress_));
 }
 
-std::span<const Column<RecordedEvent>> columns_of_events() { return kEventColumns; }
+std::span<const Column<RecordedEvent>> event_columns() { return kEventColumns; }
 
 EventKind event_kind_named(std::string_view text) {
   return named(text,

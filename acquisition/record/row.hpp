@@ -78,7 +78,7 @@ struct Entry {
 };
 
 /// Returns the entry of one second.
-[[nodiscard]] Entry entry_of(const Sample& sample, std::span<const Event> events, const RunInfo& info);
+[[nodiscard]] Entry sample_entry(const Sample& sample, std::span<const Event> events, const RunInfo& info);
 /// Returns the entry of a gap.
 [[nodiscard]] Entry gap_entry(std::int64_t first, std::int64_t last, const std::string& cause);
 /// Returns the entry of an event after slot `last`.
@@ -122,7 +122,7 @@ struct Column {
 enum class Measures { temperature, rotation, interval, value, true_bias };
 [[nodiscard]] const char* name(Measures measures);
 /// Returns the SQL type of the column of such a channel.
-[[nodiscard]] const char* type_of(Measures measures);
+[[nodiscard]] const char* sql_type(Measures measures);
 
 /// A column of `sample` that depends on the record's channels.
 struct ChannelColumn {
@@ -173,7 +173,7 @@ class SampleColumns {
 };
 
 /// Returns the columns of `event` between its id and its link of the chain.
-[[nodiscard]] std::span<const Column<RecordedEvent>> columns_of_events();
+[[nodiscard]] std::span<const Column<RecordedEvent>> event_columns();
 
 /// Returns the names of the columns, joined by commas.
 template <class Row>

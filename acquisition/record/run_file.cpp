@@ -54,7 +54,7 @@ Result<void> fill_new_file(Database& database, const std::string& path, const Ru
   return prepared.and_then([&] { return fill(database, info, continuation); });
 }
 
-void remove_all_of(const std::string& path) {
+void remove_with_logs(const std::string& path) {
   for (const char* suffix : {"", "-wal", "-journal", "-shm"}) ::unlink((path + suffix).c_str());
 }
 
@@ -73,15 +73,15 @@ constexpr int kCopyPatienceMs = 100;
 constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF";
 
 /// The most samples in one insert statement. Each execution has a fixed cost.
-constexpr std::size_t kTogether = 32;
+constexpr std::size_t kRowsPerInsert = 32;
 constexpr std::size_t kMostParameters = 32'766;  ///< SQLite's default limit
 
 std::string insert_sql(std::string_view table, const std::string& columns, std::size_t rows = 1) {
-  std::string places = "?";
+  std::string placeholders = "?";
   for (const char c : columns)
-    if (c == ',') places += ", ?";
-  std::string sql = fmt::format("INSERT INTO {}({}) VALUES({})", table, columns, places);
-  for (; rows > 1; --rows) sql += fmt::format(", ({})", places);
+    if (c == ',') placeholders += ", ?";
+  std::string sql = fmt::format("INSERT INTO {}({}) VALUES({})", table, columns, placeholders);
+  for (; rows > 1; --rows) sql += fmt::format(", ({})", placeholders);
   return sql;
 }
 
@@ -120,7 +120,7 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
       {&Statements::commit, "COMMIT"},
       {&Statements::sample, insert_sql("sample", SampleColumns(info).names() + ", chain")},
       {&Statements::fault, insert_sql("fault", "id, slot, channel, kind, \"where\", what, chain")},
-      {&Statements::event, insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain")},
+      {&Statements::event, insert_sql("event", "id, " + names_of(event_columns()) + ", chain")},
       {&Statements::gap, insert_sql("gap", "first, last, cause, chain")},
       {&Statements::frames, "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"}};
   Statements prepared;
@@ -171,7 +171,7 @@ Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
         }
         return ready(std::move(database), path, info, Watching::yes);
       });
-  if (!file && !in_memory(path)) remove_all_of(path);
+  if (!file && !in_memory(path)) remove_with_logs(path);
   return file;
 }
 
@@ -204,7 +204,7 @@ Result<RunFile> RunFile::create_unsynced(const std::string& path, const RunInfo&
                             .and_then([&] { return fill(database, info); });
     return filled ? ready(std::move(database), path, info, Watching::no) : failure(filled.error());
   });
-  if (!file) remove_all_of(path);
+  if (!file) remove_with_logs(path);
   return file;
 }
 
@@ -247,19 +247,19 @@ Result<void> RunFile::copy_to(const std::string& path) {
 
 Result<void> RunFile::refuse_if(std::optional<Interference> found) {
   if (found) interference_ = std::move(found);
-  return interference_ ? failure(FaultKind::storage, path_, interference_->words) : Result<void>{};
+  return interference_ ? failure(FaultKind::storage, path_, interference_->description) : Result<void>{};
 }
 
 Result<void> RunFile::begin() {
   if (watch_)
-    if (auto refused = refuse_if(watch_->look()); !refused) return refused;
+    if (auto refused = refuse_if(watch_->check()); !refused) return refused;
   return statements_->begin.run();
 }
 
 Result<void> RunFile::commit() {
   if (auto done = statements_->commit.run(); !done) return done;
   if (watch_) {
-    if (auto refused = refuse_if(watch_->look_after_writing(database_.log_pages())); !refused) return refused;
+    if (auto refused = refuse_if(watch_->check_after_writing(database_.log_pages())); !refused) return refused;
     watch_->remember_log();
   }
   committed_ = now_;
@@ -295,10 +295,10 @@ Result<void> RunFile::fold_log() {
   constexpr int kLongLogPages = 200;
   if (database_.log_pages() < kLongLogPages) return {};
   if (!watch_) return database_.fold_log();
-  if (auto refused = refuse_if(watch_->look_at_log(database_.log_pages())); !refused) return refused;
-  const auto places = watch_->places_in_log();
+  if (auto refused = refuse_if(watch_->check_log(database_.log_pages())); !refused) return refused;
+  const auto placeholders = watch_->offsets_in_log();
   auto done = database_.empty_log();
-  watch_->remember_fold(places);
+  watch_->remember_fold(placeholders);
   return done;
 }
 
@@ -326,12 +326,12 @@ void RunFile::chain(std::span<const SampleRow> rows, ChainedSamples& chained) {
     assert(row.thermometers_c.size() == info_.thermometers.size() && row.units.size() == info_.units.size());
     const auto cells = left.first(columns_.count());
     columns_.read_cells(row, cells);
-    chained.links.push_back(link_of(cells));
+    chained.links.push_back(chain_link(cells));
     left = left.subspan(cells.size());
   }
 }
 
-std::int64_t RunFile::link_of(std::span<const Cell> sample) {
+std::int64_t RunFile::chain_link(std::span<const Cell> sample) {
   now_.chain.begin("sample");
   for (const Cell& cell : sample) std::visit([&](auto value) { now_.chain.add(value); }, cell);
   return now_.chain.end();
@@ -341,7 +341,7 @@ Result<void> RunFile::write(const ChainedSamples& samples) {
   if (auto ready = prepare_for(samples); !ready) return ready;
   std::span<const Cell> cells = samples.cells;
   for (std::span<const std::int64_t> links = samples.links; !links.empty();) {
-    const std::size_t rows = links.size() < together_ ? 1 : together_;
+    const std::size_t rows = links.size() < rows_per_insert_ ? 1 : rows_per_insert_;
     auto& statement = rows == 1 ? statements_->sample : *statements_->samples;
     int parameter = 0;
     for (const std::int64_t link : links.first(rows)) {
@@ -368,11 +368,11 @@ Result<void> RunFile::prepare_for(const ChainedSamples& samples) {
     statements_->sample = std::move(*one);
     statements_->samples.reset();
     const auto parameters = static_cast<std::size_t>(std::ranges::count(named, true)) + 1;
-    together_ = std::clamp<std::size_t>(kMostParameters / parameters, 1, kTogether);
+    rows_per_insert_ = std::clamp<std::size_t>(kMostParameters / parameters, 1, kRowsPerInsert);
     named_ = std::move(named);
   }
-  if (together_ == 1 || samples.links.size() < together_ || statements_->samples) return {};
-  return into(statements_->samples, prepare_insert(named_, together_));
+  if (rows_per_insert_ == 1 || samples.links.size() < rows_per_insert_ || statements_->samples) return {};
+  return into(statements_->samples, prepare_insert(named_, rows_per_insert_));
 }
 
 Result<Statement> RunFile::prepare_insert(const std::vector<bool>& named, std::size_t rows) {
@@ -401,7 +401,7 @@ Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
   Row row(statements_->event, now_.chain, "event");
   now_.events = std::max(event.number, now_.events + 1);
   row.put(now_.events);
-  for (const auto& column : columns_of_events()) row.put(column.cell(recorded));
+  for (const auto& column : event_columns()) row.put(column.cell(recorded));
   return row.run();
 }
 
@@ -413,7 +413,7 @@ Result<void> RunFile::copy_row(std::string_view table, const record::Statement& 
   if (table == "sample") {
     samples_.cells.clear();
     for (int column = 0; column + 1 < row.columns(); ++column) samples_.cells.push_back(row.cell(column));
-    samples_.links = {link_of(samples_.cells)};
+    samples_.links = {chain_link(samples_.cells)};
     return write(samples_);
   }
   auto& statement = table == "fault" ? statements_->fault : table == "event" ? statements_->event : statements_->gap;
@@ -457,9 +457,9 @@ Result<void> RunFile::finish() {
   if (!is_synced_)
     if (auto set = database_.execute("PRAGMA synchronous = FULL"); !set) return set;
   if (watch_)
-    if (auto refused = refuse_if(watch_->look()); !refused) return refused;
+    if (auto refused = refuse_if(watch_->check()); !refused) return refused;
   return seal()
-      .and_then([this] { return watch_ ? refuse_if(watch_->look_closely(database_.log_pages())) : Result<void>{}; })
+      .and_then([this] { return watch_ ? refuse_if(watch_->check_all(database_.log_pages())) : Result<void>{}; })
       .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {
         if (busy == "0") return {};

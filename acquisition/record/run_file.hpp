@@ -101,7 +101,7 @@ class RunFile {
  private:
   struct Statements {
     Statement begin{}, commit{}, sample{}, fault{}, event{}, gap{}, frames{};
-    /// Inserts `together_` samples at once, with the columns in `named_`, as `sample` does with one.
+    /// Inserts `rows_per_insert_` samples at once, with the columns in `named_`, as `sample` does with one.
     std::optional<Statement> samples{};
   };
   /// A row under construction. Each value is added to the statement and to the chain.
@@ -121,7 +121,7 @@ class RunFile {
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
-  [[nodiscard]] std::int64_t link_of(std::span<const Cell> sample);
+  [[nodiscard]] std::int64_t chain_link(std::span<const Cell> sample);
   /// Prepares statements with only those columns that had a value in some sample so far. Binding and storing NULL takes
   /// as long as storing a number.
   [[nodiscard]] Result<void> prepare_for(const ChainedSamples& samples);
@@ -142,7 +142,7 @@ class RunFile {
   SampleColumns columns_;
   /// One flag per column. Before the first sample, `sample` has all columns.
   std::vector<bool> named_{};
-  std::size_t together_ = 1;
+  std::size_t rows_per_insert_ = 1;
   ChainedSamples samples_{};  ///< reused
   /// The state that the next row continues.
   struct Position {

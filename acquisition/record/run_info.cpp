@@ -40,7 +40,7 @@ constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{
 }};
 
 /// The optional columns of the table `axis`.
-constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kOfAnAxis{{
+constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kAxisColumns{{
     {"latitude_deg", &GyroUncertainty::latitude_deg},
     {"azimuth_deg", &GyroUncertainty::azimuth_deg},
     {"elevation_deg", &GyroUncertainty::elevation_deg},
@@ -53,7 +53,7 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
 
 /// The lines of the list `fixture` for an axis. They are not columns of `axis`, because a new column would make older
 /// records unreadable.
-constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 5> kOfItsFixture{{
+constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 5> kFixtureKeys{{
     {"fixture_azimuth_deg", &GyroUncertainty::fixture_azimuth_deg},
     {"fixture_elevation_deg", &GyroUncertainty::fixture_elevation_deg},
     {"elevation_uncertainty_deg", &GyroUncertainty::elevation_uncertainty_deg},
@@ -62,7 +62,7 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
 }};
 
 /// Returns the name of an axis in the list `fixture`: the position of its unit and its own.
-std::string place_in_list(std::size_t unit, std::size_t axis) { return fmt::format("{}.{}", unit, axis); }
+std::string list_key(std::size_t unit, std::size_t axis) { return fmt::format("{}.{}", unit, axis); }
 
 Result<void> write_meta(Database& database, const RunInfo& info) {
   auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
@@ -82,7 +82,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   return written;
 }
 
-std::vector<double> polynomial_of(std::string_view text) {
+std::vector<double> parse_polynomial(std::string_view text) {
   std::vector<double> coefficients;
   const auto* const end = text.data() + text.size();
   for (const auto* at = text.data(); at < end;) {
@@ -101,7 +101,7 @@ struct MeasuredChannel {
   const char* measures;
 };
 
-std::string unit_of(const ChannelColumn& column, const RunInfo& info) {
+std::string column_unit(const ChannelColumn& column, const RunInfo& info) {
   const UnitInfo& unit = info.units[column.unit];
   switch (column.measures) {
     case Measures::rotation: {
@@ -116,7 +116,7 @@ std::string unit_of(const ChannelColumn& column, const RunInfo& info) {
   return "°C";
 }
 
-const std::string& instrument_of(const ChannelColumn& column, const UnitInfo& unit) {
+const std::string& column_instrument(const ChannelColumn& column, const UnitInfo& unit) {
   if (column.measures != Measures::value || unit.values[column.index].instrument.empty()) return unit.instrument;
   return unit.values[column.index].instrument;
 }
@@ -138,9 +138,9 @@ std::vector<MeasuredChannel> all_channels(const RunInfo& info) {
     }
     const UnitInfo& unit = info.units[column.unit];
     channels.push_back({{.name = column.name,
-                         .instrument = instrument_of(column, unit),
+                         .instrument = column_instrument(column, unit),
                          .offset = {},
-                         .unit = unit_of(column, info),
+                         .unit = column_unit(column, info),
                          .unit_under_test = unit.name},
                         name(column.measures)});
   }
@@ -198,7 +198,7 @@ constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoin
 /// Returns "key number" for each known value.
 std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
   std::vector<std::string> lines;
-  for (const auto& [key, number] : kOfItsFixture)
+  for (const auto& [key, number] : kFixtureKeys)
     if (known.*number) lines.push_back(fmt::format("{} {}", key, *(known.*number)));
   return lines;
 }
@@ -207,7 +207,7 @@ std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
 void take_fixture_line(std::string_view line, GyroUncertainty& known) {
   const auto blank = line.find(' ');
   if (blank == line.npos) return;
-  for (const auto& [key, number] : kOfItsFixture) {
+  for (const auto& [key, number] : kFixtureKeys) {
     if (line.substr(0, blank) != key) continue;
     double value{};
     const auto read = std::from_chars(line.data() + blank + 1, line.data() + line.size(), value);
@@ -231,7 +231,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   }
   for (std::size_t i = 0; i < info.units.size(); ++i)
     for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
-      put(kFixture, place_in_list(i, axis), fixture_lines(info.units[i].axes[axis].uncertainty));
+      put(kFixture, list_key(i, axis), fixture_lines(info.units[i].axes[axis].uncertainty));
   return written;
 }
 
@@ -241,22 +241,25 @@ double number_or_nothing(const std::optional<double>& number) { return number.va
 std::string axis_columns() {
   std::string columns =
       "unit, position, name, kind, scale, earth_rate_deg_per_h, direction_x, direction_y, direction_z";
-  for (const auto& [key, number] : kOfAnAxis) columns += fmt::format(", {}", key);
+  for (const auto& [key, number] : kAxisColumns) columns += fmt::format(", {}", key);
   return columns;
 }
 
 Result<void> write_axes(Database& database, const UnitInfo& unit, std::size_t position) {
-  std::string places = "?";
-  for (std::size_t i = 1; i < 9 + kOfAnAxis.size(); ++i) places += ", ?";
-  auto insert = database.prepare(fmt::format("INSERT INTO axis({}) VALUES({})", axis_columns(), places));
+  std::string placeholders = "?";
+  for (std::size_t i = 1; i < 9 + kAxisColumns.size(); ++i) placeholders += ", ?";
+  auto insert = database.prepare(fmt::format("INSERT INTO axis({}) VALUES({})", axis_columns(), placeholders));
   if (!insert) return failure(insert.error());
   for (std::size_t i = 0; i < unit.axes.size(); ++i) {
     const AxisInfo& axis = unit.axes[i];
     const auto direction = axis.direction.value_or(std::array{kMissing, kMissing, kMissing});
-    const auto said = [&](std::size_t k) { return number_or_nothing(axis.uncertainty.*kOfAnAxis[k].second); };
+    const auto uncertainty_at = [&](std::size_t k) {
+      return number_or_nothing(axis.uncertainty.*kAxisColumns[k].second);
+    };
     auto done = insert->run(position, i, axis.name, axis.kind == GyroKind::rate ? kRate : kPulseCount, axis.scale,
                             axis.earth_rate ? axis.earth_rate->value : kMissing, direction[0], direction[1],
-                            direction[2], said(0), said(1), said(2), said(3), said(4), said(5), said(6), said(7));
+                            direction[2], uncertainty_at(0), uncertainty_at(1), uncertainty_at(2), uncertainty_at(3),
+                            uncertainty_at(4), uncertainty_at(5), uncertainty_at(6), uncertainty_at(7));
     if (!done) return done;
   }
   return {};
@@ -311,7 +314,7 @@ Result<void> read_channels(Database& database, RunInfo& info) {
     info.thermometers.push_back({.name = std::string(row.text(0)),
                                  .instrument = std::string(row.text(2)),
                                  .offset = Kelvins{row.real(4)},
-                                 .polynomial = polynomial_of(row.text(5)),
+                                 .polynomial = parse_polynomial(row.text(5)),
                                  .certificate = std::string(row.text(6)),
                                  .due = parse_day(row.text(7)),
                                  .unit = std::string(row.text(1)),
@@ -335,7 +338,7 @@ AxisInfo axis_in(const Statement& row) {
   const auto x = real_in(row, 6), y = real_in(row, 7), z = real_in(row, 8);
   if (x && y && z) axis.direction = {*x, *y, *z};
   int column = 9;
-  for (const auto& [key, number] : kOfAnAxis) axis.uncertainty.*number = real_in(row, column++);
+  for (const auto& [key, number] : kAxisColumns) axis.uncertainty.*number = real_in(row, column++);
   return axis;
 }
 
@@ -412,8 +415,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)
         for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
-          if (row.text(1) == place_in_list(i, axis))
-            take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
+          if (row.text(1) == list_key(i, axis)) take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
     }
     const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
     if (unit == info.units.end()) return;
@@ -533,11 +535,11 @@ std::optional<sys_days> parse_day(std::string_view text) {
 std::string format_day(sys_days day) { return fmt::format("{:%F}", day); }
 
 std::string describe_calibration(const Channel& channel) {
-  auto words = describe_correction(channel);
-  const auto add = [&](const std::string& more) { words += (words.empty() ? "" : ", ") + more; };
+  auto text = describe_correction(channel);
+  const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
   if (!channel.certificate.empty()) add("certificate " + channel.certificate);
   if (channel.due) add("due " + format_day(*channel.due));
-  return words.empty() ? "none" : words;
+  return text.empty() ? "none" : text;
 }
 
 std::vector<std::string> overdue_calibrations(std::span<const Channel> channels, Duration utc) {

@@ -89,15 +89,15 @@ struct Slots {
   std::int64_t first{}, last{};
 };
 
-Slots slots_of(const RecordFiles& files, std::size_t part) {
+Slots slot_range(const RecordFiles& files, std::size_t part) {
   const auto next = part + 1;
   return {.first = files.parts[part].continuation.from - 1,
           .last = next < files.parts.size() ? files.parts[next].continuation.from - 1 : kNoEnd};
 }
 
 /// Calls `use` with the rows of one file. Returns false if no more rows are required.
-Result<bool> each_row_of(const Part& part, const Slots& slots, const RowQuery& query, std::int64_t& left,
-                         const std::function<bool(const Statement&)>& use) {
+Result<bool> each_row_in_part(const Part& part, const Slots& slots, const RowQuery& query, std::int64_t& left,
+                              const std::function<bool(const Statement&)>& use) {
   auto database = open_source(part);
   if (!database) return failure(database.error());
   const auto first = std::max(query.first, slots.first), last = std::min(query.last, slots.last);
@@ -119,9 +119,9 @@ Result<void> each_row(const RecordFiles& files, const RowQuery& query,
                       const std::function<bool(const Statement&)>& use) {
   auto left = query.most;
   for (std::size_t i = 0; i < files.parts.size(); ++i) {
-    const auto slots = slots_of(files, i);
+    const auto slots = slot_range(files, i);
     if (slots.last < query.first || slots.first > query.last || slots.first > slots.last) continue;
-    const auto more = each_row_of(files.parts[i], slots, query, left, use);
+    const auto more = each_row_in_part(files.parts[i], slots, query, left, use);
     if (!more) return failure(more.error());
     if (!*more) break;
   }

@@ -57,26 +57,26 @@ std::string lower(std::string text) {
   return text;
 }
 
-bool may_stand_in_a_name(char c) {
+bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
 }
 /// Returns whether a character is allowed in the name of a thermometer. An imported one keeps its name.
-bool may_stand_in_a_thermometers_name(char c) { return may_stand_in_a_name(c) || c == ' ' || c == '.'; }
+bool is_thermometer_name_character(char c) { return is_name_character(c) || c == ' ' || c == '.'; }
 
 /// Returns the reason why a name is malformed; nothing if it is not.
-std::optional<std::string> name_trouble(std::string_view name, bool (*may_stand)(char), const char* of) {
+std::optional<std::string> name_trouble(std::string_view name, bool (*is_allowed)(char), const char* of) {
   if (name.empty() || name.size() > kLongestName) return "a name has 1 to 64 characters";
-  if (!std::ranges::all_of(name, may_stand)) return fmt::format("a name is made of {}", of);
+  if (!std::ranges::all_of(name, is_allowed)) return fmt::format("a name is made of {}", of);
   return std::nullopt;
 }
 
-void find_badly_made(const RunInfo& info, std::vector<NameTrouble>& troubles) {
+void find_malformed(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   using enum NameTrouble::Of;
   const auto check = [&](NameTrouble::Of of, const char* kind, std::size_t unit, std::size_t index,
                          const std::string& name) {
     const auto why = of == thermometer
-                         ? name_trouble(name, may_stand_in_a_thermometers_name, "letters, digits, blanks and _ . -")
-                         : name_trouble(name, may_stand_in_a_name, "letters, digits and _ -");
+                         ? name_trouble(name, is_thermometer_name_character, "letters, digits, blanks and _ . -")
+                         : name_trouble(name, is_name_character, "letters, digits and _ -");
     if (why) troubles.push_back({of, unit, index, fmt::format("{} \"{}\"", kind, name), *why});
   };
   for (std::size_t i = 0; i < info.thermometers.size(); ++i)
@@ -84,15 +84,15 @@ void find_badly_made(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   for (std::size_t i = 0; i < info.units.size(); ++i) {
     const UnitInfo& one = info.units[i];
     check(unit, "gyro", i, 0, one.name);
-    for (std::size_t axis_of = 0; axis_of < one.axes.size(); ++axis_of)
-      if (one.axes.size() > 1 || !one.axes[axis_of].name.empty())
-        check(axis, "axis", i, axis_of, one.axes[axis_of].name);
-    for (std::size_t value_of = 0; value_of < one.values.size(); ++value_of)
-      check(value, "value", i, value_of, one.values[value_of].name);
+    for (std::size_t axis_index = 0; axis_index < one.axes.size(); ++axis_index)
+      if (one.axes.size() > 1 || !one.axes[axis_index].name.empty())
+        check(axis, "axis", i, axis_index, one.axes[axis_index].name);
+    for (std::size_t value_index = 0; value_index < one.values.size(); ++value_index)
+      check(value, "value", i, value_index, one.values[value_index].name);
   }
 }
 
-NameTrouble::Of whose_name(Measures measures) {
+NameTrouble::Of named_object(Measures measures) {
   switch (measures) {
     case Measures::temperature: return NameTrouble::Of::thermometer;
     case Measures::rotation:
@@ -103,7 +103,7 @@ NameTrouble::Of whose_name(Measures measures) {
   return NameTrouble::Of::unit;
 }
 
-void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
+void find_duplicates(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   std::set<std::string> taken{"chain"};
   for (const auto& column : columns_before_channels()) taken.insert(column.name);
   for (const auto& column : columns_after_channels()) taken.insert(column.name);
@@ -114,7 +114,7 @@ void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   std::set<std::size_t> units;
   for (const auto& column : columns) {
     if (taken.insert(lower(column.name)).second) continue;
-    const auto of = whose_name(column.measures);
+    const auto of = named_object(column.measures);
     const auto is_it = [&](const NameTrouble& one) {
       return one.of == of && one.unit == column.unit && one.index == column.index;
     };
@@ -147,12 +147,12 @@ std::set<std::string> common_titles() {
 
 std::vector<NameTrouble> name_troubles(const RunInfo& info) {
   std::vector<NameTrouble> troubles;
-  find_badly_made(info, troubles);
-  find_taken(info, troubles);
+  find_malformed(info, troubles);
+  find_duplicates(info, troubles);
   return troubles;
 }
 
-std::set<std::string> names_of_every_record() {
+std::set<std::string> reserved_channel_names() {
   auto names = common_titles();
   names.insert({"chain", "time", "time_s", "utc", "bias", "self", "at_rest"});
   for (const auto& column : columns_before_channels()) names.insert(column.name);
@@ -162,7 +162,7 @@ std::set<std::string> names_of_every_record() {
 
 std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
   auto troubles = name_troubles(info);
-  auto taken = names_of_every_record();
+  auto taken = reserved_channel_names();
   for (const auto& column : channel_columns(info)) {
     if (column.measures == Measures::temperature) continue;
     taken.insert(lower(calibrated_name(column)));
@@ -172,28 +172,28 @@ std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
     auto bias = lower(column.name);
     taken.insert(bias.erase(bias.rfind(kTrue), kTrue.size()));
   }
-  const auto is_told = [&](std::size_t i) {
+  const auto is_reported = [&](std::size_t i) {
     return std::ranges::any_of(troubles, [&](const NameTrouble& trouble) {
       return trouble.of == NameTrouble::Of::thermometer && trouble.index == i;
     });
   };
   for (std::size_t i = 0; i < info.thermometers.size(); ++i)
-    if (const auto& name = info.thermometers[i].name; taken.contains(lower(name)) && !is_told(i))
+    if (const auto& name = info.thermometers[i].name; taken.contains(lower(name)) && !is_reported(i))
       troubles.push_back({NameTrouble::Of::thermometer, 0, i, fmt::format("thermometer \"{}\"", name), kTaken});
   return troubles;
 }
 
 namespace {
 
-Result<void> verdict_of(const std::vector<NameTrouble>& troubles) {
+Result<void> first_fault(const std::vector<NameTrouble>& troubles) {
   return troubles.empty() ? Result<void>{} : failure(FaultKind::bad_file, troubles.front().what, troubles.front().why);
 }
 
 }  // namespace
 
-Result<void> check_channel_names(const RunInfo& info) { return verdict_of(name_troubles(info)); }
+Result<void> check_channel_names(const RunInfo& info) { return first_fault(name_troubles(info)); }
 
-Result<void> check_new_channel_names(const RunInfo& info) { return verdict_of(new_name_troubles(info)); }
+Result<void> check_new_channel_names(const RunInfo& info) { return first_fault(new_name_troubles(info)); }
 
 namespace {
 
@@ -246,14 +246,14 @@ std::string selected(const ChannelColumn& column, const RunInfo& info) {
   return fmt::format("\"{}\"", column.name);
 }
 
-std::string utc_of(std::string_view nanoseconds) {
+std::string utc_column(std::string_view nanoseconds) {
   return fmt::format("strftime('%Y-%m-%dT%H:%M:%fZ', {} / 1e9, 'unixepoch') AS utc", nanoseconds);
 }
 
 std::string sample_view(const RunInfo& info) {
   std::string sql =
       fmt::format("SELECT slot, monotonic_ns / 1e9 AS time_s, {}, set_point_c, chamber_air_c, chamber_set_point_c",
-                  utc_of("utc_ns"));
+                  utc_column("utc_ns"));
   std::string truth;
   for (const ChannelColumn& column : channel_columns(info))
     (column.measures == Measures::true_bias ? truth : sql) += ", " + selected(column, info);
@@ -267,7 +267,7 @@ std::string event_view() {
   return fmt::format(
       "SELECT id, slot, monotonic_ns / 1e9 AS time_s, {}, kind, interlock, reaction, (SELECT name FROM segment WHERE "
       "segment.position = event.segment) AS segment, channel, text FROM event",
-      utc_of("nullif(utc_ns, 0)"));
+      utc_column("nullif(utc_ns, 0)"));
 }
 
 std::string channel_view() {
@@ -290,7 +290,7 @@ std::string calibrated_name(const ChannelColumn& column) {
   return column.name;
 }
 
-std::vector<View> views_of(const RunInfo& info) {
+std::vector<View> record_views(const RunInfo& info) {
   std::vector<View> views{{"v1_channel", channel_view()},
                           {"v1_event", event_view()},
                           {"v1_gap", "SELECT first, last, last - first + 1 AS seconds, cause FROM gap"},
@@ -305,10 +305,10 @@ Result<void> create_schema(Database& database, const RunInfo& info) {
       [&](std::string_view name, std::string_view type) { sample += fmt::format("\"{}\" {}, ", name, type); });
   sample += "chain INTEGER NOT NULL);";
   std::string event = "CREATE TABLE event(id INTEGER PRIMARY KEY, ";
-  for (const auto& column : columns_of_events()) event += fmt::format("{} {}, ", column.name, column.type);
+  for (const auto& column : event_columns()) event += fmt::format("{} {}, ", column.name, column.type);
   event += "chain INTEGER NOT NULL);";
   std::string views;
-  for (const View& view : views_of(info)) views += view.sql + ";";
+  for (const View& view : record_views(info)) views += view.sql + ";";
   return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}{}{}", kApplicationId,
                                       kUserVersion, kOtherTables, event, sample, views));
 }
@@ -360,11 +360,11 @@ namespace {
 using Columns = std::vector<std::string>;
 using Tables = std::map<std::string, Columns, std::less<>>;
 
-tl::unexpected<Fault> other_than_a_record(const std::string& path, const std::string& what) {
+tl::unexpected<Fault> unexpected_content(const std::string& path, const std::string& what) {
   return failure(FaultKind::bad_file, path, fmt::format("{}, expected the tables of a record and nothing else", what));
 }
 
-Result<Columns> columns_of(Database& database, const std::string& table) {
+Result<Columns> read_columns(Database& database, const std::string& table) {
   Columns columns;
   const auto read = database.each_row(fmt::format("PRAGMA table_xinfo(\"{}\")", table), [&](const Statement& row) {
     columns.push_back(
@@ -374,26 +374,26 @@ Result<Columns> columns_of(Database& database, const std::string& table) {
 }
 
 /// Returns whether a view has the name of a view of a record. Does not check its text.
-bool has_name_of_a_view(std::string_view name) {
-  return std::ranges::any_of(views_of({}), [&](const View& view) { return view.name == name; });
+bool is_view_name(std::string_view name) {
+  return std::ranges::any_of(record_views({}), [&](const View& view) { return view.name == name; });
 }
 
 /// Reads the columns of each table from the schema of the file. Executes nothing that the schema contains.
-Result<Tables> tables_of(Database& database, const std::string& path) {
+Result<Tables> read_tables(Database& database, const std::string& path) {
   std::vector<std::string> names;
   constexpr const char* kNames = "SELECT type, name, tbl_name, rootpage FROM sqlite_schema";
   const auto named = database.each_row(kNames, [&](const Statement& row) -> Result<void> {
     const std::string name(row.text(1));
-    if (row.text(0) == "view" && has_name_of_a_view(name)) return {};
+    if (row.text(0) == "view" && is_view_name(name)) return {};
     names.push_back(name);
     if (row.text(0) == "table" && row.text(2) == name && row.integer(3) > 0) return {};
-    return other_than_a_record(path, fmt::format("it has a {} \"{}\"", row.text(0), name));
+    return unexpected_content(path, fmt::format("it has a {} \"{}\"", row.text(0), name));
   });
   if (!named) return failure(named.error());
   Tables tables;
   for (const auto& name : names) {
-    if (name.find('"') != std::string::npos) return other_than_a_record(path, "it has a table of another name");
-    auto columns = columns_of(database, name);
+    if (name.find('"') != std::string::npos) return unexpected_content(path, "it has a table of another name");
+    auto columns = read_columns(database, name);
     if (!columns) return failure(columns.error());
     tables.emplace(name, std::move(*columns));
   }
@@ -404,7 +404,7 @@ Result<Tables> tables_of(Database& database, const std::string& path) {
 Result<Tables> expected_tables() {
   return Database::open(kInMemory, Access::read_write, 0).and_then([](Database memory) -> Result<Tables> {
     if (auto made = create_schema(memory, {}); !made) return failure(made.error());
-    return tables_of(memory, kInMemory);
+    return read_tables(memory, kInMemory);
   });
 }
 
@@ -414,14 +414,14 @@ struct ChannelColumns {
   Columns before, after;
 };
 
-Result<ChannelColumns> columns_of_channels(Database& database) {
+Result<ChannelColumns> read_channel_columns(Database& database) {
   ChannelColumns columns;
   const auto read =
       database.each_row("SELECT name, measures FROM channel ORDER BY position", [&](const Statement& row) {
         for (const auto measures : kAllMeasures)
           if (row.text(1) == name(measures))
             (measures == Measures::true_bias ? columns.after : columns.before)
-                .push_back(fmt::format("{} {} 0 0 0", row.text(0), type_of(measures)));
+                .push_back(fmt::format("{} {} 0 0 0", row.text(0), sql_type(measures)));
       });
   return read.map([&] { return columns; });
 }
@@ -432,21 +432,21 @@ void add_channels(Columns& sample, const ChannelColumns& channels) {
 }
 
 Result<void> check_tables(Database& database, const std::string& path) {
-  const auto found = tables_of(database, path);
+  const auto found = read_tables(database, path);
   if (!found) return failure(found.error());
   auto expected = expected_tables();
   if (!expected) return failure(expected.error());
   const auto differs = [&](const std::string& table) {
-    return other_than_a_record(path, fmt::format("its table \"{}\" is another one", table));
+    return unexpected_content(path, fmt::format("its table \"{}\" is another one", table));
   };
   for (const auto& [name, columns] : *found)
     if (!expected->contains(name)) return differs(name);
   for (const auto& [name, columns] : *expected) {
     const auto table = found->find(name);
-    if (table == found->end()) return other_than_a_record(path, fmt::format("it has no table \"{}\"", name));
+    if (table == found->end()) return unexpected_content(path, fmt::format("it has no table \"{}\"", name));
     if (name != "sample" && table->second != columns) return differs(name);
   }
-  const auto channels = columns_of_channels(database);
+  const auto channels = read_channel_columns(database);
   if (!channels) return failure(channels.error());
   add_channels((*expected)["sample"], *channels);
   return found->at("sample") == (*expected)["sample"] ? Result<void>{} : differs("sample");
@@ -463,9 +463,9 @@ Result<void> check_views(Database& database, const std::string& path) {
   if (found.empty()) return {};
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
-  for (const View& view : views_of(*info))
+  for (const View& view : record_views(*info))
     if (const auto same = std::ranges::find(found, view.name, &View::name); same == found.end() || *same != view)
-      return other_than_a_record(
+      return unexpected_content(
           path, fmt::format("its view \"{}\" is {}", view.name, same == found.end() ? "missing" : "another one"));
   return {};
 }

@@ -63,7 +63,7 @@ struct NameTrouble {
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
 
 /// Returns the names, in lower case, that every record uses itself and that no thermometer of a new record may have.
-[[nodiscard]] std::set<std::string> names_of_every_record();
+[[nodiscard]] std::set<std::string> reserved_channel_names();
 
 /// Finds all names that are not allowed in a new record. In addition to name_troubles() these are thermometers with the
 /// name of a column that views, exports, Python or the inputs of a model add. Older records with such names can still
@@ -85,7 +85,7 @@ struct View {
 
 /// Returns the views of a record with these channels, ordered by name. They depend only on `info`, so a file with other
 /// views is not a record.
-[[nodiscard]] std::vector<View> views_of(const RunInfo& info);
+[[nodiscard]] std::vector<View> record_views(const RunInfo& info);
 
 /// Creates the tables and views, and marks the file as a record. The names must be allowed.
 [[nodiscard]] Result<void> create_schema(Database& database, const RunInfo& info);
@@ -93,8 +93,8 @@ struct View {
 inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of seconds
 
 /// Checks that the file is a record of this version. It must have the tables of a record with their columns, all of
-/// views_of() or no view, and no trigger, index, virtual table or computed column; this is checked before any table is
-/// read. Its slots must be between 0 and kMostSlots. Fails with bad_file if any check fails, and with storage if the
+/// record_views() or no view, and no trigger, index, virtual table or computed column; this is checked before any table
+/// is read. Its slots must be between 0 and kMostSlots. Fails with bad_file if any check fails, and with storage if the
 /// file is locked.
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
 

@@ -26,7 +26,7 @@ namespace {
 /// The largest text or value in bytes in a record that is read.
 constexpr int kLongestValue = 16'000'000;
 
-Fault fault_of(sqlite3* connection) {
+Fault last_fault(sqlite3* connection) {
   const char* file = sqlite3_db_filename(connection, "main");
   const std::string where = file != nullptr ? file : "";
   switch (sqlite3_errcode(connection)) {
@@ -42,7 +42,7 @@ Fault fault_of(sqlite3* connection) {
   }
 }
 
-std::string why_not_opened(sqlite3* connection) {
+std::string open_error(sqlite3* connection) {
   if (sqlite3_errcode(connection) != SQLITE_CANTOPEN || sqlite3_system_errno(connection) == 0)
     return sqlite3_errmsg(connection);
   return fmt::format("cannot be opened: {}", std::strerror(sqlite3_system_errno(connection)));
@@ -78,7 +78,7 @@ void Statement::put(int parameter, std::string_view value) {
 Result<void> Statement::run() {
   const int code = sqlite3_step(statement_.get());
   if (code != SQLITE_DONE) {
-    const Fault fault = fault_of(sqlite3_db_handle(statement_.get()));
+    const Fault fault = last_fault(sqlite3_db_handle(statement_.get()));
     sqlite3_reset(statement_.get());
     return failure(fault);
   }
@@ -90,7 +90,7 @@ Result<bool> Statement::step() {
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
-  return failure(fault_of(sqlite3_db_handle(statement_.get())));
+  return failure(last_fault(sqlite3_db_handle(statement_.get())));
 }
 
 int Statement::columns() const { return sqlite3_column_count(statement_.get()); }
@@ -144,7 +144,7 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   const int code = sqlite3_open_v2(name.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
   Database database(connection);
   if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);
-  if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, why_not_opened(connection));
+  if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, open_error(connection));
   sqlite3_busy_timeout(connection, patience_ms);
   // Treat the file as untrusted: its schema runs no functions, and a quoted name is never read as a text.
   sqlite3_db_config(connection, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
@@ -180,7 +180,7 @@ void Database::watch_log() {
 Result<void> Database::fold_log(int mode) {
   const int code = sqlite3_wal_checkpoint_v2(connection_.get(), "main", mode, nullptr, nullptr);
   if (code == SQLITE_OK) return {};
-  return failure(fault_of(connection_.get()));
+  return failure(last_fault(connection_.get()));
 }
 
 Result<void> Database::fold_log() { return fold_log(SQLITE_CHECKPOINT_PASSIVE); }
@@ -199,14 +199,14 @@ void Database::keep_log_on_close() {
 
 Result<void> Database::execute(const std::string& sql) {
   if (sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};
-  return failure(fault_of(connection_.get()));
+  return failure(last_fault(connection_.get()));
 }
 
 Result<Statement> Database::prepare(std::string_view sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v3(connection_.get(), sql.data(), static_cast<int>(sql.size()),
                                       SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
-  if (code != SQLITE_OK) return failure(fault_of(connection_.get()));
+  if (code != SQLITE_OK) return failure(last_fault(connection_.get()));
   return Statement(statement);
 }
 
@@ -266,8 +266,8 @@ Result<void> apply(Database& database, const Setting& setting, const std::string
 }  // namespace
 
 Result<void> make_new_file(const std::string& path) {
-  constexpr mode_t kForTheGroup = 0640;  // SQLite gives the log the same mode
-  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kForTheGroup);
+  constexpr mode_t kGroupReadable = 0640;  // SQLite gives the log the same mode
+  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kGroupReadable);
   if (file < 0 && errno == EEXIST)
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
   if (file < 0) return failure(FaultKind::storage, path, std::strerror(errno));
@@ -298,13 +298,13 @@ struct ReadFile {
   sqlite3_file base;
   int descriptor;
   /// A database without a log. It cannot change while the lock excludes writers.
-  bool lies_alone;
+  bool has_no_log;
 };
 
-ReadFile& of(sqlite3_file* file) { return *reinterpret_cast<ReadFile*>(file); }
+ReadFile& as_read_file(sqlite3_file* file) { return *reinterpret_cast<ReadFile*>(file); }
 
 int close_file(sqlite3_file* file) {
-  ::close(of(file).descriptor);
+  ::close(as_read_file(file).descriptor);
   return SQLITE_OK;
 }
 
@@ -313,7 +313,7 @@ int read_bytes(sqlite3_file* file, void* into, int size, sqlite3_int64 offset) {
   int taken = 0;
   while (taken < size) {
     const auto count =
-        ::pread(of(file).descriptor, bytes + taken, static_cast<std::size_t>(size - taken), offset + taken);
+        ::pread(as_read_file(file).descriptor, bytes + taken, static_cast<std::size_t>(size - taken), offset + taken);
     if (count < 0 && errno != EINTR) return SQLITE_IOERR_READ;
     if (count == 0) break;
     if (count > 0) taken += static_cast<int>(count);
@@ -331,29 +331,44 @@ int refuse_truncate(sqlite3_file* /*file*/, sqlite3_int64 /*size*/) { return SQL
 
 int sync_nothing(sqlite3_file* /*file*/, int /*flags*/) { return SQLITE_OK; }
 
-int size_of(sqlite3_file* file, sqlite3_int64* size) {
+int file_size(sqlite3_file* file, sqlite3_int64* size) {
   struct stat facts {};
-  if (::fstat(of(file).descriptor, &facts) != 0) return SQLITE_IOERR_FSTAT;
+  if (::fstat(as_read_file(file).descriptor, &facts) != 0) return SQLITE_IOERR_FSTAT;
   *size = facts.st_size;
   return SQLITE_OK;
 }
 
 int lock_nothing(sqlite3_file* /*file*/, int /*level*/) { return SQLITE_OK; }
 
-int none_reserved(sqlite3_file* /*file*/, int* held) {
+int check_reserved_lock(sqlite3_file* /*file*/, int* held) {
   *held = 0;
   return SQLITE_OK;
 }
 
-int no_control(sqlite3_file* /*file*/, int /*what*/, void* /*argument*/) { return SQLITE_NOTFOUND; }
+int file_control(sqlite3_file* /*file*/, int /*what*/, void* /*argument*/) { return SQLITE_NOTFOUND; }
 
-int usual_sector(sqlite3_file* /*file*/) { return 4096; }
+int sector_size(sqlite3_file* /*file*/) { return 4096; }
 
-int traits_of(sqlite3_file* file) { return of(file).lies_alone ? SQLITE_IOCAP_IMMUTABLE : 0; }
+int device_characteristics(sqlite3_file* file) { return as_read_file(file).has_no_log ? SQLITE_IOCAP_IMMUTABLE : 0; }
 
-const sqlite3_io_methods kReading{1,         close_file,   read_bytes,   refuse_write,  refuse_truncate, sync_nothing,
-                                  size_of,   lock_nothing, lock_nothing, none_reserved, no_control,      usual_sector,
-                                  traits_of, nullptr,      nullptr,      nullptr,       nullptr,         nullptr,
+const sqlite3_io_methods kReading{1,
+                                  close_file,
+                                  read_bytes,
+                                  refuse_write,
+                                  refuse_truncate,
+                                  sync_nothing,
+                                  file_size,
+                                  lock_nothing,
+                                  lock_nothing,
+                                  check_reserved_lock,
+                                  file_control,
+                                  sector_size,
+                                  device_characteristics,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr,
                                   nullptr};
 
 /// Returns the range of bytes that SQLite locks.
@@ -367,7 +382,7 @@ struct flock locked_range(short type) {
 }
 
 /// Locks out writers. Returns false if one has the file. On a file system without locks, returns true.
-bool keep_writers_out(int file) {
+bool lock_out_writers(int file) {
   auto range = locked_range(F_RDLCK);
   return ::fcntl(file, F_OFD_SETLK, &range) == 0 || (errno != EAGAIN && errno != EACCES);
 }
@@ -389,9 +404,9 @@ int open_to_read(sqlite3_vfs* /*vfs*/, const char* name, sqlite3_file* file, int
   if (name == nullptr || (!is_database && (flags & SQLITE_OPEN_WAL) == 0)) return SQLITE_CANTOPEN;
   auto opened = open_regular_file(name);
   if (!opened) return SQLITE_CANTOPEN;
-  if (is_database && !keep_writers_out(opened->descriptor.number())) return SQLITE_BUSY;
-  of(file).lies_alone = is_database && !has_content(std::string(name).append(kLog));
-  of(file).descriptor = std::move(opened->descriptor).release();
+  if (is_database && !lock_out_writers(opened->descriptor.number())) return SQLITE_BUSY;
+  as_read_file(file).has_no_log = is_database && !has_content(std::string(name).append(kLog));
+  as_read_file(file).descriptor = std::move(opened->descriptor).release();
   file->pMethods = &kReading;
   if (out_flags != nullptr) *out_flags = SQLITE_OPEN_READONLY;
   return SQLITE_OK;
@@ -400,23 +415,25 @@ int open_to_read(sqlite3_vfs* /*vfs*/, const char* name, sqlite3_file* file, int
 /// Ignores a request to remove a file. Reading does not depend on it.
 int remove_nothing(sqlite3_vfs* /*vfs*/, const char* /*name*/, int /*sync_folder*/) { return SQLITE_OK; }
 
-int look(sqlite3_vfs* /*vfs*/, const char* name, int flags, int* out) {
+int check_access(sqlite3_vfs* /*vfs*/, const char* name, int flags, int* out) {
   const bool shown = flags != SQLITE_ACCESS_READWRITE && !std::string_view(name).ends_with(kJournal);
   *out = shown && has_content(name) ? 1 : 0;
   return SQLITE_OK;
 }
 
-sqlite3_vfs& usual() { return *sqlite3_vfs_find("unix"); }
+sqlite3_vfs& default_vfs() { return *sqlite3_vfs_find("unix"); }
 
 int full_path(sqlite3_vfs* /*vfs*/, const char* name, int size, char* out) {
-  return usual().xFullPathname(&usual(), name, size, out);
+  return default_vfs().xFullPathname(&default_vfs(), name, size, out);
 }
 
-int draw(sqlite3_vfs* /*vfs*/, int size, char* out) { return usual().xRandomness(&usual(), size, out); }
+int randomness(sqlite3_vfs* /*vfs*/, int size, char* out) {
+  return default_vfs().xRandomness(&default_vfs(), size, out);
+}
 
-int pause(sqlite3_vfs* /*vfs*/, int microseconds) { return usual().xSleep(&usual(), microseconds); }
+int sleep_for(sqlite3_vfs* /*vfs*/, int microseconds) { return default_vfs().xSleep(&default_vfs(), microseconds); }
 
-int tell_time(sqlite3_vfs* /*vfs*/, double* day) { return usual().xCurrentTime(&usual(), day); }
+int current_time(sqlite3_vfs* /*vfs*/, double* day) { return default_vfs().xCurrentTime(&default_vfs(), day); }
 
 int last_error(sqlite3_vfs* /*vfs*/, int /*size*/, char* /*out*/) { return errno; }
 
@@ -427,15 +444,15 @@ const char* reader_vfs() {
     sqlite3_vfs reader{};
     reader.iVersion = 1;
     reader.szOsFile = sizeof(ReadFile);
-    reader.mxPathname = usual().mxPathname;
+    reader.mxPathname = default_vfs().mxPathname;
     reader.zName = "gyrotherm-reader";
     reader.xOpen = open_to_read;
     reader.xDelete = remove_nothing;
-    reader.xAccess = look;
+    reader.xAccess = check_access;
     reader.xFullPathname = full_path;
-    reader.xRandomness = draw;
-    reader.xSleep = pause;
-    reader.xCurrentTime = tell_time;
+    reader.xRandomness = randomness;
+    reader.xSleep = sleep_for;
+    reader.xCurrentTime = current_time;
     reader.xGetLastError = last_error;
     return reader;
   }();
@@ -470,7 +487,7 @@ Written& written() {
   return all;
 }
 
-std::optional<FileId> id_of(const std::string& path) {
+std::optional<FileId> file_id(const std::string& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0) return std::nullopt;
   return FileId{facts.st_dev, facts.st_ino};
@@ -478,7 +495,7 @@ std::optional<FileId> id_of(const std::string& path) {
 
 }  // namespace
 
-WrittenHere::WrittenHere(const std::string& path) : file_(id_of(path)) {
+WrittenHere::WrittenHere(const std::string& path) : file_(file_id(path)) {
   const std::lock_guard lock(written().mutex);
   if (file_) written().files.insert(*file_);
 }
@@ -490,7 +507,7 @@ WrittenHere::~WrittenHere() {
 }
 
 bool is_written_here(const std::string& path) {
-  const auto file = id_of(path);
+  const auto file = file_id(path);
   const std::lock_guard lock(written().mutex);
   return file && written().files.contains(*file);
 }

@@ -12,12 +12,12 @@ namespace gyrotherm::record {
 
 namespace {
 
-Result<RunStatus> status_of_part(const Part& part) {
+Result<RunStatus> read_part_status(const Part& part) {
   return open_part(part).and_then([&](Database database) { return stored_status(database, part.path); });
 }
 
 /// Copies the position of the run from the status of an earlier file that has a sample.
-void stand_as(RunStatus& status, const RunStatus& before) {
+void copy_position(RunStatus& status, const RunStatus& before) {
   status.slot = before.slot;
   status.segment = before.segment;
   status.segment_index = before.segment_index;
@@ -47,13 +47,13 @@ Result<std::int64_t> faults_before_last(const RecordFiles& files) {
 
 Result<std::vector<RecordedEvent>> read_alarm_events(Database& database) {
   const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') ORDER BY id",
-                               names_of(columns_of_events()), name(EventKind::interlock), name(EventKind::fault),
+                               names_of(event_columns()), name(EventKind::interlock), name(EventKind::fault),
                                name(EventKind::acknowledged), name(EventKind::recovered), name(EventKind::resumed));
   std::vector<RecordedEvent> events;
   const auto read = database.each_row(sql, [&](const Statement& row) {
     RecordedEvent recorded;
     int i = 1;
-    take(recorded, columns_of_events(), row, i);
+    take(recorded, event_columns(), row, i);
     recorded.event.number = row.integer(0);
     events.push_back(std::move(recorded));
   });
@@ -94,11 +94,11 @@ Result<std::int64_t> last_event_of(const RecordFiles& files) {
 namespace {
 
 /// Returns the status of the last file, completed from the files before it. The last file may have no sample yet.
-Result<RunStatus> status_of_record(const RecordFiles& files) {
-  auto status = status_of_part(files.parts.back());
+Result<RunStatus> read_record_status(const RecordFiles& files) {
+  auto status = read_part_status(files.parts.back());
   if (!status) return status;
   for (auto part = files.parts.rbegin() + 1; status->slot < 0 && part != files.parts.rend(); ++part)
-    if (const auto before = status_of_part(*part); before && before->slot >= 0) stand_as(*status, *before);
+    if (const auto before = read_part_status(*part); before && before->slot >= 0) copy_position(*status, *before);
   const auto faults = faults_before_last(files);
   if (!faults) return failure(faults.error());
   status->faults += *faults;
@@ -117,20 +117,22 @@ Result<RunStatus> status_of_record(const RecordFiles& files) {
 namespace {
 
 /// Returns the status file's status if the record cannot be read because a program is writing it.
-Result<RunStatus> or_of_writer(Result<RunStatus> status, const std::string& path) {
+Result<RunStatus> or_status_file(Result<RunStatus> status, const std::string& path) {
   if (status || !is_locked(status.error())) return status;
-  auto told = read_status_file(path);
-  if (!told) return status;
-  told->being_written = true;
-  return told;
+  auto from_file = read_status_file(path);
+  if (!from_file) return status;
+  from_file->being_written = true;
+  return from_file;
 }
 
 }  // namespace
 
-Result<RunStatus> read_status(const RecordFiles& files) { return or_of_writer(status_of_record(files), files.path); }
+Result<RunStatus> read_status(const RecordFiles& files) {
+  return or_status_file(read_record_status(files), files.path);
+}
 
 Result<RunStatus> read_status(const std::string& path) {
-  return or_of_writer(find_record_files(path).and_then(status_of_record), path);
+  return or_status_file(find_record_files(path).and_then(read_record_status), path);
 }
 
 std::string describe(const LostEnd& lost) {
@@ -139,12 +141,12 @@ std::string describe(const LostEnd& lost) {
 }
 
 Result<std::optional<LostEnd>> lost_end(const RecordFiles& files) {
-  const auto held = status_of_record(files);
+  const auto held = read_record_status(files);
   if (!held) return failure(held.error());
   if (held->finished) return std::nullopt;
-  const auto told = read_status_file(files.path);
-  if (!told || told->id != held->id || told->acknowledged <= held->acknowledged) return std::nullopt;
-  return LostEnd{.last = held->acknowledged, .acknowledged = told->acknowledged};
+  const auto from_file = read_status_file(files.path);
+  if (!from_file || from_file->id != held->id || from_file->acknowledged <= held->acknowledged) return std::nullopt;
+  return LostEnd{.last = held->acknowledged, .acknowledged = from_file->acknowledged};
 }
 
 namespace {
@@ -160,7 +162,7 @@ Result<FrameCount> stored_frames(Database& database) {
 }
 
 /// Returns the text of the last event if its kind explains the end of the run.
-Result<std::string> last_word(Database& database) {
+Result<std::string> end_cause(Database& database) {
   const auto row = database.first_row("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
   if (!row) return failure(row.error());
   if (!*row) return std::string();
@@ -204,7 +206,7 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
           .and_then([&] { return into(status.faults, database.ask_integer("SELECT count(*) FROM fault", 0)); })
           .and_then([&] { return into(status.frames, stored_frames(database)); })
           .and_then([&] { return into(status.acknowledged, last_slot(database)); })
-          .and_then([&] { return into(status.ended_by, last_word(database)); })
+          .and_then([&] { return into(status.ended_by, end_cause(database)); })
           .and_then([&] { return into(continuation, read_continuation(database)); })
           .and_then([&] { return into(row, last_row(database, *info)); });
   if (!read) return failure(read.error());

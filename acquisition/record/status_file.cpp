@@ -92,7 +92,7 @@ Result<RunStatus> read_status_file(const std::string& record_path) {
   return read_text_file(where).and_then([&](const std::string& text) { return parse_status(text, where); });
 }
 
-std::optional<RunStatus> told_status(const std::string& path) {
+std::optional<RunStatus> read_status_file_if_any(const std::string& path) {
   const auto file = status_path(path);
   const auto text = read_text_file_if_any(file, kLargestText, Links::refused);
   if (!text || !*text) return std::nullopt;
@@ -108,7 +108,7 @@ bool is_fresh(const RunStatus& status) {
 }
 
 std::optional<RunStatus> fresh_status(const std::string& path) {
-  auto status = told_status(path);
+  auto status = read_status_file_if_any(path);
   if (!status || !is_fresh(*status)) return std::nullopt;
   status->being_written = true;
   return status;

@@ -99,7 +99,7 @@ inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 [[nodiscard]] Result<RunStatus> read_status_file(const std::string& record_path);
 
 /// Reads the status file of a record without checking its writer and age. Returns nothing without a readable one.
-[[nodiscard]] std::optional<RunStatus> told_status(const std::string& path);
+[[nodiscard]] std::optional<RunStatus> read_status_file_if_any(const std::string& path);
 /// Returns whether the program that carries out the run wrote it less than kSilentAfter ago.
 [[nodiscard]] bool is_fresh(const RunStatus& status);
 

@@ -47,7 +47,7 @@ class OrderedStore : public Store {
   Result<void> append(const Sample& sample, std::span<const Event> events) final {
     assert(sample.thermometers.size() == info_.thermometers.size());
     if (auto follows = follow_on(sample.slot); !follows) return follows;
-    Entry entry = entry_of(sample, events, info_);
+    Entry entry = sample_entry(sample, events, info_);
     number(entry);
     const auto faults = static_cast<std::int64_t>(entry.missing.size());
     auto kept = entry.events;
@@ -162,7 +162,7 @@ class InlineStore final : public OrderedStore {
               Duration tells_every, int part)
       : OrderedStore(file.info(), status, std::move(counted)),
         acknowledged_(status.acknowledged),
-        tells_every_(tells_every),
+        status_interval_(tells_every),
         part_(part),
         file_(std::move(file)),
         copy_(std::move(copy)) {}
@@ -177,7 +177,7 @@ class InlineStore final : public OrderedStore {
       batch_.clear();
       if (const auto folded = keep(file_->fold_log()); !folded) return failure(folded.error());
     }
-    tell(false);
+    write_status_file(false);
     return acknowledged_;
   }
 
@@ -194,7 +194,7 @@ class InlineStore final : public OrderedStore {
     file_.reset();
     auto closed = close_record(status().path, part_);
     copy_.reset();
-    if (closed) tell(true);
+    if (closed) write_status_file(true);
     return closed;
   }
 
@@ -230,19 +230,19 @@ class InlineStore final : public OrderedStore {
   }
 
   /// Writes the status file if it is due. Ignores a failure, because it must not end the run.
-  void tell(bool finished) {
+  void write_status_file(bool finished) {
     if (status().path == kInMemory || (!finished && !pause_.over())) return;
-    pause_ = Deadline(tells_every_);
+    pause_ = Deadline(status_interval_);
     RunStatus now = status_now();
     now.acknowledged = acknowledged_;
     now.finished = finished;
     now.being_written = !finished;
     now.live_copy_trouble = copy_ ? copy_->trouble() : "";
-    [[maybe_unused]] const auto told = write_status(now);
+    [[maybe_unused]] const auto written_status = write_status(now);
   }
 
   std::int64_t acknowledged_{-1};
-  Duration tells_every_;
+  Duration status_interval_;
   /// The time until the next update of the status file.
   Deadline pause_{Duration::zero()};
   bool batch_open_{};
@@ -259,9 +259,9 @@ class InlineStore final : public OrderedStore {
 constexpr std::size_t kMostAtOnce = 1000;
 constexpr std::size_t kProbe = 1;
 constexpr auto kLongestFinish = std::chrono::seconds(30);
-constexpr auto kLongestFarewell = std::chrono::seconds(10);
+constexpr auto kLongestStop = std::chrono::seconds(10);
 /// The longest wait for the status file.
-constexpr auto kLongestTelling = std::chrono::seconds(1);
+constexpr auto kLongestStatusWait = std::chrono::seconds(1);
 /// A write that takes longer than this is reported.
 constexpr auto kLongWrite = std::chrono::seconds(3);
 
@@ -296,11 +296,11 @@ struct SharedState {
   /// The start of the sync in progress.
   std::optional<steady_clock::time_point> busy_since;
   /// The status file is out of date.
-  bool untold{};
+  bool is_status_stale{};
   /// The status file is being written.
-  bool telling{};
+  bool is_writing_status{};
   bool stop{};
-  bool writing_ended{}, telling_ended{};
+  bool record_writer_ended{}, status_writer_ended{};
   std::int64_t acknowledged;
   std::string trouble;
   std::string damage;
@@ -321,94 +321,94 @@ Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, 
 }
 
 /// Returns the reason why the disk accepts no rows: its error, or a write that hangs.
-std::string trouble_of(const SharedState& desk) {
-  if (!desk.trouble.empty() || !desk.busy_since) return desk.trouble;
-  const auto busy_for = steady_clock::now() - *desk.busy_since;
+std::string disk_trouble(const SharedState& shared) {
+  if (!shared.trouble.empty() || !shared.busy_since) return shared.trouble;
+  const auto busy_for = steady_clock::now() - *shared.busy_since;
   return busy_for < kLongWrite ? "" : fmt::format("a write has not come back for {}", spoken(busy_for));
 }
 
 /// Returns the number of seconds up to `last` that are not on the disk.
-std::int64_t waiting(const SharedState& desk, std::int64_t last) {
-  return std::max<std::int64_t>(0, last - desk.acknowledged - desk.backlog.unmeasured());
+std::int64_t waiting(const SharedState& shared, std::int64_t last) {
+  return std::max<std::int64_t>(0, last - shared.acknowledged - shared.backlog.unmeasured());
 }
 
 /// Returns the status of the rows on the disk.
-RunStatus told_of(const SharedState& desk) {
-  RunStatus status = desk.status;
-  status.acknowledged = desk.acknowledged;
-  status.backlog_s = waiting(desk, desk.status.slot);
-  status.storage_trouble = trouble_of(desk);
-  status.record_damage = desk.damage;
-  status.live_copy_trouble = desk.copy ? desk.copy->trouble() : "";
-  status.parts.insert(status.parts.end(), desk.new_parts.begin(), desk.new_parts.end());
+RunStatus status_on_disk(const SharedState& shared) {
+  RunStatus status = shared.status;
+  status.acknowledged = shared.acknowledged;
+  status.backlog_s = waiting(shared, shared.status.slot);
+  status.storage_trouble = disk_trouble(shared);
+  status.record_damage = shared.damage;
+  status.live_copy_trouble = shared.copy ? shared.copy->trouble() : "";
+  status.parts.insert(status.parts.end(), shared.new_parts.begin(), shared.new_parts.end());
   return status;
 }
 
 /// Executes one transaction. The caller holds the lock, before and after.
-void write_once(SharedState& desk, std::unique_lock<std::mutex>& lock) {
-  desk.wanted = false;
-  desk.busy_since = steady_clock::now();
-  const auto most = desk.trouble.empty() ? kMostAtOnce : kProbe;
-  const auto batch = desk.backlog.take(most);
-  const auto frames = desk.frames;
+void write_once(SharedState& shared, std::unique_lock<std::mutex>& lock) {
+  shared.wanted = false;
+  shared.busy_since = steady_clock::now();
+  const auto most = shared.trouble.empty() ? kMostAtOnce : kProbe;
+  const auto batch = shared.backlog.take(most);
+  const auto frames = shared.frames;
   lock.unlock();
-  const auto written = write(desk.writer, batch, frames);
+  const auto written = write(shared.writer, batch, frames);
   lock.lock();
   if (written) {
-    desk.backlog.acknowledge();
-    desk.dropped_before = desk.backlog.dropped();
-    if (desk.copy) desk.copy->add(batch, frames);
+    shared.backlog.acknowledge();
+    shared.dropped_before = shared.backlog.dropped();
+    if (shared.copy) shared.copy->add(batch, frames);
   } else {
-    desk.backlog.put_back();
+    shared.backlog.put_back();
   }
-  desk.trouble = written ? "" : text(written.error());
-  desk.acknowledged = desk.writer.acknowledged();
-  if (const int part = desk.writer.part(); part != std::exchange(desk.parts, part))
-    desk.new_parts.push_back(part_path(desk.status.path, part));
-  desk.damage = desk.writer.damage();
-  desk.wanted = desk.wanted || (written && batch.size() == most);
-  desk.busy_since.reset();
-  desk.untold = true;
-  desk.news.notify_one();
-  desk.progress.notify_all();
+  shared.trouble = written ? "" : text(written.error());
+  shared.acknowledged = shared.writer.acknowledged();
+  if (const int part = shared.writer.part(); part != std::exchange(shared.parts, part))
+    shared.new_parts.push_back(part_path(shared.status.path, part));
+  shared.damage = shared.writer.damage();
+  shared.wanted = shared.wanted || (written && batch.size() == most);
+  shared.busy_since.reset();
+  shared.is_status_stale = true;
+  shared.news.notify_one();
+  shared.progress.notify_all();
 }
 
 /// Runs the worker that writes the record.
-void serve(SharedState& desk) {
+void run_record_writer(SharedState& shared) {
   block_signals();
-  std::unique_lock lock(desk.mutex);
-  while (!desk.stop || (desk.wanted && desk.trouble.empty())) {
-    if (!desk.trouble.empty()) {
-      desk.work.wait_for(lock, desk.retry, [&] { return desk.stop; });
-      if (desk.stop) break;
+  std::unique_lock lock(shared.mutex);
+  while (!shared.stop || (shared.wanted && shared.trouble.empty())) {
+    if (!shared.trouble.empty()) {
+      shared.work.wait_for(lock, shared.retry, [&] { return shared.stop; });
+      if (shared.stop) break;
     } else {
-      desk.work.wait(lock, [&] { return desk.stop || desk.wanted; });
-      if (!desk.wanted) break;
+      shared.work.wait(lock, [&] { return shared.stop || shared.wanted; });
+      if (!shared.wanted) break;
     }
-    write_once(desk, lock);
+    write_once(shared, lock);
   }
-  desk.writing_ended = true;
-  desk.progress.notify_all();
+  shared.record_writer_ended = true;
+  shared.progress.notify_all();
 }
 
 /// Runs the worker that writes the status file.
-void tell(SharedState& desk) {
+void run_status_writer(SharedState& shared) {
   block_signals();
-  std::unique_lock lock(desk.mutex);
+  std::unique_lock lock(shared.mutex);
   for (;;) {
-    desk.news.wait(lock, [&] { return desk.stop || desk.untold; });
-    if (!desk.untold) break;
-    desk.untold = false;
-    desk.telling = true;
-    const auto status = told_of(desk);
+    shared.news.wait(lock, [&] { return shared.stop || shared.is_status_stale; });
+    if (!shared.is_status_stale) break;
+    shared.is_status_stale = false;
+    shared.is_writing_status = true;
+    const auto status = status_on_disk(shared);
     lock.unlock();
-    [[maybe_unused]] const auto told = write_status(status);  // a failure is ignored
+    [[maybe_unused]] const auto written_status = write_status(status);  // a failure is ignored
     lock.lock();
-    desk.telling = false;
-    desk.progress.notify_all();
+    shared.is_writing_status = false;
+    shared.progress.notify_all();
   }
-  desk.telling_ended = true;
-  desk.progress.notify_all();
+  shared.status_writer_ended = true;
+  shared.progress.notify_all();
 }
 
 class BackgroundStore final : public OrderedStore {
@@ -417,7 +417,7 @@ class BackgroundStore final : public OrderedStore {
                   std::unique_ptr<LiveCopy> copy, const StoreOptions& options)
       : OrderedStore(std::move(info), status,
                      {.last_event = writer.last_event(), .spare = 1, .alarms = std::move(alarms)}),
-        desk_(std::make_shared<SharedState>(std::move(writer), status, std::move(copy), options)) {}
+        shared_(std::make_shared<SharedState>(std::move(writer), status, std::move(copy), options)) {}
   ~BackgroundStore() override {
     if (stop()) end_copy();
   }
@@ -426,26 +426,27 @@ class BackgroundStore final : public OrderedStore {
 
   Result<std::int64_t> sync() override {
     if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
-    const std::lock_guard lock(desk_->mutex);
-    desk_->status = status_now();
-    desk_->frames = frames();
-    desk_->wanted = true;
-    desk_->work.notify_one();
-    desk_->untold = desk_->untold || desk_->busy_since;  // otherwise after the write
-    desk_->news.notify_one();
-    return desk_->acknowledged;
+    const std::lock_guard lock(shared_->mutex);
+    shared_->status = status_now();
+    shared_->frames = frames();
+    shared_->wanted = true;
+    shared_->work.notify_one();
+    shared_->is_status_stale = shared_->is_status_stale || shared_->busy_since;  // otherwise after the write
+    shared_->news.notify_one();
+    return shared_->acknowledged;
   }
 
   bool settle(Duration longest) override {
     if (!sync()) return true;
     if (!worker_.joinable()) {
-      while (desk_->wanted) attend();
-      return desk_->backlog.empty();
+      while (shared_->wanted) attend();
+      return shared_->backlog.empty();
     }
-    std::unique_lock lock(desk_->mutex);
-    const auto written = [this] { return desk_->backlog.empty() && !desk_->wanted && !desk_->busy_since; };
-    if (!desk_->progress.wait_for(lock, longest, written)) return false;
-    desk_->progress.wait_for(lock, kLongestTelling, [this] { return !desk_->untold && !desk_->telling; });
+    std::unique_lock lock(shared_->mutex);
+    const auto written = [this] { return shared_->backlog.empty() && !shared_->wanted && !shared_->busy_since; };
+    if (!shared_->progress.wait_for(lock, longest, written)) return false;
+    shared_->progress.wait_for(lock, kLongestStatusWait,
+                               [this] { return !shared_->is_status_stale && !shared_->is_writing_status; });
     return true;
   }
 
@@ -459,11 +460,11 @@ class BackgroundStore final : public OrderedStore {
     const bool is_working = worker_.joinable();
     if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
     finished_ = true;
-    const auto done = desk_->writer.finish();
+    const auto done = shared_->writer.finish();
     end_copy();
     if (!done) return done;
-    if (is_working && !telling_hangs_) tell_finished();
-    const auto& writer = desk_->writer;
+    if (is_working && !status_writer_hangs_) write_final_status();
+    const auto& writer = shared_->writer;
     if (!writer.is_spoiled()) return {};
     return failure(FaultKind::storage, status().path,
                    fmt::format("{}; {} in {}", writer.damage(),
@@ -473,12 +474,12 @@ class BackgroundStore final : public OrderedStore {
   }
 
   StoreHealth health() const override {
-    const std::lock_guard lock(desk_->mutex);
-    return {.backlog_s = waiting(*desk_, last()),
-            .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
-            .trouble = trouble_of(*desk_),
-            .parts = desk_->parts,
-            .damage = desk_->damage};
+    const std::lock_guard lock(shared_->mutex);
+    return {.backlog_s = waiting(*shared_, last()),
+            .rows_dropped = shared_->backlog.dropped() > shared_->dropped_before,
+            .trouble = disk_trouble(*shared_),
+            .parts = shared_->parts,
+            .damage = shared_->damage};
   }
 
   Result<Record> read_back() override {
@@ -486,34 +487,34 @@ class BackgroundStore final : public OrderedStore {
   }
 
   void start_workers() {
-    worker_ = std::thread([desk = desk_] { serve(*desk); });
-    status_writer_ = std::thread([desk = desk_] { tell(*desk); });
+    worker_ = std::thread([shared = shared_] { run_record_writer(*shared); });
+    status_writer_ = std::thread([shared = shared_] { run_status_writer(*shared); });
   }
   /// Does the work of the workers.
   void attend() {
-    std::unique_lock lock(desk_->mutex);
-    if (desk_->wanted || !desk_->trouble.empty()) write_once(*desk_, lock);
+    std::unique_lock lock(shared_->mutex);
+    if (shared_->wanted || !shared_->trouble.empty()) write_once(*shared_, lock);
   }
 
  private:
   Result<void> take(Entry entry) override {
     if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
-    const std::lock_guard lock(desk_->mutex);
-    desk_->backlog.push(std::move(entry));
+    const std::lock_guard lock(shared_->mutex);
+    shared_->backlog.push(std::move(entry));
     return {};
   }
 
   void end_copy() {
     std::unique_ptr<LiveCopy> copy;  // destroyed after the lock is released
-    const std::lock_guard lock(desk_->mutex);
-    copy = std::move(desk_->copy);
+    const std::lock_guard lock(shared_->mutex);
+    copy = std::move(shared_->copy);
   }
 
-  void tell_finished() const {
-    auto told = told_of(*desk_);
-    told.finished = true;
-    told.being_written = false;
-    (void)write_status(told);
+  void write_final_status() const {
+    auto written_status = status_on_disk(*shared_);
+    written_status.finished = true;
+    written_status.being_written = false;
+    (void)write_status(written_status);
   }
 
   /// Ends both workers. Returns false if the one that writes the record hangs. A status file that hangs does not
@@ -521,16 +522,16 @@ class BackgroundStore final : public OrderedStore {
   bool stop() {
     if (!worker_.joinable()) return true;
     {
-      const std::lock_guard lock(desk_->mutex);
-      desk_->stop = true;
+      const std::lock_guard lock(shared_->mutex);
+      shared_->stop = true;
     }
-    desk_->work.notify_one();
-    desk_->news.notify_one();
-    const bool written = await(kLongestFarewell, &SharedState::writing_ended, worker_);
-    telling_hangs_ = !await(kLongestTelling, &SharedState::telling_ended, status_writer_);
-    if (telling_hangs_) {
-      const std::lock_guard lock(desk_->mutex);
-      desk_->untold = false;  // in case it continues
+    shared_->work.notify_one();
+    shared_->news.notify_one();
+    const bool written = await(kLongestStop, &SharedState::record_writer_ended, worker_);
+    status_writer_hangs_ = !await(kLongestStatusWait, &SharedState::status_writer_ended, status_writer_);
+    if (status_writer_hangs_) {
+      const std::lock_guard lock(shared_->mutex);
+      shared_->is_status_stale = false;  // in case it continues
     }
     return written;
   }
@@ -538,8 +539,8 @@ class BackgroundStore final : public OrderedStore {
   /// Waits for a thread. Abandons it and returns false if it hangs.
   [[nodiscard]] bool await(Duration longest, bool SharedState::*end, std::thread& thread) {
     {
-      std::unique_lock lock(desk_->mutex);
-      if (!desk_->progress.wait_for(lock, longest, [&] { return *desk_.*end; })) {
+      std::unique_lock lock(shared_->mutex);
+      if (!shared_->progress.wait_for(lock, longest, [&] { return *shared_.*end; })) {
         thread.detach();
         return false;
       }
@@ -548,9 +549,9 @@ class BackgroundStore final : public OrderedStore {
     return true;
   }
 
-  std::shared_ptr<SharedState> desk_;
+  std::shared_ptr<SharedState> shared_;
   std::thread worker_, status_writer_;
-  bool telling_hangs_{};  ///< the status writer was abandoned
+  bool status_writer_hangs_{};  ///< the status writer was abandoned
   bool finished_{};
 };
 
@@ -560,7 +561,7 @@ AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus s
                                   const StoreOptions& options) {
   auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), nullptr,
                                                  options);
-  const auto attend = [desk = store.get()] { desk->attend(); };
+  const auto attend = [background = store.get()] { background->attend(); };
   return {std::move(store), attend};
 }
 
@@ -613,7 +614,8 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   const auto before = read_status(*files);
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
-    if (const auto info = read_info(*files); info) copy = LiveCopy::of_record(*files, *info, *options.live_copy);
+    if (const auto info = read_info(*files); info)
+      copy = LiveCopy::for_existing_record(*files, *info, *options.live_copy);
   const auto& last = files->parts.back();
   auto file = RunFile::reopen(last.path);
   if (!file) return failure(file.error());

@@ -56,11 +56,11 @@ TEST(Dataflash, AGoldenLogIsReadToTheBit) {
                                              "9C FF FF FF"))
     bytes.push_back(byte);
   const std::string log(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const auto rows = rows_of(log, dataflash_map("IMU.GyrX", "IMU.E"), "f");
+  const auto rows = read_rows(log, dataflash_map("IMU.GyrX", "IMU.E"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{-2});
   EXPECT_EQ(rows->columns[0], std::vector<double>{-1}) << "hundredths";
-  EXPECT_EQ(rows_of(log, dataflash_map("IMU.T", "IMU.T"), "f")->columns[1], std::vector<double>{0x8007});
+  EXPECT_EQ(read_rows(log, dataflash_map("IMU.T", "IMU.T"), "f")->columns[1], std::vector<double>{0x8007});
 }
 
 TEST(Dataflash, EveryNumberOfAFormatIsRead) {
@@ -76,7 +76,7 @@ TEST(Dataflash, EveryNumberOfAFormatIsRead) {
                                                              {"I", 4e9},  {"q", -5},    {"f", 0.5},   {"d", 0.25},
                                                              {"g", -2.5}, {"C", 12.34}, {"E", 43.21}, {"L", 45}};
   for (const auto& [field, number] : expected) {
-    const auto rows = rows_of(log.text(), dataflash_map("NUM." + field, "NUM.b"), "f");
+    const auto rows = read_rows(log.text(), dataflash_map("NUM." + field, "NUM.b"), "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_NEAR(rows->columns[1][0], number, 1e-12) << field;
   }
@@ -86,14 +86,14 @@ TEST(Dataflash, SensorsThatTheUnitsNumberAreSeriesOfTheirOwn) {
   DataflashText log = with_imu();
   number_sensors(log);
   log.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000)).message(9, imu(2000, 0, 3, 3100));
-  const auto first = rows_of(log.text(), dataflash_map(), "f");
+  const auto first = read_rows(log.text(), dataflash_map(), "f");
   ASSERT_TRUE(first) << text(first.error());
   EXPECT_EQ(first->columns[1], (std::vector<double>{1, 3}));
   EXPECT_EQ(first->columns[0], (std::vector<double>{30, 31}));
-  EXPECT_EQ(rows_of(log.text(), dataflash_map("IMU[1].GyrX", "IMU[1].T"), "f")->columns[1], std::vector<double>{2});
+  EXPECT_EQ(read_rows(log.text(), dataflash_map("IMU[1].GyrX", "IMU[1].T"), "f")->columns[1], std::vector<double>{2});
   DataflashText without = with_imu();
   without.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000));
-  EXPECT_EQ(rows_of(without.text(), dataflash_map(), "f")->columns[1], (std::vector<double>{1, 2}))
+  EXPECT_EQ(read_rows(without.text(), dataflash_map(), "f")->columns[1], (std::vector<double>{1, 2}))
       << "nothing numbers them";
 }
 
@@ -103,7 +103,7 @@ TEST(Dataflash, MessagesBeforeTheirSensorsAreNumberedAreLeftOutAndTold) {
   log.stray("junk");
   number_sensors(log);
   log.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000)).message(9, imu(2000, 0, 3, 3100));
-  const auto rows = rows_of(log.text(), dataflash_map(), "f");
+  const auto rows = read_rows(log.text(), dataflash_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 3}));
   EXPECT_EQ(rows->notes, (Notes{"4 bytes that belong to no message were passed over",
@@ -128,9 +128,9 @@ TEST(Dataflash, SeveralKindsArePutTogether) {
     if (i % 100 == 0) log.message(12, little(std::uint64_t{1000} * i) + little(25.5F));
   }
   ImportMap map = dataflash_map("IMU.GyrX", "BARO.Temp");
-  EXPECT_FALSE(rows_of(log.text(), map, "f"));
+  EXPECT_FALSE(read_rows(log.text(), map, "f"));
   map.every = seconds(1);
-  const auto rows = rows_of(log.text(), map, "f");
+  const auto rows = read_rows(log.text(), map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[0], (std::vector<double>{25.5, 25.5}));
   EXPECT_EQ(rows->columns[1], (std::vector<double>{0, 1}));
@@ -142,7 +142,7 @@ TEST(Dataflash, StrayBytesArePassedOverAndTold) {
       .stray("\xA3\x95\xFF junk")
       .message(9, imu(2000, 0, 2, 3100))
       .stray("\xA3\x95\x09 cut");
-  const auto rows = rows_of(log.text(), dataflash_map(), "f");
+  const auto rows = read_rows(log.text(), dataflash_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2}));
   EXPECT_EQ(rows->notes, Notes{"15 bytes that belong to no message were passed over"});
@@ -151,16 +151,16 @@ TEST(Dataflash, StrayBytesArePassedOverAndTold) {
 TEST(Dataflash, AColumnThatIsNotThereIsToldWithThoseThatAre) {
   DataflashText log = with_imu();
   log.message(9, imu(1000, 0, 1, 3000));
-  EXPECT_EQ(text(rows_of(log.text(), dataflash_map("IMU.GyrY"), "f").error()),
+  EXPECT_EQ(text(read_rows(log.text(), dataflash_map("IMU.GyrY"), "f").error()),
             "f: no column \"IMU.GyrY\", expected one of: \"IMU.TimeUS\", \"IMU.I\", \"IMU.GyrX\", \"IMU.T\"");
-  EXPECT_EQ(text(rows_of("t,T\n", dataflash_map(), "f").error()),
+  EXPECT_EQ(text(read_rows("t,T\n", dataflash_map(), "f").error()),
             "f: not a DataFlash log, expected one (format = \"dataflash\" in the map)");
 }
 
 TEST(Dataflash, ALogWhoseTimeGoesBackIsToldWithThePlace) {
   DataflashText log = with_imu();
   log.message(9, imu(2000, 0, 1, 3000)).message(9, imu(1000, 0, 2, 3000));
-  const auto rows = rows_of(log.text(), dataflash_map(), "f");
+  const auto rows = read_rows(log.text(), dataflash_map(), "f");
   ASSERT_FALSE(rows);
   EXPECT_EQ(text(rows.error()),
             "f: message at byte 196: the time goes back 0.001 s, expected one after the row before, "

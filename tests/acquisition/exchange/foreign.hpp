@@ -21,7 +21,7 @@ struct ReadRows {
   Notes notes{};
 };
 
-inline Result<ReadRows> rows_of(std::string_view bytes, const ImportMap& map, const std::string& name) {
+inline Result<ReadRows> read_rows(std::string_view bytes, const ImportMap& map, const std::string& name) {
   ReadRows rows;
   rows.columns.resize(map.columns().size());
   auto notes = read_foreign_text(bytes, name, map, [&](const ImportedRow& row) -> Result<void> {

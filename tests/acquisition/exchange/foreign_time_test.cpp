@@ -84,11 +84,11 @@ TEST(CountedTime, BeyondWhatARecordCanHaveIsToldAndNotComputedWith) {
                                    counted_time(-1e300, unit)}) {
       EXPECT_FALSE(between(start, far));
       EXPECT_FALSE(between(far, start));
-      EXPECT_FALSE(utc_of(far + far));
+      EXPECT_FALSE(to_utc(far + far));
     }
   EXPECT_EQ(between(start, counted_time(std::int64_t{3652}, hours(24))), kLongestForeignTime);
-  EXPECT_FALSE(utc_of(counted_time(std::int64_t{-1}, kNanosecond)));
-  EXPECT_EQ(utc_of(counted_time(std::int64_t{1767225600}, kSecond)), kSecond * 1767225600);
+  EXPECT_FALSE(to_utc(counted_time(std::int64_t{-1}, kNanosecond)));
+  EXPECT_EQ(to_utc(counted_time(std::int64_t{1767225600}, kSecond)), kSecond * 1767225600);
 }
 
 TEST(CivilTime, IsReadInEachOfItsForms) {
@@ -206,7 +206,7 @@ TEST(ReferenceTime, WhatIsNoneIsRefused) {
 
 constexpr std::int64_t kFirstOfMarch = 1772323200;  // 2026-03-01T00:00Z, by `date -u -d`
 
-std::optional<std::int64_t> seconds_of(const char* text, DateOrder order) {
+std::optional<std::int64_t> seconds_in(const char* text, DateOrder order) {
   const auto time = parse_local_time(text, order);
   return time ? std::optional(std::chrono::floor<std::chrono::seconds>(time->reading).count()) : std::nullopt;
 }
@@ -217,19 +217,19 @@ TEST(LocalTime, ReadsWhatLocalesWrite) {
        {"01.03.2026 08:00:10", "1.3.2026 8:00:10", "01.03.26 08:00:10", "1/3/2026 8:00:10 AM", "01-03-2026 08:00:10",
         "1. März 2026 08:00:10", "01-Mar-2026 08:00:10", "1 mars 2026 08:00:10", "01/03/2026, 08:00:10",
         "01.03.2026 08.00.10", "Sun, 1 Mar 2026 08:00:10 GMT"})
-    EXPECT_EQ(seconds_of(text, DateOrder::day_first), kMorning) << text;
+    EXPECT_EQ(seconds_in(text, DateOrder::day_first), kMorning) << text;
   for (const char* text :
        {"03/01/2026 08:00:10", "3/1/26 8:00:10 a.m.", "Mar 1, 2026 8:00:10 AM", "Sun Mar  1 08:00:10 2026"})
-    EXPECT_EQ(seconds_of(text, DateOrder::month_first), kMorning) << text;
+    EXPECT_EQ(seconds_in(text, DateOrder::month_first), kMorning) << text;
   for (const char* text : {"2026/03/01 08:00:10", "2026.03.01 08:00:10", "2026. 03. 01. 08:00:10", "20260301T080010Z",
                            "20260301 080010", "20260301080010", "2026-03-01_08:00:10", "2026-Mar-01 08:00:10"})
-    EXPECT_EQ(seconds_of(text, DateOrder::year_first), kMorning) << text;
+    EXPECT_EQ(seconds_in(text, DateOrder::year_first), kMorning) << text;
 }
 
 TEST(LocalTime, KnowsHalvesOfTheDayFractionsAndZones) {
-  EXPECT_EQ(seconds_of("3/1/2026 12:00:10 AM", DateOrder::month_first), kFirstOfMarch + 10);
-  EXPECT_EQ(seconds_of("3/1/2026 12:00:10 PM", DateOrder::month_first), kFirstOfMarch + 43210);
-  EXPECT_EQ(seconds_of("3/1/2026 11:59 pm", DateOrder::month_first), kFirstOfMarch + 86340);
+  EXPECT_EQ(seconds_in("3/1/2026 12:00:10 AM", DateOrder::month_first), kFirstOfMarch + 10);
+  EXPECT_EQ(seconds_in("3/1/2026 12:00:10 PM", DateOrder::month_first), kFirstOfMarch + 43210);
+  EXPECT_EQ(seconds_in("3/1/2026 11:59 pm", DateOrder::month_first), kFirstOfMarch + 86340);
   EXPECT_EQ(
       parse_local_time("01.03.2026 00:00:00,25", DateOrder::day_first)->reading - std::chrono::seconds(kFirstOfMarch),
       std::chrono::milliseconds(250));

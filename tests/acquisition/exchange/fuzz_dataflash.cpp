@@ -23,7 +23,7 @@ ImportMap dataflash_map(bool together) {
   return map;
 }
 
-std::string log_messages_of(const std::string& bytes) {
+std::string build_log(const std::string& bytes) {
   DataflashText log;
   log.format(9, "IMU", "QBfc", "TimeUS,I,GyrX,T", 18).format(10, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds", 44);
   for (std::size_t i = 0; i + 16 < bytes.size(); i += 16) {
@@ -44,9 +44,9 @@ std::string log_messages_of(const std::string& bytes) {
 
 FUZZ_TARGET(dataflash, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  for (const std::string& log : {bytes, DataflashText().text() + bytes, log_messages_of(bytes)}) {
+  for (const std::string& log : {bytes, DataflashText().text() + bytes, build_log(bytes)}) {
     for (const bool together : {false, true}) require_rows_or_a_fault(log, dataflash_map(together));
-    (void)columns_of_dataflash(Bytes(log, "fuzz"));
+    (void)read_dataflash_columns(Bytes(log, "fuzz"));
   }
   return 0;
 }

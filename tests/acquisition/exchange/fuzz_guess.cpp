@@ -30,7 +30,7 @@ bool is_read_or_asks(const std::string& map) {
 FUZZ_TARGET(guess, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   for (const std::string& table : {bytes, "time,gyro x,gyro y,T\n" + bytes, "t;T;w\n0;1;2\n" + bytes}) {
-    const auto map = guess_map_of(table, "fuzz");
+    const auto map = guess_map_from_bytes(table, "fuzz");
     if (map)
       require(is_read_or_asks(*map));
     else

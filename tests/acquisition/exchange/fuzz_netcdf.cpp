@@ -17,7 +17,7 @@
 namespace gyrotherm::exchange {
 namespace {
 
-void require_rows_or_a_fault_of(const std::string& bytes) {
+void require_rows_or_fault(const std::string& bytes) {
   static const tests::TestFolder folder;
   static const ImportMap map = netcdf_map();
   const std::string path = folder / ("file" + std::to_string(::getpid()) + ".nc");
@@ -42,11 +42,11 @@ FUZZ_TARGET(netcdf, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   // Skip most inputs, because each one starts a process.
   if (++turn % 32 != 0) return 0;
-  require_rows_or_a_fault_of("CDF\x01" + bytes);
+  require_rows_or_fault("CDF\x01" + bytes);
   std::string mutant = good.text();
   for (std::size_t i = 0; i + 2 < size && i < 12; i += 3)
     mutant[4 + (bytes[i] + 256U * static_cast<unsigned char>(bytes[i + 1])) % (good.header() - 4)] = bytes[i + 2];
-  require_rows_or_a_fault_of(mutant);
+  require_rows_or_fault(mutant);
   return 0;
 }
 

@@ -26,13 +26,13 @@ ImportMap increments() {
 }
 
 TEST(Spacing, AnIncrementCoversTheTimeSinceTheRowBefore) {
-  const auto rows = rows_of("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", increments(), "f").value();
+  const auto rows = read_rows("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", increments(), "f").value();
   EXPECT_EQ(rows.interval,
             (std::vector<Duration>{milliseconds(10), milliseconds(10), milliseconds(10), milliseconds(480)}));
 }
 
 TEST(Spacing, ARateCoversTheUsualSpacing) {
-  const auto rows = rows_of("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", rate_map(), "f").value();
+  const auto rows = read_rows("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", rate_map(), "f").value();
   EXPECT_EQ(rows.interval, std::vector<Duration>(4, milliseconds(10)));
 }
 
@@ -60,7 +60,7 @@ TEST(Spacing, RowsBehindThoseThatAreHeldBackGoOnAtOnce) {
 TEST(Grouping, MeansOfRatesAndTemperaturesAreOfWhatIsThere) {
   ImportMap map = every(seconds(1));
   map.missing = {""};
-  const auto rows = rows_of("t,T,w\n0,20,1\n500,22,\n900,,3\n1000,24,\n3100,25,9\n", map, "f");
+  const auto rows = read_rows("t,T,w\n0,20,1\n500,22,\n900,,3\n1000,24,\n3100,25,9\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->time, (std::vector<Duration>{{}, seconds(1), seconds(3)})) << "a second without rows makes none";
   EXPECT_EQ(rows->columns[0], (std::vector<double>{21, 24, 25}));
@@ -75,7 +75,7 @@ TEST(Grouping, IncrementsAreAddedWithTheirIntervals) {
   map.missing = {""};
   std::string table = "t,T,w\n";
   for (int i = 0; i < 30; ++i) table += std::to_string(10 * i) + ",20," + (i == 25 ? "" : "7") + "\n";
-  const auto rows = rows_of(table, map, "f");
+  const auto rows = read_rows(table, map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1][0], 70);
   EXPECT_EQ(rows->columns[1][1], 70);
@@ -86,7 +86,7 @@ TEST(Grouping, IncrementsAreAddedWithTheirIntervals) {
 TEST(Grouping, KnowsTheUtcOfAStretchsBeginning) {
   ImportMap map = every(seconds(2));
   map.time_form = TimeForm::civil;
-  const auto rows = rows_of("t,T,w\n2026-03-01T12:00:01Z,20,1\n2026-03-01T12:00:04Z,20,1\n", map, "f");
+  const auto rows = read_rows("t,T,w\n2026-03-01T12:00:01Z,20,1\n2026-03-01T12:00:04Z,20,1\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->utc[0], seconds(1772366401));
   EXPECT_EQ(rows->utc[1], seconds(1772366403));

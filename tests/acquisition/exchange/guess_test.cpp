@@ -19,20 +19,20 @@ struct Guessed {
   ReadRows rows;
 };
 
-Guessed guessed_of(std::string_view bytes) {
-  const auto text = guess_map_of(bytes, "folder/file.csv");
+Guessed draft_map(std::string_view bytes) {
+  const auto text = guess_map_from_bytes(bytes, "folder/file.csv");
   EXPECT_TRUE(text) << gyrotherm::text(text.error());
   auto map = parse_import_map(text.value_or(""), "guess.toml");
   EXPECT_TRUE(map) << gyrotherm::text(map.error()) << *text;
-  const auto rows = rows_of(bytes, *map, "f");
+  const auto rows = read_rows(bytes, *map, "f");
   EXPECT_TRUE(rows) << gyrotherm::text(rows.error()) << *text;
   return {text.value(), map.value(), rows.value()};
 }
 
-ImportMap guessed(std::string_view bytes) { return guessed_of(bytes).map; }
+ImportMap guessed(std::string_view bytes) { return draft_map(bytes).map; }
 
 /// Returns the line of a map that assigns a key, with its comment.
-std::string line_of(const std::string& map, const std::string& key, const std::string& behind = "[time]") {
+std::string map_line(const std::string& map, const std::string& key, const std::string& behind = "[time]") {
   const auto at = map.find("\n" + key + " = ", map.find(behind));
   return at == std::string::npos ? "" : map.substr(at + 1, map.find('\n', at + 1) - at - 1);
 }
@@ -85,38 +85,38 @@ TEST(Guess, TimesSince1970AndOfTheCalendarAreKnown) {
 
 TEST(Guess, ACounterOfMicrosecondsIsNoClock) {
   for (const char* name : {"time_us", "TimeUS", "t [us]", "t (µs)", "Time [ US ]", "us"}) {
-    const Guessed guess = guessed_of(counter(name, 1'200'000'000));
+    const Guessed guess = draft_map(counter(name, 1'200'000'000));
     EXPECT_EQ(guess.map.time_unit, std::chrono::microseconds(1)) << name;
     EXPECT_EQ(guess.map.since, std::nullopt) << name;
     EXPECT_EQ(guess.rows.time.size(), 1u) << "all in one second: " << name;
-    EXPECT_EQ(line_of(guess.text, "unit"), "unit = \"us\"        # as its name says");
+    EXPECT_EQ(map_line(guess.text, "unit"), "unit = \"us\"        # as its name says");
   }
-  const Guessed bare = guessed_of(counter("timestamp", 1'200'000'000));
+  const Guessed bare = draft_map(counter("timestamp", 1'200'000'000));
   EXPECT_EQ(bare.map.since, std::nullopt) << "rows would come every hour";
-  EXPECT_EQ(line_of(bare.text, "unit"), "unit = \"ms\"        # a guess by its steps");
+  EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess by its steps");
 }
 
 TEST(Guess, AClockAgreesWithTheUnitInItsName) {
-  const Guessed named = guessed_of(counter("time_us", 1'772'362'800'000'000));
+  const Guessed named = draft_map(counter("time_us", 1'772'362'800'000'000));
   EXPECT_EQ(named.map.since, CountedTime{});
-  EXPECT_NE(line_of(named.text, "since").find("# by the size of its numbers"), std::string::npos) << named.text;
-  const Guessed bare = guessed_of(counter("time", 1'772'362'800'000));
+  EXPECT_NE(map_line(named.text, "since").find("# by the size of its numbers"), std::string::npos) << named.text;
+  const Guessed bare = draft_map(counter("time", 1'772'362'800'000));
   EXPECT_EQ(bare.map.time_unit, std::chrono::milliseconds(1));
-  EXPECT_EQ(line_of(bare.text, "unit"), "unit = \"ms\"        # a guess by the size of its numbers");
+  EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess by the size of its numbers");
   EXPECT_EQ(guessed(counter("time [s]", 1'772'362'800, 1)).since, CountedTime{});
   EXPECT_EQ(guessed(counter("time [UTC]", 1'772'362'800, 300)).since, CountedTime{}) << "a row every five minutes";
   EXPECT_EQ(guessed(counter("time [ms]", 1'772'362'800, 1)).since, std::nullopt);
 }
 
 TEST(Guess, AUnitThatAMapHasNotIsSaidBesideTheGuess) {
-  EXPECT_EQ(line_of(guessed_of("t [weeks],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
+  EXPECT_EQ(map_line(draft_map("t [weeks],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
             "unit = \"s\"        # a guess by its steps, a map knows no \"weeks\"");
 }
 
 TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
   const auto scale_of = [](const std::string& name) {
-    const Guessed guess = guessed_of("t [s],T [°C]," + name + "\n0,20,1\n1,20,1\n");
-    const bool is_said = line_of(guess.text, "scale").find("a guess") != std::string::npos;
+    const Guessed guess = draft_map("t [s],T [°C]," + name + "\n0,20,1\n1,20,1\n");
+    const bool is_said = map_line(guess.text, "scale").find("a guess") != std::string::npos;
     return std::pair(guess.map.units[0].axes[0].scale, is_said);
   };
   for (const char* name : {"gyro_x [kdeg/s]", "gyro_x_100_dps", "gyro_x [deg/s/s]", "gyro_x_mrad",
@@ -139,7 +139,7 @@ TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
 
 TEST(Guess, AThermometerThatIsNotInCelsiusIsCorrectedOrSaid) {
   const auto lines_of = [](const std::string& name) {
-    const auto text = guessed_of("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").text;
+    const auto text = draft_map("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").text;
     const auto from = text.find("[[thermometer]]"), column = text.find("column", from);
     return text.substr(column, text.find("\n\n", column) - column);
   };
@@ -177,7 +177,7 @@ TEST(Guess, JoinsDateAndTimeOfDay) {
         std::pair("Time\tDate\tT1\tgyro_x\n11:59:59 PM\t2026/03/01\t20\t1\n12:00:00 AM\t2026/03/02\t20\t1\n"
                   "12:00:01 AM\t2026/03/02\t20\t1\n12:00:02 AM\t2026/03/02\t20\t1\n",
                   1772409599)}) {
-    const Guessed guess = guessed_of(table);
+    const Guessed guess = draft_map(table);
     ASSERT_EQ(guess.rows.time.size(), 4u) << guess.text;
     EXPECT_EQ(guess.rows.time.back(), std::chrono::seconds(3));
     EXPECT_EQ(guess.rows.utc.front(), std::chrono::seconds(start_s)) << guess.text;
@@ -185,7 +185,7 @@ TEST(Guess, JoinsDateAndTimeOfDay) {
 }
 
 TEST(Guess, PutsRowsOfTheSameTimeTogether) {
-  const Guessed guess = guessed_of("time,T,w\n5,20,1\n5,20,3\n5,20,5\n6,20,1\n");
+  const Guessed guess = draft_map("time,T,w\n5,20,1\n5,20,3\n5,20,5\n6,20,1\n");
   EXPECT_EQ(guess.map.every, std::chrono::seconds(1)) << guess.text;
   EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{3, 1}));
   EXPECT_EQ(guessed("when,T,w\n2026-03-01,20,1\n2026-03-02,20,1\n").time_form, TimeForm::civil) << "a row a day";
@@ -194,7 +194,7 @@ TEST(Guess, PutsRowsOfTheSameTimeTogether) {
 TEST(Guess, AsksWhereNoColumnSaysTheTime) {
   for (const char* table : {"T1,gyro_x\n20,1\n21,3\n20,2\n", "when,T1,gyro_x\nnever,20,1\nnever,20,2\nnever,20,1\n",
                             "Date,T1,gyro_x\n2026-03-01,20,1\n2026-03-01,20,3\n2026-03-01,20,2\n"}) {
-    const auto map = guess_map_of(table, "f").value();
+    const auto map = guess_map_from_bytes(table, "f").value();
     EXPECT_FALSE(parse_import_map(map, "f")) << map;
     EXPECT_EQ(map.find("\ninterval"), std::string::npos) << map;
   }
@@ -204,7 +204,7 @@ TEST(Guess, NamesATimeThatIsNotUnderstood) {
   for (const char* time : {"2026-060 08:00:0", "1.3.26 8h0m", "Sun 08:00:0"}) {
     std::string table = "Logged,T1,gyro_x\n";
     for (int i = 0; i < 5; ++i) table += time + std::to_string(i) + ",20,1\n";
-    const auto map = guess_map_of(table, "f").value();
+    const auto map = guess_map_from_bytes(table, "f").value();
     EXPECT_NE(map.find("\"Logged\" looks like a time"), std::string::npos) << map;
     EXPECT_FALSE(parse_import_map(map, "f")) << map;
   }
@@ -214,7 +214,7 @@ TEST(Guess, ShowsBothReadingsOfADate) {
   for (const char* format : {"03/04/2026 08:00:0", "3/4/2026 8:00:0", "03-04-2026 08:00:0"}) {
     std::string table = "Date,T1,gyro_x\n";
     for (int i = 0; i < 5; ++i) table += format + std::to_string(i) + ",20,1\n";
-    const auto map = guess_map_of(table, "f").value();
+    const auto map = guess_map_from_bytes(table, "f").value();
     EXPECT_NE(map.find("2026-04-03; which one"), std::string::npos) << map;
     EXPECT_NE(map.find("2026-03-04; which one"), std::string::npos) << map;
     EXPECT_FALSE(parse_import_map(map, "f")) << map;
@@ -231,7 +231,7 @@ TEST(Guess, KnowsUnitsAndSerialDates) {
   const auto unit_of = [](const std::string& title, double first, double step, int digits) {
     std::string table = title + ";T1 [°C];Gyro [°/h]\n";
     for (int i = 0; i < 20; ++i) table += fmt::format("{:.{}f};20;1\n", first + step * i, digits);
-    const Guessed guess = guessed_of(table);
+    const Guessed guess = draft_map(table);
     EXPECT_EQ(guess.rows.time.size(), 20u) << guess.text;
     return std::pair(std::llround(to_seconds(guess.rows.time.back())),
                      guess.rows.utc.front() ? std::llround(to_seconds(*guess.rows.utc.front())) : -1LL);
@@ -249,7 +249,7 @@ TEST(Guess, TellsSecondsFromMillisecondsByThePaceOfTheOven) {
   const auto unit_of = [](const std::string& title, int step, double kelvins) {
     std::string table = title + ",T1 [degC],gyro_x\n";
     for (int i = 0; i < 400; ++i) table += fmt::format("{},{:.3f},1\n", step * i, 20 + kelvins * i / 400);
-    return guess_map_of(table, "f").value();
+    return guess_map_from_bytes(table, "f").value();
   };
   for (const int step : {10, 30, 60}) {
     const auto map = unit_of("Time", step, 60);
@@ -269,7 +269,7 @@ TEST(Guess, FindsTheHeaderBehindWhatStandsBefore) {
         "C\",\"deg/h\"\n\"\",\"Avg\",\"Smp\"\n",
         "Title,,\nOwner: lab 3,,\nTime [s],T1 [°C],Gyro [°/h]\n", "\"Time\n[s]\",\"T1\n[°C]\",\"Gyro [°/h]\"\n",
         "# Time [s],T1 [°C],Gyro [°/h]\n", "Time [s],T1 [°C],Gyro [°/h],Comment\n"}) {
-    const Guessed guess = guessed_of(before + rows);
+    const Guessed guess = draft_map(before + rows);
     ASSERT_EQ(guess.rows.time.size(), 3u) << guess.text;
     EXPECT_EQ(guess.rows.time.back(), std::chrono::seconds(20)) << guess.text;
     EXPECT_EQ(guess.rows.columns, (std::vector<std::vector<double>>{{20.5, 20.6, 20.7}, {1.5, 1.25, 1.125}}));
@@ -278,7 +278,7 @@ TEST(Guess, FindsTheHeaderBehindWhatStandsBefore) {
 
 TEST(Guess, TakesNoNumberForAMissingValue) {
   const auto read = [](const std::string& cells) {
-    const Guessed guess = guessed_of("t [s];T1 [°C];w [°/h]\n" + cells);
+    const Guessed guess = draft_map("t [s];T1 [°C];w [°/h]\n" + cells);
     EXPECT_TRUE(guess.map.missing.empty()) << guess.text;
     return guess.rows.columns[1];
   };
@@ -290,13 +290,13 @@ TEST(Guess, TakesNoNumberForAMissingValue) {
                  "2\n"),
             (std::vector<double>{-1.5, 0.5, -2}));
   EXPECT_EQ(read("0;20;1.5 °/h\n1;20;-0.5 °/h\n2;20;2 °/h\n"), (std::vector<double>{1.5, -0.5, 2}));
-  const Guessed marked = guessed_of("t [s],T1,w\n0,20,1\n1,#DIV/0!,2\n2,---,3\n3,20,1.#QNAN\n4,20,5\n");
+  const Guessed marked = draft_map("t [s],T1,w\n0,20,1\n1,#DIV/0!,2\n2,---,3\n3,20,1.#QNAN\n4,20,5\n");
   EXPECT_EQ(marked.map.missing, (std::vector<std::string>{"#DIV/0!", "---", "1.#QNAN"}));
 }
 
 TEST(Guess, LeavesOutDamagedLinesAndSaysHowMany) {
   for (const std::string damage : {"5,20\n", "t [s],T1,w\n", "5,2x.5,1\n", "5,20,16,20,1\n"}) {
-    const Guessed guess = guessed_of("t [s],T1,w\n0,20,1\n1,21,2\n" + damage + "2,22,3\n3,23,4\n");
+    const Guessed guess = draft_map("t [s],T1,w\n0,20,1\n1,21,2\n" + damage + "2,22,3\n3,23,4\n");
     EXPECT_TRUE(guess.map.leaves_out_damaged) << damage << guess.text;
     EXPECT_EQ(guess.rows.columns[0], (std::vector<double>{20, 21, 22, 23})) << damage;
     ASSERT_EQ(guess.rows.notes.size(), 1u);
@@ -305,7 +305,7 @@ TEST(Guess, LeavesOutDamagedLinesAndSaysHowMany) {
 }
 
 TEST(Guess, CallsColumnsOfEqualNamesByTheirNumbers) {
-  const Guessed guess = guessed_of("t [s],Temp,Temp,,w\n0,20,30,40,1\n1,21,31,41,2\n2,22,32,42,3\n");
+  const Guessed guess = draft_map("t [s],Temp,Temp,,w\n0,20,30,40,1\n1,21,31,41,2\n2,22,32,42,3\n");
   EXPECT_EQ(guess.rows.columns[0], (std::vector<double>{20, 21, 22})) << guess.text;
   EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{30, 31, 32})) << guess.text;
 }
@@ -314,7 +314,7 @@ TEST(Guess, HasAWayOutForEachKindOfClock) {
   const auto text_of = [](const std::string& title, const std::vector<double>& times) {
     std::string table = title + ",T1,w\n";
     for (const double time : times) table += fmt::format("{:.0f},20,1\n", time);
-    return guessed_of(table);
+    return draft_map(table);
   };
   std::vector<double> wrapped, restarted, glitch;
   for (int i = 0; i < 200; ++i) {
@@ -333,7 +333,7 @@ TEST(Guess, HasAWayOutForEachKindOfClock) {
 }
 
 TEST(Guess, AHeaderInLatin1IsFoundAgain) {
-  const Guessed guess = guessed_of(
+  const Guessed guess = draft_map(
       "Zeit [s];T [\xB0"
       "C];Gyro X [\xB0/s]\n0;20;1\n1;\xFC;1\n2;20;1\n");
   EXPECT_EQ(guess.map.thermometer_columns[0].column.name, "T [°C]");
@@ -346,11 +346,11 @@ TEST(Guess, ANameMayHaveQuotes) {
 }
 
 TEST(Guess, ARowOfUnitsUnderTheHeaderIsNoRow) {
-  const Guessed guess = guessed_of("Time,Temp,Rate\ns,degC,deg/h\n0,20,1\n1,20,1\n2,20,2\n");
+  const Guessed guess = draft_map("Time,Temp,Rate\ns,degC,deg/h\n0,20,1\n1,20,1\n2,20,2\n");
   EXPECT_EQ(guess.map.skip, 1u);
   EXPECT_EQ(guess.map.missing, std::vector<std::string>{});
   EXPECT_EQ(guess.rows.time.size(), 3u);
-  const Guessed apart = guessed_of("# a\nTime,Temp,Rate\n# b\n\ns,degC,deg/h\n0,20,1\n1,20,1\n");
+  const Guessed apart = draft_map("# a\nTime,Temp,Rate\n# b\n\ns,degC,deg/h\n0,20,1\n1,20,1\n");
   EXPECT_EQ(apart.map.skip, 2u) << "an empty line counts, a comment does not";
   EXPECT_EQ(apart.rows.time.size(), 2u);
   EXPECT_EQ(guessed("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is one";
@@ -409,7 +409,7 @@ TEST(Guess, TakesThePublishedRawRatesOfALog) {
         if (name == "gyro1") log.data(5, time + three + little(31.F));
       }
     }
-    return guessed_of(log.text());
+    return draft_map(log.text());
   };
   const Guessed two = log_of({"bias", "combined", "gyro", "gyro1"});
   ASSERT_EQ(two.map.units.size(), 2u) << two.text;
@@ -432,7 +432,7 @@ TEST(Guess, NamesFormatsThatAreNotRead) {
         std::pair(std::string("MATLAB 5.0 MAT-file, Platform"), "MATLAB"),
         std::pair(std::string("MDF     4.10"), "MDF"), std::pair(std::string("TDSm"), "TDMS"),
         std::pair(std::string("PAR1"), "Parquet")}) {
-    const auto map = guess_map_of(bytes, "f");
+    const auto map = guess_map_from_bytes(bytes, "f");
     ASSERT_FALSE(map);
     EXPECT_NE(map.error().what.find(said), std::string::npos) << map.error().what;
   }
@@ -440,14 +440,14 @@ TEST(Guess, NamesFormatsThatAreNotRead) {
 
 TEST(Guess, WhatIsNoTableIsRefused) {
   for (const std::string bytes : {"", "\n\n", "one\ntwo\n", "#\n", "a,b\n"}) {
-    const auto map = guess_map_of(bytes, "f");
+    const auto map = guess_map_from_bytes(bytes, "f");
     ASSERT_FALSE(map) << bytes;
     EXPECT_EQ(text(map.error()), "f: no text table of two columns or more, and no log that is known");
   }
 }
 
 TEST(Guess, ATableWithoutAGyroIsAskedForIt) {
-  const auto map = guess_map_of("time,T\n0,20\n1,21\n", "f");
+  const auto map = guess_map_from_bytes("time,T\n0,20\n1,21\n", "f");
   ASSERT_TRUE(map);
   EXPECT_NE(map->find("column = \"\"        # which column is the gyro's?"), std::string::npos) << *map;
 }

@@ -109,7 +109,8 @@ struct CfFile {
   }
 };
 
-Result<std::vector<double>> temperatures_of(const CfFile& file, double scale = 1, double offset = 0, double rate = 1) {
+Result<std::vector<double>> calibrated_temperatures(const CfFile& file, double scale = 1, double offset = 0,
+                                                    double rate = 1) {
   const tests::TestFolder folder;
   ImportMap map = netcdf_map();
   map.thermometer_columns[0] = {{"T"}, scale, offset, {}};
@@ -126,7 +127,7 @@ Result<std::vector<double>> temperatures_of(const CfFile& file, double scale = 1
 
 TEST(NetcdfTable, TakesNumbersOutsideOfTheValidRangeForMissing) {
   const auto is_missing = [](const CfFile& file) {
-    const auto read = temperatures_of(file);
+    const auto read = calibrated_temperatures(file);
     EXPECT_TRUE(read) << text(read.error());
     std::vector<bool> missing;
     for (const double number : read.value_or(std::vector<double>{})) missing.push_back(std::isnan(number));
@@ -140,15 +141,16 @@ TEST(NetcdfTable, TakesNumbersOutsideOfTheValidRangeForMissing) {
 
 TEST(NetcdfTable, ComparesUnitsWithTheMap) {
   for (const char* units : {"K", "kelvin", "degree_F"}) {
-    const auto read = temperatures_of({.temperature_units = units});
+    const auto read = calibrated_temperatures({.temperature_units = units});
     ASSERT_FALSE(read) << units;
     EXPECT_NE(read.error().what.find("expected scale"), std::string::npos) << text(read.error());
   }
-  EXPECT_TRUE(temperatures_of({.temperature_units = "K"}, 1.01, -272.6)) << "calibrated";
-  EXPECT_TRUE(temperatures_of({.temperature_units = "degree_Celsius"}));
-  for (const char* units : {"rad s-1", "deg/s", "mdps"}) EXPECT_FALSE(temperatures_of({.rate_units = units})) << units;
-  EXPECT_TRUE(temperatures_of({.rate_units = "rad s-1"}, 1, 0, 206264.8));
-  EXPECT_TRUE(temperatures_of({.rate_units = "counts"}));
+  EXPECT_TRUE(calibrated_temperatures({.temperature_units = "K"}, 1.01, -272.6)) << "calibrated";
+  EXPECT_TRUE(calibrated_temperatures({.temperature_units = "degree_Celsius"}));
+  for (const char* units : {"rad s-1", "deg/s", "mdps"})
+    EXPECT_FALSE(calibrated_temperatures({.rate_units = units})) << units;
+  EXPECT_TRUE(calibrated_temperatures({.rate_units = "rad s-1"}, 1, 0, 206264.8));
+  EXPECT_TRUE(calibrated_temperatures({.rate_units = "counts"}));
 }
 
 /// An HDF5 file with vectors as MATLAB writes them: each has rank 2, one dimension of 1, and no units.

@@ -11,7 +11,7 @@
 namespace gyrotherm::exchange {
 namespace {
 
-ImportMap map_of(OutOfOrder way, bool increments = false) {
+ImportMap map_with(OutOfOrder way, bool increments = false) {
   ImportMap map = rate_map();
   map.time_unit = kSecond;
   map.out_of_order = way;
@@ -19,7 +19,7 @@ ImportMap map_of(OutOfOrder way, bool increments = false) {
   return map;
 }
 
-std::string table_of(const std::vector<double>& times) {
+std::string make_table(const std::vector<double>& times) {
   std::string table = "t,T,w\n";
   for (std::size_t i = 0; i < times.size(); ++i) table += std::to_string(times[i]) + ",20," + std::to_string(i) + "\n";
   return table;
@@ -39,7 +39,7 @@ TEST(RowOrder, LeavesOutTheFewestRows) {
         {{10, 500}, {90, 4}, {150, 1e5}}}) {
     auto times = ramp(200);
     for (const auto& [row, time] : glitches) times[row] = time;
-    const auto rows = rows_of(table_of(times), map_of(OutOfOrder::skip), "f");
+    const auto rows = read_rows(make_table(times), map_with(OutOfOrder::skip), "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_EQ(rows->time.size(), 200 - glitches.size());
     EXPECT_EQ(rows->time.back(), std::chrono::seconds(199));
@@ -52,18 +52,18 @@ TEST(RowOrder, AddsTheIncrementsOfRowsThatItLeavesOut) {
   for (const std::vector<std::size_t>& glitches : {std::vector<std::size_t>{50}, {50, 51, 52}, {7, 80, 120}}) {
     auto times = ramp(200);
     for (const std::size_t row : glitches) times[row] = 1;
-    const auto rows = rows_of(table_of(times), map_of(OutOfOrder::skip, true), "f");
+    const auto rows = read_rows(make_table(times), map_with(OutOfOrder::skip, true), "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_EQ(std::accumulate(rows->columns[1].begin(), rows->columns[1].end(), 0.), 199 * 100) << "none is lost";
   }
 }
 
 TEST(RowOrder, AddsIncrementsOfEqualTimesWhereRowsArePutTogether) {
-  ImportMap map = map_of(OutOfOrder::refuse, true);
+  ImportMap map = map_with(OutOfOrder::refuse, true);
   map.every = std::chrono::seconds(2);
   std::vector<double> times;
   for (int i = 0; i < 100; ++i) times.push_back(i / 10);  // NOLINT: whole seconds
-  const auto rows = rows_of(table_of(times), map, "f");
+  const auto rows = read_rows(make_table(times), map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->time.size(), 5u);
   EXPECT_EQ(std::accumulate(rows->columns[1].begin(), rows->columns[1].end(), 0.), 99 * 50);
@@ -73,7 +73,7 @@ TEST(RowOrder, GoesOnAfterAClockThatWasSetBack) {
   for (const double back : {3600., 3000., 60., 2.5}) {
     auto times = ramp(8000);
     for (std::size_t i = 4000; i < times.size(); ++i) times[i] -= back;
-    const auto rows = rows_of(table_of(times), map_of(OutOfOrder::go_on), "f");
+    const auto rows = read_rows(make_table(times), map_with(OutOfOrder::shift), "f");
     ASSERT_TRUE(rows) << text(rows.error());
     ASSERT_EQ(rows->time.size(), 8000u) << "no row is lost";
     EXPECT_EQ(rows->time.back(), std::chrono::seconds(7999));
@@ -97,12 +97,12 @@ TEST(RowOrder, NamesTheWayOutWhereTheDistanceShowsIt) {
 
 TEST(RowOrder, CarriesOnWhereACounterWraps) {
   for (const double wrap : {65536., 16777216., 4294967296.}) {
-    ImportMap map = map_of(OutOfOrder::refuse);
+    ImportMap map = map_with(OutOfOrder::refuse);
     map.time_unit = std::chrono::microseconds(1);
     map.wrap = counted_time(wrap, map.time_unit);
     std::vector<double> times;
     for (int i = 0; i < 500; ++i) times.push_back(std::fmod(wrap - 50'000 + 1000. * i, wrap));
-    const auto rows = rows_of(table_of(times), map, "f");
+    const auto rows = read_rows(make_table(times), map, "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_EQ(rows->time.back(), std::chrono::milliseconds(499));
   }

@@ -11,7 +11,7 @@ namespace {
 // Several batches and a partial one.
 constexpr int kRows = 20'001;
 
-ImportedRow row_of(const std::vector<double>& numbers, int second) {
+ImportedRow make_row(const std::vector<double>& numbers, int second) {
   return {.time = std::chrono::seconds(second), .usual = std::chrono::seconds(1), .numbers = numbers};
 }
 
@@ -23,7 +23,7 @@ TEST(RowPipe, WritesEveryRowInOrderWithItsNumbers) {
     ++written;
     return {};
   });
-  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(row_of({1.0 * i, 0.5}, i)));
+  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(make_row({1.0 * i, 0.5}, i)));
   ASSERT_TRUE(pipe.finish());
   EXPECT_EQ(written, kRows);
 }
@@ -36,7 +36,7 @@ TEST(RowPipe, WhoReadsHearsWhyARowCouldNotBeWritten) {
     return {};
   });
   Result<void> pushed;
-  for (int i = 0; pushed && i < 100 * kRows; ++i) pushed = pipe.push(row_of({1}, i));
+  for (int i = 0; pushed && i < 100 * kRows; ++i) pushed = pipe.push(make_row({1}, i));
   ASSERT_FALSE(pushed);
   EXPECT_EQ(pushed.error().what, "the disk is full");
   EXPECT_EQ(pipe.finish().error().what, "the disk is full");
@@ -50,7 +50,7 @@ TEST(RowPipe, ThatOfNoRowsIsDoneAtOnce) {
 
 TEST(RowPipe, MayBeLeftBehind) {
   RowPipe pipe([](const ImportedRow&) -> Result<void> { return {}; });
-  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(row_of({1}, i)));
+  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(make_row({1}, i)));
 }
 
 }  // namespace

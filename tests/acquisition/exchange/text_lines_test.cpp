@@ -11,7 +11,7 @@
 namespace gyrotherm::exchange {
 namespace {
 
-std::vector<std::string> lines_of(Bytes bytes, const std::string& comment = "") {
+std::vector<std::string> read_lines(Bytes bytes, const std::string& comment = "") {
   auto lines = TextLines::open(std::move(bytes), comment).value();
   std::vector<std::string> all;
   while (lines.next().value()) all.push_back(std::to_string(lines.number()) + ":" + std::string(lines.line()));
@@ -22,28 +22,28 @@ using Lines = std::vector<std::string>;
 
 TEST(TextLines, AreTheSameInEveryEncoding) {
   const Lines expected{"1:a;°", "3:𝄞"};
-  EXPECT_EQ(lines_of(Bytes("a;°\n\n𝄞", "f")), expected);
-  EXPECT_EQ(lines_of(Bytes("\xEF\xBB\xBF"
-                           "a;°\r\n \r\n𝄞\r\n",
-                           "f")),
+  EXPECT_EQ(read_lines(Bytes("a;°\n\n𝄞", "f")), expected);
+  EXPECT_EQ(read_lines(Bytes("\xEF\xBB\xBF"
+                             "a;°\r\n \r\n𝄞\r\n",
+                             "f")),
             expected);
   using std::string_view_literals::operator""sv;
-  EXPECT_EQ(lines_of(Bytes("\xFF\xFE"
-                           "a\0;\0\xB0\0\r\0\n\0\n\0\x34\xD8\x1E\xDD\n\0"sv,
-                           "f")),
+  EXPECT_EQ(read_lines(Bytes("\xFF\xFE"
+                             "a\0;\0\xB0\0\r\0\n\0\n\0\x34\xD8\x1E\xDD\n\0"sv,
+                             "f")),
             expected);
-  EXPECT_EQ(lines_of(Bytes("\xFE\xFF\0a\0;\0\xB0\0\n\0\n\xD8\x34\xDD\x1E"sv, "f")), expected);
+  EXPECT_EQ(read_lines(Bytes("\xFE\xFF\0a\0;\0\xB0\0\n\0\n\xD8\x34\xDD\x1E"sv, "f")), expected);
 }
 
 TEST(TextLines, HalfAPairOfUtf16IsTheReplacementCharacter) {
   using std::string_view_literals::operator""sv;
-  EXPECT_EQ(lines_of(Bytes("\xFF\xFE\x34\xD8"
-                           "a\0\n\0\x1E\xDD\n\0\x34\xD8"sv,
-                           "f")),
+  EXPECT_EQ(read_lines(Bytes("\xFF\xFE\x34\xD8"
+                             "a\0\n\0\x1E\xDD\n\0\x34\xD8"sv,
+                             "f")),
             (Lines{"1:\uFFFDa", "2:\uFFFD", "3:\uFFFD"}));
-  EXPECT_EQ(lines_of(Bytes("\xFF\xFE"
-                           "a\0b"sv,
-                           "f")),
+  EXPECT_EQ(read_lines(Bytes("\xFF\xFE"
+                             "a\0b"sv,
+                             "f")),
             Lines{"1:a"})
       << "half a unit at the end is none";
 }
@@ -83,7 +83,7 @@ TEST(TextLines, ThatArePassedAreThoseOfTheFileButForComments) {
 
 TEST(TextLines, CommentsAndEmptyLinesMayBeOfAnyLength) {
   const std::string text = "#" + std::string(200'000, 'x') + "\na\n" + std::string(3'000'000, ' ') + "\nb";
-  EXPECT_EQ(lines_of(Bytes(text, "f"), "#"), (Lines{"2:a", "4:b"}));
+  EXPECT_EQ(read_lines(Bytes(text, "f"), "#"), (Lines{"2:a", "4:b"}));
 }
 
 TEST(TextLines, OfAFileAreReadPieceByPiece) {
@@ -97,7 +97,7 @@ TEST(TextLines, OfAFileAreReadPieceByPiece) {
       expected.push_back(std::to_string(i) + ":" + line + "!");
     }
   }
-  EXPECT_EQ(lines_of(Bytes::open(folder / "long.txt").value()), expected);
+  EXPECT_EQ(read_lines(Bytes::open(folder / "long.txt").value()), expected);
 }
 
 TEST(TextLines, OfAPipeOrAFolderAreRefused) {

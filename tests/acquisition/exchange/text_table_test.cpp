@@ -23,7 +23,7 @@ ImportMap numbered_map(int axis) {
 }
 
 TEST(TextTable, ReadsColumnsByNameWhateverTheirOrder) {
-  const auto rows = rows_of("w,x,T,t\n7,?,20,1000\n-8.5,,1e1,1500\n", rate_map(), "f");
+  const auto rows = read_rows("w,x,T,t\n7,?,20,1000\n-8.5,,1e1,1500\n", rate_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->time, (std::vector<Duration>{{}, std::chrono::milliseconds(500)}));
   EXPECT_EQ(rows->columns[0], (std::vector<double>{20, 10}));
@@ -34,7 +34,7 @@ TEST(TextTable, BearsCrLfByteOrderMarkBlanksQuotesCommentsAndEmptyLines) {
   ImportMap map = rate_map();
   map.comment = "%";
   const std::string bytes = "\xEF\xBB\xBF% made by hand\r\n\"T \", t ,w\r\n\r\n\"20\", 0 ,+1\r\n% pause\r\n21,1,2";
-  const auto rows = rows_of(bytes, map, "f");
+  const auto rows = read_rows(bytes, map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2}));
   EXPECT_EQ(rows->columns[0], (std::vector<double>{20, 21}));
@@ -48,7 +48,7 @@ TEST(TextTable, TakesAnyRunOfBlanksAsOneSeparatorAndSkipsLeadingLines) {
   map.interval = std::chrono::milliseconds(10);
   map.units = rate_map().units;
   map.axis_columns = {{.number = 3}};
-  const auto rows = rows_of("a b\nc\n 1  2 3 \n4\t5 6\n", map, "f");
+  const auto rows = read_rows("a b\nc\n 1  2 3 \n4\t5 6\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[0], (std::vector<double>{3, 6}));
   EXPECT_EQ(rows->time[1], std::chrono::milliseconds(10));
@@ -89,7 +89,7 @@ TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
                 "\"skip\" in [time]"},
            Case{"t,T,w\n0,2,3\n1e15,2,3\n", "f:3:1: more than ten years after the first row"},
        }) {
-    const auto rows = rows_of(bad.bytes, rate_map(), "f");
+    const auto rows = read_rows(bad.bytes, rate_map(), "f");
     ASSERT_FALSE(rows) << bad.bytes;
     EXPECT_EQ(rows.error().kind, FaultKind::bad_file);
     EXPECT_EQ(text(rows.error()), bad.said);
@@ -99,7 +99,7 @@ TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
 TEST(TextTable, BoundsALineAndItsFieldsWithItsNumber) {
   const std::string header = "t,T,w\n", row = "1,2,3\n";
   const auto said = [&](const std::string& bytes) {
-    const auto rows = rows_of(bytes, rate_map(), "f");
+    const auto rows = read_rows(bytes, rate_map(), "f");
     return rows ? "read" : text(rows.error());
   };
   EXPECT_EQ(said(header + row + std::string(200'000'000, ',')),
@@ -112,80 +112,81 @@ TEST(TextTable, BoundsALineAndItsFieldsWithItsNumber) {
   blanks.separator = ' ';
   std::string wide;
   for (int i = 0; i < 5000; ++i) wide += "1 ";
-  EXPECT_EQ(text(rows_of(wide + "\n", blanks, "f").error()), "f:1:8193: more than 4096 fields, expected fewer");
+  EXPECT_EQ(text(read_rows(wide + "\n", blanks, "f").error()), "f:1:8193: more than 4096 fields, expected fewer");
 }
 
 TEST(TextTable, NamesAColumnNumberThatTheFileLacks) {
   ImportMap map = numbered_map(4);
-  EXPECT_EQ(text(rows_of("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
+  EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
   map.skip = 2;
-  EXPECT_EQ(text(rows_of("1,2,3\n", map, "f").error()), "f:1:1: the file ends among the lines to skip");
+  EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: the file ends among the lines to skip");
 }
 
 TEST(TextTable, IncrementCoversTheTimeSinceTheRowBefore) {
   ImportMap map = rate_map();
   map.units[0].axes[0].kind = GyroKind::pulse_count;
   using std::chrono::milliseconds;
-  const auto rows = rows_of("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", map, "f").value();
+  const auto rows = read_rows("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", map, "f").value();
   EXPECT_EQ(rows.interval,
             (std::vector<Duration>{milliseconds(10), milliseconds(10), milliseconds(10), milliseconds(480)}));
 }
 
 TEST(TextTable, NamesEveryColumnThatIsMissingAndThoseThatAreThere) {
-  EXPECT_EQ(text(rows_of("time,\"T [°C]\",rate\n1,2,3\n", rate_map(), "f").error()),
+  EXPECT_EQ(text(read_rows("time,\"T [°C]\",rate\n1,2,3\n", rate_map(), "f").error()),
             "f:1:1: no columns \"t\", \"T\", \"w\", expected one of: \"time\", \"T [°C]\", \"rate\"");
   std::string wide = "t";
   for (int i = 0; i < 100; ++i) wide += ",c" + std::to_string(i);
-  const auto said = text(rows_of(wide + "\n", rate_map(), "f").error());
+  const auto said = text(read_rows(wide + "\n", rate_map(), "f").error());
   EXPECT_NE(said.find("\"c58\" and 41 more"), std::string::npos) << said;
 }
 
 TEST(TextTable, FieldsThatStandForAMissingValueAreNoNumbers) {
   ImportMap map = rate_map();
   map.missing = {"", "NaN", "-999"};
-  const auto rows = rows_of("t,T,w\n0,NaN,3\n1,,-999\n2,20, NaN \n", map, "f");
+  const auto rows = read_rows("t,T,w\n0,NaN,3\n1,,-999\n2,20, NaN \n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_TRUE(std::isnan(rows->columns[0][0]) && std::isnan(rows->columns[0][1]));
   EXPECT_EQ(rows->columns[0][2], 20);
   EXPECT_EQ(rows->columns[1][0], 3);
   EXPECT_TRUE(std::isnan(rows->columns[1][1]) && std::isnan(rows->columns[1][2]));
-  EXPECT_EQ(text(rows_of("t,T,w\n,1,2\n", map, "f").error()), "f:2:1: \"\" in column \"t\", expected a number")
+  EXPECT_EQ(text(read_rows("t,T,w\n,1,2\n", map, "f").error()), "f:2:1: \"\" in column \"t\", expected a number")
       << "a row without a time is none, and missing = [\"\"] does not help it";
   map.missing = {"ü", "a \"b\""};
-  EXPECT_TRUE(rows_of("t,T,w\n0,\xFC,ü\n1,\"a \"\"b\"\"\",2\n", map, "f")) << "in Latin-1, with quotes";
+  EXPECT_TRUE(read_rows("t,T,w\n0,\xFC,ü\n1,\"a \"\"b\"\"\",2\n", map, "f")) << "in Latin-1, with quotes";
 }
 
 TEST(TextTable, AMistakenDecimalCommaIsToldWhereTheMapCanHaveOne) {
   ImportMap map = rate_map();
   map.separator = ';';
-  EXPECT_EQ(text(rows_of("t;T;w\n1;2,5;3\n", map, "f").error()),
+  EXPECT_EQ(text(read_rows("t;T;w\n1;2,5;3\n", map, "f").error()),
             "f:2:3: \"2,5\" in column \"T\", expected a number with a decimal point, or decimal = \",\" in [file]");
 }
 
 TEST(TextTable, QuotesMayStandBehindBlanksAndBetweenThem) {
-  const auto rows = rows_of("\"t\", \"T\" ,\t\"w\"\n\"0\", \"20\", \"1\"\n", rate_map(), "f");
+  const auto rows = read_rows("\"t\", \"T\" ,\t\"w\"\n\"0\", \"20\", \"1\"\n", rate_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{1});
   ImportMap map = rate_map();
   map.separator = ' ';
   map.time->name = "Time s";
   map.thermometer_columns[0].column.name = "T \"1\"";
-  const auto apart = rows_of(" \"Time s\"  \"T \"\"1\"\"\"\t\"w\"\n0 \"20\" 1\n", map, "f");
+  const auto apart = read_rows(" \"Time s\"  \"T \"\"1\"\"\"\t\"w\"\n0 \"20\" 1\n", map, "f");
   ASSERT_TRUE(apart) << text(apart.error());
   EXPECT_EQ(apart->columns[0], std::vector<double>{20});
-  EXPECT_EQ(text(rows_of("\"t\"x T w\n", map, "f").error()), "f:1:4: text after a closing quote, expected a separator");
-  EXPECT_EQ(text(rows_of("t \"T w\n", map, "f").error()),
+  EXPECT_EQ(text(read_rows("\"t\"x T w\n", map, "f").error()),
+            "f:1:4: text after a closing quote, expected a separator");
+  EXPECT_EQ(text(read_rows("t \"T w\n", map, "f").error()),
             "f:1:3: a quote is not closed, expected \" before the end of the line");
   map.separator = '\t';
   map.time->name = "t";
   map.thermometer_columns[0].column.name = "";
-  EXPECT_TRUE(rows_of("t\t\t\"w\"\n0\t1\t2\n", map, "f")) << "a tab that separates is no blank before a quote";
+  EXPECT_TRUE(read_rows("t\t\t\"w\"\n0\t1\t2\n", map, "f")) << "a tab that separates is no blank before a quote";
 }
 
 TEST(TextTable, SkipCountsTheLinesOfTheFile) {
   ImportMap map = numbered_map(3);
   map.skip = 3;
-  const auto rows = rows_of("Logger v1\n\nSerial 5\n0,20,1\n1,20,2\n2,20,3\n", map, "f");
+  const auto rows = read_rows("Logger v1\n\nSerial 5\n0,20,1\n1,20,2\n2,20,3\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2, 3}));
 }
@@ -194,11 +195,11 @@ TEST(TextTable, NumbersMayHaveADecimalComma) {
   ImportMap map = rate_map();
   map.separator = ';';
   map.decimal = ',';
-  const auto rows = rows_of("t;T;w\n0;20,5;-1,25e1\n1;21;3\n", map, "f");
+  const auto rows = read_rows("t;T;w\n0;20,5;-1,25e1\n1;21;3\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[0], (std::vector<double>{20.5, 21}));
   EXPECT_EQ(rows->columns[1], (std::vector<double>{-12.5, 3}));
-  EXPECT_EQ(text(rows_of("t;T;w\n0;20.5;1\n", map, "f").error()),
+  EXPECT_EQ(text(read_rows("t;T;w\n0;20.5;1\n", map, "f").error()),
             "f:2:3: \"20.5\" in column \"T\", expected a number with a decimal comma");
 }
 
@@ -209,7 +210,7 @@ TEST(TextTable, TimesOfTheCalendarHaveAZone) {
   const auto with = [&](const std::string& zone) {
     std::string text = table;
     for (std::size_t at; (at = text.find("{0}")) != std::string::npos;) text.replace(at, 3, zone);
-    return rows_of(text, map, "f");
+    return read_rows(text, map, "f");
   };
   const auto rows = with("+01:00");
   ASSERT_TRUE(rows) << text(rows.error());
@@ -220,18 +221,18 @@ TEST(TextTable, TimesOfTheCalendarHaveAZone) {
   map.zone = std::chrono::hours(-5);
   EXPECT_EQ(with("")->utc[0], std::chrono::seconds(1772362800 + 6 * 3600));
   EXPECT_EQ(with("Z")->utc[0], std::chrono::seconds(1772362800 + 3600)) << "the text's own zone counts";
-  EXPECT_EQ(text(rows_of("t,T,w\n01.03.2026 12:00,1,2\n", map, "f").error()),
+  EXPECT_EQ(text(read_rows("t,T,w\n01.03.2026 12:00,1,2\n", map, "f").error()),
             "f:2:1: \"01.03.2026 12:00\", expected a time like \"2026-03-01T12:30:05.25Z\"");
 }
 
 TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
   ImportMap map = rate_map();
   map.since = CountedTime{};
-  const auto rows = rows_of("t,T,w\n1772362800000,20,3\n1772362801000,20,3\n", map, "f");
+  const auto rows = read_rows("t,T,w\n1772362800000,20,3\n1772362801000,20,3\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->utc[1], std::chrono::seconds(1772362801));
   EXPECT_EQ(rows->time[1], std::chrono::seconds(1));
-  EXPECT_FALSE(rows_of("t,T,w\n1e18,20,3\n", map, "f")) << "in milliseconds that is not this side of 2116";
+  EXPECT_FALSE(read_rows("t,T,w\n1e18,20,3\n", map, "f")) << "in milliseconds that is not this side of 2116";
 }
 
 TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
@@ -239,7 +240,7 @@ TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
   map.since = CountedTime{};
   const auto times_of = [&](const std::string& column, Duration unit) {
     map.time_unit = unit;
-    const auto rows = rows_of("t,T,w\n" + column, map, "f");
+    const auto rows = read_rows("t,T,w\n" + column, map, "f");
     EXPECT_TRUE(rows) << text(rows.error());
     for (std::size_t i = 0; i < rows->time.size(); ++i) EXPECT_EQ(*rows->utc[i], *rows->utc[0] + rows->time[i]);
     return rows->time;
@@ -254,14 +255,14 @@ TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
 TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
   ImportMap map = rate_map();
   map.separator = ';';
-  const auto rows = rows_of("\xEF\xBB\xBFsep=;\r\nt;T;w\r\n0;1;2\r\n", map, "f");
+  const auto rows = read_rows("\xEF\xBB\xBFsep=;\r\nt;T;w\r\n0;1;2\r\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{2});
   map = numbered_map(3);
   map.separator = ';';
   for (const std::size_t skip : {0U, 1U}) {
     map.skip = skip;
-    const auto numbered = rows_of("sep=;\n0;20;1\n1;20;1\n", map, "f");
+    const auto numbered = read_rows("sep=;\n0;20;1\n1;20;1\n", map, "f");
     ASSERT_TRUE(numbered) << text(numbered.error());
     EXPECT_EQ(numbered->time.size(), 2u) << "skipped or not, it is no row";
   }
@@ -271,16 +272,16 @@ TEST(TextTable, AHeaderThatIsNoUtf8IsLatin1) {
   ImportMap map = rate_map();
   map.thermometer_columns[0].column.name = "T [°C]";
   EXPECT_TRUE(
-      rows_of("t,T [\xB0"
-              "C],w\n0,1,2\n",
-              map, "f"));
-  EXPECT_TRUE(rows_of("t,T [°C],w\n0,1,2\n", map, "f"));
+      read_rows("t,T [\xB0"
+                "C],w\n0,1,2\n",
+                map, "f"));
+  EXPECT_TRUE(read_rows("t,T [°C],w\n0,1,2\n", map, "f"));
 }
 
 TEST(TextTable, RowsOutOfOrderMayBeLeftOut) {
   ImportMap map = rate_map();
   map.out_of_order = OutOfOrder::skip;
-  const auto rows = rows_of("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");
+  const auto rows = read_rows("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 4, 5, 6}));
   EXPECT_EQ(rows->notes, Notes{"1 rows whose time was not after the row before were left out"});

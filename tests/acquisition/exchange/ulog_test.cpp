@@ -62,7 +62,7 @@ TEST(Ulog, AGoldenLogIsReadToTheBit) {
   log.replace(log.find(";  "), 3, ";");
   // Reduce the size of the format by the two blanks.
   log[16 + 43] = 0x22;
-  const auto rows = rows_of(log, ulog_map("g.a[0]", "g.a[1]"), "f");
+  const auto rows = read_rows(log, ulog_map("g.a[0]", "g.a[1]"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[0], std::vector<double>{7});
   EXPECT_EQ(rows->columns[1], std::vector<double>{-2});
@@ -73,7 +73,7 @@ TEST(Ulog, WhoseTimesCannotBeHasNoRow) {
   UlogText log = two_series();
   constexpr std::uint64_t kNever = 1ull << 62;  // us
   log.data(0, gyro(kNever, 0.5F, 30)).data(0, gyro(kNever + 4000, 0.25F, 31));
-  const auto rows = rows_of(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+  const auto rows = read_rows(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
   ASSERT_FALSE(rows);
   EXPECT_NE(rows.error().what.find("expected at least one message"), std::string::npos);
 }
@@ -85,7 +85,7 @@ TEST(Ulog, PassesOverPaddingAndText) {
     UlogText log;
     log.format(std::string("g:uint64_t timestamp;float x;float t;") + field + ";").format(kBaro);
     for (int i = 0; i < kBeginnings; ++i) log.subscribe(0, "g");
-    EXPECT_TRUE(columns_of_ulog(Bytes(log.text(), "f")).has_value()) << field;
+    EXPECT_TRUE(read_ulog_columns(Bytes(log.text(), "f")).has_value()) << field;
   }
 }
 
@@ -104,7 +104,7 @@ TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
   wide.format("g:uint64_t timestamp;uint8_t[65000] x;uint8_t[65000] y;");
   for (UlogText log : {without_time, wide, nested("n", 6, "uint8_t[14] a;char[1] b;"), nested("m", 6, "char[3] a;")}) {
     for (int i = 0; i < 3000; ++i) log.subscribe(0, "g");
-    const auto read = columns_of_ulog(Bytes(log.text(), "f"));
+    const auto read = read_ulog_columns(Bytes(log.text(), "f"));
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().kind, FaultKind::bad_file);
   }
@@ -113,7 +113,7 @@ TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
 TEST(Ulog, RowsOfOneSeriesKeepTheirTimes) {
   UlogText log = two_series();
   log.data(0, gyro(2'000'000, 0.5F, 30)).data(1, baro(2'000'500, 20)).data(0, gyro(2'004'000, 0.25F, 31));
-  const auto rows = rows_of(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+  const auto rows = read_rows(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->time, (std::vector<Duration>{{}, milliseconds(4)}));
   EXPECT_EQ(rows->columns[0], (std::vector<double>{30, 31}));
@@ -127,11 +127,11 @@ TEST(Ulog, SeveralSeriesArePutTogether) {
     if (i % 100 == 0) log.data(1, baro(1'000'000 + 1000 * i - 200, static_cast<float>(20 + i / 1000)));
   }
   ImportMap map = ulog_map();
-  EXPECT_EQ(text(rows_of(log.text(), map, "f").error()),
+  EXPECT_EQ(text(read_rows(log.text(), map, "f").error()),
             "f: the map's columns come from several messages, expected every = \"1 s\" (or another stretch) in [time], "
             "which puts them together");
   map.every = seconds(1);
-  const auto rows = rows_of(log.text(), map, "f");
+  const auto rows = read_rows(log.text(), map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   ASSERT_EQ(rows->time, (std::vector<Duration>{{}, seconds(1), seconds(2), seconds(3)}));
   EXPECT_EQ(rows->columns[1][1], 0);
@@ -143,7 +143,7 @@ TEST(Ulog, SensorsOfOneKindAreSeriesOfTheirOwn) {
   UlogText log;
   log.format(kGyro).subscribe(0, "sensor_gyro").subscribe(1, "sensor_gyro", 1);
   log.data(0, gyro(1000, 1, 30)).data(1, gyro(1500, 2, 40)).data(0, gyro(2000, 3, 31)).data(1, gyro(2500, 4, 41));
-  const auto rows = rows_of(log.text(), ulog_map("sensor_gyro[1].x", "sensor_gyro[1].temperature"), "f");
+  const auto rows = read_rows(log.text(), ulog_map("sensor_gyro[1].x", "sensor_gyro[1].temperature"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 4}));
 }
@@ -155,7 +155,7 @@ TEST(Ulog, FormatsWithinFormatsAreTakenApart) {
   log.subscribe(3, "path");
   const std::string point = little(1.5F) + '\1' + std::string(3, '\0');
   log.data(3, little(std::uint64_t{1000}) + "name" + point + little(2.5F) + '\0' + std::string(3, '\0') + little(7.25));
-  const auto rows = rows_of(log.text(), ulog_map("path.at[1].x", "path.last"), "f");
+  const auto rows = read_rows(log.text(), ulog_map("path.at[1].x", "path.last"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{2.5});
   EXPECT_EQ(rows->columns[0], std::vector<double>{7.25});
@@ -163,11 +163,11 @@ TEST(Ulog, FormatsWithinFormatsAreTakenApart) {
 
 TEST(Ulog, AColumnThatIsNotThereIsToldWithThoseThatAre) {
   const UlogText log = two_series();
-  EXPECT_EQ(text(rows_of(log.text(), ulog_map("sensor_gyro.y"), "f").error()),
+  EXPECT_EQ(text(read_rows(log.text(), ulog_map("sensor_gyro.y"), "f").error()),
             "f: no column \"sensor_gyro.y\", expected one of: \"sensor_gyro.timestamp\", \"sensor_gyro.device_id\", "
             "\"sensor_gyro.x\", \"sensor_gyro.temperature\"");
   EXPECT_EQ(
-      text(rows_of(log.text(), ulog_map("gyro.x", "sensor_gyro[1].temperature"), "f").error()),
+      text(read_rows(log.text(), ulog_map("gyro.x", "sensor_gyro[1].temperature"), "f").error()),
       "f: no columns \"sensor_gyro[1].temperature\", \"gyro.x\", expected one of: \"sensor_gyro\", \"sensor_baro\"");
 }
 
@@ -176,7 +176,7 @@ TEST(Ulog, WhatIsDamagedIsPassedOverAndTold) {
   log.data(0, gyro(1000, 1, 30)).message('O', little(std::uint16_t{120})).message('!', "what?");
   log.data(0, gyro(2000, 1, 30).substr(0, 15)).data(9, "nobody's").data(0, gyro(3000, std::nanf(""), 31));
   const auto rows =
-      rows_of(log.text() + std::string("\x20\0D\0\0", 5), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+      read_rows(log.text() + std::string("\x20\0D\0\0", 5), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[0], (std::vector<double>{30, 31}));
   EXPECT_TRUE(std::isnan(rows->columns[1][1]));
@@ -202,7 +202,7 @@ TEST(Ulog, GoesOnBehindDamage) {
     auto [log, begins] = long_log();
     log.replace(begins[100] + 5, damage.size(), damage);
     const std::size_t touched = (damage.size() + 4) / (begins[1] - begins[0]) + 1;
-    const auto rows = rows_of(log, ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+    const auto rows = read_rows(log, ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_GE(rows->time.size(), 200 - touched - 1) << damage.size();
     EXPECT_EQ(rows->columns[1].back(), 199);
@@ -219,7 +219,7 @@ TEST(Ulog, GoesOnWhereBytesAreMissingOrTooMany) {
       log.erase(begins[50] + 3, static_cast<std::size_t>(-shift));
     else
       log.insert(begins[50] + 3, std::string(static_cast<std::size_t>(shift), '\x7A'));
-    const auto rows = rows_of(log, ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+    const auto rows = read_rows(log, ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_GE(rows->time.size(), 184u) << shift;
     EXPECT_EQ(rows->columns[1].back(), 199);
@@ -236,7 +236,7 @@ TEST(Ulog, TakesStampsSince1970) {
     log.data(0, gyro(17, 9, 9));
     ImportMap map = ulog_map();
     map.every = seconds(1);
-    const auto rows = rows_of(log.text(), map, "f");
+    const auto rows = read_rows(log.text(), map, "f");
     ASSERT_TRUE(rows) << text(rows.error());
     ASSERT_EQ(rows->time.size(), 6u);
     EXPECT_EQ(rows->time.back(), seconds(7));
@@ -254,7 +254,7 @@ TEST(Ulog, TakesTopicsThatComeLate) {
     }
     ImportMap map = ulog_map();
     map.every = seconds(1);
-    const auto rows = rows_of(log.text(), map, "f");
+    const auto rows = read_rows(log.text(), map, "f");
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_EQ(rows->columns[0][3], 23);
     EXPECT_EQ(rows->columns[1][3], 3);
@@ -273,7 +273,7 @@ TEST(Ulog, GoesOnWhereDataWereAppendedAfterACrash) {
   const std::string header = after.text();
   after.data(0, gyro(2000, 2, 31));
   const auto rows =
-      rows_of(before + after.text().substr(header.size()), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+      read_rows(before + after.text().substr(header.size()), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2}));
   EXPECT_TRUE(rows->notes.empty());
@@ -282,13 +282,13 @@ TEST(Ulog, GoesOnWhereDataWereAppendedAfterACrash) {
 TEST(Ulog, OfALaterVersionOrAnotherFileIsRefused) {
   std::string log = two_series().text();
   log[7] = 2;
-  EXPECT_EQ(text(rows_of(log, ulog_map(), "f").error()), "f: ULog of version 2, expected at most 1");
-  EXPECT_EQ(text(rows_of("t,T,w\n", ulog_map(), "f").error()),
+  EXPECT_EQ(text(read_rows(log, ulog_map(), "f").error()), "f: ULog of version 2, expected at most 1");
+  EXPECT_EQ(text(read_rows("t,T,w\n", ulog_map(), "f").error()),
             "f: not a ULog file, expected one (format = \"ulog\" in the map)");
   UlogText flags;
   flags.message('B', std::string(8, '\0') + '\2' + std::string(31, '\0'));
-  EXPECT_FALSE(rows_of(flags.text(), ulog_map(), "f"));
-  EXPECT_EQ(text(rows_of(two_series().text(), rate_map(), "f").error()),
+  EXPECT_FALSE(read_rows(flags.text(), ulog_map(), "f"));
+  EXPECT_EQ(text(read_rows(two_series().text(), rate_map(), "f").error()),
             "f: the file is ulog, the map reads text; expected format = \"ulog\" in [file]");
 }
 
@@ -296,7 +296,7 @@ TEST(Ulog, FormatsThatNeverEndAreRefused) {
   UlogText log;
   log.format("a:a[65535] a;uint64_t timestamp;").format("c:d[65535] x;uint64_t timestamp;").format("d:");
   log.format("e:uint64_t timestamp;uint8_t[65535] x;").subscribe(1, "a").subscribe(2, "c").subscribe(3, "e");
-  EXPECT_FALSE(rows_of(log.text(), ulog_map(), "f"));
+  EXPECT_FALSE(read_rows(log.text(), ulog_map(), "f"));
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ constexpr WireOf kWires[] = {&Rack::chamber_wire, &Rack::thermometer_wire, &Rack
 constexpr const char* kNames[] = {"Chamber", "Thermometer", "Gyro", "Analogue"};
 
 /// Returns the fault of the instrument on that wire, or one per input if it has several.
-std::vector<std::optional<Fault>> faults_of(const Sample& sample, WireOf wire) {
+std::vector<std::optional<Fault>> collect_faults(const Sample& sample, WireOf wire) {
   const auto of = [](const auto& reading) {
     return reading.value ? std::nullopt : std::optional<Fault>(reading.value.error());
   };
@@ -130,7 +130,7 @@ std::vector<std::optional<Fault>> faults_of(const Sample& sample, WireOf wire) {
 }
 
 void expect_all(const Sample& sample, WireOf wire, std::optional<FaultKind> kind) {
-  for (const auto& fault : faults_of(sample, wire))
+  for (const auto& fault : collect_faults(sample, wire))
     EXPECT_EQ(fault ? std::optional(fault->kind) : std::nullopt, kind) << (fault ? text(*fault) : "a value");
 }
 

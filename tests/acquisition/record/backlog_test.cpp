@@ -12,13 +12,13 @@ namespace gyrotherm::record {
 namespace {
 
 Entry row(std::int64_t slot, std::vector<Event> events = {}) {
-  return entry_of(sample_at(slot), events, two_thermometers());
+  return sample_entry(sample_at(slot), events, two_thermometers());
 }
 
-Event event_of(EventKind kind) { return {{}, kind, "an event"}; }
+Event make_event(EventKind kind) { return {{}, kind, "an event"}; }
 
 /// Returns the content as "0 1 [2–4] 5": rows, and gaps in brackets.
-std::string text_of(Backlog& backlog) {
+std::string describe(Backlog& backlog) {
   std::string all;
   for (const auto& entry : backlog.take(backlog.size())) {
     if (entry->slots() == 0) continue;
@@ -43,7 +43,7 @@ TEST(Backlog, HandsOutWhatCameInUntilItIsAcknowledged) {
 TEST(Backlog, DropsTheOldestRowsBeyondItsBoundAndLeavesOneGapInTheirPlace) {
   Backlog backlog(4);
   for (int slot = 0; slot < 10; ++slot) backlog.push(row(slot));
-  EXPECT_EQ(text_of(backlog), "[0-6] 7 8 9");
+  EXPECT_EQ(describe(backlog), "[0-6] 7 8 9");
   EXPECT_EQ(backlog.dropped(), 7u);
   EXPECT_EQ(backlog.take(1).front()->gap_cause, kDropped);
 }
@@ -51,14 +51,14 @@ TEST(Backlog, DropsTheOldestRowsBeyondItsBoundAndLeavesOneGapInTheirPlace) {
 TEST(Backlog, KeepsRowsThatCarryASafetyEvent) {
   Backlog backlog(4);
   for (int slot = 0; slot < 10; ++slot)
-    backlog.push(slot == 1 ? row(slot, {event_of(EventKind::interlock)}) : row(slot, {event_of(EventKind::note)}));
-  EXPECT_EQ(text_of(backlog), "[0-0] 1 [2-8] 9");
+    backlog.push(slot == 1 ? row(slot, {make_event(EventKind::interlock)}) : row(slot, {make_event(EventKind::note)}));
+  EXPECT_EQ(describe(backlog), "[0-0] 1 [2-8] 9");
 }
 
 TEST(Backlog, DropsTheOldestOfAllWhereEveryRowCarriesOne) {
   Backlog backlog(4);
-  for (int slot = 0; slot < 8; ++slot) backlog.push(row(slot, {event_of(EventKind::command)}));
-  EXPECT_EQ(text_of(backlog), "[0-4] 5 6 7");
+  for (int slot = 0; slot < 8; ++slot) backlog.push(row(slot, {make_event(EventKind::command)}));
+  EXPECT_EQ(describe(backlog), "[0-4] 5 6 7");
 }
 
 TEST(Backlog, NeverDropsWhatIsInFlight) {
@@ -67,7 +67,7 @@ TEST(Backlog, NeverDropsWhatIsInFlight) {
   ASSERT_EQ(backlog.take(2).size(), 2u);
   for (int slot = 3; slot < 9; ++slot) backlog.push(row(slot));
   backlog.acknowledge();
-  EXPECT_EQ(text_of(backlog), "[2-6] 7 8");
+  EXPECT_EQ(describe(backlog), "[2-6] 7 8");
 }
 
 TEST(Backlog, AccountsForEverySlotAndStaysWithinItsBoundWhateverHappens) {
@@ -81,8 +81,8 @@ TEST(Backlog, AccountsForEverySlotAndStaysWithinItsBoundWhateverHappens) {
     for (int step = 0; step < 300; ++step) {
       const auto what = random() % 20;
       if (what < 12) backlog.push(row(next++));
-      if (what == 12) backlog.push(row(next++, {event_of(EventKind::state)}));
-      if (what == 13) backlog.push(event_entry(next - 1, event_of(EventKind::note)));
+      if (what == 12) backlog.push(row(next++, {make_event(EventKind::state)}));
+      if (what == 13) backlog.push(event_entry(next - 1, make_event(EventKind::note)));
       if (what == 14) backlog.push(gap_entry(next, next + 2, "late")), next += 3;
       if (what == 15 || what == 16) in_flight = backlog.take(random() % 10).size();
       if (what == 17) backlog.put_back(), in_flight = 0;

@@ -99,7 +99,7 @@ TEST(Chain, OfSamplesThatAreWrittenTogetherIsThatOfOneAfterTheOther) {
     Sample sample = sample_at(slot);
     if (slot < 50) sample.units[0].count.value = failure(FaultKind::timeout, "gyro", "silent");
     if (slot % 10 == 3) sample.thermometers[1].value = failure(FaultKind::timeout, "shell", "silent");
-    rows.push_back(*entry_of(sample, {}, info).sample);
+    rows.push_back(*sample_entry(sample, {}, info).sample);
   }
   const Folder folder;
   const auto write = [&](const char* name, const auto& insert) {
@@ -139,7 +139,7 @@ TEST(Chain, HoldsTheGreatestNumbersThatAGyroCanSay) {
   {
     auto file = RunFile::create_at_once(folder / "run.db", info).value();
     EXPECT_TRUE(file.begin());
-    auto row = *entry_of(sample_at(0), {}, info).sample;
+    auto row = *sample_entry(sample_at(0), {}, info).sample;
     for (const double pulses : {9.2e18, 9.21e18, 0x1p63, -0x1p63, 1e300, -0.0}) {
       row.units[0].rotation[0] = pulses;
       EXPECT_TRUE(file.insert(row));

@@ -10,7 +10,7 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-Fault fault_of(std::string_view text) {
+Fault read_fault(std::string_view text) {
   LiveRows rows("stdin");
   auto read = rows.take(text);
   if (read) read = rows.finish();
@@ -65,7 +65,7 @@ TEST(LiveRows, NameThePlaceOfAMistake) {
               {"A,B\n+-1,2\n", "stdin:2:1"},      {"A,B\n1;2\n", "stdin:2:1"},
               {"A,\"B\n", "stdin:1:3"},           {"", "stdin:1:1"}};
   for (const auto& law : laws) {
-    const Fault fault = fault_of(law.text);
+    const Fault fault = read_fault(law.text);
     EXPECT_EQ(fault.where, law.where) << law.text;
     EXPECT_EQ(fault.kind, FaultKind::bad_file);
   }
@@ -83,7 +83,7 @@ TEST(LiveRows, HoldNoMoreThanALine) {
   ASSERT_TRUE(rows.take("A,B\n"));
   ASSERT_TRUE(rows.take(endless));
   EXPECT_FALSE(rows.take("1"));
-  EXPECT_EQ(fault_of("A,B\n" + endless + "1,2\n").where, "stdin:2:1");
+  EXPECT_EQ(read_fault("A,B\n" + endless + "1,2\n").where, "stdin:2:1");
 }
 
 }  // namespace

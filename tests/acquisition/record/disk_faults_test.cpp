@@ -41,7 +41,7 @@ class Diligent {
 
   /// Writes one second. Returns false if the disk did not accept it.
   bool second() {
-    backlog_.push(entry_of(sample_at(next_++), {}, two_thermometers()));
+    backlog_.push(sample_entry(sample_at(next_++), {}, two_thermometers()));
     return flush();
   }
   bool flush() {

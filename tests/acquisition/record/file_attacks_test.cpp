@@ -22,7 +22,7 @@ struct Attack {
   const char* name;
   std::function<void(const std::string& path)> act;
   /// Damages the record's main file and not only its log.
-  bool of_database;
+  bool damages_database;
 };
 
 void overwrite(const std::string& file, std::streamoff at, std::size_t size, char with) {
@@ -31,7 +31,7 @@ void overwrite(const std::string& file, std::streamoff at, std::size_t size, cha
   stream << std::string(size, with);
 }
 
-std::size_t size_of(const std::string& file) { return fs::file_size(file); }
+std::size_t size_on_disk(const std::string& file) { return fs::file_size(file); }
 
 std::vector<Attack> attacks() {
   return {
@@ -63,11 +63,11 @@ std::vector<Attack> attacks() {
        },
        true},
       {"Emptied", [](const auto& path) { fs::resize_file(path, 0); }, true},
-      {"CutInHalf", [](const auto& path) { fs::resize_file(path, size_of(path) / 2); }, true},
+      {"CutInHalf", [](const auto& path) { fs::resize_file(path, size_on_disk(path) / 2); }, true},
       {"BeginningOverwritten", [](const auto& path) { overwrite(path, 0, 100, 'x'); }, true},
       {"MiddleOverwritten",
-       [](const auto& path) { overwrite(path, static_cast<std::streamoff>(size_of(path) / 2), 4096, 'x'); }, true},
-      {"AllOverwritten", [](const auto& path) { overwrite(path, 0, size_of(path), '\0'); }, true},
+       [](const auto& path) { overwrite(path, static_cast<std::streamoff>(size_on_disk(path) / 2), 4096, 'x'); }, true},
+      {"AllOverwritten", [](const auto& path) { overwrite(path, 0, size_on_disk(path), '\0'); }, true},
       {"WrittenBehind",
        [](const auto& path) { std::ofstream(path, std::ios::app | std::ios::binary) << "something at its end"; }, true},
       {"LogRemoved", [](const auto& path) { fs::remove(path + "-wal"); }, false},
@@ -79,8 +79,10 @@ std::vector<Attack> attacks() {
        },
        false},
       {"LogEmptied", [](const auto& path) { fs::resize_file(path + "-wal", 0); }, false},
-      {"LogCutInHalf", [](const auto& path) { fs::resize_file(path + "-wal", size_of(path + "-wal") / 2); }, false},
-      {"LogOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, size_of(path + "-wal"), 'x'); }, false},
+      {"LogCutInHalf", [](const auto& path) { fs::resize_file(path + "-wal", size_on_disk(path + "-wal") / 2); },
+       false},
+      {"LogOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, size_on_disk(path + "-wal"), 'x'); },
+       false},
       {"LogsHeadOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, 32, '\0'); }, false},
   };
 }
@@ -111,9 +113,9 @@ TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
   EXPECT_NE(store->health().damage.find("by another program while it was being written"), std::string::npos)
       << store->health().damage;
   const auto finished = store->finish();
-  EXPECT_EQ(finished.has_value(), !GetParam().of_database) << "whoever asks how it ended is told";
+  EXPECT_EQ(finished.has_value(), !GetParam().damages_database) << "whoever asks how it ended is told";
   store.reset();
-  EXPECT_EQ(is_there(manifest_path(path)), !GetParam().of_database);
+  EXPECT_EQ(is_there(manifest_path(path)), !GetParam().damages_database);
 
   for (const auto& name : {path, part_path(path, 2)}) {
     const auto record = read_record(name);
@@ -123,7 +125,7 @@ TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
     EXPECT_EQ(read_status(name).value().acknowledged, kBefore + kAfter - 1) << name;
   }
   EXPECT_TRUE(verify_record(part_path(path, 2)));
-  EXPECT_TRUE(GetParam().of_database || verify_record(path));
+  EXPECT_TRUE(GetParam().damages_database || verify_record(path));
 }
 
 TEST_P(FileAttacks, ARunThatTheyHappenedToGoesOnAfterItsProgramDied) {
@@ -215,7 +217,7 @@ TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
 /// Writes one transaction.
 Result<void> second(
     RunFile& file, std::int64_t slot, const std::function<void()>& between = [] {}) {
-  const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
+  const auto entry = sample_entry(sample_at(slot), {}, two_thermometers());
   const auto begun = file.begin();
   between();
   return begun.and_then([&] { return file.insert(entry); })

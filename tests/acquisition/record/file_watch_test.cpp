@@ -43,7 +43,7 @@ std::string log_of_a_record() {
   const Folder folder;
   auto file = RunFile::create(folder / "run.db", two_thermometers()).value();
   for (std::int64_t slot = 0; slot < 50; ++slot) {
-    const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
+    const auto entry = sample_entry(sample_at(slot), {}, two_thermometers());
     EXPECT_TRUE(file.begin().and_then([&] { return file.insert(entry); }).and_then([&] { return file.commit(); }));
   }
   auto text = log_image(folder / "run.db-wal");

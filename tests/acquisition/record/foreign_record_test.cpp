@@ -20,7 +20,7 @@
 namespace gyrotherm::record {
 namespace {
 
-std::string bytes_of(const std::string& path) {
+std::string read_bytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -33,14 +33,14 @@ std::map<std::string, std::string> listing(const std::string& folder) {
     ::lstat(entry.path().c_str(), &facts);
     found[entry.path().filename()] = std::to_string(facts.st_mode) + " " + std::to_string(facts.st_mtim.tv_sec) + "." +
                                      std::to_string(facts.st_mtim.tv_nsec) + " " +
-                                     (S_ISREG(facts.st_mode) ? bytes_of(entry.path()) : "");
+                                     (S_ISREG(facts.st_mode) ? read_bytes(entry.path()) : "");
   }
   return found;
 }
 
 /// Returns the result of reading a record in all ways. Fails the test if one of them takes too much work, sleeps, or
 /// touches a file.
-std::string reading_of(const std::string& path) {
+std::string read_every_way(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path().string();
   const auto before = listing(folder);
   const tests::SleepMeter meter;
@@ -78,7 +78,7 @@ void execute(const std::string& path, const std::string& sql) {
 TEST(ForeignRecord, IsReadWithItsLogAndNothingBesideItChanges) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
-  EXPECT_EQ(reading_of(folder / "run.db"), "read");
+  EXPECT_EQ(read_every_way(folder / "run.db"), "read");
   EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 300u);
   EXPECT_EQ(verify_record(folder / "run.db")->rows, 300);
 }
@@ -87,14 +87,14 @@ TEST(ForeignRecord, IsReadUnderAnyNameAndThroughALink) {
   const Folder folder;
   for (const std::string name : {"a b.db", "what?.db", "50%.db", "#1.db", "file:x?mode=rwc", "a&vfs=unix.db", "é.db"}) {
     leave_unfinished(folder / name, 5);
-    EXPECT_EQ(reading_of(folder / name), "read") << name;
+    EXPECT_EQ(read_every_way(folder / name), "read") << name;
   }
   for (const auto* log : {"", "-wal"})  // a record cannot have these names
     std::filesystem::rename(folder / "é.db" + log, folder / "é\n.db" + log);
-  EXPECT_EQ(reading_of(folder / "é\n.db"), "read");
+  EXPECT_EQ(read_every_way(folder / "é\n.db"), "read");
   std::filesystem::create_directory(folder / "elsewhere");
   std::filesystem::create_symlink(folder / "a b.db", folder / "elsewhere/link.db");
-  EXPECT_EQ(reading_of(folder / "elsewhere/link.db"), "read");
+  EXPECT_EQ(read_every_way(folder / "elsewhere/link.db"), "read");
 }
 
 TEST(ForeignRecord, IsReadWhereNobodyMayWrite) {
@@ -103,7 +103,7 @@ TEST(ForeignRecord, IsReadWhereNobodyMayWrite) {
   ASSERT_EQ(::chmod((folder / "run.db").c_str(), 0444), 0);
   ASSERT_EQ(::chmod((folder / "run.db-wal").c_str(), 0444), 0);
   ASSERT_EQ(::chmod((folder / "").c_str(), 0555), 0);
-  EXPECT_EQ(reading_of(folder / "run.db"), "read");
+  EXPECT_EQ(read_every_way(folder / "run.db"), "read");
   ASSERT_EQ(::chmod((folder / "").c_str(), 0755), 0);
 }
 
@@ -111,7 +111,7 @@ TEST(ForeignRecord, OfAnUnfinishedRunIsReadWithoutItsLogToo) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
   std::filesystem::remove(folder / "run.db-wal");
-  EXPECT_EQ(reading_of(folder / "run.db"), "read") << "what had been folded in";
+  EXPECT_EQ(read_every_way(folder / "run.db"), "read") << "what had been folded in";
 }
 
 TEST(ForeignRecord, WithAJournalIsRefusedAndNothingIsPlayedBack) {
@@ -132,7 +132,7 @@ TEST(ForeignRecord, WithAJournalIsRefusedAndNothingIsPlayedBack) {
   constexpr const char* kRefusal =
       "a journal lies beside it (run.db-journal): another program broke off while it changed the record, and it is not "
       "played back here";
-  EXPECT_EQ(reading_of(path), kRefusal);
+  EXPECT_EQ(read_every_way(path), kRefusal);
   const auto before = listing(folder / "");
   const auto again = Store::reopen(path);
   ASSERT_FALSE(again);
@@ -141,14 +141,14 @@ TEST(ForeignRecord, WithAJournalIsRefusedAndNothingIsPlayedBack) {
   std::filesystem::create_directory(folder / "other");
   store_with(folder / "other/run.db", 3).reset();
   std::filesystem::create_symlink("nowhere", folder / "other/run.db-journal");
-  EXPECT_EQ(reading_of(folder / "other/run.db"), kRefusal);
+  EXPECT_EQ(read_every_way(folder / "other/run.db"), kRefusal);
 }
 
 TEST(ForeignRecord, KeepsItsLogAlthoughItsOwnFileIsEmpty) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
   std::filesystem::resize_file(folder / "run.db", 0);
-  EXPECT_EQ(reading_of(folder / "run.db"), "not a gyrotherm record");
+  EXPECT_EQ(read_every_way(folder / "run.db"), "not a gyrotherm record");
 }
 
 TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
@@ -157,7 +157,7 @@ TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
   auto store = store_with(path, 3);
   ASSERT_TRUE(store->finish());
   store.reset();
-  const auto whole = bytes_of(path);
+  const auto whole = read_bytes(path);
   const std::vector<std::pair<std::string, std::string>> edits{
       {"DROP TABLE sample; CREATE VIEW sample AS WITH RECURSIVE x(slot) AS (SELECT 0 UNION ALL SELECT slot + 1 FROM x) "
        "SELECT * FROM x",
@@ -185,7 +185,7 @@ TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
   for (const auto& [edit, why] : edits) {
     std::ofstream(path, std::ios::binary) << whole;
     execute(path, edit);
-    EXPECT_EQ(reading_of(path), why + ", expected the tables of a record and nothing else") << edit;
+    EXPECT_EQ(read_every_way(path), why + ", expected the tables of a record and nothing else") << edit;
     EXPECT_FALSE(Store::reopen(path)) << edit;
   }
 }
@@ -194,7 +194,7 @@ TEST(ForeignRecord, OfAnEarlierVersionHasNoViews) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
   execute(folder / "run.db", "DROP VIEW v1_channel; DROP VIEW v1_event; DROP VIEW v1_gap; DROP VIEW v1_sample");
-  EXPECT_EQ(reading_of(folder / "run.db"), "read");
+  EXPECT_EQ(read_every_way(folder / "run.db"), "read");
   EXPECT_TRUE(Store::reopen(folder / "run.db"));
 }
 
@@ -204,7 +204,7 @@ TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
   auto store = store_with(path, 3);
   ASSERT_TRUE(store->finish());
   store.reset();
-  const auto whole = bytes_of(path);
+  const auto whole = read_bytes(path);
   constexpr const char* kSeconds = "a second of the run is not between 0 and 100000000";
   const std::string sample =
       "INSERT INTO sample SELECT {}, monotonic_ns, utc_ns, set_point_c, chamber_air_c, chamber_set_point_c, A, "
@@ -231,28 +231,28 @@ TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
   for (const auto& [edit, why] : edits) {
     std::ofstream(path, std::ios::binary) << whole;
     execute(path, edit);
-    EXPECT_EQ(reading_of(path), why) << edit;
+    EXPECT_EQ(read_every_way(path), why) << edit;
   }
   std::ofstream(path, std::ios::binary) << whole;
   execute(path, sample_of("100000000"));
-  EXPECT_EQ(reading_of(path), "read");
+  EXPECT_EQ(read_every_way(path), "read");
 }
 
 TEST(ForeignRecord, OfALaterProgramIsToldByItsSchema) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
   execute(folder / "run.db", "PRAGMA user_version = 2; CREATE TABLE more(x)");
-  EXPECT_EQ(reading_of(folder / "run.db"), "schema \"gyrotherm-run/2\", expected \"gyrotherm-run/1\"");
+  EXPECT_EQ(read_every_way(folder / "run.db"), "schema \"gyrotherm-run/2\", expected \"gyrotherm-run/1\"");
 }
 
 TEST(ForeignRecord, ThatIsNoRegularFileIsNotWaitedFor) {
   const Folder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
-  EXPECT_EQ(reading_of(folder / "pipe"), "is no regular file, expected a gyrotherm record");
+  EXPECT_EQ(read_every_way(folder / "pipe"), "is no regular file, expected a gyrotherm record");
   leave_unfinished(folder / "run.db", 3);
   std::filesystem::remove(folder / "run.db-wal");
   ASSERT_EQ(::mkfifo((folder / "run.db-wal").c_str(), 0600), 0);
-  EXPECT_NE(reading_of(folder / "run.db"), "read");
+  EXPECT_NE(read_every_way(folder / "run.db"), "read");
 }
 
 /// While the record is read, no program can begin to write it; afterwards any program can.
@@ -326,7 +326,7 @@ TEST(ForeignRecord, LinksAtTheNamesOfItsFilesAreNotFollowed) {
   auto store = store_with(folder / "run.db", 3);
   ASSERT_TRUE(store->finish());
   store.reset();
-  EXPECT_EQ(bytes_of(folder / "precious"), "precious");
+  EXPECT_EQ(read_bytes(folder / "precious"), "precious");
   EXPECT_TRUE(verify_record(folder / "run.db")->manifest);
   EXPECT_FALSE(Store::create(folder / "link.db", two_thermometers()));
   std::filesystem::create_symlink("nowhere", folder / "dangling.db");

@@ -99,7 +99,7 @@ bool comes_to(const std::string& copy, std::int64_t slot, std::chrono::milliseco
 }
 
 /// Appends until the copy reports a reason for its delay and returns it; "" if it never does.
-std::string trouble_of(Store& store, const std::string& path) {
+std::string await_trouble(Store& store, const std::string& path) {
   std::string trouble;
   for (int i = 0; i < 2000 && trouble.empty(); ++i) {
     std::this_thread::sleep_for(5ms);
@@ -131,7 +131,7 @@ void append(Store& store, std::int64_t slot) {
 }
 
 /// Returns all rows of a file, in order.
-std::string rows_of(const std::string& path) {
+std::string all_rows(const std::string& path) {
   Reader reader(path, SQLITE_OPEN_READONLY);
   std::string all;
   for (const auto* table : {"channel", "segment", "sample", "fault", "event", "gap"})
@@ -155,9 +155,9 @@ TEST(LiveCopy, HasWhatTheRecordHasAndGoesWithTheRun) {
     append(**store, 45);
     ASSERT_TRUE((*store)->settle(kLong));
     ASSERT_TRUE(comes_to(copy, 45));
-    const auto seen = rows_of(copy);
+    const auto seen = all_rows(copy);
     ASSERT_TRUE((*store)->finish());
-    EXPECT_TRUE(rows_of(path) == seen) << "its links of the chain too";
+    EXPECT_TRUE(all_rows(path) == seen) << "its links of the chain too";
     for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
       EXPECT_EQ(entry.path().string().find(".live."), std::string::npos) << entry.path();
   }
@@ -183,9 +183,9 @@ TEST(LiveCopy, AStaleOneIsReplacedByOneWithAllRowsOfTheRecord) {
     EXPECT_TRUE(comes_to(copy, 29));
     EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 30);
     EXPECT_FALSE(std::filesystem::exists(copy + ".3"));
-    const auto seen = rows_of(copy);
+    const auto seen = all_rows(copy);
     ASSERT_TRUE((*store)->finish());
-    EXPECT_TRUE(rows_of(path) == seen);
+    EXPECT_TRUE(all_rows(path) == seen);
   }
 }
 
@@ -231,7 +231,7 @@ TEST(LiveCopy, HasTheFaultsAndEventsOfAllParts) {
       auto sample = sample_at(slot);
       sample.thermometers[1].value = failure(FaultKind::timeout, "an instrument", "no reply");
       const std::vector<Event> events{{sample.at, EventKind::note, fmt::format("at {}", slot)}};
-      ASSERT_TRUE(file.insert(entry_of(sample, events, two_thermometers())));
+      ASSERT_TRUE(file.insert(sample_entry(sample, events, two_thermometers())));
     }
     ASSERT_TRUE(file.replace_frames({}) && file.commit());
   };
@@ -303,7 +303,7 @@ TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
     auto store = Store::create(path, two_thermometers(), watched(false, options));
     ASSERT_TRUE(store);
     for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
-    const auto trouble = trouble_of(**store, path);
+    const auto trouble = await_trouble(**store, path);
     EXPECT_NE(trouble.find("are the record's"), std::string::npos) << trouble;
     EXPECT_EQ(trouble.find("there is no copy any more") != std::string::npos, goes) << trouble;
     EXPECT_FALSE(has_copy_files(folder));
@@ -311,7 +311,7 @@ TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
     store->reset();
     store = Store::reopen(path, watched(false, options));
     ASSERT_TRUE(store) << text(store.error());
-    EXPECT_NE(trouble_of(**store, path).find("are the record's"), std::string::npos);
+    EXPECT_NE(await_trouble(**store, path).find("are the record's"), std::string::npos);
     EXPECT_FALSE(has_copy_files(folder));
     append(**store, 5);
     ASSERT_TRUE((*store)->finish());
@@ -337,7 +337,7 @@ TEST(LiveCopy, OneThatSomebodySpoiledIsTakenAway) {
   ASSERT_GT(size, 2'500'000u);
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(kPage) << std::string(size - kPage, '\0');
   append(**store, kManySeconds + 1);
-  const auto trouble = trouble_of(**store, path);
+  const auto trouble = await_trouble(**store, path);
   EXPECT_NE(trouble.find("there is no copy any more"), std::string::npos) << trouble;
   EXPECT_TRUE(loses_its_copy_files(folder));
   ASSERT_TRUE((*store)->finish());
@@ -389,9 +389,9 @@ TEST(LiveCopy, ReadersThatAreKilledAndThatHoldItOpenCostTheRecordNothing) {
   EXPECT_TRUE(comes_to(copy, kSeconds * 10 - 1));
   EXPECT_EQ(open_for_long.number("SELECT max(slot) FROM sample"), 0) << "it sees what it saw";
   for (const auto reader : readers) end(reader);
-  const auto seen = rows_of(copy);
+  const auto seen = all_rows(copy);
   ASSERT_TRUE((*store)->finish());
-  EXPECT_TRUE(rows_of(path) == seen);
+  EXPECT_TRUE(all_rows(path) == seen);
 }
 
 std::uintmax_t longest_log(const std::string& folder) {
@@ -423,9 +423,9 @@ TEST(LiveCopy, AReaderThatHoldsItOpenDoesNotLetItsLogGrow) {
   EXPECT_NE(std::filesystem::read_symlink(copy), "run.live.db.1") << "it was begun anew";
   EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 600);
   EXPECT_EQ(pinned.number("SELECT count(*) FROM sample"), 1);
-  const auto seen = rows_of(copy);
+  const auto seen = all_rows(copy);
   ASSERT_TRUE((*store)->finish());
-  EXPECT_TRUE(rows_of(path) == seen);
+  EXPECT_TRUE(all_rows(path) == seen);
 }
 
 TEST(LiveCopy, WhoHoldsItsLockIsLeftBehindWithIt) {

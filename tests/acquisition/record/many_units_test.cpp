@@ -16,7 +16,7 @@
 namespace gyrotherm::record {
 namespace {
 
-AxisInfo axis_of(const std::string& name, double scale) {
+AxisInfo make_axis(const std::string& name, double scale) {
   return {.name = name,
           .scale = scale,
           .earth_rate = DegreesPerHour{scale},
@@ -32,7 +32,7 @@ RunInfo two_units() {
                  .model = "triad",
                  .instrument = "a counter",
                  .stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n",
-                 .axes = {axis_of("x", 0.1), axis_of("y", 0.2), axis_of("z", 0.3)},
+                 .axes = {make_axis("x", 0.1), make_axis("y", 0.2), make_axis("z", 0.3)},
                  .values = {{"temperature", "°C", true}, {"discharge_current_a", "mA", false}},
                  .gradients = {"A", "shell-1.b"},
                  .three_point = {}},

@@ -36,7 +36,7 @@ void add_part(const std::string& record, int part, int before, std::int64_t from
   auto done = file.begin().and_then([&] {
     return file.insert_event(from - 1, {sample_at(from).at, EventKind::fault, "the record goes on"});
   });
-  for (auto slot = from; done && slot < end; ++slot) done = file.insert(entry_of(sample_at(slot), {}, info));
+  for (auto slot = from; done && slot < end; ++slot) done = file.insert(sample_entry(sample_at(slot), {}, info));
   done = done.and_then([&] { return file.replace_frames({}); }).and_then([&] { return file.commit(); });
   ASSERT_EQ(trouble(done), "");
 }

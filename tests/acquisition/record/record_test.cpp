@@ -53,7 +53,7 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
 }
 
 /// Returns the start of a run if its samples show a clock that started `late` after the time in the description.
-Duration start_of(RunInfo info, Duration late, std::int64_t samples) {
+Duration start_time(RunInfo info, Duration late, std::int64_t samples) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", info);
   EXPECT_TRUE(store);
@@ -71,12 +71,12 @@ TEST(Record, OfARealRunStartedWhenItsFirstSampleSays) {
   constexpr Duration kLate = std::chrono::milliseconds(5300);
   auto real = two_thermometers();
   real.simulated = false;
-  EXPECT_EQ(start_of(real, kLate, 3), real.started_utc + kLate);
-  EXPECT_EQ(start_of(real, kLate, 0), real.started_utc) << "as long as there is none";
+  EXPECT_EQ(start_time(real, kLate, 3), real.started_utc + kLate);
+  EXPECT_EQ(start_time(real, kLate, 0), real.started_utc) << "as long as there is none";
   auto foreign = real;
   foreign.imported = true;
-  EXPECT_EQ(start_of(foreign, kLate, 3), foreign.started_utc);
-  EXPECT_EQ(start_of(two_thermometers(), kLate, 3), real.started_utc) << "a virtual one";
+  EXPECT_EQ(start_time(foreign, kLate, 3), foreign.started_utc);
+  EXPECT_EQ(start_time(two_thermometers(), kLate, 3), real.started_utc) << "a virtual one";
 }
 
 TEST(Record, KeepsTheTrueBiasWhereItIsKnown) {

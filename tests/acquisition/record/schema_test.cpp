@@ -82,8 +82,8 @@ TEST(Views, EachChannelIsAColumnOfTheSamples) {
 TEST(Views, AConstantIsNoTemperatureWhereThereWasNoReading) {
   RunInfo info = two_thermometers();
   info.thermometers[0].polynomial = {21};
-  EXPECT_NE(views_of(info).back().sql.find("21.0 + 0.0 * \"A\" AS \"A\""), std::string::npos)
-      << views_of(info).back().sql;
+  EXPECT_NE(record_views(info).back().sql.find("21.0 + 0.0 * \"A\" AS \"A\""), std::string::npos)
+      << record_views(info).back().sql;
 }
 
 }  // namespace

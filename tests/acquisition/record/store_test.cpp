@@ -304,7 +304,7 @@ namespace {
 StoreOptions in_background() { return {.background = true, .retry = std::chrono::milliseconds(20)}; }
 
 /// Reads the status file. The process that writes a record does not open the record for it.
-RunStatus told_of(const std::string& path) {
+RunStatus status_in_file(const std::string& path) {
   std::ifstream file(status_path(path));
   return parse_status(std::string(std::istreambuf_iterator<char>(file), {}), "status").value();
 }
@@ -391,7 +391,7 @@ TEST(BackgroundStore, GoesOnInANewFileWhenItsLogIsStolenAndNothingAcknowledgedIs
   EXPECT_EQ(store->sync().value(), 109);
   EXPECT_EQ(store->health().parts, 2);
   EXPECT_EQ(store->health().trouble, "");
-  const auto status = told_of(path);
+  const auto status = status_in_file(path);
   EXPECT_TRUE(status.being_written);
   EXPECT_EQ(status.acknowledged, 109);
   EXPECT_EQ(status.parts, (std::vector<std::string>{folder / "run.2.db"}));
@@ -486,13 +486,13 @@ TEST(BackgroundStore, CountsTheFaultyReadingsOfAllFiles) {
     ASSERT_TRUE(store->append(silent(6), {}));
     ASSERT_TRUE(store->settle(kLong));
     EXPECT_EQ(store->health().parts, 2);
-    EXPECT_EQ(told_of(path).faults, 5);
+    EXPECT_EQ(status_in_file(path).faults, 5);
   }
   EXPECT_EQ(read_status(path)->faults, 5) << "what both files have counts once";
   auto store = Store::reopen(path, in_background()).value();
   ASSERT_TRUE(store->append(silent(7), {}));
   ASSERT_TRUE(store->settle(kLong));
-  EXPECT_EQ(told_of(path).faults, 6);
+  EXPECT_EQ(status_in_file(path).faults, 6);
 }
 
 /// The writer died between creating and filling the part; its rows are still in the file before.
@@ -542,7 +542,7 @@ TEST(BackgroundStore, TellsInTheStatusFileWhatIsPublished) {
                   .missed_set_points = 2,
                   .faults_now = {"chamber: door"}});
   ASSERT_TRUE(store->settle(kLong));
-  const auto status = told_of(folder / "run.db");
+  const auto status = status_in_file(folder / "run.db");
   EXPECT_EQ(status.standing.state, RunState::suspended);
   EXPECT_EQ(status.standing.cause, "the door is open");
   EXPECT_EQ(status.standing.time_left, std::chrono::seconds(90));

@@ -68,7 +68,7 @@ TEST(Gunzip, UnpacksGoldenBytes) {
   }
 }
 
-TEST(Gunzip, JoinsMembersAndPassesOverPadding) {
+TEST(Gunzip, JoinsMembersAndSkipsPadding) {
   const tests::TestFolder folder;
   for (const auto& [packed, expected] : {std::pair(kPacked + kPacked, kContent + kContent),
                                          std::pair(kPacked + kPacked + kPacked, kContent + kContent + kContent),
@@ -95,7 +95,7 @@ TEST(Gunzip, UnpacksFilesLargerThanItsPieces) {
   }
 }
 
-TEST(Gunzip, GoesBack) {
+TEST(Gunzip, ReturnsToEarlierPosition) {
   const tests::TestFolder folder;
   std::string large;
   for (int i = 0; i < 400'000; ++i) large += std::to_string(i) + "\n";
@@ -109,7 +109,7 @@ TEST(Gunzip, GoesBack) {
   }
 }
 
-TEST(Gunzip, NothingIsAFileThatIsCutOffAnywhere) {
+TEST(Gunzip, RefusesTruncatedFile) {
   const tests::TestFolder folder;
   for (std::size_t size = 2; size < kPacked.size(); ++size) {
     const auto read = content(folder, kPacked.substr(0, size));
@@ -120,7 +120,7 @@ TEST(Gunzip, NothingIsAFileThatIsCutOffAnywhere) {
   }
 }
 
-TEST(Gunzip, NeverReadsOtherContentFromDamage) {
+TEST(Gunzip, NeverReadsWrongContentFromDamagedFile) {
   const tests::TestFolder folder;
   std::size_t refused = 0;
   for (std::size_t at = 2; at < kPacked.size(); ++at)
@@ -134,7 +134,7 @@ TEST(Gunzip, NeverReadsOtherContentFromDamage) {
   EXPECT_GT(refused, (kPacked.size() - 10) * 8 - 1) << "all bits behind the header count";
 }
 
-TEST(Gunzip, NamesWhatFollowsThatIsNoGzip) {
+TEST(Gunzip, ReportsBytesAfterGzip) {
   const tests::TestFolder folder;
   const auto read = content(folder, kPacked + "2,22\n");
   ASSERT_FALSE(read);

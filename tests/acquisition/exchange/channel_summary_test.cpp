@@ -49,7 +49,7 @@ class Imported {
   tests::TestFolder folder_;
 };
 
-TEST(ChannelSummary, SaysWhatEachChannelHas) {
+TEST(ChannelSummary, DescribesEachChannel) {
   Imported import;
   import.file = "missing = [\"---\", \"-999.9\"]\n";
   const auto summary = import({{3, "---"}, {4, "---"}, {5, "-999.90"}});
@@ -63,7 +63,7 @@ TEST(ChannelSummary, SaysWhatEachChannelHas) {
   EXPECT_NE(made.events.back().event.text.find("oven: 397 values, 20 to 39.95 °C"), std::string::npos);
 }
 
-TEST(ChannelSummary, RefusesWhatNoSensorMeasures) {
+TEST(ChannelSummary, RefusesImpossibleValues) {
   Imported import;
   for (const char* number : {"9.9E+37", "-9.9e37", "1e30", "-273.2", "-8884", "6000"}) {
     const auto summary = import({{7, number}});
@@ -74,7 +74,7 @@ TEST(ChannelSummary, RefusesWhatNoSensorMeasures) {
   for (const char* number : {"9.9E+37", "1e9"}) EXPECT_FALSE(import({}, {{7, number}})) << number;
 }
 
-TEST(ChannelSummary, RefusesTemperaturesFarFromAllOthers) {
+TEST(ChannelSummary, RefusesIsolatedTemperatures) {
   Imported import;
   for (const std::vector<std::pair<int, std::string>>& codes : {std::vector<std::pair<int, std::string>>{{7, "-127"}},
                                                                 {{7, "-127"}, {9, "-127"}, {80, "-127"}},
@@ -96,7 +96,7 @@ TEST(ChannelSummary, RefusesTemperaturesFarFromAllOthers) {
   ASSERT_EQ(near->notes.size(), 1u) << "22 K above all others is said";
 }
 
-TEST(ChannelSummary, SaysOrRefusesWhatIsEmptyOrConstant) {
+TEST(ChannelSummary, ReportsOrRefusesEmptyAndConstantChannels) {
   Imported import;
   import.file = "missing = [\"-\"]\n";
   EXPECT_FALSE(import({}, {{-1, "-"}})) << "an axis without a value";
@@ -108,7 +108,7 @@ TEST(ChannelSummary, SaysOrRefusesWhatIsEmptyOrConstant) {
   EXPECT_EQ(constant->notes, Notes{"all 400 values of oven are 21 °C"});
 }
 
-TEST(ChannelSummary, RefusesRowsThatFallIntoOneStretch) {
+TEST(ChannelSummary, RefusesRowsOfSingleStretch) {
   Imported import;
   for (const char* every : {"10 min", "1 h", "30 d"}) {
     import.time = "every = \"" + std::string(every) + "\"\n";
@@ -118,7 +118,7 @@ TEST(ChannelSummary, RefusesRowsThatFallIntoOneStretch) {
   }
 }
 
-TEST(ChannelSummary, RefusesATimeThatAnotherColumnContradicts) {
+TEST(ChannelSummary, RefusesTimeThatContradictsOtherColumn) {
   Imported import;
   import.header = "t,T,w,logged\n";
   for (const char* first : {"2026-03-01T08:00:00Z", "01.03.2026 08:00:00", "3/1/2026 8:00:00 AM"}) {

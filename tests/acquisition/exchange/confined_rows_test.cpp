@@ -44,7 +44,7 @@ std::string refusal(const std::function<void()>& end, const ReadingLimits& limit
 
 volatile int sink = 0;
 
-TEST(ConfinedRows, AreThoseThatTheReaderHandedOn) {
+TEST(ConfinedRows, EqualRowsOfReader) {
   constexpr int kRows = 100'000;
   std::size_t count = 0;
   double sum = 0;
@@ -70,7 +70,7 @@ TEST(ConfinedRows, AreThoseThatTheReaderHandedOn) {
   EXPECT_EQ(sum, 99'999.0 * 50'000 - 50'000);
 }
 
-TEST(ConfinedRows, PassOnFaultsOfReaderAndOfTaker) {
+TEST(ConfinedRows, PassOnFaultsOfReaderAndTaker) {
   const auto faulty = [](const TakeRow& take, const Step&) -> Result<void> {
     const std::vector<double> numbers{1, 2};
     for (int i = 0; i < 3; ++i)
@@ -96,14 +96,14 @@ TEST(ConfinedRows, PassOnFaultsOfReaderAndOfTaker) {
   EXPECT_EQ(stopped.error().kind, FaultKind::interrupted);
 }
 
-TEST(ConfinedRows, RefuseFileThatEndsTheReader) {
+TEST(ConfinedRows, RefuseFileThatCrashesReader) {
   EXPECT_NE(refusal([] { ::raise(SIGSEGV); }), "");
   EXPECT_NE(refusal([] { std::abort(); }), "");
   EXPECT_NE(refusal([] { ::raise(SIGKILL); }).find("was ended by signal 9 (Killed)"), std::string::npos);
   EXPECT_NE(refusal([] { ::_exit(3); }).find("ended with exit code 3"), std::string::npos);
 }
 
-TEST(ConfinedRows, RefuseFileThatNeedsMoreThanTheLimits) {
+TEST(ConfinedRows, RefuseFileThatExceedsLimits) {
   EXPECT_NE(refusal(
                 [] {
                   while (true) sink = sink + 1;
@@ -126,7 +126,7 @@ TEST(ConfinedRows, RefuseFileThatNeedsMoreThanTheLimits) {
 #endif
 }
 
-TEST(ConfinedRows, LetTheReaderWriteNoFileAndTouchNoOther) {
+TEST(ConfinedRows, PreventReaderFromWritingFiles) {
   const tests::TestFolder folder;
   const std::string path = folder / "written";
   std::ofstream(path) << "before";
@@ -144,7 +144,7 @@ TEST(ConfinedRows, LetTheReaderWriteNoFileAndTouchNoOther) {
 }
 
 /// Sends messages like those of a library that has overwritten the memory of the child.
-TEST(ConfinedRows, BelieveNoMessageOfAnotherForm) {
+TEST(ConfinedRows, RefuseMalformedMessages) {
   const auto garbage = [](std::string bytes) {
     return refusal([bytes] {
       constexpr int kLine = STDERR_FILENO + 1;

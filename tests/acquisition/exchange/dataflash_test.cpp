@@ -39,7 +39,7 @@ void number_sensors(DataflashText& log) {
 }
 
 /// The bytes are written by hand from the description of the format.
-TEST(Dataflash, AGoldenLogIsReadToTheBit) {
+TEST(Dataflash, ReadsGoldenLogExactly) {
   auto bytes = tests::bytes_of_hex(
       "A3 95 80"
       "09 0F"
@@ -63,7 +63,7 @@ TEST(Dataflash, AGoldenLogIsReadToTheBit) {
   EXPECT_EQ(read_rows(log, dataflash_map("IMU.T", "IMU.T"), "f")->columns[1], std::vector<double>{0x8007});
 }
 
-TEST(Dataflash, EveryNumberOfAFormatIsRead) {
+TEST(Dataflash, ReadsEveryNumberType) {
   DataflashText log;
   log.format(9, "ALL", "QbBhHiIqfdgcCeELM", "", 0);  // too long for a format, skipped
   log.format(11, "NUM", "QbBhiIqfdgCEL", "TimeUS,b,B,h,i,I,q,f,d,g,C,E,L",
@@ -82,7 +82,7 @@ TEST(Dataflash, EveryNumberOfAFormatIsRead) {
   }
 }
 
-TEST(Dataflash, SensorsThatTheUnitsNumberAreSeriesOfTheirOwn) {
+TEST(Dataflash, SeparatesSensorsByNumberField) {
   DataflashText log = with_imu();
   number_sensors(log);
   log.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000)).message(9, imu(2000, 0, 3, 3100));
@@ -97,7 +97,7 @@ TEST(Dataflash, SensorsThatTheUnitsNumberAreSeriesOfTheirOwn) {
       << "nothing numbers them";
 }
 
-TEST(Dataflash, MessagesBeforeTheirSensorsAreNumberedAreLeftOutAndTold) {
+TEST(Dataflash, ReportsMessagesBeforeSensorUnits) {
   DataflashText log = with_imu();
   for (unsigned i = 0; i < 3; ++i) log.message(9, imu(500 + i, static_cast<std::uint8_t>(i % 2), 7, 0));
   log.stray("junk");
@@ -120,7 +120,7 @@ TEST(Dataflash, MessagesBeforeTheirSensorsAreNumberedAreLeftOutAndTold) {
   EXPECT_EQ(rates, (std::vector<double>{1, 3}));
 }
 
-TEST(Dataflash, SeveralKindsArePutTogether) {
+TEST(Dataflash, CombinesSeveralKinds) {
   DataflashText log = with_imu();
   log.format(12, "BARO", "Qf", "TimeUS,Temp", 3 + 12);
   for (unsigned i = 0; i < 2000; ++i) {
@@ -136,7 +136,7 @@ TEST(Dataflash, SeveralKindsArePutTogether) {
   EXPECT_EQ(rows->columns[1], (std::vector<double>{0, 1}));
 }
 
-TEST(Dataflash, StrayBytesArePassedOverAndTold) {
+TEST(Dataflash, SkipsAndReportsStrayBytes) {
   DataflashText log = with_imu();
   log.message(9, imu(1000, 0, 1, 3000))
       .stray("\xA3\x95\xFF junk")
@@ -148,7 +148,7 @@ TEST(Dataflash, StrayBytesArePassedOverAndTold) {
   EXPECT_EQ(rows->notes, Notes{"15 bytes that belong to no message were passed over"});
 }
 
-TEST(Dataflash, AColumnThatIsNotThereIsToldWithThoseThatAre) {
+TEST(Dataflash, NamesMissingAndExistingColumns) {
   DataflashText log = with_imu();
   log.message(9, imu(1000, 0, 1, 3000));
   EXPECT_EQ(text(read_rows(log.text(), dataflash_map("IMU.GyrY"), "f").error()),
@@ -157,7 +157,7 @@ TEST(Dataflash, AColumnThatIsNotThereIsToldWithThoseThatAre) {
             "f: not a DataFlash log, expected one (format = \"dataflash\" in the map)");
 }
 
-TEST(Dataflash, ALogWhoseTimeGoesBackIsToldWithThePlace) {
+TEST(Dataflash, ReportsPositionWhenTimeGoesBack) {
   DataflashText log = with_imu();
   log.message(9, imu(2000, 0, 1, 3000)).message(9, imu(1000, 0, 2, 3000));
   const auto rows = read_rows(log.text(), dataflash_map(), "f");

@@ -22,7 +22,7 @@ record::Record rows_every(Duration spacing, int rows) {
   return record;
 }
 
-TEST(ExportChoice, StretchesBelowASecondHaveTheRowsThatLieInThem) {
+TEST(ExportChoice, AssignsRowsToStretchesBelowOneSecond) {
   struct Case {
     milliseconds spacing, every;
     std::size_t stretches;

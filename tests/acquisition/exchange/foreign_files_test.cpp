@@ -132,7 +132,7 @@ std::vector<ForeignFile> foreign_files() {
   };
 }
 
-TEST(ForeignFiles, EachIsImportedOrRefusedWithOneUsefulMessage) {
+TEST(ForeignFiles, AreImportedOrRefusedWithUsefulMessage) {
   const tests::TestFolder folder;
   const auto files = foreign_files();
   EXPECT_GE(files.size(), 20u);
@@ -159,7 +159,7 @@ TEST(ForeignFiles, EachIsImportedOrRefusedWithOneUsefulMessage) {
   }
 }
 
-TEST(ForeignFiles, WhatWasPassedOverStandsInTheRecord) {
+TEST(ForeignFiles, ReportSkippedContentInRecord) {
   const tests::TestFolder folder;
   std::ofstream(folder / "file", std::ios::binary) << px4_log().substr(0, 12'000);
   std::ofstream(folder / "map.toml") << table_map("format = \"ulog\"", "every = \"1 s\"", "sensor_baro.temperature",

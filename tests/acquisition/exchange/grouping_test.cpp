@@ -25,18 +25,18 @@ ImportMap increments() {
   return map;
 }
 
-TEST(Spacing, AnIncrementCoversTheTimeSinceTheRowBefore) {
+TEST(Spacing, IncrementCoversTimeSinceRowBefore) {
   const auto rows = read_rows("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", increments(), "f").value();
   EXPECT_EQ(rows.interval,
             (std::vector<Duration>{milliseconds(10), milliseconds(10), milliseconds(10), milliseconds(480)}));
 }
 
-TEST(Spacing, ARateCoversTheUsualSpacing) {
+TEST(Spacing, RateCoversUsualSpacing) {
   const auto rows = read_rows("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", rate_map(), "f").value();
   EXPECT_EQ(rows.interval, std::vector<Duration>(4, milliseconds(10)));
 }
 
-TEST(Spacing, RowsBehindThoseThatAreHeldBackGoOnAtOnce) {
+TEST(Spacing, PassesRowsImmediatelyAfterHeldRows) {
   const ImportMap map = rate_map();
   std::int64_t handed_on = 0;
   Spacing spacing(map, [&](const ImportedRow& row) -> Result<void> {
@@ -57,7 +57,7 @@ TEST(Spacing, RowsBehindThoseThatAreHeldBackGoOnAtOnce) {
   EXPECT_EQ(handed_on, kRows);
 }
 
-TEST(Grouping, MeansOfRatesAndTemperaturesAreOfWhatIsThere) {
+TEST(Grouping, AveragesAvailableRatesAndTemperatures) {
   ImportMap map = every(seconds(1));
   map.missing = {""};
   const auto rows = read_rows("t,T,w\n0,20,1\n500,22,\n900,,3\n1000,24,\n3100,25,9\n", map, "f");
@@ -69,7 +69,7 @@ TEST(Grouping, MeansOfRatesAndTemperaturesAreOfWhatIsThere) {
   EXPECT_EQ(rows->interval, std::vector<Duration>(3, seconds(1)));
 }
 
-TEST(Grouping, IncrementsAreAddedWithTheirIntervals) {
+TEST(Grouping, AddsIncrementsAndIntervals) {
   ImportMap map = increments();
   map.every = milliseconds(100);
   map.missing = {""};
@@ -83,7 +83,7 @@ TEST(Grouping, IncrementsAreAddedWithTheirIntervals) {
   EXPECT_EQ(rows->interval, std::vector<Duration>(3, milliseconds(100)));
 }
 
-TEST(Grouping, KnowsTheUtcOfAStretchsBeginning) {
+TEST(Grouping, ComputesUtcOfStretchStart) {
   ImportMap map = every(seconds(2));
   map.time_form = TimeForm::civil;
   const auto rows = read_rows("t,T,w\n2026-03-01T12:00:01Z,20,1\n2026-03-01T12:00:04Z,20,1\n", map, "f");
@@ -92,7 +92,7 @@ TEST(Grouping, KnowsTheUtcOfAStretchsBeginning) {
   EXPECT_EQ(rows->utc[1], seconds(1772366403));
 }
 
-TEST(Grouping, MessagesMayBeLateByAStretchAndNoMore) {
+TEST(Grouping, AcceptsRowsLateByOneStretch) {
   ImportMap map = every(seconds(1));
   std::vector<double> sums;
   Grouping grouping(map, [&](const ImportedRow& row) -> Result<void> {

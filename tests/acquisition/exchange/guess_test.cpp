@@ -44,7 +44,7 @@ std::string counter(const std::string& name, std::int64_t from, std::int64_t ste
   return table;
 }
 
-TEST(Guess, ATableOfASpreadsheetIsReadAtOnce) {
+TEST(Guess, ReadsSpreadsheetTableWithoutCorrection) {
   const ImportMap map = guessed(
       "\xEF\xBB\xBFsep=;\r\nZeit [ms];Gehäuse Temp [°C];Kern T [°C];Gyro X [°/s];Gyro Y [°/s]\r\n"
       "0;20,5;21,5;0,001;0,002\r\n1000;20,6;;0,001;NaN\r\n2000;20,7;21,7;0,001;0,002\r\n");
@@ -60,14 +60,14 @@ TEST(Guess, ATableOfASpreadsheetIsReadAtOnce) {
   EXPECT_EQ(map.every, Duration{}) << "a row a second stays one";
 }
 
-TEST(Guess, AThermometerHasNoNameThatEveryRecordHas) {
+TEST(Guess, GivesThermometersNoReservedNames) {
   const ImportMap map = guessed(
       "slot,time [s],set point [°C],chamber air [°C],A [°C],self temp [°C],gyro [°/h]\n"
       "0,1,20,20.5,21,22,0.1\n1,2,20,20.5,21,22,0.1\n2,3,20,20.5,21,22,0.1\n");
   EXPECT_EQ(map.thermometers, (std::vector<std::string>{"set pointT", "chamber airT", "A", "self temp"}));
 }
 
-TEST(Guess, FastRowsArePutTogether) {
+TEST(Guess, CombinesFastRows) {
   std::string table = "timestamp,temp,gx,gy,gz\n";
   for (int i = 0; i < 100; ++i) table += std::to_string(i * 10) + ",20,1,2,3\n";
   const ImportMap map = guessed(table);
@@ -75,7 +75,7 @@ TEST(Guess, FastRowsArePutTogether) {
   EXPECT_EQ(map.units[0].axes.size(), 3u);
 }
 
-TEST(Guess, TimesSince1970AndOfTheCalendarAreKnown) {
+TEST(Guess, DetectsUnixAndCalendarTimes) {
   EXPECT_EQ(guessed("time,T,w\n1772362800000,20,1\n1772362801000,20,1\n").since, CountedTime{});
   const ImportMap map = guessed("when\tT\tw\n2026-03-01 12:00:00\t20\t1\n2026-03-01 12:00:01\t20\t1\n");
   EXPECT_EQ(map.time_form, TimeForm::civil);
@@ -83,7 +83,7 @@ TEST(Guess, TimesSince1970AndOfTheCalendarAreKnown) {
   EXPECT_EQ(map.separator, '\t');
 }
 
-TEST(Guess, ACounterOfMicrosecondsIsNoClock) {
+TEST(Guess, DoesNotTreatMicrosecondCounterAsClock) {
   for (const char* name : {"time_us", "TimeUS", "t [us]", "t (µs)", "Time [ US ]", "us"}) {
     const Guessed guess = draft_map(counter(name, 1'200'000'000));
     EXPECT_EQ(guess.map.time_unit, std::chrono::microseconds(1)) << name;
@@ -96,7 +96,7 @@ TEST(Guess, ACounterOfMicrosecondsIsNoClock) {
   EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess by its steps");
 }
 
-TEST(Guess, AClockAgreesWithTheUnitInItsName) {
+TEST(Guess, AcceptsClockOnlyWithUnitInName) {
   const Guessed named = draft_map(counter("time_us", 1'772'362'800'000'000));
   EXPECT_EQ(named.map.since, CountedTime{});
   EXPECT_NE(map_line(named.text, "since").find("# by the size of its numbers"), std::string::npos) << named.text;
@@ -108,12 +108,12 @@ TEST(Guess, AClockAgreesWithTheUnitInItsName) {
   EXPECT_EQ(guessed(counter("time [ms]", 1'772'362'800, 1)).since, std::nullopt);
 }
 
-TEST(Guess, AUnitThatAMapHasNotIsSaidBesideTheGuess) {
+TEST(Guess, ReportsUnknownTimeUnit) {
   EXPECT_EQ(map_line(draft_map("t [weeks],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
             "unit = \"s\"        # a guess by its steps, a map knows no \"weeks\"");
 }
 
-TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
+TEST(Guess, MatchesOnlyWholeRateUnits) {
   const auto scale_of = [](const std::string& name) {
     const Guessed guess = draft_map("t [s],T [°C]," + name + "\n0,20,1\n1,20,1\n");
     const bool is_said = map_line(guess.text, "scale").find("a guess") != std::string::npos;
@@ -137,7 +137,7 @@ TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
   EXPECT_NEAR(scale_of("gyro_x [°/min]").first, 60, 1e-12);
 }
 
-TEST(Guess, AThermometerThatIsNotInCelsiusIsCorrectedOrSaid) {
+TEST(Guess, ConvertsOrReportsOtherTemperatureUnits) {
   const auto lines_of = [](const std::string& name) {
     const auto text = draft_map("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").text;
     const auto from = text.find("[[thermometer]]"), column = text.find("column", from);
@@ -184,14 +184,14 @@ TEST(Guess, JoinsDateAndTimeOfDay) {
   }
 }
 
-TEST(Guess, PutsRowsOfTheSameTimeTogether) {
+TEST(Guess, CombinesRowsOfEqualTime) {
   const Guessed guess = draft_map("time,T,w\n5,20,1\n5,20,3\n5,20,5\n6,20,1\n");
   EXPECT_EQ(guess.map.every, std::chrono::seconds(1)) << guess.text;
   EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{3, 1}));
   EXPECT_EQ(guessed("when,T,w\n2026-03-01,20,1\n2026-03-02,20,1\n").time_form, TimeForm::civil) << "a row a day";
 }
 
-TEST(Guess, AsksWhereNoColumnSaysTheTime) {
+TEST(Guess, AsksWhenTimeColumnIsMissing) {
   for (const char* table : {"T1,gyro_x\n20,1\n21,3\n20,2\n", "when,T1,gyro_x\nnever,20,1\nnever,20,2\nnever,20,1\n",
                             "Date,T1,gyro_x\n2026-03-01,20,1\n2026-03-01,20,3\n2026-03-01,20,2\n"}) {
     const auto map = guess_map_from_bytes(table, "f").value();
@@ -200,7 +200,7 @@ TEST(Guess, AsksWhereNoColumnSaysTheTime) {
   }
 }
 
-TEST(Guess, NamesATimeThatIsNotUnderstood) {
+TEST(Guess, NamesTimeInUnknownNotation) {
   for (const char* time : {"2026-060 08:00:0", "1.3.26 8h0m", "Sun 08:00:0"}) {
     std::string table = "Logged,T1,gyro_x\n";
     for (int i = 0; i < 5; ++i) table += time + std::to_string(i) + ",20,1\n";
@@ -210,7 +210,7 @@ TEST(Guess, NamesATimeThatIsNotUnderstood) {
   }
 }
 
-TEST(Guess, ShowsBothReadingsOfADate) {
+TEST(Guess, ShowsBothNotationsOfDate) {
   for (const char* format : {"03/04/2026 08:00:0", "3/4/2026 8:00:0", "03-04-2026 08:00:0"}) {
     std::string table = "Date,T1,gyro_x\n";
     for (int i = 0; i < 5; ++i) table += format + std::to_string(i) + ",20,1\n";
@@ -227,7 +227,7 @@ TEST(Guess, ShowsBothReadingsOfADate) {
       << "by the other reading a month lies between two rows";
 }
 
-TEST(Guess, KnowsUnitsAndSerialDates) {
+TEST(Guess, DetectsUnitsAndSerialDates) {
   const auto unit_of = [](const std::string& title, double first, double step, int digits) {
     std::string table = title + ";T1 [°C];Gyro [°/h]\n";
     for (int i = 0; i < 20; ++i) table += fmt::format("{:.{}f};20;1\n", first + step * i, digits);
@@ -245,7 +245,7 @@ TEST(Guess, KnowsUnitsAndSerialDates) {
   EXPECT_EQ(unit_of("X_Value", 3855192000, 10, 0), std::pair(190LL, 1772347200LL));
 }
 
-TEST(Guess, TellsSecondsFromMillisecondsByThePaceOfTheOven) {
+TEST(Guess, DistinguishesSecondsFromMillisecondsByTemperatureRate) {
   const auto unit_of = [](const std::string& title, int step, double kelvins) {
     std::string table = title + ",T1 [degC],gyro_x\n";
     for (int i = 0; i < 400; ++i) table += fmt::format("{},{:.3f},1\n", step * i, 20 + kelvins * i / 400);
@@ -261,7 +261,7 @@ TEST(Guess, TellsSecondsFromMillisecondsByThePaceOfTheOven) {
   EXPECT_NE(flat.find("1 h 06 min 30 s; which one"), std::string::npos) << flat;
 }
 
-TEST(Guess, FindsTheHeaderBehindWhatStandsBefore) {
+TEST(Guess, FindsHeaderAfterOtherLines) {
   const std::string rows = "0,20.5,1.5\n10,20.6,1.25\n20,20.7,1.125\n";
   for (const std::string before :
        {"Instrument: 34970A\nSerial: 42\n\nTime [s],T1 [°C],Gyro [°/h]\n",
@@ -276,7 +276,7 @@ TEST(Guess, FindsTheHeaderBehindWhatStandsBefore) {
   }
 }
 
-TEST(Guess, TakesNoNumberForAMissingValue) {
+TEST(Guess, DoesNotTreatNumberAsMissing) {
   const auto read = [](const std::string& cells) {
     const Guessed guess = draft_map("t [s];T1 [°C];w [°/h]\n" + cells);
     EXPECT_TRUE(guess.map.missing.empty()) << guess.text;
@@ -294,7 +294,7 @@ TEST(Guess, TakesNoNumberForAMissingValue) {
   EXPECT_EQ(marked.map.missing, (std::vector<std::string>{"#DIV/0!", "---", "1.#QNAN"}));
 }
 
-TEST(Guess, LeavesOutDamagedLinesAndSaysHowMany) {
+TEST(Guess, LeavesOutAndCountsDamagedLines) {
   for (const std::string damage : {"5,20\n", "t [s],T1,w\n", "5,2x.5,1\n", "5,20,16,20,1\n"}) {
     const Guessed guess = draft_map("t [s],T1,w\n0,20,1\n1,21,2\n" + damage + "2,22,3\n3,23,4\n");
     EXPECT_TRUE(guess.map.leaves_out_damaged) << damage << guess.text;
@@ -304,13 +304,13 @@ TEST(Guess, LeavesOutDamagedLinesAndSaysHowMany) {
   }
 }
 
-TEST(Guess, CallsColumnsOfEqualNamesByTheirNumbers) {
+TEST(Guess, NumbersColumnsOfEqualNames) {
   const Guessed guess = draft_map("t [s],Temp,Temp,,w\n0,20,30,40,1\n1,21,31,41,2\n2,22,32,42,3\n");
   EXPECT_EQ(guess.rows.columns[0], (std::vector<double>{20, 21, 22})) << guess.text;
   EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{30, 31, 32})) << guess.text;
 }
 
-TEST(Guess, HasAWayOutForEachKindOfClock) {
+TEST(Guess, HandlesEachKindOfClock) {
   const auto text_of = [](const std::string& title, const std::vector<double>& times) {
     std::string table = title + ",T1,w\n";
     for (const double time : times) table += fmt::format("{:.0f},20,1\n", time);
@@ -332,7 +332,7 @@ TEST(Guess, HasAWayOutForEachKindOfClock) {
   EXPECT_EQ(one.rows.time.back(), std::chrono::seconds(199));
 }
 
-TEST(Guess, AHeaderInLatin1IsFoundAgain) {
+TEST(Guess, FindsLatin1Header) {
   const Guessed guess = draft_map(
       "Zeit [s];T [\xB0"
       "C];Gyro X [\xB0/s]\n0;20;1\n1;\xFC;1\n2;20;1\n");
@@ -341,11 +341,11 @@ TEST(Guess, AHeaderInLatin1IsFoundAgain) {
   EXPECT_EQ(guess.map.units[0].axes[0].scale, 3600);
 }
 
-TEST(Guess, ANameMayHaveQuotes) {
+TEST(Guess, AcceptsQuotesInNames) {
   EXPECT_EQ(guessed("t [s],\"T \"\"die\"\"\",w\n0,20,1\n1,20,1\n").time->name, "t [s]");
 }
 
-TEST(Guess, ARowOfUnitsUnderTheHeaderIsNoRow) {
+TEST(Guess, SkipsUnitsBelowHeader) {
   const Guessed guess = draft_map("Time,Temp,Rate\ns,degC,deg/h\n0,20,1\n1,20,1\n2,20,2\n");
   EXPECT_EQ(guess.map.skip, 1u);
   EXPECT_EQ(guess.map.missing, std::vector<std::string>{});
@@ -356,7 +356,7 @@ TEST(Guess, ARowOfUnitsUnderTheHeaderIsNoRow) {
   EXPECT_EQ(guessed("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is one";
 }
 
-TEST(Guess, WithoutAHeaderColumnsAreNumbers) {
+TEST(Guess, NumbersColumnsWithoutHeader) {
   const ImportMap map = guessed("% made by hand\n0 20 5\n1 21 6\n2 22 7\n");
   EXPECT_FALSE(map.header);
   EXPECT_EQ(map.comment, "%");
@@ -364,11 +364,11 @@ TEST(Guess, WithoutAHeaderColumnsAreNumbers) {
   EXPECT_EQ(map.axis_columns[0].number, 3u);
 }
 
-TEST(Guess, TimeThatGoesBackIsSeen) {
+TEST(Guess, DetectsDecreasingTime) {
   EXPECT_EQ(guessed("time,T,w\n0,20,1\n2,20,1\n1,20,1\n3,20,1\n").out_of_order, OutOfOrder::skip);
 }
 
-TEST(Guess, LogsAreKnownByTheirFirstBytes) {
+TEST(Guess, DetectsLogsByFirstBytes) {
   UlogText px4;
   px4.format("sensor_gyro:uint64_t timestamp;float x;float y;float z;float temperature;");
   px4.format("sensor_baro:uint64_t timestamp;float temperature;")
@@ -388,7 +388,7 @@ TEST(Guess, LogsAreKnownByTheirFirstBytes) {
   EXPECT_EQ(guessed(ardupilot.text()).axis_columns.size(), 2u);
 }
 
-TEST(Guess, TakesThePublishedRawRatesOfALog) {
+TEST(Guess, SelectsPublishedRawRatesOfLog) {
   const auto log_of = [](const std::vector<std::string>& published) {
     UlogText log;
     log.format("estimator_sensor_bias:uint64_t timestamp;float[3] gyro_bias;");
@@ -424,7 +424,7 @@ TEST(Guess, TakesThePublishedRawRatesOfALog) {
   EXPECT_EQ(second.map.axis_columns.front().name, "sensor_gyro[1].x");
 }
 
-TEST(Guess, NamesFormatsThatAreNotRead) {
+TEST(Guess, NamesUnsupportedFormats) {
   for (const auto& [bytes, said] :
        {std::pair(std::string("BZh91AY"), "bzip2"), std::pair(std::string("PK\x03\x04 log.csv"), "zip"),
         std::pair("log.csv" + std::string(250, '\0') + "ustar", "tar"),
@@ -438,7 +438,7 @@ TEST(Guess, NamesFormatsThatAreNotRead) {
   }
 }
 
-TEST(Guess, WhatIsNoTableIsRefused) {
+TEST(Guess, RefusesFileWithoutTable) {
   for (const std::string bytes : {"", "\n\n", "one\ntwo\n", "#\n", "a,b\n"}) {
     const auto map = guess_map_from_bytes(bytes, "f");
     ASSERT_FALSE(map) << bytes;
@@ -446,7 +446,7 @@ TEST(Guess, WhatIsNoTableIsRefused) {
   }
 }
 
-TEST(Guess, ATableWithoutAGyroIsAskedForIt) {
+TEST(Guess, AsksForMissingGyro) {
   const auto map = guess_map_from_bytes("time,T\n0,20\n1,21\n", "f");
   ASSERT_TRUE(map);
   EXPECT_NE(map->find("column = \"\"        # which column is the gyro's?"), std::string::npos) << *map;

@@ -40,7 +40,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(text.find(from), from.size(), to);
 }
 
-TEST(ImportMap, IsReadAsItIsWritten) {
+TEST(ImportMap, ParsesExample) {
   const auto map = parse_import_map(kMap, "map.toml");
   ASSERT_TRUE(map) << text(map.error());
   EXPECT_EQ(map->separator, ';');
@@ -59,7 +59,7 @@ TEST(ImportMap, IsReadAsItIsWritten) {
   EXPECT_EQ(map->text, kMap);
 }
 
-TEST(ImportMap, ColumnsOfAFileWithoutAHeaderAreNumbers) {
+TEST(ImportMap, NumbersColumnsWithoutHeader) {
   std::string numbered = replaced(kMap, "comment = \"#\"", "header = false");
   for (const char* name : {"\"t\"", "\"T\"", "\"w\""}) numbered = replaced(numbered, name, "2");
   const auto map = parse_import_map(numbered, "map.toml");
@@ -68,7 +68,7 @@ TEST(ImportMap, ColumnsOfAFileWithoutAHeaderAreNumbers) {
   EXPECT_FALSE(parse_import_map(replaced(kMap, "comment = \"#\"", "header = false"), "map.toml"));
 }
 
-TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
+TEST(ImportMap, ReportsEveryErrorWithPosition) {
   struct Case {
     const char* from;
     const char* to;
@@ -104,7 +104,7 @@ TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
   }
 }
 
-TEST(ImportMap, EveryNameThatIsNoneIsToldWhereItStands) {
+TEST(ImportMap, ReportsEveryInvalidNameWithPosition) {
   const std::string units = R"([[gyro]]
 name = "one two"
 [[gyro.axis]]
@@ -151,7 +151,7 @@ column = "g"
   EXPECT_EQ(text(missing.error()).find("64 characters"), std::string::npos) << text(missing.error());
 }
 
-TEST(ImportMap, AUnitHasAnAxis) {
+TEST(ImportMap, RequiresAxisOfUnit) {
   const std::string column = "column = \"w\"\nkind = \"rate\"\nscale = 219.5\n";
   const auto map = parse_import_map(replaced(kMap, column, "axis = []\n"), "m");
   ASSERT_FALSE(map);
@@ -159,7 +159,7 @@ TEST(ImportMap, AUnitHasAnAxis) {
   EXPECT_NE(text(map.error()).find("column"), std::string::npos) << text(map.error());
 }
 
-TEST(ImportMap, EveryShippedMapIsGood) {
+TEST(ImportMap, AcceptsEveryShippedMap) {
   int maps = 0;
   for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/imports")) {
     const auto map = load_import_map(file.path());
@@ -169,7 +169,7 @@ TEST(ImportMap, EveryShippedMapIsGood) {
   EXPECT_GE(maps, 4);
 }
 
-TEST(ImportMap, EveryKeyIsExplained) {
+TEST(ImportMap, DocumentsEveryKey) {
   const auto source = read_text_file(GYROTHERM_SOURCE_DIR "/acquisition/exchange/import_map.cpp").value();
   const auto document = read_text_file(GYROTHERM_SOURCE_DIR "/docs/importing.md").value();
   const std::string getter = "(?:text|number|integer|boolean|texts|tables?|duration|has|choice)\\(",
@@ -183,11 +183,11 @@ TEST(ImportMap, EveryKeyIsExplained) {
     EXPECT_TRUE(std::regex_search(document, std::regex("`[^`]*\\b" + one + "\\b[^`]*`"))) << one;
 }
 
-TEST(ImportMap, MissingFileIsABadFile) {
+TEST(ImportMap, ReportsMissingFileAsBadFile) {
   EXPECT_EQ(load_import_map("/nowhere/map.toml").error().kind, FaultKind::bad_file);
 }
 
-TEST(ImportMap, OfALogNamesMessagesAndHasNothingOfATable) {
+TEST(ImportMap, RefusesTableKeysForLog) {
   const std::string log = R"(schema = "gyrotherm-import/1"
 name = "drone"
 [file]
@@ -208,7 +208,7 @@ scale = 206264.806247
   EXPECT_FALSE(parse_import_map(replaced(log, "\"rate\"", "\"increment\""), "map.toml"));
 }
 
-TEST(ImportMap, GivesEachThermometerToItsUnit) {
+TEST(ImportMap, AssignsEachThermometerToUnit) {
   const auto owners = [](const std::string& units) {
     const auto map = parse_import_map(
         "schema = \"gyrotherm-import/1\"\nname = \"m\"\n[file]\n[time]\ninterval = \"1 s\"\n"

@@ -31,7 +31,7 @@ scale = 2
 earth_rate = 8.4
 )";
 
-TEST(Import, MakesAFinishedRecordThatTellsItIsForeign) {
+TEST(Import, MakesFinishedRecordMarkedAsImported) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;
   std::ofstream(folder / "small.csv") << "t,T,w\n100,20,1.25\n101,21,1.5\n102,22,1\n130,23,1\n";
@@ -57,7 +57,7 @@ TEST(Import, MakesAFinishedRecordThatTellsItIsForeign) {
   EXPECT_TRUE(read_status(folder / "run.db")->finished);
 }
 
-TEST(Import, LeavesNothingBehindWhenItFails) {
+TEST(Import, LeavesNoRecordWhenItFails) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;
   std::ofstream(folder / "small.csv") << "t,T,w\n100,20,1.25\n101,x,1.5\n";
@@ -69,7 +69,7 @@ TEST(Import, LeavesNothingBehindWhenItFails) {
             FaultKind::bad_file);
 }
 
-TEST(Import, NoScaleOfTheMapMakesInfinityOfANumber) {
+TEST(Import, RefusesScaleThatMakesNumberInfinite) {
   const TestFolder folder;
   for (const std::string every : {"", "every = \"1 s\"\n"})
     for (const std::string row : {"101,1e307,1", "101,20,1e308"}) {
@@ -86,7 +86,7 @@ TEST(Import, NoScaleOfTheMapMakesInfinityOfANumber) {
     }
 }
 
-TEST(Import, NeverOverwritesARecord) {
+TEST(Import, NeverOverwritesRecord) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;
   std::ofstream(folder / "small.csv") << "t,T,w\n1,2,3\n";
@@ -97,7 +97,7 @@ TEST(Import, NeverOverwritesARecord) {
   EXPECT_TRUE(read_record(folder / "run.db"));
 }
 
-TEST(Import, KnowsWhenARowWasWrittenIfTheFileDoes) {
+TEST(Import, KeepsUtcWhenFileHasIt) {
   const TestFolder folder;
   std::string map = kSmallMap;
   map.replace(map.find("\"s\""), 3, "\"iso\"");
@@ -110,7 +110,7 @@ TEST(Import, KnowsWhenARowWasWrittenIfTheFileDoes) {
   EXPECT_TRUE(record.info.imported);
 }
 
-TEST(Import, PutsMoreRowsIntoTheRecordThanATransactionHas) {
+TEST(Import, WritesMoreRowsThanOneTransaction) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;
   {

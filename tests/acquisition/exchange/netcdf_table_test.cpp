@@ -50,7 +50,7 @@ TEST(NetcdfTable, ReadsLargeFileWithinLimits) {
 }
 
 /// The library crashes on some of these files, and runs for a minute on others.
-TEST(NetcdfTable, RefusesCountsThatAreNotThoseOfTheFile) {
+TEST(NetcdfTable, RefusesCountsLargerThanFile) {
   const ClassicNetcdf good(3);
   ASSERT_EQ(good.counts().size(), 6u);
   for (const std::size_t at : good.counts())
@@ -125,7 +125,7 @@ Result<std::vector<double>> calibrated_temperatures(const CfFile& file, double s
   return done ? Result<std::vector<double>>(read) : failure(done.error());
 }
 
-TEST(NetcdfTable, TakesNumbersOutsideOfTheValidRangeForMissing) {
+TEST(NetcdfTable, TreatsNumbersOutsideValidRangeAsMissing) {
   const auto is_missing = [](const CfFile& file) {
     const auto read = calibrated_temperatures(file);
     EXPECT_TRUE(read) << text(read.error());
@@ -139,7 +139,7 @@ TEST(NetcdfTable, TakesNumbersOutsideOfTheValidRangeForMissing) {
   EXPECT_EQ(is_missing({}), (std::vector<bool>{false, false, false}));
 }
 
-TEST(NetcdfTable, ComparesUnitsWithTheMap) {
+TEST(NetcdfTable, ComparesUnitsWithMap) {
   for (const char* units : {"K", "kelvin", "degree_F"}) {
     const auto read = calibrated_temperatures({.temperature_units = units});
     ASSERT_FALSE(read) << units;
@@ -212,7 +212,7 @@ TEST(NetcdfTable, ReadsVectorsOfHdf5) {
   }
 }
 
-TEST(NetcdfTable, AsksForWhatHdf5DoesNotSay) {
+TEST(NetcdfTable, RequiresUnitsWhenHdf5HasNone) {
   const tests::TestFolder folder;
   const auto said = [&](const ImportMap& map) {
     const auto read =

@@ -51,7 +51,7 @@ std::string differences(const RandomTable& table, const record::Record& made, co
   return "";
 }
 
-TEST(RandomTables, AreRightOrRefused) {
+TEST(RandomTables, AreImportedCorrectlyOrRefused) {
   const tests::TestFolder folder;
   std::size_t wrong = 0, refused = 0, unnamed = 0;
   std::map<std::string, int> causes;

@@ -50,7 +50,7 @@ TEST_F(RealRecord, FreeImuIsImportedRowByRow) {
   EXPECT_EQ(record.events[0].event.text.rfind("378 gaps", 0), 0u) << record.events[0].event.text;
 }
 
-TEST_F(RealRecord, FreeImuIsOneUnitWithThreeAxesAndATemperatureOfItsOwn) {
+TEST_F(RealRecord, FreeImuIsUnitWithThreeAxesAndTemperature) {
   const Record triad = imported("freeimu_Tempdata01-02-14.csv", "freeimu-triad.toml");
   ASSERT_EQ(triad.info.units.size(), 1u);
   ASSERT_EQ(triad.units[0].rotation.size(), 3u);
@@ -71,7 +71,7 @@ TEST_F(RealRecord, LaserGyroKeepsEveryIncrement) {
   EXPECT_TRUE(record.thermometers_c.empty());
 }
 
-TEST_F(RealRecord, TofuPilotKeepsItsTemperaturePath) {
+TEST_F(RealRecord, TofuPilotKeepsTemperatures) {
   const Record record = imported("tofupilot_imu_raw_data.csv", "tofupilot.toml");
   ASSERT_EQ(record.units[0].rotation[0].size(), 8'400u);
   const auto& sensor_c = record.thermometers_c[0];

@@ -31,7 +31,7 @@ std::vector<double> ramp(std::size_t rows) {
   return times;
 }
 
-TEST(RowOrder, LeavesOutTheFewestRows) {
+TEST(RowOrder, LeavesOutFewestRows) {
   for (const std::vector<std::pair<std::size_t, double>>& glitches :
        {std::vector<std::pair<std::size_t, double>>{{50, 1e6}},
         {{50, 1e6}, {51, 1e6 + 1}, {52, 1e6 + 2}},
@@ -48,7 +48,7 @@ TEST(RowOrder, LeavesOutTheFewestRows) {
   }
 }
 
-TEST(RowOrder, AddsTheIncrementsOfRowsThatItLeavesOut) {
+TEST(RowOrder, AddsIncrementsOfRowsLeftOut) {
   for (const std::vector<std::size_t>& glitches : {std::vector<std::size_t>{50}, {50, 51, 52}, {7, 80, 120}}) {
     auto times = ramp(200);
     for (const std::size_t row : glitches) times[row] = 1;
@@ -58,7 +58,7 @@ TEST(RowOrder, AddsTheIncrementsOfRowsThatItLeavesOut) {
   }
 }
 
-TEST(RowOrder, AddsIncrementsOfEqualTimesWhereRowsArePutTogether) {
+TEST(RowOrder, AddsIncrementsOfEqualTimesWhenRowsAreCombined) {
   ImportMap map = map_with(OutOfOrder::refuse, true);
   map.every = std::chrono::seconds(2);
   std::vector<double> times;
@@ -69,7 +69,7 @@ TEST(RowOrder, AddsIncrementsOfEqualTimesWhereRowsArePutTogether) {
   EXPECT_EQ(std::accumulate(rows->columns[1].begin(), rows->columns[1].end(), 0.), 99 * 50);
 }
 
-TEST(RowOrder, GoesOnAfterAClockThatWasSetBack) {
+TEST(RowOrder, ContinuesAfterClockWasSetBack) {
   for (const double back : {3600., 3000., 60., 2.5}) {
     auto times = ramp(8000);
     for (std::size_t i = 4000; i < times.size(); ++i) times[i] -= back;
@@ -81,7 +81,7 @@ TEST(RowOrder, GoesOnAfterAClockThatWasSetBack) {
   }
 }
 
-TEST(RowOrder, NamesTheWayOutWhereTheDistanceShowsIt) {
+TEST(RowOrder, SuggestsRemedyFromLengthOfStep) {
   const auto said = [](const ImportMap& map, Duration back) { return out_of_order(map, back, {}).what; };
   ImportMap micros = rate_map(), civil = rate_map();
   micros.time_unit = std::chrono::microseconds(1);
@@ -95,7 +95,7 @@ TEST(RowOrder, NamesTheWayOutWhereTheDistanceShowsIt) {
             "the time goes back 1 s, expected one after the row before, or out_of_order = \"skip\" in [time]");
 }
 
-TEST(RowOrder, CarriesOnWhereACounterWraps) {
+TEST(RowOrder, ContinuesWhenCounterWraps) {
   for (const double wrap : {65536., 16777216., 4294967296.}) {
     ImportMap map = map_with(OutOfOrder::refuse);
     map.time_unit = std::chrono::microseconds(1);

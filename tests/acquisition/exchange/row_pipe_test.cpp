@@ -15,7 +15,7 @@ ImportedRow make_row(const std::vector<double>& numbers, int second) {
   return {.time = std::chrono::seconds(second), .usual = std::chrono::seconds(1), .numbers = numbers};
 }
 
-TEST(RowPipe, WritesEveryRowInOrderWithItsNumbers) {
+TEST(RowPipe, WritesRowsInOrderWithNumbers) {
   int written = 0;
   RowPipe pipe([&](const ImportedRow& row) -> Result<void> {
     EXPECT_EQ(row.time, std::chrono::seconds(written));
@@ -28,7 +28,7 @@ TEST(RowPipe, WritesEveryRowInOrderWithItsNumbers) {
   EXPECT_EQ(written, kRows);
 }
 
-TEST(RowPipe, WhoReadsHearsWhyARowCouldNotBeWritten) {
+TEST(RowPipe, ReportsWriteFaultToReader) {
   constexpr int kLast = 5000;
   int written = 0;
   RowPipe pipe([&](const ImportedRow&) -> Result<void> {
@@ -43,12 +43,12 @@ TEST(RowPipe, WhoReadsHearsWhyARowCouldNotBeWritten) {
   EXPECT_EQ(written, kLast) << "nothing is written after it";
 }
 
-TEST(RowPipe, ThatOfNoRowsIsDoneAtOnce) {
+TEST(RowPipe, FinishesImmediatelyWithoutRows) {
   RowPipe pipe([](const ImportedRow&) -> Result<void> { return {}; });
   EXPECT_TRUE(pipe.finish());
 }
 
-TEST(RowPipe, MayBeLeftBehind) {
+TEST(RowPipe, DropsWaitingRowsWhenDestroyed) {
   RowPipe pipe([](const ImportedRow&) -> Result<void> { return {}; });
   for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(make_row({1}, i)));
 }

@@ -20,7 +20,7 @@ std::vector<std::string> read_lines(Bytes bytes, const std::string& comment = ""
 
 using Lines = std::vector<std::string>;
 
-TEST(TextLines, AreTheSameInEveryEncoding) {
+TEST(TextLines, AreEqualInEveryEncoding) {
   const Lines expected{"1:a;°", "3:𝄞"};
   EXPECT_EQ(read_lines(Bytes("a;°\n\n𝄞", "f")), expected);
   EXPECT_EQ(read_lines(Bytes("\xEF\xBB\xBF"
@@ -35,7 +35,7 @@ TEST(TextLines, AreTheSameInEveryEncoding) {
   EXPECT_EQ(read_lines(Bytes("\xFE\xFF\0a\0;\0\xB0\0\n\0\n\xD8\x34\xDD\x1E"sv, "f")), expected);
 }
 
-TEST(TextLines, HalfAPairOfUtf16IsTheReplacementCharacter) {
+TEST(TextLines, ReplaceIncompletePairOfUtf16) {
   using std::string_view_literals::operator""sv;
   EXPECT_EQ(read_lines(Bytes("\xFF\xFE\x34\xD8"
                              "a\0\n\0\x1E\xDD\n\0\x34\xD8"sv,
@@ -48,14 +48,14 @@ TEST(TextLines, HalfAPairOfUtf16IsTheReplacementCharacter) {
       << "half a unit at the end is none";
 }
 
-TEST(TextLines, Utf16WithoutAMarkIsTold) {
+TEST(TextLines, ReportUtf16WithoutMark) {
   using std::string_view_literals::operator""sv;
   const auto lines = TextLines::open(Bytes("t\0,\0"sv, "f"), "");
   ASSERT_FALSE(lines);
   EXPECT_EQ(text(lines.error()), "f:1:1: a NUL byte, expected UTF-8, or UTF-16 with a byte order mark");
 }
 
-TEST(TextLines, ACarriageReturnWithinALineIsTold) {
+TEST(TextLines, ReportCarriageReturnWithinLine) {
   const auto said = [](std::string_view text) {
     auto lines = TextLines::open(Bytes(text, "f"), "#").value();
     while (true) {
@@ -71,7 +71,7 @@ TEST(TextLines, ACarriageReturnWithinALineIsTold) {
   EXPECT_EQ(said("t;T;w\r\r\n0;20;1\r\n\r\n"), "read") << "several before the LF end the line with it";
 }
 
-TEST(TextLines, ThatArePassedAreThoseOfTheFileButForComments) {
+TEST(TextLines, SkipLinesExceptComments) {
   const std::string text = "a\n\n#\nb\rb\n" + std::string(200'000, 'x') + "\nc\n";
   auto lines = TextLines::open(Bytes(text, "f"), "#").value();
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(lines.pass().value());
@@ -81,12 +81,12 @@ TEST(TextLines, ThatArePassedAreThoseOfTheFileButForComments) {
   EXPECT_FALSE(lines.pass().value());
 }
 
-TEST(TextLines, CommentsAndEmptyLinesMayBeOfAnyLength) {
+TEST(TextLines, AcceptCommentsAndEmptyLinesOfAnyLength) {
   const std::string text = "#" + std::string(200'000, 'x') + "\na\n" + std::string(3'000'000, ' ') + "\nb";
   EXPECT_EQ(read_lines(Bytes(text, "f"), "#"), (Lines{"2:a", "4:b"}));
 }
 
-TEST(TextLines, OfAFileAreReadPieceByPiece) {
+TEST(TextLines, AreReadPieceByPiece) {
   const tests::TestFolder folder;
   Lines expected;
   {
@@ -100,7 +100,7 @@ TEST(TextLines, OfAFileAreReadPieceByPiece) {
   EXPECT_EQ(read_lines(Bytes::open(folder / "long.txt").value()), expected);
 }
 
-TEST(TextLines, OfAPipeOrAFolderAreRefused) {
+TEST(TextLines, RefusePipeAndFolder) {
   EXPECT_FALSE(Bytes::open("/dev/zero"));
   EXPECT_FALSE(Bytes::open("/tmp"));
   EXPECT_FALSE(Bytes::open("/nowhere/x"));

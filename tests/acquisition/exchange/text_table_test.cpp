@@ -22,7 +22,7 @@ ImportMap numbered_map(int axis) {
   return map;
 }
 
-TEST(TextTable, ReadsColumnsByNameWhateverTheirOrder) {
+TEST(TextTable, ReadsColumnsByNameInAnyOrder) {
   const auto rows = read_rows("w,x,T,t\n7,?,20,1000\n-8.5,,1e1,1500\n", rate_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->time, (std::vector<Duration>{{}, std::chrono::milliseconds(500)}));
@@ -30,7 +30,7 @@ TEST(TextTable, ReadsColumnsByNameWhateverTheirOrder) {
   EXPECT_EQ(rows->columns[1], (std::vector<double>{7, -8.5}));
 }
 
-TEST(TextTable, BearsCrLfByteOrderMarkBlanksQuotesCommentsAndEmptyLines) {
+TEST(TextTable, AcceptsCrLfByteOrderMarkBlanksQuotesCommentsAndEmptyLines) {
   ImportMap map = rate_map();
   map.comment = "%";
   const std::string bytes = "\xEF\xBB\xBF% made by hand\r\n\"T \", t ,w\r\n\r\n\"20\", 0 ,+1\r\n% pause\r\n21,1,2";
@@ -40,7 +40,7 @@ TEST(TextTable, BearsCrLfByteOrderMarkBlanksQuotesCommentsAndEmptyLines) {
   EXPECT_EQ(rows->columns[0], (std::vector<double>{20, 21}));
 }
 
-TEST(TextTable, TakesAnyRunOfBlanksAsOneSeparatorAndSkipsLeadingLines) {
+TEST(TextTable, TreatsBlanksAsOneSeparatorAndSkipsLeadingLines) {
   ImportMap map;
   map.separator = ' ';
   map.header = false;
@@ -55,7 +55,7 @@ TEST(TextTable, TakesAnyRunOfBlanksAsOneSeparatorAndSkipsLeadingLines) {
   EXPECT_EQ(rows->interval[1], std::chrono::milliseconds(10));
 }
 
-TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
+TEST(TextTable, ReportsPositionOfEveryKindOfError) {
   struct Case {
     const char* bytes;
     const char* said;
@@ -96,7 +96,7 @@ TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
   }
 }
 
-TEST(TextTable, BoundsALineAndItsFieldsWithItsNumber) {
+TEST(TextTable, LimitsLineLengthAndFieldCount) {
   const std::string header = "t,T,w\n", row = "1,2,3\n";
   const auto said = [&](const std::string& bytes) {
     const auto rows = read_rows(bytes, rate_map(), "f");
@@ -115,14 +115,14 @@ TEST(TextTable, BoundsALineAndItsFieldsWithItsNumber) {
   EXPECT_EQ(text(read_rows(wide + "\n", blanks, "f").error()), "f:1:8193: more than 4096 fields, expected fewer");
 }
 
-TEST(TextTable, NamesAColumnNumberThatTheFileLacks) {
+TEST(TextTable, NamesMissingColumnNumber) {
   ImportMap map = numbered_map(4);
   EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
   map.skip = 2;
   EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: the file ends among the lines to skip");
 }
 
-TEST(TextTable, IncrementCoversTheTimeSinceTheRowBefore) {
+TEST(TextTable, IncrementCoversTimeSinceRowBefore) {
   ImportMap map = rate_map();
   map.units[0].axes[0].kind = GyroKind::pulse_count;
   using std::chrono::milliseconds;
@@ -131,7 +131,7 @@ TEST(TextTable, IncrementCoversTheTimeSinceTheRowBefore) {
             (std::vector<Duration>{milliseconds(10), milliseconds(10), milliseconds(10), milliseconds(480)}));
 }
 
-TEST(TextTable, NamesEveryColumnThatIsMissingAndThoseThatAreThere) {
+TEST(TextTable, NamesMissingAndExistingColumns) {
   EXPECT_EQ(text(read_rows("time,\"T [°C]\",rate\n1,2,3\n", rate_map(), "f").error()),
             "f:1:1: no columns \"t\", \"T\", \"w\", expected one of: \"time\", \"T [°C]\", \"rate\"");
   std::string wide = "t";
@@ -140,7 +140,7 @@ TEST(TextTable, NamesEveryColumnThatIsMissingAndThoseThatAreThere) {
   EXPECT_NE(said.find("\"c58\" and 41 more"), std::string::npos) << said;
 }
 
-TEST(TextTable, FieldsThatStandForAMissingValueAreNoNumbers) {
+TEST(TextTable, TreatsMarkersAsMissingValues) {
   ImportMap map = rate_map();
   map.missing = {"", "NaN", "-999"};
   const auto rows = read_rows("t,T,w\n0,NaN,3\n1,,-999\n2,20, NaN \n", map, "f");
@@ -155,14 +155,14 @@ TEST(TextTable, FieldsThatStandForAMissingValueAreNoNumbers) {
   EXPECT_TRUE(read_rows("t,T,w\n0,\xFC,ü\n1,\"a \"\"b\"\"\",2\n", map, "f")) << "in Latin-1, with quotes";
 }
 
-TEST(TextTable, AMistakenDecimalCommaIsToldWhereTheMapCanHaveOne) {
+TEST(TextTable, SuggestsDecimalCommaWhenMapCanHaveIt) {
   ImportMap map = rate_map();
   map.separator = ';';
   EXPECT_EQ(text(read_rows("t;T;w\n1;2,5;3\n", map, "f").error()),
             "f:2:3: \"2,5\" in column \"T\", expected a number with a decimal point, or decimal = \",\" in [file]");
 }
 
-TEST(TextTable, QuotesMayStandBehindBlanksAndBetweenThem) {
+TEST(TextTable, AcceptsBlanksAroundQuotes) {
   const auto rows = read_rows("\"t\", \"T\" ,\t\"w\"\n\"0\", \"20\", \"1\"\n", rate_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{1});
@@ -183,7 +183,7 @@ TEST(TextTable, QuotesMayStandBehindBlanksAndBetweenThem) {
   EXPECT_TRUE(read_rows("t\t\t\"w\"\n0\t1\t2\n", map, "f")) << "a tab that separates is no blank before a quote";
 }
 
-TEST(TextTable, SkipCountsTheLinesOfTheFile) {
+TEST(TextTable, SkipCountsLinesOfFile) {
   ImportMap map = numbered_map(3);
   map.skip = 3;
   const auto rows = read_rows("Logger v1\n\nSerial 5\n0,20,1\n1,20,2\n2,20,3\n", map, "f");
@@ -191,7 +191,7 @@ TEST(TextTable, SkipCountsTheLinesOfTheFile) {
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2, 3}));
 }
 
-TEST(TextTable, NumbersMayHaveADecimalComma) {
+TEST(TextTable, AcceptsDecimalComma) {
   ImportMap map = rate_map();
   map.separator = ';';
   map.decimal = ',';
@@ -203,7 +203,7 @@ TEST(TextTable, NumbersMayHaveADecimalComma) {
             "f:2:3: \"20.5\" in column \"T\", expected a number with a decimal comma");
 }
 
-TEST(TextTable, TimesOfTheCalendarHaveAZone) {
+TEST(TextTable, RequiresZoneOfCalendarTimes) {
   ImportMap map = rate_map();
   map.time_form = TimeForm::civil;
   const std::string table = "t,T,w\n2026-03-01T12:00:00{0},20,3\n2026-03-01T12:00:02.5{0},21,4\n";
@@ -225,7 +225,7 @@ TEST(TextTable, TimesOfTheCalendarHaveAZone) {
             "f:2:1: \"01.03.2026 12:00\", expected a time like \"2026-03-01T12:30:05.25Z\"");
 }
 
-TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
+TEST(TextTable, CountsTimeFromInstant) {
   ImportMap map = rate_map();
   map.since = CountedTime{};
   const auto rows = read_rows("t,T,w\n1772362800000,20,3\n1772362801000,20,3\n", map, "f");
@@ -235,7 +235,7 @@ TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
   EXPECT_FALSE(read_rows("t,T,w\n1e18,20,3\n", map, "f")) << "in milliseconds that is not this side of 2116";
 }
 
-TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
+TEST(TextTable, KeepsAllDigitsOfTimes) {
   ImportMap map = rate_map();
   map.since = CountedTime{};
   const auto times_of = [&](const std::string& column, Duration unit) {
@@ -252,7 +252,7 @@ TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
             (std::vector<Duration>{{}, milliseconds(290), milliseconds(300), Duration(300'001'000)}));
 }
 
-TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
+TEST(TextTable, IgnoresSeparatorLineOfSpreadsheets) {
   ImportMap map = rate_map();
   map.separator = ';';
   const auto rows = read_rows("\xEF\xBB\xBFsep=;\r\nt;T;w\r\n0;1;2\r\n", map, "f");
@@ -268,7 +268,7 @@ TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
   }
 }
 
-TEST(TextTable, AHeaderThatIsNoUtf8IsLatin1) {
+TEST(TextTable, ReadsLatin1Header) {
   ImportMap map = rate_map();
   map.thermometer_columns[0].column.name = "T [°C]";
   EXPECT_TRUE(
@@ -278,7 +278,7 @@ TEST(TextTable, AHeaderThatIsNoUtf8IsLatin1) {
   EXPECT_TRUE(read_rows("t,T [°C],w\n0,1,2\n", map, "f"));
 }
 
-TEST(TextTable, RowsOutOfOrderMayBeLeftOut) {
+TEST(TextTable, LeavesOutRowsOutOfOrder) {
   ImportMap map = rate_map();
   map.out_of_order = OutOfOrder::skip;
   const auto rows = read_rows("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");

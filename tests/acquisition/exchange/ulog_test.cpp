@@ -38,7 +38,7 @@ UlogText two_series() {
 }
 
 /// The bytes are written by hand from the description of the format.
-TEST(Ulog, AGoldenLogIsReadToTheBit) {
+TEST(Ulog, ReadsGoldenLogExactly) {
   const auto bytes = tests::bytes_of_hex(
       "55 4C 6F 67 01 12 35 01 40 42 0F 00 00 00 00 00"  // magic, version 1, started at 1,000,000 us
       "28 00 42"
@@ -69,7 +69,7 @@ TEST(Ulog, AGoldenLogIsReadToTheBit) {
   EXPECT_TRUE(rows->notes.empty());
 }
 
-TEST(Ulog, WhoseTimesCannotBeHasNoRow) {
+TEST(Ulog, HasNoRowWhenTimesAreImpossible) {
   UlogText log = two_series();
   constexpr std::uint64_t kNever = 1ull << 62;  // us
   log.data(0, gyro(kNever, 0.5F, 30)).data(0, gyro(kNever + 4000, 0.25F, 31));
@@ -79,7 +79,7 @@ TEST(Ulog, WhoseTimesCannotBeHasNoRow) {
 }
 
 /// A field of any size, in any number of series, takes one step.
-TEST(Ulog, PassesOverPaddingAndText) {
+TEST(Ulog, SkipsPaddingAndText) {
   constexpr int kBeginnings = 3000;
   for (const char* field : {"uint8_t[65000] _padding0", "char[65000] name", "uint64_t[8000] _padding1"}) {
     UlogText log;
@@ -90,7 +90,7 @@ TEST(Ulog, PassesOverPaddingAndText) {
 }
 
 /// A few bytes that expand to many fields are refused without much work.
-TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
+TEST(Ulog, RefusesSeriesWithTooManyFields) {
   const auto nested = [](std::string name, int depth, const std::string& innermost) {
     UlogText log;
     log.format(name + "0:" + innermost);
@@ -110,7 +110,7 @@ TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
   }
 }
 
-TEST(Ulog, RowsOfOneSeriesKeepTheirTimes) {
+TEST(Ulog, KeepsTimesOfSingleSeries) {
   UlogText log = two_series();
   log.data(0, gyro(2'000'000, 0.5F, 30)).data(1, baro(2'000'500, 20)).data(0, gyro(2'004'000, 0.25F, 31));
   const auto rows = read_rows(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
@@ -120,7 +120,7 @@ TEST(Ulog, RowsOfOneSeriesKeepTheirTimes) {
   EXPECT_EQ(rows->columns[1], (std::vector<double>{0.5, 0.25}));
 }
 
-TEST(Ulog, SeveralSeriesArePutTogether) {
+TEST(Ulog, CombinesSeveralSeries) {
   UlogText log = two_series();
   for (unsigned i = 0; i < 3000; ++i) {
     log.data(0, gyro(1'000'000 + 1000 * i, static_cast<float>(i / 1000), 30));
@@ -139,7 +139,7 @@ TEST(Ulog, SeveralSeriesArePutTogether) {
   EXPECT_NEAR(rows->columns[0][1], 20.1, 0.01) << "the barometer's first message is stamped in the second before";
 }
 
-TEST(Ulog, SensorsOfOneKindAreSeriesOfTheirOwn) {
+TEST(Ulog, SeparatesSensorsOfOneKind) {
   UlogText log;
   log.format(kGyro).subscribe(0, "sensor_gyro").subscribe(1, "sensor_gyro", 1);
   log.data(0, gyro(1000, 1, 30)).data(1, gyro(1500, 2, 40)).data(0, gyro(2000, 3, 31)).data(1, gyro(2500, 4, 41));
@@ -148,7 +148,7 @@ TEST(Ulog, SensorsOfOneKindAreSeriesOfTheirOwn) {
   EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 4}));
 }
 
-TEST(Ulog, FormatsWithinFormatsAreTakenApart) {
+TEST(Ulog, ExpandsNestedFormats) {
   UlogText log;
   log.format("point:float x;bool good;uint8_t[3] _padding0;")
       .format("path:uint64_t timestamp;char[4] name;point[2] at;double last;");
@@ -161,7 +161,7 @@ TEST(Ulog, FormatsWithinFormatsAreTakenApart) {
   EXPECT_EQ(rows->columns[0], std::vector<double>{7.25});
 }
 
-TEST(Ulog, AColumnThatIsNotThereIsToldWithThoseThatAre) {
+TEST(Ulog, NamesMissingAndExistingColumns) {
   const UlogText log = two_series();
   EXPECT_EQ(text(read_rows(log.text(), ulog_map("sensor_gyro.y"), "f").error()),
             "f: no column \"sensor_gyro.y\", expected one of: \"sensor_gyro.timestamp\", \"sensor_gyro.device_id\", "
@@ -171,7 +171,7 @@ TEST(Ulog, AColumnThatIsNotThereIsToldWithThoseThatAre) {
       "f: no columns \"sensor_gyro[1].temperature\", \"gyro.x\", expected one of: \"sensor_gyro\", \"sensor_baro\"");
 }
 
-TEST(Ulog, WhatIsDamagedIsPassedOverAndTold) {
+TEST(Ulog, SkipsAndReportsDamage) {
   UlogText log = two_series();
   log.data(0, gyro(1000, 1, 30)).message('O', little(std::uint16_t{120})).message('!', "what?");
   log.data(0, gyro(2000, 1, 30).substr(0, 15)).data(9, "nobody's").data(0, gyro(3000, std::nanf(""), 31));
@@ -196,7 +196,7 @@ std::pair<std::string, std::vector<std::size_t>> long_log() {
   return {log.text(), begins};
 }
 
-TEST(Ulog, GoesOnBehindDamage) {
+TEST(Ulog, ContinuesAfterDamage) {
   for (const std::string& damage :
        {std::string(512, '\0'), std::string(512, '\xFF'), std::string(100, 'D'), std::string("x")}) {
     auto [log, begins] = long_log();
@@ -212,7 +212,7 @@ TEST(Ulog, GoesOnBehindDamage) {
   }
 }
 
-TEST(Ulog, GoesOnWhereBytesAreMissingOrTooMany) {
+TEST(Ulog, ContinuesAfterMissingOrExtraBytes) {
   for (const int shift : {-310, -7, 5, 400}) {
     auto [log, begins] = long_log();
     if (shift < 0)
@@ -227,7 +227,7 @@ TEST(Ulog, GoesOnWhereBytesAreMissingOrTooMany) {
   }
 }
 
-TEST(Ulog, TakesStampsSince1970) {
+TEST(Ulog, ReadsTimestampsSince1970) {
   for (const std::uint64_t start : {1'772'352'000'000'000ull, 1'000'000'000'000'000ull, 4'000'000'000'000'000ull}) {
     UlogText log = two_series();
     log.data(1, baro(start - 3'000'000, 20));
@@ -245,7 +245,7 @@ TEST(Ulog, TakesStampsSince1970) {
   }
 }
 
-TEST(Ulog, TakesTopicsThatComeLate) {
+TEST(Ulog, AcceptsLateTopics) {
   for (const unsigned late : {1u, 3u, 4u}) {
     UlogText log = two_series();
     for (unsigned i = 0; i < 20; ++i) {
@@ -261,7 +261,7 @@ TEST(Ulog, TakesTopicsThatComeLate) {
   }
 }
 
-TEST(Ulog, GoesOnWhereDataWereAppendedAfterACrash) {
+TEST(Ulog, ReadsDataAppendedAfterCrash) {
   const auto log_with = [](std::uint64_t offset) {
     UlogText log;
     log.message('B', std::string(8, '\0') + '\1' + std::string(7, '\0') + little(offset) + std::string(16, '\0'));
@@ -279,7 +279,7 @@ TEST(Ulog, GoesOnWhereDataWereAppendedAfterACrash) {
   EXPECT_TRUE(rows->notes.empty());
 }
 
-TEST(Ulog, OfALaterVersionOrAnotherFileIsRefused) {
+TEST(Ulog, RefusesLaterVersionAndOtherFiles) {
   std::string log = two_series().text();
   log[7] = 2;
   EXPECT_EQ(text(read_rows(log, ulog_map(), "f").error()), "f: ULog of version 2, expected at most 1");
@@ -292,7 +292,7 @@ TEST(Ulog, OfALaterVersionOrAnotherFileIsRefused) {
             "f: the file is ulog, the map reads text; expected format = \"ulog\" in [file]");
 }
 
-TEST(Ulog, FormatsThatNeverEndAreRefused) {
+TEST(Ulog, RefusesRecursiveFormats) {
   UlogText log;
   log.format("a:a[65535] a;uint64_t timestamp;").format("c:d[65535] x;uint64_t timestamp;").format("d:");
   log.format("e:uint64_t timestamp;uint8_t[65535] x;").subscribe(1, "a").subscribe(2, "c").subscribe(3, "e");

@@ -151,7 +151,7 @@ class Exchanged : public ::testing::TestWithParam<WireOf> {
   }
 };
 
-TEST_P(Exchanged, IsRefusedAfterASilence) {
+TEST_P(Exchanged, IsRefusedAfterSilence) {
   expect_all(second(), GetParam(), std::nullopt);
   wire_.broken = FaultKind::timeout;
   for (int i = 0; i < 9; ++i) second();
@@ -162,7 +162,7 @@ TEST_P(Exchanged, IsRefusedAfterASilence) {
 }
 
 /// An exchange does not break the line of a serial instrument.
-TEST_P(Exchanged, IsRefusedWhenTheProgramStoodStillMeanwhile) {
+TEST_P(Exchanged, IsRefusedAfterProgramWasSuspended) {
   for (const std::int64_t pause : {0, 2}) {
     slot_ += pause;
     expect_all(second(), GetParam(), std::nullopt);
@@ -175,7 +175,7 @@ TEST_P(Exchanged, IsRefusedWhenTheProgramStoodStillMeanwhile) {
   expect_all(second(), GetParam(), std::nullopt);
 }
 
-TEST_P(Exchanged, IsRefusedAfterABrokenLine) {
+TEST_P(Exchanged, IsRefusedAfterBrokenLine) {
   second();
   wire_.broken = FaultKind::disconnected;
   expect_all(second(), GetParam(), FaultKind::disconnected);
@@ -184,13 +184,13 @@ TEST_P(Exchanged, IsRefusedAfterABrokenLine) {
   expect_refused();
 }
 
-TEST_P(Exchanged, IsRefusedWhenTheDriverReconnectsWithinOneCall) {
+TEST_P(Exchanged, IsRefusedWhenDriverReconnectsWithinCall) {
   second();
   wire_.swaps_within_a_call = true;
   expect_refused();
 }
 
-TEST_P(Exchanged, IsRefusedWhenItRefusesTheQuestion) {
+TEST_P(Exchanged, IsRefusedWhenItRefusesQuery) {
   second();
   ++wire_.breaks;
   wire_.broken = FaultKind::refused;
@@ -198,7 +198,7 @@ TEST_P(Exchanged, IsRefusedWhenItRefusesTheQuestion) {
   EXPECT_EQ(io_->strangers().size(), 1u) << "an instrument of another make does not know the question";
 }
 
-TEST_P(Exchanged, IsAcceptedAgainWhenTheFirstOneReturns) {
+TEST_P(Exchanged, IsAcceptedWhenFirstInstrumentReturns) {
   second();
   wire_.swap();
   expect_refused();
@@ -208,7 +208,7 @@ TEST_P(Exchanged, IsAcceptedAgainWhenTheFirstOneReturns) {
   EXPECT_TRUE(io_->strangers().empty());
 }
 
-TEST_P(Exchanged, IsNotAskedForAgainWhileTheLineHolds) {
+TEST_P(Exchanged, IsNotQueriedAgainWhileLineHolds) {
   for (int i = 0; i < 100; ++i) second();
   EXPECT_EQ(wire_.asked, 0);
   wire_.broken = FaultKind::timeout;
@@ -218,7 +218,7 @@ TEST_P(Exchanged, IsNotAskedForAgainWhileTheLineHolds) {
   EXPECT_EQ(wire_.asked, 0) << "one lost answer is no reconnection";
 }
 
-TEST_P(Exchanged, GivesNoValueWhileItCannotBeAsked) {
+TEST_P(Exchanged, GivesNoValueWhileQueryFails) {
   second();
   ++wire_.breaks;
   wire_.broken = FaultKind::timeout;
@@ -230,7 +230,7 @@ TEST_P(Exchanged, GivesNoValueWhileItCannotBeAsked) {
 INSTANTIATE_TEST_SUITE_P(Instrument, Exchanged, ::testing::ValuesIn(kWires),
                          [](const auto& one) { return std::string(kNames[one.index]); });
 
-TEST(ExchangedChamber, IsSentNothing) {
+TEST(ExchangedChamber, ReceivesNoCommand) {
   for (const bool with_workers : {false, true}) {
     Rack rack;
     const auto io = with_workers ? InstrumentIo::workers(rack.instruments(), {.patience = 10s})
@@ -249,7 +249,7 @@ TEST(ExchangedChamber, IsSentNothing) {
   }
 }
 
-TEST(ExchangedChamber, IsNotComparedWhereNobodyKnewTheFirstOne) {
+TEST(ExchangedChamber, IsNotComparedWithoutKnownIdentity) {
   Rack rack;
   auto instruments = rack.instruments();
   instruments.chamber_known = {};

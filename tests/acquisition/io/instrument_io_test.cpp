@@ -143,7 +143,7 @@ TEST(InstrumentIo, ReadsEveryInstrumentOnceWithWorkers) {
 /// A patience that suffices for a busy machine, unless an instrument hangs.
 constexpr auto kPatient = 2s;
 
-TEST(InstrumentIo, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
+TEST(InstrumentIo, ReportsSilentInstrumentInItsOwnColumns) {
   Bench bench;
   bench.first.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
@@ -172,7 +172,7 @@ void expect_free(InstrumentIo& io) {
   EXPECT_EQ(io.stuck_for(), Duration{});
 }
 
-TEST(InstrumentIo, TellsHowLongACallOfTheChamberHasNotGotOn) {
+TEST(InstrumentIo, MeasuresTimeWithoutProgressOfChamberCall) {
   Bench bench;
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   EXPECT_EQ(io->stuck_for(), Duration{});
@@ -188,7 +188,7 @@ TEST(InstrumentIo, TellsHowLongACallOfTheChamberHasNotGotOn) {
   expect_free(*io);
 }
 
-TEST(InstrumentIo, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
+TEST(InstrumentIo, DoesNotReportProgressingCallAsStuck) {
   Bench bench;
   drivers::LineActivity line;
   bench.instruments.chamber_line = &line;
@@ -204,7 +204,7 @@ TEST(InstrumentIo, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
   bench.chamber.gate.open();
 }
 
-TEST(InstrumentIo, AThermometerThatHangsIsNoReasonToEndTheRun) {
+TEST(InstrumentIo, DoesNotReportHangingThermometerAsStuck) {
   Bench bench;
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   bench.first.gate.close();
@@ -214,7 +214,7 @@ TEST(InstrumentIo, AThermometerThatHangsIsNoReasonToEndTheRun) {
   bench.first.gate.open();
 }
 
-TEST(InstrumentIo, LateAnswerIsNeverALaterSecondsValue) {
+TEST(InstrumentIo, NeverUsesLateAnswerForLaterSecond) {
   Bench bench;
   bench.chamber.gate.close();
   bench.gyro.gate.close();
@@ -243,7 +243,7 @@ class StandingStill final : public Clock, public drivers::Thermometer {
   int stands_still_ms = 0;
 };
 
-TEST(InstrumentIo, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn) {
+TEST(InstrumentIo, DropsAnswerFromAfterSuspension) {
   Bench bench;
   StandingStill machine;
   const auto io = InstrumentIo::workers({bench.chamber, {{machine, {"A"}}}, {{bench.gyro, {{0, {0}}}}}});
@@ -255,7 +255,7 @@ TEST(InstrumentIo, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoes
   EXPECT_EQ(late.error().kind, FaultKind::timeout);
 }
 
-TEST(InstrumentIo, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
+TEST(InstrumentIo, QueriesBusyInstrumentOnceWhenItReturns) {
   Bench bench;
   bench.gyro.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 30ms});
@@ -269,7 +269,7 @@ TEST(InstrumentIo, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
       << "three withdrawn reads were never made";
 }
 
-TEST(InstrumentIo, CommandReachesTheChamberEitherWay) {
+TEST(InstrumentIo, SendsCommandInlineAndWithWorkers) {
   Bench bench;
   const auto inline_sampler = InstrumentIo::inline_calls(bench.instruments);
   ASSERT_TRUE(inline_sampler->send_set_point(Celsius{-40}));
@@ -279,7 +279,7 @@ TEST(InstrumentIo, CommandReachesTheChamberEitherWay) {
   EXPECT_EQ(io->read(0, bench.clock).chamber.value->set_point, Celsius{70});
 }
 
-TEST(InstrumentIo, CommandThatCouldNotBeginIsNotSentLater) {
+TEST(InstrumentIo, WithdrawsCommandThatCouldNotBegin) {
   Bench bench;
   bench.chamber.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 900ms});
@@ -291,7 +291,7 @@ TEST(InstrumentIo, CommandThatCouldNotBeginIsNotSentLater) {
   EXPECT_EQ(io->read(1, bench.clock).chamber.value->set_point, Celsius{20});
 }
 
-TEST(InstrumentIo, CommandThatWasNotConfirmedIsUnknown) {
+TEST(InstrumentIo, ReportsUnconfirmedCommandAsUnknown) {
   Bench bench;
   bench.chamber.command_gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
@@ -302,7 +302,7 @@ TEST(InstrumentIo, CommandThatWasNotConfirmedIsUnknown) {
   bench.chamber.command_gate.open();
 }
 
-TEST(InstrumentIo, ACommandWaitsNoLongerThanItsTick) {
+TEST(InstrumentIo, LimitsCommandToItsTick) {
   Bench bench;
   bench.chamber.command_gate.close();
   const auto io = InstrumentIo::workers(bench.instruments);
@@ -332,14 +332,14 @@ void expect_read(const Sample& sample) {
   EXPECT_EQ(sample.units[1].analogue[0].value, 10.5) << "scaled";
 }
 
-TEST(InstrumentIo, GivesEachUnitWhatAnalogueInputsMeasureOfIt) {
+TEST(InstrumentIo, AssignsAnalogueValuesToUnits) {
   AnalogueBench inlined;
   expect_read(InstrumentIo::inline_calls(inlined.instruments)->read(0, inlined.clock));
   AnalogueBench worked;
   expect_read(InstrumentIo::workers(worked.instruments, {.patience = 10s})->read(0, worked.clock));
 }
 
-TEST(InstrumentIo, AnOpenAnalogueInputIsAFaultInItsOwnChannelAlone) {
+TEST(InstrumentIo, ReportsOpenAnalogueInputInItsOwnChannel) {
   AnalogueBench bench;
   bench.inputs.open_loop = true;
   const auto sample = InstrumentIo::inline_calls(bench.instruments)->read(0, bench.clock);
@@ -348,7 +348,7 @@ TEST(InstrumentIo, AnOpenAnalogueInputIsAFaultInItsOwnChannelAlone) {
   EXPECT_TRUE(sample.units[1].analogue[0].value && sample.units[0].count.value && sample.chamber.value);
 }
 
-TEST(InstrumentIo, SilentAnalogueInputsAreAFaultInTheirOwnChannelsAlone) {
+TEST(InstrumentIo, ReportsSilentAnalogueInputsInTheirOwnChannels) {
   AnalogueBench bench;
   bench.inputs.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
@@ -359,7 +359,7 @@ TEST(InstrumentIo, SilentAnalogueInputsAreAFaultInTheirOwnChannelsAlone) {
   bench.inputs.gate.open();
 }
 
-TEST(InstrumentIo, ASilentGyroLeavesItsAnalogueChannelsAlone) {
+TEST(InstrumentIo, KeepsAnalogueChannelsWhenGyroIsSilent) {
   AnalogueBench bench;
   bench.gyro.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});

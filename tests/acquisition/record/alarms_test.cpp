@@ -92,7 +92,7 @@ TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
 }
 
 /// The states A to D of ISA-18.2, clause 5.3, and each transition between them.
-TEST_F(AlarmList, FollowsTheStatesOfIsa18) {
+TEST_F(AlarmList, FollowsStatesOfIsa18) {
   see(occurrence("door", "", "suspend", 1));
   EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
   acknowledge(1);
@@ -114,14 +114,14 @@ TEST_F(AlarmList, FollowsTheStatesOfIsa18) {
   EXPECT_EQ(alarms_.objection(6), "alarm 6 is acknowledged already") << "the row's later occurrence";
 }
 
-TEST_F(AlarmList, AsksAgainWhenAnAcknowledgedAlarmOccursAgainWhileActive) {
+TEST_F(AlarmList, AwaitsAcknowledgementWhenAlarmRecursWhileActive) {
   see(occurrence("disagreement", "A", "warn", 1));
   acknowledge(1);
   see(occurrence("disagreement", "A", "warn", 100));
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 1u);
 }
 
-TEST_F(AlarmList, AcknowledgesOnlyWhatOccurredBefore) {
+TEST_F(AlarmList, AcknowledgesOnlyEarlierOccurrences) {
   see(occurrence("door", "", "suspend", 1));
   see(occurrence("door", "", "suspend", 2));
   const auto shown = alarms_.list().at(0);
@@ -135,7 +135,7 @@ TEST_F(AlarmList, AcknowledgesOnlyWhatOccurredBefore) {
   EXPECT_EQ(list[0].acknowledged_by, "ada (uid 1000)");
 }
 
-TEST_F(AlarmList, SuppressesConsequencesUnderTheirRoot) {
+TEST_F(AlarmList, SuppressesConsequencesUnderRoot) {
   see(occurrence("host_late", "", "warn", 1));
   for (const auto* id : {"gyro_silent", "chamber_silent", "channel_lost", "needed_channel_lost", "thermometers_lost"})
     see(occurrence(id, "", id == std::string("channel_lost") ? "warn" : "suspend", 2, "host_late"));
@@ -156,7 +156,7 @@ TEST_F(AlarmList, SuppressesConsequencesUnderTheirRoot) {
   EXPECT_EQ(alarms_.objection(2), "alarm 2 is acknowledged already") << "a consequence, with its root";
 }
 
-TEST_F(AlarmList, ShowsAConsequenceThatOutlivesItsRoot) {
+TEST_F(AlarmList, ShowsConsequenceThatOutlivesRoot) {
   for (const auto* root : {"host_late", "line_lost tcp://10.0.0.5:502", "line_lost thermometer 1"}) {
     Alarms alarms;
     const std::string tag = root, id = tag.substr(0, tag.find(' ')),
@@ -171,14 +171,14 @@ TEST_F(AlarmList, ShowsAConsequenceThatOutlivesItsRoot) {
   }
 }
 
-TEST_F(AlarmList, NeverSuppressesWhatEndsOrHoldsTheRun) {
+TEST_F(AlarmList, NeverSuppressesAlarmsThatHoldOrAbort) {
   see(occurrence("host_late", "", "warn", 1));
   for (const auto* reaction : {"hold", "abort"}) see(occurrence(reaction, "", reaction, 2, "host_late"));
   EXPECT_EQ(tags(), (Tags{"abort", "hold", "host_late"}));
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 3u);
 }
 
-TEST_F(AlarmList, DoesNotSuppressWhatIsGraverThanAnAcknowledgedRoot) {
+TEST_F(AlarmList, DoesNotSuppressHigherPriorityThanAcknowledgedRoot) {
   see(occurrence("line_lost", "T", "warn", 1));
   see(occurrence("channel_lost", "", "warn", 1, "line_lost T"));
   acknowledge(1);
@@ -189,7 +189,7 @@ TEST_F(AlarmList, DoesNotSuppressWhatIsGraverThanAnAcknowledgedRoot) {
   EXPECT_EQ(tags()[0], "thermometers_lost");
 }
 
-TEST_F(AlarmList, IgnoresARootThatIsNotThere) {
+TEST_F(AlarmList, IgnoresMissingRoot) {
   for (const auto* root : {"host_late", "line_lost T", "gyro_silent"}) {
     Alarms alarms;
     alarms.see(numbered(1, occurrence("gyro_silent", "", "suspend", 1, root)));
@@ -197,7 +197,7 @@ TEST_F(AlarmList, IgnoresARootThatIsNotThere) {
   }
 }
 
-TEST_F(AlarmList, HasNoActiveRowWhenARunIsResumed) {
+TEST_F(AlarmList, HasNoActiveRowWhenRunIsResumed) {
   see(occurrence("door", "", "suspend", 1));
   see(occurrence("stuck", "A", "warn", 1));
   acknowledge(2);
@@ -207,7 +207,7 @@ TEST_F(AlarmList, HasNoActiveRowWhenARunIsResumed) {
 }
 
 /// Version 0.1.0 acknowledged each occurrence separately and recorded no subject.
-TEST_F(AlarmList, ReadsARecordOf010) {
+TEST_F(AlarmList, ReadsRecordOf010) {
   see(interlock("door", "door (suspend): open"));
   see(over("door", "", 9));
   see(interlock("door", "door (suspend): open"));
@@ -221,7 +221,7 @@ TEST_F(AlarmList, ReadsARecordOf010) {
   EXPECT_TRUE(alarms_.list()[0].acknowledged);
 }
 
-TEST(Alarms, AreWhatInterlocksDidUntilAcknowledged) {
+TEST(Alarms, ListInterlocksUntilAcknowledged) {
   Alarms alarms;
   alarms.see(numbered(3, interlock("door", "door (suspend): open")));
   alarms.see(numbered(4, {sample_at(0).at, EventKind::fault, "A: no reply", {.channel = "A"}}));
@@ -235,7 +235,7 @@ TEST(Alarms, AreWhatInterlocksDidUntilAcknowledged) {
   EXPECT_TRUE(alarms.objection(4).starts_with("there is no alarm 4;")) << alarms.objection(4);
 }
 
-TEST(Alarms, NothingButAnAcknowledgementTakesOneAway) {
+TEST(Alarms, RemainUntilAcknowledged) {
   Alarms alarms;
   alarms.see(numbered(1, interlock("door", "door (suspend): open")));
   alarms.see(numbered(2, {sample_at(0).at, EventKind::note, "alarm 1 acknowledged by ada: forged"}));
@@ -253,7 +253,7 @@ TEST(Alarms, AreBounded) {
   EXPECT_EQ(alarms.list().front().number, 300);
 }
 
-TEST(Alarms, ThoseThatOnlyWarnCrowdNoGraverOneOut) {
+TEST(Alarms, KeepHigherPriorityWhenFull) {
   Alarms alarms;
   alarms.see(numbered(1, interlock("door", "door (suspend): open")));
   for (int i = 2; i <= 300; ++i) alarms.see(numbered(i, occurrence("lost", std::to_string(i), "warn", i)));
@@ -263,7 +263,7 @@ TEST(Alarms, ThoseThatOnlyWarnCrowdNoGraverOneOut) {
   EXPECT_EQ(alarms.objection(2), "alarm 2 left the list, which has 256 rows at most") << "it is not acknowledged";
 }
 
-TEST(Alarms, OutliveTheProgramThatSawThem) {
+TEST(Alarms, OutliveProgramThatRecordedThem) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db";
@@ -297,7 +297,7 @@ TEST(Alarms, OutliveTheProgramThatSawThem) {
   }
 }
 
-TEST(Alarms, StandInTheStatusFileAndAnOlderOneHasNone) {
+TEST(Alarms, AreInStatusFileOfThisVersion) {
   RunStatus status = first_status("run.db", two_thermometers());
   status.alarms = {{.number = 12,
                     .last_number = 40,
@@ -329,7 +329,7 @@ TEST(Alarms, StandInTheStatusFileAndAnOlderOneHasNone) {
 }
 
 /// An alarm in a status file of version 0.1.0 is unacknowledged, and may be active.
-TEST(Alarms, AreReadFromAStatusOf010) {
+TEST(Alarms, AreReadFromStatusOf010) {
   auto json = to_json(first_status("run.db", two_thermometers()));
   const std::string none = "\"alarms\":[]";
   ASSERT_NE(json.find(none), std::string::npos) << json;

@@ -30,7 +30,7 @@ std::string describe(Backlog& backlog) {
   return all;
 }
 
-TEST(Backlog, HandsOutWhatCameInUntilItIsAcknowledged) {
+TEST(Backlog, ReturnsEntriesUntilAcknowledged) {
   Backlog backlog(10);
   for (int slot = 0; slot < 4; ++slot) backlog.push(row(slot));
   EXPECT_EQ(backlog.take(3).size(), 3u);
@@ -40,7 +40,7 @@ TEST(Backlog, HandsOutWhatCameInUntilItIsAcknowledged) {
   EXPECT_EQ(backlog.take(3).front()->first, 3);
 }
 
-TEST(Backlog, DropsTheOldestRowsBeyondItsBoundAndLeavesOneGapInTheirPlace) {
+TEST(Backlog, ReplacesOldestRowsByOneGapWhenFull) {
   Backlog backlog(4);
   for (int slot = 0; slot < 10; ++slot) backlog.push(row(slot));
   EXPECT_EQ(describe(backlog), "[0-6] 7 8 9");
@@ -48,20 +48,20 @@ TEST(Backlog, DropsTheOldestRowsBeyondItsBoundAndLeavesOneGapInTheirPlace) {
   EXPECT_EQ(backlog.take(1).front()->gap_cause, kDropped);
 }
 
-TEST(Backlog, KeepsRowsThatCarryASafetyEvent) {
+TEST(Backlog, KeepsRowsWithSafetyEvent) {
   Backlog backlog(4);
   for (int slot = 0; slot < 10; ++slot)
     backlog.push(slot == 1 ? row(slot, {make_event(EventKind::interlock)}) : row(slot, {make_event(EventKind::note)}));
   EXPECT_EQ(describe(backlog), "[0-0] 1 [2-8] 9");
 }
 
-TEST(Backlog, DropsTheOldestOfAllWhereEveryRowCarriesOne) {
+TEST(Backlog, DropsOldestRowWhenAllHaveSafetyEvents) {
   Backlog backlog(4);
   for (int slot = 0; slot < 8; ++slot) backlog.push(row(slot, {make_event(EventKind::command)}));
   EXPECT_EQ(describe(backlog), "[0-4] 5 6 7");
 }
 
-TEST(Backlog, NeverDropsWhatIsInFlight) {
+TEST(Backlog, NeverDropsEntriesInFlight) {
   Backlog backlog(3);
   for (int slot = 0; slot < 3; ++slot) backlog.push(row(slot));
   ASSERT_EQ(backlog.take(2).size(), 2u);
@@ -70,7 +70,7 @@ TEST(Backlog, NeverDropsWhatIsInFlight) {
   EXPECT_EQ(describe(backlog), "[2-6] 7 8");
 }
 
-TEST(Backlog, AccountsForEverySlotAndStaysWithinItsBoundWhateverHappens) {
+TEST(Backlog, KeepsEverySlotWithinBound) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     std::mt19937 random(seed);
     const std::size_t most = 2 + random() % 20;

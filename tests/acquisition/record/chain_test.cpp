@@ -13,7 +13,7 @@
 namespace gyrotherm::record {
 namespace {
 
-TEST(Sha256, GivesTheDigestsOfItsStandard) {
+TEST(Sha256, MatchesDigestsOfStandard) {
   const auto of = [](std::string_view bytes) {
     Sha256 hash;
     hash.add(bytes);
@@ -30,7 +30,7 @@ TEST(Sha256, GivesTheDigestsOfItsStandard) {
   EXPECT_EQ(of(std::string(1'000'000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST(Sha256, IsTheSameHoweverTheBytesCome) {
+TEST(Sha256, DoesNotDependOnPieces) {
   std::mt19937 random(4);
   const std::string bytes(1000, 'q');
   Sha256 whole;
@@ -71,7 +71,7 @@ void make_run(const std::string& path, bool finished = true) {
   }
 }
 
-TEST(Chain, OfAnUntouchedRecordFits) {
+TEST(Chain, MatchesUnchangedRecord) {
   const Folder folder;
   make_run(folder / "run.db");
   const auto verified = verify_record(folder / "run.db");
@@ -80,7 +80,7 @@ TEST(Chain, OfAnUntouchedRecordFits) {
   EXPECT_TRUE(verified->finished && verified->manifest);
 }
 
-TEST(Chain, GoesOnWithARunThatIsTakenUpAgain) {
+TEST(Chain, ContinuesWhenRunIsResumed) {
   const Folder folder;
   make_run(folder / "run.db", false);
   ASSERT_TRUE(verify_record(folder / "run.db"));
@@ -92,7 +92,7 @@ TEST(Chain, GoesOnWithARunThatIsTakenUpAgain) {
   ASSERT_TRUE(verified) << text(verified.error());
 }
 
-TEST(Chain, OfSamplesThatAreWrittenTogetherIsThatOfOneAfterTheOther) {
+TEST(Chain, DoesNotDependOnBatches) {
   const auto info = two_thermometers();
   std::vector<SampleRow> rows;
   for (int slot = 0; slot < 100; ++slot) {
@@ -133,7 +133,7 @@ TEST(Chain, OfSamplesThatAreWrittenTogetherIsThatOfOneAfterTheOther) {
 }
 
 /// The column of pulses stores whole numbers as integers, up to the largest SQLite integer.
-TEST(Chain, HoldsTheGreatestNumbersThatAGyroCanSay) {
+TEST(Chain, HoldsLargestNumbersOfGyro) {
   const auto info = two_thermometers();
   const Folder folder;
   {
@@ -153,7 +153,7 @@ TEST(Chain, HoldsTheGreatestNumbersThatAGyroCanSay) {
   EXPECT_TRUE(verified) << text(verified.error());
 }
 
-TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
+TEST(Chain, DetectsEachEditAndNamesFirstRow) {
   const Folder folder;
   make_run(folder / "run.db");
   std::filesystem::remove(manifest_path(folder / "run.db"));
@@ -196,7 +196,7 @@ TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
   }
 }
 
-TEST(Chain, ThatDoesNotFitIsNotGoneOnWith) {
+TEST(Chain, PreventsResumeWhenBroken) {
   const Folder folder;
   make_run(folder / "run.db", false);
   {
@@ -208,7 +208,7 @@ TEST(Chain, ThatDoesNotFitIsNotGoneOnWith) {
   EXPECT_NE(store.error().what.find("sample 2 of second 2"), std::string::npos) << store.error().what;
 }
 
-TEST(Chain, OfARecordIsLookedAtBeforeItsManifest) {
+TEST(Chain, IsVerifiedBeforeManifest) {
   const Folder folder;
   make_run(folder / "run.db");
   {
@@ -219,7 +219,7 @@ TEST(Chain, OfARecordIsLookedAtBeforeItsManifest) {
 }
 
 /// The rows are chained again, in a file that the manifest does not list.
-TEST(Manifest, NamesAllThatTheRecordConsistsOf) {
+TEST(Manifest, ListsAllFilesOfRecord) {
   const Folder folder;
   const auto path = folder / "run.db";
   make_run(path);
@@ -239,7 +239,7 @@ TEST(Manifest, NamesAllThatTheRecordConsistsOf) {
 }
 
 /// Texts of instruments and operators are stored so that any program can read them.
-TEST(Chain, HoldsTextsWithoutControlsInUtf8) {
+TEST(Chain, HoldsTextsInUtf8WithoutControlCharacters) {
   const Folder folder;
   const auto path = folder / "run.db";
   {
@@ -260,13 +260,13 @@ TEST(Chain, HoldsTextsWithoutControlsInUtf8) {
   EXPECT_EQ(database.ask("SELECT \"where\" || ': ' || what FROM fault").value(), "gyro \\x07: said \"\\xff\"");
 }
 
-TEST(Manifest, IsWhatSha256sumChecks) {
+TEST(Manifest, IsAcceptedBySha256sum) {
   const Folder folder;
   make_run(folder / "run.db");
   EXPECT_EQ(std::system(("cd '" + (folder / "") + "' && sha256sum -c --quiet run.db.sha256").c_str()), 0);
 }
 
-TEST(Manifest, OfARecordThatWasRenamedIsThatOfItsFiles) {
+TEST(Manifest, MatchesRenamedRecord) {
   const Folder folder;
   const auto old = folder / "run.db", path = folder / "kept.db";
   auto store = Store::create(old, two_thermometers(), {.background = true}).value();
@@ -292,7 +292,7 @@ TEST(Manifest, OfARecordThatWasRenamedIsThatOfItsFiles) {
   EXPECT_EQ(text(check_manifest(path).error()), manifest_path(path) + ": does not name the record");
 }
 
-TEST(Manifest, FindsEachOfTenThousandEditsOfOneByte) {
+TEST(Manifest, DetectsEachOfTenThousandEditsOfOneByte) {
   const Folder folder;
   const auto path = folder / "run.db";
   make_run(path);

@@ -65,7 +65,7 @@ class WriterProcess {
   pid_t process_{-1};
 };
 
-TEST(Crash, LosesNothingThatWasAcknowledged) {
+TEST(Crash, LosesNothingAcknowledged) {
   constexpr int kKills = 20;
   std::mt19937 random(20151130);
   for (int kill = 0; kill < kKills; ++kill) {
@@ -93,7 +93,7 @@ TEST(Crash, LosesNothingThatWasAcknowledged) {
   }
 }
 
-TEST(Crash, ReadingWhatADeadWriterLeftChangesNothing) {
+TEST(Crash, LeavesFilesThatReadingDoesNotChange) {
   const Folder folder;
   const std::string path = folder / "run.db";
   {
@@ -115,7 +115,7 @@ TEST(Crash, ReadingWhatADeadWriterLeftChangesNothing) {
       << "one file in the end";
 }
 
-TEST(Crash, TwoProgramsDoNotWriteOneRecord) {
+TEST(Crash, PreventsTwoWritersOfOneRecord) {
   const Folder folder;
   const std::string path = folder / "run.db";
   WriterProcess writer(path, 2);
@@ -131,7 +131,7 @@ TEST(Crash, TwoProgramsDoNotWriteOneRecord) {
   EXPECT_GT(writer.next_acknowledged(), before) << "the first one goes on";
 }
 
-TEST(Crash, ARecordBeingWrittenIsNotReadAndItsWriterIsNamed) {
+TEST(Crash, NamesWriterOfRecordBeingWritten) {
   const Folder folder;
   const std::string path = folder / "run.db";
   WriterProcess writer(path, 3);
@@ -142,7 +142,7 @@ TEST(Crash, ARecordBeingWrittenIsNotReadAndItsWriterIsNamed) {
   EXPECT_EQ(record.error().what, "being written by another program (process " + std::to_string(writer.process()) + ")");
 }
 
-TEST(Crash, StatusOfARecordBeingWrittenComesFromItsStatusFile) {
+TEST(Crash, ReadsStatusOfRecordBeingWrittenFromStatusFile) {
   const Folder folder;
   const std::string path = folder / "run.db";
   WriterProcess writer(path, 4);

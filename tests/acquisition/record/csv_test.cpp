@@ -18,7 +18,7 @@ Fault read_fault(std::string_view text) {
   return read ? Fault{} : read.error();
 }
 
-TEST(LiveRows, AreTheSameHoweverTheTextIsCut) {
+TEST(LiveRows, DoNotDependOnPieces) {
   const std::string text =
       "\xEF\xBB\xBF"
       "A, B ,bias\r\n1,2.5,-3e-2\n\n\"4\" ,+5, 6 \r\n7,8,9";
@@ -33,7 +33,7 @@ TEST(LiveRows, AreTheSameHoweverTheTextIsCut) {
   }
 }
 
-TEST(LiveRows, ComeAsSoonAsTheirLineEnds) {
+TEST(LiveRows, AreAvailableWhenLineEnds) {
   LiveRows rows("stdin");
   ASSERT_TRUE(rows.take("A,B\n1,2\n3,"));
   EXPECT_EQ(rows.numbers(), (Numbers{1, 2}));
@@ -44,20 +44,20 @@ TEST(LiveRows, ComeAsSoonAsTheirLineEnds) {
   EXPECT_EQ(rows.lines(), (std::vector<std::size_t>{3, 5})) << "a blank line is none of them, but counted";
 }
 
-TEST(LiveRows, AnEmptyFieldIsAMissingReading) {
+TEST(LiveRows, TreatEmptyFieldAsMissing) {
   LiveRows rows("stdin");
   ASSERT_TRUE(rows.take("A,B,bias\n1,,3\n"));
   EXPECT_TRUE(std::isnan(rows.numbers()[1]));
 }
 
-TEST(LiveRows, ReadQuotesAsAnExportWritesThem) {
+TEST(LiveRows, ReadQuotesOfExport) {
   LiveRows rows("stdin", [](const auto&, const auto&) -> Result<std::vector<std::size_t>> { return {{0, 2}}; });
   ASSERT_TRUE(rows.take("\"in \"\"\"\"\",segment, \"B\"\n1,\"hold \"\"25\"\", again\",2\n"));
   EXPECT_EQ(rows.header(), (std::vector<std::string>{"in \"\"", "segment", "B"}));
   EXPECT_EQ(rows.numbers(), (Numbers{1, 2}));
 }
 
-TEST(LiveRows, NameThePlaceOfAMistake) {
+TEST(LiveRows, ReportPositionOfError) {
   const struct {
     const char *text, *where;
   } laws[] = {{"A,B\n1,2\n\n1,x\n", "stdin:4:3"}, {"A,B\n1,nan\n", "stdin:2:3"},
@@ -71,13 +71,13 @@ TEST(LiveRows, NameThePlaceOfAMistake) {
   }
 }
 
-TEST(LiveRows, KeepTheRowsBeforeAMistake) {
+TEST(LiveRows, KeepRowsBeforeError) {
   LiveRows rows("stdin");
   EXPECT_FALSE(rows.take("A,B\n1,2\n3,x\n5,6\n"));
   EXPECT_EQ(rows.numbers(), (Numbers{1, 2}));
 }
 
-TEST(LiveRows, HoldNoMoreThanALine) {
+TEST(LiveRows, HoldAtMostOneLine) {
   const std::string endless(kLongestLine, '1');
   LiveRows rows("stdin");
   ASSERT_TRUE(rows.take("A,B\n"));

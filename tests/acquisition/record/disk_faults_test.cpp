@@ -135,12 +135,12 @@ void ride_out_all(tests::FailingVfs::Kind kind) {
   EXPECT_GT(points, 10);
 }
 
-TEST(DiskFaults, AnErrorAtAnyOperationLosesNothing) { ride_out_all(tests::FailingVfs::Kind::io_error); }
+TEST(DiskFaults, LoseNothingOnErrorAtAnyOperation) { ride_out_all(tests::FailingVfs::Kind::io_error); }
 
-TEST(DiskFaults, AFullDiskIsWaitedForInTheSameFile) { ride_out_all(tests::FailingVfs::Kind::full); }
+TEST(DiskFaults, ContinueInSameFileAfterFullDisk) { ride_out_all(tests::FailingVfs::Kind::full); }
 
 /// If the failed file could be opened, the run would seem to be abandoned.
-TEST(DiskFaults, BetweenTwoFilesTheRecordIsStillBeingWritten) {
+TEST(DiskFaults, KeepRecordLockedBetweenTwoFiles) {
   const Folder folder;
   const auto path = folder / "run.db";
   tests::FailingVfs vfs;
@@ -159,7 +159,7 @@ TEST(DiskFaults, BetweenTwoFilesTheRecordIsStillBeingWritten) {
   EXPECT_TRUE(open_record(path)) << "which the next one goes on from";
 }
 
-TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
+TEST(DiskFaults, LoseNothingAcknowledgedInPowerCut) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
   const std::string path = folder / "disk/run.db";
@@ -187,7 +187,7 @@ TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
 }
 
 /// The program is killed, or the power fails, at one operation of the close: later operations have no effect.
-TEST(DiskFaults, ARecordThatWasBeingClosedIsReadAndNothingIsPlayedBack) {
+TEST(DiskFaults, LeaveRecordReadableWhenCloseIsInterrupted) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
   const std::string path = folder / "disk/run.db";
@@ -215,7 +215,7 @@ TEST(DiskFaults, ARecordThatWasBeingClosedIsReadAndNothingIsPlayedBack) {
 }
 
 /// After a failed sync, Linux marks the pages as clean: the next sync succeeds, but the data are not on the disk.
-TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
+TEST(DiskFaults, LoseNothingAcknowledgedInPowerCutAfterFailedSync) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
   const std::string path = folder / "disk/run.db";
@@ -242,7 +242,7 @@ TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
 }
 
 /// Tests the last write before a run's first command, then all writes.
-TEST(DiskFaults, ADiskThatForgetsIsFoundBeforeTheFirstCommand) {
+TEST(DiskFaults, AreFoundBeforeFirstCommandWhenDiskLosesWrites) {
   const Folder folder;
   const auto path = folder / "run.db";
   std::int64_t writes = 0;
@@ -294,7 +294,7 @@ class SmallDisk {
   bool works_{};
 };
 
-TEST(DiskFaults, ASmallDiskThatFillsUpIsRiddenOutFromMemory) {
+TEST(DiskFaults, LoseNothingWhenSmallDiskFillsUp) {
 #ifdef GYROTHERM_NIGHTLY
   constexpr int kPoints = 64;
 #else

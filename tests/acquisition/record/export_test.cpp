@@ -36,7 +36,7 @@ Record small_record() {
   return record;
 }
 
-TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
+TEST(Export, TitlesColumnsAndLeavesMissingValuesEmpty) {
   EXPECT_EQ(to_csv(small_record()),
             "# SIMULATED: the instruments were virtual\n"
             "# run 0123456789abcdef0123456789abcdef of a profile on a rig\n"
@@ -50,7 +50,7 @@ TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
 }
 
 /// The column determines the sign of the Earth rate. It is empty while an operator turns the unit.
-TEST(Export, SaysWhereTheUnitWasTurnedAround) {
+TEST(Export, MarksRowsWithTurnedUnit) {
   Record record = small_record();
   EXPECT_EQ(to_csv(record).find("turned"), std::string::npos);
   record.info.segments[1].prompt = "turn it around";
@@ -66,7 +66,7 @@ TEST(Export, SaysWhereTheUnitWasTurnedAround) {
   EXPECT_TRUE(rows_end_with("1"));
 }
 
-TEST(Export, OfARealUnfinishedRunSaysSo) {
+TEST(Export, MarksUnfinishedRun) {
   Record record = small_record();
   record.info.simulated = false;
   record.finished = false;
@@ -76,7 +76,7 @@ TEST(Export, OfARealUnfinishedRunSaysSo) {
       0u);
 }
 
-TEST(Export, SaysWhatMakesARateOfANumberToTheLastDigit) {
+TEST(Export, WritesScaleAndEarthRateExactly) {
   Record record = small_record();
   auto& axis = record.info.units[0].axes[0];
   axis = {.kind = GyroKind::rate, .scale = 206264.806247};
@@ -85,7 +85,7 @@ TEST(Export, SaysWhatMakesARateOfANumberToTheLastDigit) {
   EXPECT_NE(table.find(",gyro [206264.806247 °/h],"), std::string::npos) << table;
 }
 
-TEST(Export, SaysWhatCalibratesAReading) {
+TEST(Export, WritesCalibrations) {
   Record record = small_record();
   record.info.thermometers[0].offset = Kelvins{-0.012};
   record.info.thermometers[1].polynomial = {0.1, 1.001};
@@ -94,7 +94,7 @@ TEST(Export, SaysWhatCalibratesAReading) {
   EXPECT_NE(table.find("# thermometer shell-1.b: polynomial 0.1 1.001\n"), std::string::npos) << table;
 }
 
-TEST(LiveRowsOfExport, ReadTheColumnsThatAreChosenAndLeaveTheOthersAlone) {
+TEST(LiveRowsOfExport, ReadOnlyChosenColumns) {
   std::vector<std::string> said;
   LiveRows rows("test", [&](const std::vector<std::string>& header, const std::vector<std::string>& comments) {
     said = comments;
@@ -114,7 +114,7 @@ Result<void> export_record(const std::string& record_path, const std::string& cs
   });
 }
 
-TEST(Export, WritesTheWholeFileOrNone) {
+TEST(Export, WritesWholeFileOrNone) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 3);
   ASSERT_TRUE(store->finish());

@@ -105,7 +105,7 @@ std::unique_ptr<Store> attacked(const std::string& path, const Attack& attack) {
 
 class FileAttacks : public ::testing::TestWithParam<Attack> {};
 
-TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
+TEST_P(FileAttacks, LoseNothingAcknowledgedAndAreReported) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = attacked(path, GetParam());
@@ -128,7 +128,7 @@ TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
   EXPECT_TRUE(GetParam().damages_database || verify_record(path));
 }
 
-TEST_P(FileAttacks, ARunThatTheyHappenedToGoesOnAfterItsProgramDied) {
+TEST_P(FileAttacks, LetRunResumeAfterProgramDied) {
   const Folder folder;
   const auto path = folder / "run.db";
   attacked(path, GetParam()).reset();
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(OnTheDisk, FileAttacks, ::testing::ValuesIn(attacks()),
                          [](const auto& of) { return std::string(of.param.name); });
 
 /// An open descriptor still reads a removed file, so even a long run is complete.
-TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName) {
+TEST(FileAttack, CopiesLongRecordFromRemovedFile) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = Store::create(path, two_thermometers(),
@@ -183,7 +183,7 @@ TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName
 }
 
 /// After each removal of the name, the next file has all rows, also those of a file that failed before.
-TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
+TEST(FileAttack, LosesNothingWhenNameIsRemovedTwice) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = Store::create(path, two_thermometers(),
@@ -226,7 +226,7 @@ Result<void> second(
 }
 
 /// A foreign write during a write of the program leaves the modification time of the latter.
-TEST(FileAttack, OfALogWhileItIsWrittenIsSeen) {
+TEST(FileAttack, IsDetectedInLogWhileWriting) {
   for (const std::streamoff at : {0, 40, 3000}) {
     const Folder folder;
     const auto path = folder / "run.db";
@@ -240,7 +240,7 @@ TEST(FileAttack, OfALogWhileItIsWrittenIsSeen) {
   }
 }
 
-TEST(FileAttack, OfALogBetweenTwoLooksIsSeenBeforeItIsFoldedIn) {
+TEST(FileAttack, IsDetectedInLogBeforeCheckpoint) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto file = RunFile::create(path, two_thermometers()).value();
@@ -254,7 +254,7 @@ TEST(FileAttack, OfALogBetweenTwoLooksIsSeenBeforeItIsFoldedIn) {
   file.leave_untouched();
 }
 
-TEST(FileAttack, FindsNothingInALogThatWasFoldedIn) {
+TEST(FileAttack, IsNotReportedAfterCheckpoint) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto file = RunFile::create(path, two_thermometers()).value();
@@ -267,7 +267,7 @@ TEST(FileAttack, FindsNothingInALogThatWasFoldedIn) {
   EXPECT_TRUE(file.finish());
 }
 
-TEST(FileAttack, OfARecordWhileItsLogIsFoldedInIsSeenAtItsEnd) {
+TEST(FileAttack, IsDetectedAtEndWhenMadeDuringCheckpoint) {
   constexpr std::int64_t kFew = 3000;
   const Folder folder;
   const auto path = folder / "run.db";
@@ -286,7 +286,7 @@ TEST(FileAttack, OfARecordWhileItsLogIsFoldedInIsSeenAtItsEnd) {
   EXPECT_FALSE(file.interference()->of_log);
 }
 
-TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {
+TEST(FileAttack, IgnoresTouchedFile) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = Store::create(path, two_thermometers(), {.background = true}).value();
@@ -311,7 +311,7 @@ TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {
   EXPECT_TRUE(verify_record(path));
 }
 
-TEST(FileAttack, AFolderThatIsMovedIsStillTheRecordsOwn) {
+TEST(FileAttack, AcceptsMovedFolder) {
   const Folder folder;
   fs::create_directory(folder / "here");
   auto store = Store::create(folder / "here/run.db", two_thermometers(), {.background = true}).value();

@@ -51,7 +51,7 @@ std::string log_of_a_record() {
   return text;
 }
 
-TEST(LogCheck, OfALogAsItWasWrittenIsWhole) {
+TEST(LogCheck, AcceptsUnchangedLog) {
   const auto log = log_of_a_record();
   const auto frames = (log.size() - kHeader) / kFrame;
   ASSERT_GE(frames, 50u);
@@ -63,7 +63,7 @@ TEST(LogCheck, OfALogAsItWasWrittenIsWhole) {
   EXPECT_FALSE(SomeLog({}).is_whole(1));
 }
 
-TEST(LogCheck, EveryByteOfItCounts) {
+TEST(LogCheck, DetectsChangeOfEveryByte) {
   const auto log = log_of_a_record();
   const auto frames = (log.size() - kHeader) / kFrame;
   for (std::size_t at = 0; at < kHeader + frames * kFrame; at += at < kHeader + kFrame ? 7 : 997) {
@@ -73,7 +73,7 @@ TEST(LogCheck, EveryByteOfItCounts) {
   }
 }
 
-TEST(LogCheck, OfALogThatWasCutShortOnlyTheFramesThatAreThereAreWhole) {
+TEST(LogCheck, AcceptsOnlyExistingFramesOfTruncatedLog) {
   const auto log = log_of_a_record();
   const SomeLog cut(log.substr(0, kHeader + 5 * kFrame + 100));
   EXPECT_TRUE(cut.is_whole(5));

@@ -75,7 +75,7 @@ void execute(const std::string& path, const std::string& sql) {
   ASSERT_TRUE(done) << sql << ": " << text(done.error());
 }
 
-TEST(ForeignRecord, IsReadWithItsLogAndNothingBesideItChanges) {
+TEST(ForeignRecord, IsReadWithLogWithoutChangingFiles) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
   EXPECT_EQ(read_every_way(folder / "run.db"), "read");
@@ -83,7 +83,7 @@ TEST(ForeignRecord, IsReadWithItsLogAndNothingBesideItChanges) {
   EXPECT_EQ(verify_record(folder / "run.db")->rows, 300);
 }
 
-TEST(ForeignRecord, IsReadUnderAnyNameAndThroughALink) {
+TEST(ForeignRecord, IsReadUnderAnyNameAndThroughLink) {
   const Folder folder;
   for (const std::string name : {"a b.db", "what?.db", "50%.db", "#1.db", "file:x?mode=rwc", "a&vfs=unix.db", "é.db"}) {
     leave_unfinished(folder / name, 5);
@@ -97,7 +97,7 @@ TEST(ForeignRecord, IsReadUnderAnyNameAndThroughALink) {
   EXPECT_EQ(read_every_way(folder / "elsewhere/link.db"), "read");
 }
 
-TEST(ForeignRecord, IsReadWhereNobodyMayWrite) {
+TEST(ForeignRecord, IsReadFromReadOnlyFolder) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 5);
   ASSERT_EQ(::chmod((folder / "run.db").c_str(), 0444), 0);
@@ -107,14 +107,14 @@ TEST(ForeignRecord, IsReadWhereNobodyMayWrite) {
   ASSERT_EQ(::chmod((folder / "").c_str(), 0755), 0);
 }
 
-TEST(ForeignRecord, OfAnUnfinishedRunIsReadWithoutItsLogToo) {
+TEST(ForeignRecord, IsReadWithoutLogWhenUnfinished) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
   std::filesystem::remove(folder / "run.db-wal");
   EXPECT_EQ(read_every_way(folder / "run.db"), "read") << "what had been folded in";
 }
 
-TEST(ForeignRecord, WithAJournalIsRefusedAndNothingIsPlayedBack) {
+TEST(ForeignRecord, IsRefusedWithoutRollbackWhenJournalExists) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 3000).reset();
@@ -144,14 +144,14 @@ TEST(ForeignRecord, WithAJournalIsRefusedAndNothingIsPlayedBack) {
   EXPECT_EQ(read_every_way(folder / "other/run.db"), kRefusal);
 }
 
-TEST(ForeignRecord, KeepsItsLogAlthoughItsOwnFileIsEmpty) {
+TEST(ForeignRecord, KeepsLogWhenFileIsEmpty) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
   std::filesystem::resize_file(folder / "run.db", 0);
   EXPECT_EQ(read_every_way(folder / "run.db"), "not a gyrotherm record");
 }
 
-TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
+TEST(ForeignRecord, IsRefusedWhenTablesDiffer) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = store_with(path, 3);
@@ -190,7 +190,7 @@ TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
   }
 }
 
-TEST(ForeignRecord, OfAnEarlierVersionHasNoViews) {
+TEST(ForeignRecord, IsReadWithoutViews) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
   execute(folder / "run.db", "DROP VIEW v1_channel; DROP VIEW v1_event; DROP VIEW v1_gap; DROP VIEW v1_sample");
@@ -198,7 +198,7 @@ TEST(ForeignRecord, OfAnEarlierVersionHasNoViews) {
   EXPECT_TRUE(Store::reopen(folder / "run.db"));
 }
 
-TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
+TEST(ForeignRecord, IsRefusedWhenTimesAreImpossible) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = store_with(path, 3);
@@ -238,14 +238,14 @@ TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
   EXPECT_EQ(read_every_way(path), "read");
 }
 
-TEST(ForeignRecord, OfALaterProgramIsToldByItsSchema) {
+TEST(ForeignRecord, IsRefusedWithSchemaNameWhenNewer) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
   execute(folder / "run.db", "PRAGMA user_version = 2; CREATE TABLE more(x)");
   EXPECT_EQ(read_every_way(folder / "run.db"), "schema \"gyrotherm-run/2\", expected \"gyrotherm-run/1\"");
 }
 
-TEST(ForeignRecord, ThatIsNoRegularFileIsNotWaitedFor) {
+TEST(ForeignRecord, IsNotWaitedForWhenNotRegularFile) {
   const Folder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   EXPECT_EQ(read_every_way(folder / "pipe"), "is no regular file, expected a gyrotherm record");
@@ -256,7 +256,7 @@ TEST(ForeignRecord, ThatIsNoRegularFileIsNotWaitedFor) {
 }
 
 /// While the record is read, no program can begin to write it; afterwards any program can.
-TEST(ForeignRecord, KeepsItsWritersOutWhileItIsRead) {
+TEST(ForeignRecord, LocksOutWritersWhileRead) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
   auto closed = store_with(folder / "closed.db", 3);
@@ -279,7 +279,7 @@ TEST(ForeignRecord, KeepsItsWritersOutWhileItIsRead) {
   EXPECT_TRUE(write());
 }
 
-TEST(ForeignRecord, IsNotOpenedWhereItIsWritten) {
+TEST(ForeignRecord, IsNotOpenedByItsWriter) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 3);
   std::filesystem::create_hard_link(folder / "run.db", folder / "same.db");
@@ -301,7 +301,7 @@ TEST(ForeignRecord, IsNotOpenedWhereItIsWritten) {
   EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 4u);
 }
 
-TEST(ForeignRecord, ANewOneIsForOwnerAndGroup) {
+TEST(ForeignRecord, IsCreatedForOwnerAndGroupOnly) {
   const Folder folder;
   const auto before = ::umask(0);
   auto store = store_with(folder / "run.db", 3);
@@ -317,7 +317,7 @@ TEST(ForeignRecord, ANewOneIsForOwnerAndGroup) {
   EXPECT_EQ(facts.st_mode & 07777, 0640u);
 }
 
-TEST(ForeignRecord, LinksAtTheNamesOfItsFilesAreNotFollowed) {
+TEST(ForeignRecord, DoesNotFollowLinksOfItsFiles) {
   const Folder folder;
   std::ofstream(folder / "precious") << "precious";
   for (const char* name : {"run.db.status", "run.db.sha256", "run.db.status.part", "run.db.sha256.part"})

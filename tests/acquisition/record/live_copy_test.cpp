@@ -139,12 +139,12 @@ std::string all_rows(const std::string& path) {
   return all;
 }
 
-TEST(LiveCopy, StandsBesideTheRecord) {
+TEST(LiveCopy, IsNextToRecord) {
   EXPECT_EQ(live_copy_path("a/RUN.db"), "a/RUN.live.db");
   EXPECT_EQ(live_copy_path("run"), "run.live.db");
 }
 
-TEST(LiveCopy, HasWhatTheRecordHasAndGoesWithTheRun) {
+TEST(LiveCopy, HasRowsOfRecordAndEndsWithRun) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db", copy = live_copy_path(path);
@@ -163,7 +163,7 @@ TEST(LiveCopy, HasWhatTheRecordHasAndGoesWithTheRun) {
   }
 }
 
-TEST(LiveCopy, AStaleOneIsReplacedByOneWithAllRowsOfTheRecord) {
+TEST(LiveCopy, ReplacesStaleCopyWithAllRowsOfRecord) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db", copy = live_copy_path(path);
@@ -189,7 +189,7 @@ TEST(LiveCopy, AStaleOneIsReplacedByOneWithAllRowsOfTheRecord) {
   }
 }
 
-TEST(LiveCopy, WhatAnotherRunLeftGoesBeforeTheFirstRow) {
+TEST(LiveCopy, RemovesCopyOfOtherRunBeforeFirstRow) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db", copy = live_copy_path(path);
@@ -206,7 +206,7 @@ TEST(LiveCopy, WhatAnotherRunLeftGoesBeforeTheFirstRow) {
   }
 }
 
-TEST(LiveCopy, FilesWhoseNumberIsNoneOfItsOwnStay) {
+TEST(LiveCopy, KeepsFilesWithOtherNumbers) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   const std::vector<std::string> others{"20261127", "2147483647", "10000", "007", "0", "-3", "3-journal"};
@@ -222,7 +222,7 @@ TEST(LiveCopy, FilesWhoseNumberIsNoneOfItsOwnStay) {
   EXPECT_FALSE(std::filesystem::exists(copy + ".9999"));
 }
 
-TEST(LiveCopy, HasTheFaultsAndEventsOfAllParts) {
+TEST(LiveCopy, HasFaultsAndEventsOfAllParts) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path), whole = folder / "whole.db";
   const auto fill = [](RunFile file, std::int64_t first, std::int64_t last) {
@@ -252,7 +252,7 @@ TEST(LiveCopy, HasTheFaultsAndEventsOfAllParts) {
   ASSERT_TRUE((*store)->finish());
 }
 
-TEST(LiveCopy, SomebodysFileOfThatNameStays) {
+TEST(LiveCopy, KeepsOtherFileOfThatName) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   std::ofstream(copy) << "precious";
@@ -269,7 +269,7 @@ TEST(LiveCopy, SomebodysFileOfThatNameStays) {
   EXPECT_EQ((std::stringstream() << std::ifstream(copy).rdbuf()).str(), "precious");
 }
 
-TEST(LiveCopy, ItsFullDiskStopsTheCopyAlone) {
+TEST(LiveCopy, FullDiskStopsOnlyCopy) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db";
@@ -294,7 +294,7 @@ TEST(LiveCopy, ItsFullDiskStopsTheCopyAlone) {
 }
 
 /// A copy waits when it begins to use the space reserved for the record, and is removed when that is nearly used up.
-TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
+TEST(LiveCopy, LeavesReservedSpaceForRecord) {
   for (const bool goes : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db";
@@ -319,7 +319,7 @@ TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
   }
 }
 
-TEST(LiveCopy, OneThatSomebodySpoiledIsTakenAway) {
+TEST(LiveCopy, RemovesDamagedCopy) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   constexpr std::int64_t kManySeconds = 30'000;  // more than SQLite caches
@@ -364,7 +364,7 @@ void end(pid_t pid) {
   ::waitpid(pid, nullptr, 0);
 }
 
-TEST(LiveCopy, ReadersThatAreKilledAndThatHoldItOpenCostTheRecordNothing) {
+TEST(LiveCopy, ReadersDoNotAffectRecord) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   auto store = Store::create(path, two_thermometers(), watched(true));
@@ -403,7 +403,7 @@ std::uintmax_t longest_log(const std::string& folder) {
   return longest;
 }
 
-TEST(LiveCopy, AReaderThatHoldsItOpenDoesNotLetItsLogGrow) {
+TEST(LiveCopy, LimitsLogWhileReaderHoldsTransaction) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   constexpr std::int64_t kBound = 400'000;
@@ -428,7 +428,7 @@ TEST(LiveCopy, AReaderThatHoldsItOpenDoesNotLetItsLogGrow) {
   EXPECT_TRUE(all_rows(path) == seen);
 }
 
-TEST(LiveCopy, WhoHoldsItsLockIsLeftBehindWithIt) {
+TEST(LiveCopy, ContinuesInNewFileWhenLocked) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   auto store =
@@ -443,7 +443,7 @@ TEST(LiveCopy, WhoHoldsItsLockIsLeftBehindWithIt) {
   ASSERT_TRUE((*store)->finish());
 }
 
-TEST(LiveCopy, OneThatSomebodyRemovedComesBack) {
+TEST(LiveCopy, RestoresRemovedCopy) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   auto store = Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .rest = 0ms}));
@@ -460,7 +460,7 @@ TEST(LiveCopy, OneThatSomebodyRemovedComesBack) {
   ASSERT_TRUE((*store)->finish());
 }
 
-TEST(LiveCopy, IsForOwnerAndGroup) {
+TEST(LiveCopy, IsReadableByOwnerAndGroupOnly) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   auto store = Store::create(path, two_thermometers(), watched(true));

@@ -50,7 +50,7 @@ Sample sample_of_two(std::int64_t slot) {
   return sample;
 }
 
-TEST(ManyUnits, ComeBackWithTheirAxesAndValues) {
+TEST(ManyUnits, AreRestoredWithAxesAndValues) {
   const Folder folder;
   {
     auto store = Store::create(folder / "run.db", two_units()).value();
@@ -88,7 +88,7 @@ TEST(ManyUnits, ComeBackWithTheirAxesAndValues) {
   EXPECT_TRUE(verify_record(folder / "run.db"));
 }
 
-TEST(ManyUnits, OneIsReadByItself) {
+TEST(ManyUnits, AreReadSeparately) {
   const Folder folder;
   {
     auto store = Store::create(folder / "run.db", two_units()).value();
@@ -108,7 +108,7 @@ TEST(ManyUnits, OneIsReadByItself) {
   EXPECT_EQ(part.units[1].interval_s, whole.units[1].interval_s);
 }
 
-TEST(ManyUnits, OneThatIsSilentLosesItsOwnChannelsAlone) {
+TEST(ManyUnits, LoseOnlyChannelsOfSilentUnit) {
   const Folder folder;
   {
     auto store = Store::create(folder / "run.db", two_units()).value();
@@ -145,7 +145,7 @@ Sample with_analogue(std::int64_t slot) {
   return sample;
 }
 
-TEST(ManyUnits, WhatAnalogueInputsMeasureStandsBehindWhatTheUnitSends) {
+TEST(ManyUnits, StoreAnalogueValuesAfterSentValues) {
   const Folder folder;
   {
     auto store = Store::create(folder / "run.db", with_analogue_inputs()).value();
@@ -178,7 +178,7 @@ TEST(ManyUnits, WhatAnalogueInputsMeasureStandsBehindWhatTheUnitSends) {
   EXPECT_TRUE(verify_record(folder / "run.db"));
 }
 
-TEST(ManyUnits, ADroppedOneHasNoReadingAndNoFault) {
+TEST(ManyUnits, HaveNeitherReadingNorFaultWhenDropped) {
   const Folder folder;
   {
     auto store = Store::create(folder / "run.db", two_units()).value();
@@ -213,7 +213,7 @@ TEST(ManyUnits, AreColumnsOfATextTable) {
             "segment,cycle,phase,u1.x true bias [°/h],u1.y true bias [°/h],u1.z true bias [°/h],u-2 true bias [°/h]\n");
 }
 
-TEST(ManyUnits, HaveNamesThatColumnsCanHave) {
+TEST(ManyUnits, HaveValidColumnNames) {
   const auto refused = [](const auto& change) {
     RunInfo info = two_units();
     change(info);
@@ -233,7 +233,7 @@ TEST(ManyUnits, HaveNamesThatColumnsCanHave) {
             "thermometer \"u1.Temperature\": the name is taken, expected one of its own");
 }
 
-TEST(ManyUnits, LeaveAThermometerNoNameOfAColumnThatStandsBesideIt) {
+TEST(ManyUnits, RefuseThermometerWithNameOfColumn) {
   for (const char* name : {"time", "time_s", "UTC", "bias", "self", "u1.x.rate_deg_per_h", "u1.x.bias_deg_per_h",
                            "u1.interval_s", "u-2.bias_deg_per_h", "Set Point", "chamber air"}) {
     RunInfo info = two_units();
@@ -253,7 +253,7 @@ TEST(ManyUnits, LeaveAThermometerNoNameOfAColumnThatStandsBesideIt) {
   EXPECT_FALSE(RunFile::create_at_once(kInMemory, one));
 }
 
-TEST(ManyUnits, OfAForeignFileMustBeThere) {
+TEST(ManyUnits, RefuseRowsOfMissingUnit) {
   const Folder folder;
   ASSERT_TRUE(Store::create(folder / "run.db", two_units()).value()->finish());
   auto database = Database::open(folder / "run.db", Access::read_write, 0).value();
@@ -263,7 +263,7 @@ TEST(ManyUnits, OfAForeignFileMustBeThere) {
   EXPECT_EQ(info.error().what, "something belongs to a unit under test that is not there");
 }
 
-TEST(ManyUnits, GoOnInASecondFile) {
+TEST(ManyUnits, ContinueInSecondFile) {
   Record a, b;
   const Folder folder;
   {

@@ -40,7 +40,7 @@ TEST(RateMeters, ShowEachAxisInDegreesPerHour) {
   EXPECT_NEAR(*rates[2].rate_deg_per_h, -3, 1e-12);
 }
 
-TEST(RateMeters, ForgetWhatIsOlderThanAHundredSeconds) {
+TEST(RateMeters, ForgetRatesOlderThanHundredSeconds) {
   RateMeters meters({unit({{.kind = GyroKind::pulse_count, .scale = 1}})});
   meters.see(counted({1'000'000}));
   for (int i = 0; i < 100; ++i) meters.see(counted({7}));
@@ -49,7 +49,7 @@ TEST(RateMeters, ForgetWhatIsOlderThanAHundredSeconds) {
   EXPECT_NEAR(*meters.rates()[0].rate_deg_per_h, 9, 1e-12) << "the newest, whatever its position in the ring";
 }
 
-TEST(RateMeters, AFaultIsNoRate) {
+TEST(RateMeters, ShowNoRateWhenReadingIsFault) {
   RateMeters meters({unit({{.kind = GyroKind::pulse_count, .scale = 1}})});
   meters.see(counted({7}));
   Sample silent = counted({});
@@ -60,7 +60,7 @@ TEST(RateMeters, AFaultIsNoRate) {
   EXPECT_NEAR(*meters.rates()[0].mean_deg_per_h, 7, 1e-12);
 }
 
-TEST(RateMeters, AreInTheStatusFile) {
+TEST(RateMeters, AreInStatusFile) {
   RunStatus status = first_status("run.db", two_thermometers());
   status.gyro_rates = {{.axis = "gyro", .rate_deg_per_h = 12.5, .mean_deg_per_h = 12.25, .earth_rate_deg_per_h = 11.2},
                        {.axis = "y", .rate_deg_per_h = {}, .mean_deg_per_h = {}, .earth_rate_deg_per_h = {}}};

@@ -48,7 +48,7 @@ void make_three_files(const std::string& path) {
   add_part(path, 3, 2, 20, 30);
 }
 
-TEST(RunParts, AreKnownByTheirNames) {
+TEST(RunParts, AreDetectedByName) {
   EXPECT_EQ(part_path("/a/run.db", 2), "/a/run.2.db");
   for (const auto& [path, record] : {std::pair("/a/run.12.db", "/a/run.db"), std::pair("run.12.db", "run.db"),
                                      std::pair("run.12", "run"), std::pair("run.2.12.db", "run.2.db")}) {
@@ -64,7 +64,7 @@ TEST(RunParts, AreKnownByTheirNames) {
 
 /// A missing part must be a fault: a record with a hole would otherwise be read as complete, and a resumed run would
 /// continue before the hole.
-TEST(RunParts, OneThatIsMissingOrDestroyedInTheMiddleIsTold) {
+TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
   for (const bool destroyed : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db", second = part_path(path, 2), third = part_path(path, 3);
@@ -97,7 +97,7 @@ TEST(RunParts, OneThatIsMissingOrDestroyedInTheMiddleIsTold) {
   }
 }
 
-TEST(RunParts, ANewOneIsNamedBehindAllThatTheRunHas) {
+TEST(RunParts, NumberNewPartAfterAllOthers) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 10).reset();
@@ -116,7 +116,7 @@ TEST(RunParts, ANewOneIsNamedBehindAllThatTheRunHas) {
   EXPECT_EQ(record.slot.back(), 21);
 }
 
-TEST(RunParts, ANewOneTakesNoNameThatALinkOrAStatusFileHas) {
+TEST(RunParts, SkipNumbersOfLinksAndStatusFiles) {
   const Folder folder;
   const auto path = folder / "run.db";
   EXPECT_EQ(next_part(path, 1), 2);
@@ -127,7 +127,7 @@ TEST(RunParts, ANewOneTakesNoNameThatALinkOrAStatusFileHas) {
 }
 
 /// An earlier version gave the number of a removed second file to the file after the third one.
-TEST(RunParts, AreInTheOrderOfTheRunAlsoWhereALowNumberWasGivenAnew) {
+TEST(RunParts, AreInOrderOfRunWhenNumberWasReused) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 10).reset();
@@ -140,7 +140,7 @@ TEST(RunParts, AreInTheOrderOfTheRunAlsoWhereALowNumberWasGivenAnew) {
   EXPECT_EQ(trouble(verify_record(path)), "") << "the second one of old had nothing that the third has not";
 }
 
-TEST(RunParts, OneThatAnotherHasTakenOverIsNoneThatIsMissed) {
+TEST(RunParts, DoNotMissPartWhoseRowsWereCopied) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 10).reset();
@@ -155,7 +155,7 @@ TEST(RunParts, OneThatAnotherHasTakenOverIsNoneThatIsMissed) {
 }
 
 /// The part is empty because the failing disk prevented its removal.
-TEST(RunParts, OneThatNoneGoesOnFromIsNoneThatIsMissed) {
+TEST(RunParts, DoNotMissEmptyPartWithoutSuccessor) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 10).reset();
@@ -165,7 +165,7 @@ TEST(RunParts, OneThatNoneGoesOnFromIsNoneThatIsMissed) {
   EXPECT_EQ(read_record(path).value().slot.size(), 20u);
 }
 
-TEST(RunParts, AreThoseOfTheRunAlsoWhenAllWereRenamed) {
+TEST(RunParts, AreFoundAfterAllWereRenamed) {
   const Folder folder;
   const auto old = folder / "run.db", path = folder / "kept.db";
   make_three_files(old);
@@ -176,7 +176,7 @@ TEST(RunParts, AreThoseOfTheRunAlsoWhenAllWereRenamed) {
   EXPECT_NE(trouble(verify_record(path)).find("kept.2.db: no such file"), std::string::npos);
 }
 
-TEST(RunParts, ARecordOfAnotherRunThatHasTheNameOfOneIsNoneAlsoWhileItIsWritten) {
+TEST(RunParts, ExcludeRecordOfOtherRunWithPartName) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 10).reset();
@@ -202,7 +202,7 @@ TEST(RunParts, ARecordOfAnotherRunThatHasTheNameOfOneIsNoneAlsoWhileItIsWritten)
   EXPECT_FALSE(manifest.contains("run.2.db"));
 }
 
-TEST(RunParts, OfARunThatIsTakenUpAgainAreToldInItsStatusFile) {
+TEST(RunParts, AreInStatusFileOfResumedRun) {
   const Folder folder;
   const auto path = folder / "run.db";
   make_three_files(path);
@@ -214,7 +214,7 @@ TEST(RunParts, OfARunThatIsTakenUpAgainAreToldInItsStatusFile) {
 }
 
 /// Its writer died immediately after it was begun.
-TEST(RunParts, OneWithoutASampleGoesOnWhereTheOneBeforeItEnded) {
+TEST(RunParts, ContinuePreviousPartWhenLastHasNoSample) {
   const Folder folder;
   const auto path = folder / "run.db";
   // The status file of the first part acknowledges second 9.
@@ -233,7 +233,7 @@ TEST(RunParts, OneWithoutASampleGoesOnWhereTheOneBeforeItEnded) {
   EXPECT_EQ(read_record(path).value().slot.size(), 11u);
 }
 
-TEST(RunParts, ThatGoOnFromNoSecondOfARunAreNone) {
+TEST(RunParts, ExcludePartWithImpossibleFirstSlot) {
   for (const char* from : {"-1", "9223372036854775807"}) {
     const Folder folder;
     const auto path = folder / "run.db";
@@ -248,7 +248,7 @@ TEST(RunParts, ThatGoOnFromNoSecondOfARunAreNone) {
   }
 }
 
-TEST(RunParts, HaveNamesThatNoNewRecordGets) {
+TEST(RunParts, ReserveNamesAgainstNewRecords) {
   const Folder folder;
   const auto path = folder / "run.db";
   EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
@@ -274,7 +274,7 @@ TEST(RunParts, HaveNamesThatNoNewRecordGets) {
     EXPECT_EQ(trouble(check_name_of_new_record(folder / name)), "") << name;
 }
 
-TEST(RunFinder, HidesPartsAndNoRecordThatHasANameLikeOne) {
+TEST(RunFinder, HidesPartsButNotRecordsWithSimilarNames) {
   const Folder folder;
   for (const char* name : {"soak.db", "soak.2.db", "soak.3.db", "soak.3.db.status", "soak.20261127.db", "soak.live.db",
                            "gone.2.db", "told.db.status", "told.2.db"})

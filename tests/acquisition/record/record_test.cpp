@@ -19,7 +19,7 @@
 namespace gyrotherm::record {
 namespace {
 
-TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
+TEST(Record, RestoresDescriptionOfRun) {
   const Folder folder;
   store_with(folder / "run.db", 0).reset();
   const RunInfo info = read_record(folder / "run.db").value().info;
@@ -67,7 +67,7 @@ Duration start_time(RunInfo info, Duration late, std::int64_t samples) {
   return read_record(folder / "run.db").value().info.started_utc;
 }
 
-TEST(Record, OfARealRunStartedWhenItsFirstSampleSays) {
+TEST(Record, TakesStartOfRealRunFromFirstSample) {
   constexpr Duration kLate = std::chrono::milliseconds(5300);
   auto real = two_thermometers();
   real.simulated = false;
@@ -79,7 +79,7 @@ TEST(Record, OfARealRunStartedWhenItsFirstSampleSays) {
   EXPECT_EQ(start_time(two_thermometers(), kLate, 3), real.started_utc) << "a virtual one";
 }
 
-TEST(Record, KeepsTheTrueBiasWhereItIsKnown) {
+TEST(Record, KeepsKnownTrueBias) {
   const Folder folder;
   {
     auto store = store_with(folder / "run.db", 0);
@@ -95,7 +95,7 @@ TEST(Record, KeepsTheTrueBiasWhereItIsKnown) {
   EXPECT_TRUE(std::isnan(record.units[0].true_bias_deg_per_h[0][1])) << "no real gyro tells";
 }
 
-TEST(Record, KeepsAnUnknownEarthRateUnknown) {
+TEST(Record, KeepsUnknownEarthRateUnknown) {
   const Folder folder;
   RunInfo info = two_thermometers();
   info.units[0].axes[0].earth_rate.reset();
@@ -103,7 +103,7 @@ TEST(Record, KeepsAnUnknownEarthRateUnknown) {
   EXPECT_FALSE(read_record(folder / "run.db").value().info.units[0].axes[0].earth_rate);
 }
 
-TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
+TEST(Record, KeepsCalibrationsAndGyroStream) {
   const Folder folder;
   RunInfo info = two_thermometers();
   info.units[0].stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n";
@@ -121,7 +121,7 @@ TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
   }
 }
 
-TEST(Record, KeepsHowWellThermometersAndGyroAreKnown) {
+TEST(Record, KeepsUncertaintiesOfThermometersAndGyro) {
   const Folder folder;
   RunInfo info = two_thermometers();
   info.thermometers[1].uncertainty = {.calibration = Kelvins{0.1 / 3},
@@ -144,7 +144,7 @@ TEST(Record, KeepsHowWellThermometersAndGyroAreKnown) {
   EXPECT_EQ(back.units[0].axes[0].uncertainty, info.units[0].axes[0].uncertainty);
 }
 
-TEST(Record, OfARigThatSaysNothingOfUncertaintyHasNothingOfIt) {
+TEST(Record, HasNoUncertaintiesWhenRigStatesNone) {
   const Folder folder;
   ASSERT_TRUE(Store::create(folder / "run.db", two_thermometers()));
   const auto back = read_record(folder / "run.db").value().info;
@@ -152,7 +152,7 @@ TEST(Record, OfARigThatSaysNothingOfUncertaintyHasNothingOfIt) {
   EXPECT_EQ(back.units[0].axes[0].uncertainty, GyroUncertainty{});
 }
 
-TEST(Record, KeepsTheStateOfEachSecond) {
+TEST(Record, KeepsStateOfEachSecond) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 1);
   Sample sample = sample_at(1);
@@ -163,7 +163,7 @@ TEST(Record, KeepsTheStateOfEachSecond) {
   EXPECT_EQ(read_status(folder / "run.db")->standing.state, RunState::suspended);
 }
 
-TEST(Record, GivesBackEachSampleToTheBit) {
+TEST(Record, RestoresEachSampleExactly) {
   const Folder folder;
   store_with(folder / "run.db", 50).reset();
   const Record record = read_record(folder / "run.db").value();
@@ -181,7 +181,7 @@ TEST(Record, GivesBackEachSampleToTheBit) {
   EXPECT_EQ(record.progress[49], sample.progress);
 }
 
-TEST(Record, HasNothingWhereAReadingWasAFault) {
+TEST(Record, HasNoValueWhenReadingIsFault) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 1);
   Sample sample = sample_at(1);
@@ -201,7 +201,7 @@ TEST(Record, HasNothingWhereAReadingWasAFault) {
   EXPECT_EQ(record.set_point_c[1], 22.5) << "what was asked for is known all the same";
 }
 
-TEST(Record, GivesBackWhatAnEventIsAbout) {
+TEST(Record, RestoresSubjectOfEvent) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", two_thermometers()).value();
   const EventSubject about{.interlock = "door", .reaction = "suspend", .segment = 1, .channel = "chamber"};
@@ -227,7 +227,7 @@ std::string channels_in(const std::string& path) {
   return channels;
 }
 
-TEST(Record, ListsEverythingThatIsMeasured) {
+TEST(Record, ListsAllChannels) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", two_thermometers()).value();
   ASSERT_TRUE(store->finish());
@@ -241,7 +241,7 @@ TEST(Record, ListsEverythingThatIsMeasured) {
   EXPECT_EQ(info.units[0].instrument, two_thermometers().units[0].instrument);
 }
 
-TEST(Record, GivesBackEventsInTheirOrder) {
+TEST(Record, RestoresEventsInOrder) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", two_thermometers()).value();
   ASSERT_TRUE(store->append_event({{}, EventKind::started, "by hand"}));
@@ -261,7 +261,7 @@ TEST(Record, GivesBackEventsInTheirOrder) {
   EXPECT_EQ(recorded[3].event.kind, EventKind::finished);
 }
 
-TEST(Record, RefusesWhatIsNoRecord) {
+TEST(Record, RefusesOtherFiles) {
   const Folder folder;
   std::ofstream(folder / "text") << std::string(5000, 'x');
   for (const char* file : {"text", "missing"}) {
@@ -272,7 +272,7 @@ TEST(Record, RefusesWhatIsNoRecord) {
   }
 }
 
-TEST(Record, RefusesADamagedFile) {
+TEST(Record, RefusesDamagedFile) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 2000);
   ASSERT_TRUE(store->finish());
@@ -283,7 +283,7 @@ TEST(Record, RefusesADamagedFile) {
   EXPECT_EQ(record.error().kind, FaultKind::bad_file);
 }
 
-TEST(Record, OfTheQualificationIsReadWhole) {
+TEST(Record, ReadsRecordOfQualification) {
   constexpr std::int64_t kSlots = 221'600;
   const Folder folder;
   RunInfo info = two_thermometers();

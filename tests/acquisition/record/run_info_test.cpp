@@ -12,13 +12,13 @@ using std::chrono::days;
 
 Channel channel_a() { return {.name = "A", .instrument = "a bridge", .offset = {}}; }
 
-TEST(Calibration, AnOffsetIsAdded) {
+TEST(Calibration, AddsOffset) {
   auto channel = channel_a();
   channel.offset = {0.25};
   EXPECT_EQ(calibrated(channel, {-40}), Celsius{-39.75});
 }
 
-TEST(Calibration, APolynomialStandsForTheWholeCorrection) {
+TEST(Calibration, AppliesPolynomialInsteadOfOffset) {
   auto channel = channel_a();
   channel.polynomial = {0.5, 1.01, -1e-3};
   EXPECT_DOUBLE_EQ(calibrated(channel, {20}).value, 0.5 + 1.01 * 20 - 1e-3 * 400);
@@ -26,7 +26,7 @@ TEST(Calibration, APolynomialStandsForTheWholeCorrection) {
   for (int i = -400; i < 600; ++i) EXPECT_EQ(calibrated(channel, {0.1 * i}), Celsius{0.1 * i});
 }
 
-TEST(Calibration, ADayIsFourDigitsTwoAndTwo) {
+TEST(Calibration, ParsesDayOfFourTwoAndTwoDigits) {
   for (const char* text : {"2028-02-29", "1678-01-01", "2261-12-31"})
     EXPECT_EQ(format_day(parse_day(text).value()), text);
   for (const char* text :
@@ -35,7 +35,7 @@ TEST(Calibration, ADayIsFourDigitsTwoAndTwo) {
     EXPECT_FALSE(parse_day(text)) << text;
 }
 
-TEST(Calibration, HoldsThroughItsLastDay) {
+TEST(Calibration, IsValidThroughLastDay) {
   auto channel = channel_a();
   channel.certificate = "2025-0815";
   channel.due = parse_day("2025-12-31");
@@ -46,7 +46,7 @@ TEST(Calibration, HoldsThroughItsLastDay) {
   EXPECT_EQ(lines[0], "calibration of A (certificate 2025-0815) was due 2025-12-31");
 }
 
-TEST(Calibration, SaysItselfInWords) {
+TEST(Calibration, DescribesItself) {
   auto channel = channel_a();
   EXPECT_EQ(describe_calibration(channel), "none");
   channel.offset = {-0.012};

@@ -32,7 +32,7 @@ std::vector<std::string> answers(Database& database, const std::string& sql) {
   return rows;
 }
 
-TEST(Views, OfSamplesAreCalibratedInDegreesPerHourAndUtc) {
+TEST(Views, CalibrateSamplesInDegreesPerHourAndUtc) {
   const Folder folder;
   make_seen_run(folder / "run.db");
   const Record record = read_record(folder / "run.db").value();
@@ -57,7 +57,7 @@ TEST(Views, OfSamplesAreCalibratedInDegreesPerHourAndUtc) {
   EXPECT_EQ(at, 3u);
 }
 
-TEST(Views, OfEventsGapsAndChannelsHaveNamesForNumbers) {
+TEST(Views, ShowNamesInEventsGapsAndChannels) {
   const Folder folder;
   make_seen_run(folder / "run.db");
   auto database = open_record(folder / "run.db").value();
@@ -70,7 +70,7 @@ TEST(Views, OfEventsGapsAndChannelsHaveNamesForNumbers) {
                                       "rate_deg_per_h °/h", "interval_s s", "true_bias_deg_per_h °/h"}));
 }
 
-TEST(Views, EachChannelIsAColumnOfTheSamples) {
+TEST(Views, HaveColumnForEachChannel) {
   const Folder folder;
   make_seen_run(folder / "run.db");
   auto database = open_record(folder / "run.db").value();
@@ -79,7 +79,7 @@ TEST(Views, EachChannelIsAColumnOfTheSamples) {
             std::vector<std::string>{});
 }
 
-TEST(Views, AConstantIsNoTemperatureWhereThereWasNoReading) {
+TEST(Views, ShowNullWhenReadingIsMissingDespiteConstant) {
   RunInfo info = two_thermometers();
   info.thermometers[0].polynomial = {21};
   EXPECT_NE(record_views(info).back().sql.find("21.0 + 0.0 * \"A\" AS \"A\""), std::string::npos)

@@ -15,7 +15,7 @@
 namespace gyrotherm::record {
 namespace {
 
-TEST(Status, GoesThroughJsonUnchanged) {
+TEST(Status, SurvivesJsonUnchanged) {
   RunStatus status;
   status.path = "a \"quoted\" run.db";
   status.pid = 42;
@@ -39,7 +39,7 @@ TEST(Status, GoesThroughJsonUnchanged) {
   EXPECT_EQ(back->frames, status.frames);
 }
 
-TEST(Status, RefusesWhatItDidNotWrite) {
+TEST(Status, RefusesOtherText) {
   for (const char* text :
        {"", "{", "[]", "{}", R"({"schema": 1})", R"({"schema": "gyrotherm-status/1", "pid": "x"})"}) {
     const auto status = parse_status(text, "here");
@@ -77,7 +77,7 @@ TEST(Status, FollowsEachSync) {
   EXPECT_EQ(status.faults, 1);
 }
 
-TEST(Status, OfAFinishedRunComesFromTheRecord) {
+TEST(Status, ComesFromRecordWhenRunIsFinished) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 4);
   ASSERT_TRUE(store->finish());
@@ -94,7 +94,7 @@ TEST(Status, OfAFinishedRunComesFromTheRecord) {
   EXPECT_EQ(status->chamber_air, sample_at(3).chamber.value->air);
 }
 
-TEST(Status, AddsUpTheGyrosFramesOverEveryProgramThatRecordedThem) {
+TEST(Status, AddsFramesOfAllProgramsOfRun) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 2);
   Sample sample = sample_at(2);
@@ -111,7 +111,7 @@ TEST(Status, AddsUpTheGyrosFramesOverEveryProgramThatRecordedThem) {
   EXPECT_EQ(read_status(folder / "run.db")->frames, all);
 }
 
-TEST(Status, FileOfAFinishedRunSaysSo) {
+TEST(Status, FileReportsFinishedRun) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 1);
   ASSERT_TRUE(store->finish());
@@ -120,7 +120,7 @@ TEST(Status, FileOfAFinishedRunSaysSo) {
   EXPECT_TRUE(status.finished && !status.being_written);
 }
 
-TEST(Status, OfNoRecordIsABadFile) {
+TEST(Status, ReportsMissingRecordAsBadFile) {
   const Folder folder;
   EXPECT_EQ(read_status(folder / "missing").error().kind, FaultKind::bad_file);
 }
@@ -151,7 +151,7 @@ std::string finding(const std::string& path) {
   return *lost ? describe(**lost) : "nothing";
 }
 
-TEST(LostEnd, OfALogIsFoundWhereverItWasCutOff) {
+TEST(LostEnd, IsFoundWhereverLogIsTruncated) {
   const Folder folder;
   const auto path = folder / "run.db";
   leave_behind(path);
@@ -174,7 +174,7 @@ TEST(LostEnd, OfALogIsFoundWhereverItWasCutOff) {
   }
 }
 
-TEST(LostEnd, IsToldByTheStatusOfTheSameRunAlone) {
+TEST(LostEnd, IsReportedOnlyByStatusOfSameRun) {
   const Folder folder;
   const auto path = folder / "run.db";
   leave_behind(path);

@@ -17,7 +17,7 @@
 namespace gyrotherm::record {
 namespace {
 
-TEST(Store, NeverOverwritesAFile) {
+TEST(Store, NeverOverwritesFile) {
   const Folder folder;
   std::ofstream(folder / "run.db") << "precious";
   const auto store = Store::create(folder / "run.db", two_thermometers());
@@ -27,7 +27,7 @@ TEST(Store, NeverOverwritesAFile) {
 }
 
 /// The earlier record was moved away without its manifest.
-TEST(Store, AManifestOfAnEarlierRecordIsNotTakenForItsOwn) {
+TEST(Store, RemovesManifestOfEarlierRecord) {
   const Folder folder;
   const auto path = folder / "run.db";
   ASSERT_TRUE(store_with(path, 3)->finish());
@@ -47,7 +47,7 @@ TEST(Store, AManifestOfAnEarlierRecordIsNotTakenForItsOwn) {
   EXPECT_TRUE(verify_record(path)->manifest);
 }
 
-TEST(Store, GoesOnWithoutAStatusFile) {
+TEST(Store, ContinuesWithoutStatusFile) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db";
@@ -72,7 +72,7 @@ TEST(Store, RefusesSlotsThatDoNotIncrease) {
   EXPECT_TRUE(store->append(sample_at(3), {})) << "a refused sample spoils nothing";
 }
 
-TEST(Store, RefusesSlotsThatHaveNeitherASampleNorAGap) {
+TEST(Store, RefusesSkippedSlots) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 3);
   const auto jump = store->append(sample_at(5), {});
@@ -86,7 +86,7 @@ TEST(Store, RefusesSlotsThatHaveNeitherASampleNorAGap) {
   EXPECT_EQ(store->sync().value(), 6);
 }
 
-TEST(Store, AcknowledgesNothingBeforeASync) {
+TEST(Store, AcknowledgesNothingBeforeSync) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 2);
   ASSERT_TRUE(store->append(sample_at(2), {}));
@@ -94,13 +94,13 @@ TEST(Store, AcknowledgesNothingBeforeASync) {
   EXPECT_EQ(read_record(folder / "run.db").value().slot.back(), 1);
 }
 
-TEST(Store, SyncWithoutASampleAcknowledgesMinusOne) {
+TEST(Store, AcknowledgesMinusOneWithoutSample) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 0);
   EXPECT_EQ(store->sync().value(), -1);
 }
 
-TEST(Store, IsOneFileOfItsOwnWhenFinished) {
+TEST(Store, IsSingleFileWhenFinished) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 100);
   ASSERT_TRUE(store->finish());
@@ -118,7 +118,7 @@ TEST(Store, HasNoSharedMemoryFileWhileWriting) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.db-shm"));
 }
 
-TEST(Store, TakesNothingAfterItsEnd) {
+TEST(Store, RefusesRowsAfterFinish) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 1);
   ASSERT_TRUE(store->finish());
@@ -126,7 +126,7 @@ TEST(Store, TakesNothingAfterItsEnd) {
   EXPECT_FALSE(store->sync());
 }
 
-TEST(Store, GoesOnWithAnUnfinishedRun) {
+TEST(Store, ContinuesUnfinishedRun) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
   auto store = Store::reopen(folder / "run.db");
@@ -143,7 +143,7 @@ TEST(Store, GoesOnWithAnUnfinishedRun) {
   EXPECT_EQ(record.gaps[0].cause, "power cut");
 }
 
-TEST(Store, IsToldApartWhetherSomebodyReadsOrWritesItsRecord) {
+TEST(Store, DistinguishesReaderFromWriterOfRecord) {
   const Folder folder;
   const auto path = folder / "run.db";
   store_with(path, 3).reset();
@@ -181,7 +181,7 @@ TEST(Store, IsToldApartWhetherSomebodyReadsOrWritesItsRecord) {
   EXPECT_TRUE(Store::reopen(path));
 }
 
-TEST(Store, RefusesToGoOnWithAFinishedRun) {
+TEST(Store, RefusesToContinueFinishedRun) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 1);
   ASSERT_TRUE(store->finish());
@@ -191,7 +191,7 @@ TEST(Store, RefusesToGoOnWithAFinishedRun) {
   EXPECT_EQ(again.error().kind, FaultKind::bad_file);
 }
 
-TEST(Store, RefusesWhatIsNoRecordAndLeavesItAlone) {
+TEST(Store, RefusesOtherFileAndLeavesItUnchanged) {
   const Folder folder;
   const std::string bytes(5000, 'x');
   std::ofstream(folder / "text") << bytes;
@@ -206,7 +206,7 @@ TEST(Store, RefusesWhatIsNoRecordAndLeavesItAlone) {
   EXPECT_FALSE(std::filesystem::exists(folder / "missing"));
 }
 
-TEST(Store, StopsAcknowledgingWhenItsLogIsStolen) {
+TEST(Store, StopsAcknowledgingWhenLogIsRemoved) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 5);
   std::filesystem::remove(folder / "run.db-wal");
@@ -218,7 +218,7 @@ TEST(Store, StopsAcknowledgingWhenItsLogIsStolen) {
   EXPECT_FALSE(store->sync());
 }
 
-TEST(Store, IsNotDeceivedByAnotherLogUnderTheSameName) {
+TEST(Store, DetectsOtherLogOfSameName) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 5);
   std::filesystem::rename(folder / "run.db-wal", folder / "stolen");
@@ -227,7 +227,7 @@ TEST(Store, IsNotDeceivedByAnotherLogUnderTheSameName) {
   EXPECT_FALSE(store->sync());
 }
 
-TEST(Store, RefusesNamesThatCannotBeColumns) {
+TEST(Store, RefusesInvalidColumnNames) {
   const Folder folder;
   for (const char* name : {"", "a\"b", "A", "a", "Slot", "phase", "über", "x;y"}) {
     RunInfo info = two_thermometers();
@@ -239,7 +239,7 @@ TEST(Store, RefusesNamesThatCannotBeColumns) {
   }
 }
 
-TEST(Store, InMemoryGivesBackWhatWasAppended) {
+TEST(Store, RestoresAppendedRowsFromMemory) {
   auto store = store_with(kInMemory, 5);
   ASSERT_TRUE(store->append(sample_at(5), {}));
   const auto record = store->read_back();
@@ -264,7 +264,7 @@ class Inside {
   std::filesystem::path before_;
 };
 
-TEST(Store, ANameThatMeansMoreToSqliteIsAFilesNameLikeOthers) {
+TEST(Store, TreatsSqliteUriAsFileName) {
   const Folder folder;
   const Inside inside(folder / "");
   ASSERT_TRUE(store_with("run.db", 3)->finish());
@@ -285,7 +285,7 @@ TEST(Store, ANameThatMeansMoreToSqliteIsAFilesNameLikeOthers) {
   EXPECT_FALSE(std::filesystem::exists("new.db"));
 }
 
-TEST(Store, LeavesAFileWhoseLogWasStolenAsItIs) {
+TEST(Store, LeavesFileUnchangedWhenLogIsRemoved) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 5);
   std::filesystem::remove(folder / "run.db-wal");
@@ -317,7 +317,7 @@ std::unique_ptr<Store> background_store(const std::string& path, std::int64_t co
   return std::move(*store);
 }
 
-TEST(BackgroundStore, AcknowledgesWhatTheDiskHasAndNothingElse) {
+TEST(BackgroundStore, AcknowledgesOnlyRowsOnDisk) {
   const Folder folder;
   auto store = background_store(folder / "run.db", 5);
   EXPECT_EQ(store->health().backlog_s, 0);
@@ -327,7 +327,7 @@ TEST(BackgroundStore, AcknowledgesWhatTheDiskHasAndNothingElse) {
   EXPECT_EQ(read_record(folder / "run.db").value().slot.back(), 4) << "not synced";
 }
 
-TEST(BackgroundStore, IsNotBehindByWhatNobodyMeasured) {
+TEST(BackgroundStore, DoesNotCountUnmeasuredSecondsAsBacklog) {
   const Folder folder;
   const auto store = background_store(folder / "run.db", 3);
   ASSERT_TRUE(store->append_gap(3, 3602, "the program was not running"));
@@ -337,7 +337,7 @@ TEST(BackgroundStore, IsNotBehindByWhatNobodyMeasured) {
   EXPECT_EQ(store->health().backlog_s, 0);
 }
 
-TEST(BackgroundStore, KeepsTheLawOfSlots) {
+TEST(BackgroundStore, KeepsInvariantOfSlots) {
   const Folder folder;
   const auto store = background_store(folder / "run.db", 3);
   EXPECT_FALSE(store->append(sample_at(2), {}));
@@ -346,7 +346,7 @@ TEST(BackgroundStore, KeepsTheLawOfSlots) {
   EXPECT_TRUE(store->append(sample_at(5), {}));
 }
 
-TEST(BackgroundStore, WritesTheSameRecordAsTheInlineOne) {
+TEST(BackgroundStore, WritesSameRecordAsInlineStore) {
   const Folder folder;
   for (const bool background : {false, true}) {
     auto store =
@@ -372,7 +372,7 @@ TEST(BackgroundStore, WritesTheSameRecordAsTheInlineOne) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b.db-wal"));
 }
 
-TEST(BackgroundStore, TakesNothingAfterItsEnd) {
+TEST(BackgroundStore, RefusesRowsAfterFinish) {
   const Folder folder;
   const auto store = background_store(folder / "run.db", 1);
   ASSERT_TRUE(store->finish());
@@ -381,7 +381,7 @@ TEST(BackgroundStore, TakesNothingAfterItsEnd) {
   EXPECT_FALSE(store->finish());
 }
 
-TEST(BackgroundStore, GoesOnInANewFileWhenItsLogIsStolenAndNothingAcknowledgedIsLost) {
+TEST(BackgroundStore, ContinuesInNewFileWithoutLossWhenLogIsRemoved) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = background_store(path, 100);
@@ -410,7 +410,7 @@ TEST(BackgroundStore, GoesOnInANewFileWhenItsLogIsStolenAndNothingAcknowledgedIs
   EXPECT_EQ(read_status(path)->slot, 109);
 }
 
-TEST(BackgroundStore, IsTakenUpAgainInItsLastPart) {
+TEST(BackgroundStore, ResumesInLastPart) {
   const Folder folder;
   const auto path = folder / "run.db";
   auto store = background_store(path, 10);
@@ -431,7 +431,7 @@ TEST(BackgroundStore, IsTakenUpAgainInItsLastPart) {
 }
 
 /// Each program after the first begins with no rows in memory.
-TEST(BackgroundStore, NumbersOfEventsRiseOverAllFiles) {
+TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
   const Folder folder;
   const auto path = folder / "run.db";
   const std::vector<Event> three(3, Event{sample_at(0).at, EventKind::note, "a note"});
@@ -465,7 +465,7 @@ TEST(BackgroundStore, NumbersOfEventsRiseOverAllFiles) {
   }
 }
 
-TEST(BackgroundStore, CountsTheFaultyReadingsOfAllFiles) {
+TEST(BackgroundStore, CountsFaultyReadingsOfAllFiles) {
   const Folder folder;
   const auto path = folder / "run.db";
   const auto silent = [](int slot) {
@@ -496,7 +496,7 @@ TEST(BackgroundStore, CountsTheFaultyReadingsOfAllFiles) {
 }
 
 /// The writer died between creating and filling the part; its rows are still in the file before.
-TEST(BackgroundStore, APartThatWasBegunAndNotFilledHidesNothing) {
+TEST(BackgroundStore, LosesNothingWhenNewPartIsEmpty) {
   const Folder folder;
   const auto path = folder / "run.db";
   background_store(path, 10).reset();
@@ -517,7 +517,7 @@ TEST(BackgroundStore, APartThatWasBegunAndNotFilledHidesNothing) {
   EXPECT_EQ(last_part(path), 3);
 }
 
-TEST(BackgroundStore, TakesAFileOfAnotherRunForNoPartOfItsOwn) {
+TEST(BackgroundStore, ExcludesFileOfOtherRun) {
   const Folder folder;
   RunInfo other = two_thermometers();
   other.id[0] = 'f';
@@ -532,7 +532,7 @@ TEST(BackgroundStore, TakesAFileOfAnotherRunForNoPartOfItsOwn) {
   EXPECT_EQ(last_part(path), 3);
 }
 
-TEST(BackgroundStore, TellsInTheStatusFileWhatIsPublished) {
+TEST(BackgroundStore, WritesPublishedStandingToStatusFile) {
   const Folder folder;
   const auto store = background_store(folder / "run.db", 3);
   store->publish({.state = RunState::suspended,

@@ -199,7 +199,7 @@ std::vector<double> calibrated_temperatures(const record::Record& record, std::s
   return temperatures;
 }
 
-std::vector<double> rates_of(const record::Record& record, std::size_t unit, std::size_t axis) {
+std::vector<double> axis_rates(const record::Record& record, std::size_t unit, std::size_t axis) {
   const record::AxisInfo& info = record.info.units[unit].axes[axis];
   const record::UnitColumns& columns = record.units[unit];
   std::vector<double> rates = columns.rotation[axis];

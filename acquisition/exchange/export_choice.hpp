@@ -39,6 +39,6 @@ struct ExportChoice {
 [[nodiscard]] std::vector<double> calibrated_temperatures(const record::Record& record, std::size_t thermometer);
 
 /// Returns the rate about an axis in °/h, including the Earth rate; NaN if there is none.
-[[nodiscard]] std::vector<double> rates_of(const record::Record& record, std::size_t unit, std::size_t axis);
+[[nodiscard]] std::vector<double> axis_rates(const record::Record& record, std::size_t unit, std::size_t axis);
 
 }  // namespace gyrotherm::exchange

@@ -42,7 +42,7 @@ std::vector<Curve> rates(const record::Record& record) {
   std::vector<Curve> curves;
   for (std::size_t unit = 0; unit < record.info.units.size(); ++unit)
     for (std::size_t axis = 0; axis < record.info.units[unit].axes.size(); ++axis)
-      curves.push_back({record::axis_label(record.info.units[unit], axis), rates_of(record, unit, axis)});
+      curves.push_back({record::axis_label(record.info.units[unit], axis), axis_rates(record, unit, axis)});
   return curves;
 }
 

@@ -315,7 +315,7 @@ class NetcdfExport {
     const auto label = record::axis_label(info_.units[unit], index);
     const bool counts = axis.kind == GyroKind::pulse_count;
     const int variable = put(record::calibrated_name(column), "degree/hour",
-                             "rate about " + label + ", the Earth's with it", rates_of(record_, unit, index));
+                             "rate about " + label + ", the Earth's with it", axis_rates(record_, unit, index));
     const auto counts_name = own_name(column.name);
     file_.attribute(variable, "ancillary_variables", counts_name);
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);

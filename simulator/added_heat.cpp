@@ -9,12 +9,12 @@ namespace {
 
 constexpr double kPowersGivenAtC = 20;
 
-/// 1 + w and 1 − w are the halves' films.
+/// Returns w. The films of the halves are 1 + w and 1 − w.
 double wind_of(const SideWind& wind, double output) {
   return wind.steady + (output > 0 ? wind.heating * output : -wind.cooling * output);
 }
 
-/// What the powers' law adds to each.
+/// Returns the difference of each power from its value at 20 °C.
 thermal::ThermalPowers growth_w(const thermal::ThermalPowers& powers_w, const PowerGrowth& growth,
                                 InnerTemperatures inner_c) {
   using Input = thermal::ThermalInput;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Heat that a hard rig adds to that of the gyro's thermal model: from a fan that blows from one side, from powers that
-/// depend on temperature, and from the other bodies on a common bracket. All of it is off by default.
+/// Heat that a hard rig adds to the gyro's thermal model: a fan that blows from one side, powers that depend on
+/// temperature, and other bodies on a common bracket. All of it is off by default.
 #pragma once
 
 #include <cstddef>
@@ -13,87 +13,99 @@
 
 namespace gyrotherm::simulator {
 
-/// So that a side's film stays above 0 whatever heater and cooler do.
+/// Limit of the wind. Below it the film of each side stays above 0 at any output of heater and cooler.
 inline constexpr double kMostWind = 0.45;
 
-/// [virtual.thermal.side_wind]: the film of the cabinet's left half is 1 + w times the model's, that of the right half
-/// 1 − w times. Heater and cooler stand in the stream, so that w follows them. The reduced model has one film all
-/// around; what the two halves make of it is a law of its own (AddedHeat). Off while `gap_w_per_k` is 0.
+/// [virtual.thermal.side_wind]: the film of the cabinet's left half is 1 + w times the model's, the film of the right
+/// half 1 − w times. Heater and cooler are in the air stream, so w follows their output. The reduced model has one film
+/// all around; AddedHeat adds the difference between the halves. Off while `gap_w_per_k` is 0. `steady`, `heating` and
+/// `cooling` are in −kMostWind … kMostWind.
 struct SideWind {
-  double steady{};             ///< w while neither heats nor cools; −kMostWind … kMostWind, as the next two
-  double heating{};            ///< added to it at full heating
-  double cooling{};            ///< … at full cooling
-  double share{};              ///< of air less cabinet by which w = 1 parts the halves from their mean; 0 … 1
-  double time_constant_s = 1;  ///< with which they part; 1 or more
-  double gap_w_per_k{};        ///< from one half to its side of the block
+  /// w while the machinery neither heats nor cools.
+  double steady{};
+  /// Added to w at full heating, and at full cooling.
+  double heating{};
+  double cooling{};
+  /// Distance of each half from the mean of both at w = 1, as a share of (air − cabinet); 0 … 1.
+  double share{};
+  /// Time constant of that distance; 1 or more.
+  double time_constant_s = 1;
+  /// Conductance from one half of the cabinet to the block on its side.
+  double gap_w_per_k{};
 };
 
-/// Such that no power is below 0 between −60 and 80 °C.
+/// Limit of the growth: no power is below 0 between −60 and 80 °C.
 inline constexpr double kMostPowerGrowthPerK = 0.01;
 
-/// [virtual.thermal.power_growth]: P = P₀ (1 + α (T − 20 °C)), T the source's own temperature (the ballasts': the
-/// block's); and what goes over from the right gain arm to the left. Each −kMostPowerGrowthPerK … kMostPowerGrowthPerK.
+/// [virtual.thermal.power_growth]: P = P₀ (1 + α (T − 20 °C)), T the temperature of the heat source (for the ballasts
+/// the block's), and a shift of power from the right gain arm to the left. All values are in −kMostPowerGrowthPerK …
+/// kMostPowerGrowthPerK.
 struct PowerGrowth {
-  double gain_per_k{};          ///< α of the gain arms
-  double preamplifier_per_k{};  ///< …
-  double ballast_per_k{};       ///< …
-  double split_per_k{};         ///< of the gain arms' mean power, per kelvin of the block above 20 °C
+  /// α of the gain arms, of the preamplifier and of the ballasts.
+  double gain_per_k{};
+  double preamplifier_per_k{};
+  double ballast_per_k{};
+  /// Power shifted from right to left per kelvin of the block above 20 °C, as a share of the gain arms' mean power.
+  double split_per_k{};
 };
 
-/// The heat that comes to the model's inputs, above its powers. Of the wind, with θ by how much each half of the
-/// cabinet is from their mean: τ dθ/dt = s w (T_air − T_cabinet) − θ, and G θ comes to the left side of the block, half
-/// of it where the gain arm is, half where the ballast is; as much leaves the right side. What θ loses by G is in s and
+/// The heat that is added to the powers of the model. Let θ be the distance of each half of the cabinet from their
+/// mean. The wind drives it: τ dθ/dt = s w (T_air − T_cabinet) − θ. The left side of the block receives G θ, half of it
+/// at the gain arm and half at the ballast; the right side loses as much. The loss of θ through G is included in s and
 /// τ.
 class AddedHeat {
  public:
-  /// `powers_w`: those that the law of PowerGrowth has at 20 °C.
+  /// Takes the powers at 20 °C as `powers_w`.
   AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth);
 
   [[nodiscard]] bool is_any() const;
-  /// The wind has blown on a cabinet at `shell_c` for long, while nothing heated or cooled.
+  /// Sets the wind to its steady state: cabinet at `shell_c`, machinery neither heating nor cooling.
   void rest(Celsius air, double shell_c);
-  /// One second of wind; `output` of heater (positive) and cooler (negative), −1 … 1.
+  /// Advances the wind by one second. `output` is −1 (full cooling) … 1 (full heating).
   void follow(Celsius air, double shell_c, double output);
-  /// The gyro's power: without it its growth is nothing.
+  /// Switches the gyro's power. The growth of the powers is zero while it is off.
   void switch_on(bool on) { on_ = on; }
-  /// With the gyro's temperatures here and the wind where it is.
+  /// Returns the added heat at the gyro's temperatures `inner_c` and the present wind.
   [[nodiscard]] thermal::ThermalPowers watts(InnerTemperatures inner_c) const;
 
  private:
   thermal::ThermalPowers powers_w_;
   SideWind wind_;
   PowerGrowth growth_;
-  double closes_;      ///< share of the difference from its end that θ closes in a second
+  /// Share of the difference from its final value that θ closes in one second.
+  double closes_;
   double parted_k_{};  ///< θ
   bool on_ = true;
 };
 
-/// Upper limit of a bracket's share: with all of the film to the bracket, no heat reaches the air.
+/// Upper limit of a bracket's share. At a share of 1 no heat would reach the air.
 inline constexpr double kMostBracketShare = 0.9;
 
 /// [[virtual.bracket]]: `share` of each cabinet's film leads to the bracket, the remainder to the air. The bracket
 /// gives heat to nothing else: it follows the mean of the cabinets, and the heat that one body loses to it reaches the
 /// others. With equal films hA of n bodies, time_constant_s is its heat capacity over n · share · hA.
 struct BracketParameters {
-  std::vector<std::size_t> units;  ///< by index; with all their axes
-  double share{};                  ///< 0 … kMostBracketShare
-  double time_constant_s = 1;      ///< 1 or more
+  /// Indices of the units. All axes of a unit are on the bracket.
+  std::vector<std::size_t> units;
+  double share{};              ///< 0 … kMostBracketShare
+  double time_constant_s = 1;  ///< 1 or more
 };
 
-/// A bracket that carries several bodies in the chamber's air, through which they heat each other.
+/// A bracket that carries several bodies in the chamber's air. The bodies heat each other through it.
 class Bracket {
  public:
   Bracket(const BracketParameters& parameters, Celsius start);
 
   /// Returns the effective air temperature of a body on it: air + share · (bracket − air).
   [[nodiscard]] Celsius seen_by_a_body(Celsius air) const;
-  /// Advances by one second with the mean of the cabinets at this temperature.
+  /// Advances by one second. `cabinets` is the mean temperature of the cabinets.
   void follow(Celsius cabinets);
   [[nodiscard]] Celsius temperature() const { return at_; }
 
  private:
   double share_;
-  double closes_;  ///< share of the difference that a second closes
+  /// Share of the difference that is closed in one second.
+  double closes_;
   Celsius at_;
 };
 

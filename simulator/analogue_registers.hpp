@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A virtual unit of analogue inputs as its register map shows it: what the world's units tell of themselves, on its
-/// inputs.
+/// A virtual unit of analogue inputs behind its register map. Its inputs carry values that the simulated units report.
 #pragma once
 
 #include <cstddef>
@@ -19,32 +18,35 @@
 
 namespace gyrotherm::simulator {
 
-/// What is wired to an input: a value of a unit of the world, through a transducer that makes (value − offset) / scale
-/// of it.
+/// A value of a simulated unit that is wired to an input through a transducer. The input receives (value − offset) /
+/// scale.
 struct WiredInput {
-  std::size_t input{};  ///< its place in the map
-  std::string unit;     ///< of the world
-  std::string value;    ///< VirtualLaboratory::values, by name
+  /// Position in the map's list of inputs.
+  std::size_t input{};
+  /// Name of the unit, and of one of its VirtualLaboratory::values.
+  std::string unit;
+  std::string value;
   double scale = 1;
   double offset = 0;
 };
 
 struct VirtualAnalogueInput {
   drivers::AnalogueMap map;
-  std::vector<WiredInput> inputs;  ///< of two on one input the first counts
+  /// If two are on one input, the first one counts.
+  std::vector<WiredInput> inputs;
 };
 
-/// Serves the inputs from the world, every status register with its code "normal", the map's fingerprint, and zeros
-/// elsewhere. An input to which nothing is wired shows what a register of zeros means. Nothing can be written.
+/// Serves the wired values, the code "normal" in every status register, the map's fingerprint, and zeros elsewhere. An
+/// input without a wired value shows the value of a zero register. All registers are read-only.
 class AnalogueRegisters final : public ServedRegisters {
  public:
-  /// `laboratory` must outlive this. Fails with usage if a unit or a value is not the world's, or the map has not that
-  /// input.
+  /// Creates the registers. `laboratory` must outlive them. Fails with usage if the laboratory does not know a unit or
+  /// a value, or if the map does not have an input.
   [[nodiscard]] static Result<AnalogueRegisters> make(VirtualAnalogueInput wired, const VirtualLaboratory& laboratory);
 
   [[nodiscard]] const drivers::RegisterMap& map() const override { return map_.registers; }
-  /// Each table by its own functions; a register by that of its item. Where the map says `holes`, what lies between
-  /// its items reads 0.
+  /// Reads registers. Each item is served by the read function that its map states. If the map has `holes`, registers
+  /// between its items read 0.
   [[nodiscard]] tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
                                                          std::uint16_t count,
                                                          std::vector<std::uint16_t>& words) const override;
@@ -52,11 +54,11 @@ class AnalogueRegisters final : public ServedRegisters {
                                                           std::span<const std::uint16_t>) override {
     return tl::unexpected(ModbusException::illegal_address);
   }
-  /// The laboratory is there now, as after it was moved.
+  /// Replaces the laboratory after it was moved.
   void watch(const VirtualLaboratory& laboratory) { laboratory_ = &laboratory; }
 
  private:
-  /// Where in the world an input's value is, and how the input shows it.
+  /// Position of an input's value in the laboratory, and its transducer.
   struct Source {
     std::size_t unit{}, value{};
     double scale = 1, offset = 0;
@@ -69,7 +71,7 @@ class AnalogueRegisters final : public ServedRegisters {
   [[nodiscard]] std::vector<std::uint16_t> words_of(const drivers::RegisterItem& item) const;
 
   drivers::AnalogueMap map_;
-  std::map<std::string, Source> sources_;  ///< by the item of the input
+  std::map<std::string, Source> sources_;
   const VirtualLaboratory* laboratory_;
 };
 

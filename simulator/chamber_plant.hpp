@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The chamber: air that heater, cooler and wall pull at, a controller that follows its set point, and the controller's
+/// The chamber: air driven by heater, cooler and wall, a controller that follows a set point, and the controller's
 /// sensor.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace gyrotherm::simulator {
 
 /// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller whose integral
-/// stops while the output is at its limit. Explicit Euler, 1 s. Free of noise.
+/// stops while the output is at its limit. Integrated by explicit Euler with a step of 1 s. Has no noise.
 class ChamberPlant {
  public:
   explicit ChamberPlant(const PlantParameters& parameters)
@@ -23,7 +23,7 @@ class ChamberPlant {
         wall_c_(parameters.start_c),
         sensed_c_(parameters.start_c) {}
 
-  /// Lets one second pass. Switched off, heater and cooler run down and air and wall drift towards the room.
+  /// Advances by one second. While it is off, heater and cooler run down, and air and wall drift towards the room.
   void step(Celsius set_point, bool on) {
     const auto& p = parameters_;
     if (!on) integral_ = 0;
@@ -40,16 +40,18 @@ class ChamberPlant {
     wall_c_ += wall_k_per_s;
   }
 
-  /// From the next step on.
+  /// Applies the faults from the next step on.
   void inject(const PlantFaults& faults) { faults_ = faults; }
 
-  /// Manual mode: the output stays at this, −1 … 1, whatever the set point is; nothing: it follows.
+  /// Holds the output at a fixed value, −1 … 1, regardless of the set point (manual mode). An empty value returns to
+  /// control.
   void hold_output(std::optional<double> output) { held_output_ = output; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
-  /// Behind the sensor's lag, or what it shows.
+  /// Returns the air temperature behind the sensor's lag, or the value that a fault makes the sensor show.
   [[nodiscard]] Celsius sensed() const { return {faults_.sensor_c.value_or(sensed_c_ + faults_.sensor_error_k)}; }
-  [[nodiscard]] double output_percent() const { return 100 * output_; }  ///< −100 full cooling … 100 full heating
+  /// Returns the output: −100 (full cooling) … 100 (full heating).
+  [[nodiscard]] double output_percent() const { return 100 * output_; }
 
  private:
   [[nodiscard]] double demand(double error_k) {
@@ -77,8 +79,10 @@ class ChamberPlant {
   double wall_c_;
   double sensed_c_;
   std::optional<double> held_output_;
-  double integral_{};  ///< the controller's, in units of its output
-  double output_{};    ///< of heater (positive) and cooler (negative), −1…1
+  /// The integral of the controller, in units of its output.
+  double integral_{};
+  /// Output of heater (positive) and cooler (negative), −1 … 1.
+  double output_{};
 };
 
 }  // namespace gyrotherm::simulator

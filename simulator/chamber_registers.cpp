@@ -157,7 +157,7 @@ void ChamberRegisters::find_addresses() {
     hole_begin_ = std::min(hole_begin_, first);
     hole_end_ = std::max(hole_end_, first + count);
   }
-  // Where a map reads its holes it reads whole chunks from the first register on.
+  // If a map permits reading holes, the driver reads whole chunks from the first register on.
   if (map_.holes) hole_begin_ = 0;
 }
 
@@ -191,7 +191,7 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const 
     case Role::output: return image_.words_at(item, laboratory_.output_percent());
     case Role::mode: {
       if (laboratory_.is_on() && laboratory_.holds_output())
-        return image_.words(image_address(item), word_count(item));  // as it was written
+        return image_.words(image_address(item), word_count(item));  // the written value
       const auto code = laboratory_.is_on() ? map_.control->on : map_.control->off;
       return image_.words_at(item, static_cast<double>(code));
     }
@@ -237,7 +237,7 @@ bool ChamberRegisters::accepts(const drivers::RegisterItem& item, double value) 
   });
 }
 
-/// What the words from `address` on are written to: an item, or one word of the profile memory.
+/// Returns the target of the words from `address` on: an item, or one word of the profile memory.
 tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::assignment(
     int address, std::span<const std::uint16_t> words, bool coil) const {
   for (const auto& item : map_.items) {
@@ -286,7 +286,7 @@ void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double val
   const auto& unit = unit_;
   if (item.name == "set_point") laboratory_.change_set_point({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
-    image_.set_value(item, value);  // it is kept inside, and shows zero
+    image_.set_value(item, value);
   const bool manual = any_holds(unit.holds_output, item, value);
   if (unit.turns_on.empty() && map_.control && item.name == map_.control->commanded)
     laboratory_.switch_on(manual || value == static_cast<double>(map_.control->on));

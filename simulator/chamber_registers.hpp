@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual chamber as its register map shows it: the words of its registers, its profile memory, and the program
-/// that it carries out by itself.
+/// The virtual chamber behind its register map: register contents, profile memory, and the program that it executes by
+/// itself.
 #pragma once
 
 #include <algorithm>
@@ -23,33 +23,39 @@
 
 namespace gyrotherm::simulator {
 
-/// What a virtual chamber needs to know beside the items of its register map, from the map's [simulated] table: what
-/// switches the unit on, and what it shows then.
+/// Behaviour of a virtual chamber that the items of its register map do not describe, read from the map's [simulated]
+/// table: the writes that change its state, and the values that it shows in each state.
 struct SimulatedUnit {
   struct Shows {
     std::string item;
-    std::map<std::string, double>
-        values;  ///< by state: "off", "on", "manual", "running" (or "ramping", "soaking"), "held", "done"
+    /// Value in each state: "off", "on", "manual", "running" (or "ramping", "soaking"), "held", "done".
+    std::map<std::string, double> values;
   };
-  std::vector<drivers::Condition> turns_on, turns_off;  ///< by writing this
-  std::vector<drivers::Condition> holds_output;         ///< by writing this: manual mode, at full heating
+  /// Writes with an effect. `holds_output` selects manual mode at full heating; `creates_program` empties the memory;
+  /// `stores_program` and `loads_program` save and restore the edit window.
+  std::vector<drivers::Condition> turns_on, turns_off;
+  std::vector<drivers::Condition> holds_output;
   std::vector<drivers::Condition> starts_program, holds_program, resumes_program, ends_program;
-  std::vector<drivers::Condition> creates_program;  ///< by writing this the memory is emptied
-  std::vector<drivers::Condition> stores_program,
-      loads_program;                         ///< by writing this the edit window is kept, or comes back
-  std::string program_number, program_step;  ///< items that say which program and step is started
+  std::vector<drivers::Condition> creates_program;
+  std::vector<drivers::Condition> stores_program, loads_program;
+  /// Items that select the program and the step to start.
+  std::string program_number, program_step;
   std::vector<Shows> shows;
   std::vector<std::pair<std::string, double>> initial;
   std::vector<std::pair<std::string, std::string>> initial_texts;
-  bool silent_exceptions{};           ///< no reply where others answer with an exception
-  bool ignores_blocks_elsewhere{};    ///< function 16 outside the profile memory is acknowledged and does nothing
-  std::vector<std::string> when_off;  ///< items that hold their first sentinel while the unit is off
+  /// Does not reply where other units send an exception.
+  bool silent_exceptions{};
+  /// Acknowledges and ignores function 16 outside the profile memory.
+  bool ignores_blocks_elsewhere{};
+  /// Items that show their first sentinel while the unit is off.
+  std::vector<std::string> when_off;
 };
 
-/// Reads the table from the map's text, which `file` names in faults. Fails with bad_file if it has mistakes.
+/// Reads the [simulated] table from the map's text. `file` is the name used in faults. Fails with bad_file if the table
+/// has errors.
 [[nodiscard]] Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const std::string& file);
 
-/// Coils and registers have addresses of their own: those of coils are this much higher in an image.
+/// Coils and registers have separate addresses. In an image the addresses of coils are this much higher.
 inline constexpr int kCoils = 0x10000;
 [[nodiscard]] inline int image_address(const drivers::RegisterItem& item) {
   const bool coil =
@@ -59,7 +65,7 @@ inline constexpr int kCoils = 0x10000;
 
 class RegisterImage {
  public:
-  /// `map` outlives it. Holds the map's fingerprint and initial values, zeros otherwise.
+  /// Creates an image with the map's fingerprint and initial values and zeros elsewhere. `map` must outlive it.
   RegisterImage(const drivers::RegisterMap& map, const SimulatedUnit& unit);
 
   [[nodiscard]] std::uint16_t word(int address) const {
@@ -75,7 +81,7 @@ class RegisterImage {
     return all;
   }
 
-  /// As the controller shows it, with its decimals and unit.
+  /// Returns the value that the controller displays, with its decimals and unit.
   [[nodiscard]] double value(const drivers::RegisterItem& item) const {
     auto form = in_its_context(item);
     form.write_scale.reset();
@@ -94,9 +100,10 @@ class RegisterImage {
     return in_context(item, context.value_or(drivers::ItemContext{}));
   }
 
-  /// The words of `item` at `value`; of a bit field with the other bits as they are.
+  /// Returns the words of `item` at `value`. Keeps the other bits of a bit field.
   [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const {
-    const bool as_it_is = item.decimals.empty() && item.unit.empty();  // no copy for what is read every second
+    // Copying an item that needs no context would cost time every second.
+    const bool as_it_is = item.decimals.empty() && item.unit.empty();
     auto words = as_it_is ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
     if (item.type != drivers::RegisterType::bits) return words;
     words[0] = with_other_bits(item, words[0], word(image_address(item)));
@@ -110,7 +117,7 @@ class RegisterImage {
 
 class MemoryImage {
  public:
-  /// Both outlive it.
+  /// Creates an empty memory. `map` and `registers` must outlive it.
   MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers);
 
   [[nodiscard]] bool holds(int address) const { return range_of(address) != nullptr; }
@@ -125,7 +132,7 @@ class MemoryImage {
     window_[{range && range->windowed ? selected_step() : 0, address}] = word;
   }
 
-  /// The edit window's content is kept, or comes back.
+  /// Empties, saves and restores the content of the edit window.
   void clear() { window_.clear(); }
   void store() { stored_ = window_; }
   void load() { window_ = stored_; }
@@ -150,9 +157,11 @@ class MemoryImage {
  private:
   struct Range {
     int first{}, last{};
-    bool windowed{};  ///< shows the step that is selected
+    /// Shows the selected step.
+    bool windowed{};
   };
-  using Place = std::pair<int, int>;  ///< step (of a window; else 0), address
+  /// Step (0 outside a window) and address.
+  using Place = std::pair<int, int>;
 
   [[nodiscard]] const Range* range_of(int address) const {
     const auto found =
@@ -174,15 +183,17 @@ class MemoryImage {
   RegisterImage& registers_;
   std::vector<Range> ranges_;
   std::map<Place, std::uint16_t> window_, stored_;
-  int step_selector_ = -1;              ///< address of the register that chooses the step of a window
-  std::map<int, std::uint16_t> fresh_;  ///< what a step that was never written shows, by address: that it is the end
+  /// Address of the register that selects the step of a window.
+  int step_selector_ = -1;
+  /// Content of a step that was never written, by address: the code for the end of the program.
+  std::map<int, std::uint16_t> fresh_;
 };
 
 class ProgramRun {
  public:
   enum class Stage { none, ramping, soaking, held, done };
 
-  /// From the step `first` (from 0) on; a program without it is done at once.
+  /// Starts at step `first`, counted from 0. If the program does not have this step it is done at once.
   void start(drivers::ChamberProgram program, int first) {
     program_ = std::move(program);
     enter(static_cast<std::size_t>(first < 0 ? 0 : first));
@@ -201,10 +212,10 @@ class ProgramRun {
 
   [[nodiscard]] Stage stage() const { return stage_; }
   [[nodiscard]] bool runs() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
-  [[nodiscard]] int step() const { return static_cast<int>(step_); }  ///< from 0
+  [[nodiscard]] int step() const { return static_cast<int>(step_); }
 
-  /// The set point of the second that begins now; only while it runs. Then that second is over, unless a guaranteed
-  /// soak waits for the air.
+  /// Returns the set point of the second that begins and advances by that second. A guaranteed soak does not advance
+  /// while the air is outside its band. Requires runs().
   [[nodiscard]] Celsius next_set_point(Celsius air) {
     assert(runs());
     while (runs() && elapsed_ >= program_.steps[step_].duration) enter(step_ + 1);
@@ -233,12 +244,12 @@ class ProgramRun {
   Stage stage_ = Stage::none;
 };
 
-/// Serves air_temperature, set_point (and active_ or working_set_point), output and clocks from the world; what
-/// switches the chamber on, starts its program and shows its state is for the map's [simulated] table to say. A map in
-/// which nothing switches it on describes a chamber that is on. Any other item keeps what is written to it.
+/// Serves air_temperature, set_point (and active_ or working_set_point), output and clocks from the laboratory. The
+/// map's [simulated] table describes the writes that switch the chamber and start its program, and the states that it
+/// shows. If no write switches the chamber on, it is always on. Any other item keeps the value that was written to it.
 class ChamberRegisters final : public ServedRegisters {
  public:
-  /// `laboratory` must outlive this. The map's [simulated] table has been found to be good.
+  /// Creates the registers. `laboratory` must outlive them. The map's [simulated] table must be valid.
   ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 
@@ -246,14 +257,14 @@ class ChamberRegisters final : public ServedRegisters {
   [[nodiscard]] std::uint8_t unit() const { return map_.link.modbus.unit; }
   [[nodiscard]] bool is_silent_when_wrong() const override { return unit_.silent_exceptions; }
 
-  /// Inside a map's one block a hole reads 0.
+  /// Reads registers. A hole inside a map's block reads 0.
   [[nodiscard]] tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
                                                          std::uint16_t count,
                                                          std::vector<std::uint16_t>& words) const override;
   [[nodiscard]] tl::expected<void, ModbusException> write(drivers::WriteFunction function, std::uint16_t address,
                                                           std::span<const std::uint16_t> words) override;
 
-  /// The second that begins: a program that runs has its set point in it. To be called before the world's step.
+  /// Begins a second and applies the set point of a running program. Call before the step of the laboratory.
   void pass_second();
   [[nodiscard]] const ProgramRun& program() const { return run_; }
 
@@ -265,7 +276,8 @@ class ChamberRegisters final : public ServedRegisters {
     const SimulatedUnit::Shows* shows{};
   };
   struct Assignment {
-    const drivers::RegisterItem* item{};  ///< nothing: a word of the profile memory
+    /// Null for a word of the profile memory.
+    const drivers::RegisterItem* item{};
     int address{};
     std::vector<std::uint16_t> words;
     double value{};
@@ -290,8 +302,9 @@ class ChamberRegisters final : public ServedRegisters {
   MemoryImage memory_;
   ProgramRun run_;
   std::vector<Live> live_;
-  std::map<int, bool> served_;     ///< addresses of items
-  int hole_begin_{}, hole_end_{};  ///< of the map's one block, or of all that it has; empty if it has no holes
+  std::map<int, bool> served_;
+  /// Range of the map's one block, or of all its items; empty if holes are not readable.
+  int hole_begin_{}, hole_end_{};
   std::int64_t seconds_{};
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What happens to a gyro and its thermometers between runs: coefficients age, thermometers drift by the calendar, the
-/// block is stored warm and cold. All of it is determined by the gyro's seed and the day, so that a run 30 days later
-/// lies on the way to one a year later.
+/// Changes of a gyro and its thermometers between runs: coefficients age, thermometers drift by the calendar, and the
+/// block is stored warm and cold. The gyro's seed and the day determine all of them, so a run 30 days later lies on the
+/// path to a run one year later.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,22 @@
 
 namespace gyrotherm::simulator {
 
-/// Draws what each run draws anew; another day is another run.
+/// Returns the seed of everything that each run draws independently. A run on another day is another run.
 [[nodiscard]] std::uint64_t noise_seed(LaboratorySeed seed);
 
-/// The drawn gyro, `seed.days_later` days older: each coefficient that ages times 1 + its yearly change · days/365;
-/// each thermometer's walk so many steps of a day further. Where the thermometers drift by the calendar the walk up to
-/// day 0 is the gyro's as well, and a run draws none of it. On day 0 the others are as they were given.
+/// Returns the drawn gyro `seed.days_later` days older. Each ageing coefficient is multiplied by 1 + its yearly change
+/// · days/365. The random walk of each thermometer advances by one step a day. If the thermometers drift by the
+/// calendar, the walk up to day 0 belongs to the gyro and a run draws none of it; otherwise the gyro of day 0 is
+/// unchanged.
 [[nodiscard]] LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed);
 
-/// Drift of each thermometer from one day after its calibration to another: a random walk with a step a day, the same
-/// for a gyro whatever part of it is asked for.
+/// Returns the drift of each thermometer between two days after its calibration: a random walk with one step a day. A
+/// gyro's walk does not depend on the requested range of days.
 [[nodiscard]] EachThermometer calendar_drift_k(const EachThermometer& drift_k_per_sqrt_day, std::uint64_t gyro,
                                                std::uint64_t from_day, std::uint64_t to_day);
 
-/// Where the gyro was before the run of that day, and what draws the run. Each turn of its storage is uniform between
-/// lowest and highest.
+/// Returns the storage history of the gyro before the run of that day, and the seed of the run. Each turning point of
+/// the storage temperature is uniform between lowest and highest.
 [[nodiscard]] GyroPast past_of(const Storage& storage, LaboratorySeed seed);
 
 }  // namespace gyrotherm::simulator

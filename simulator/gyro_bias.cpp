@@ -16,13 +16,13 @@ double at(InnerTemperatures inner_c, thermal::ThermalOutput output) {
   return inner_c[static_cast<std::size_t>(output)];
 }
 
-/// B, C, F, H.
+/// Returns the temperatures of mirrors B, C, F and H.
 std::array<double, 4> mirrors_c(InnerTemperatures inner_c) {
   return {at(inner_c, thermal::ThermalOutput::mirror_b), at(inner_c, thermal::ThermalOutput::mirror_c),
           at(inner_c, thermal::ThermalOutput::mirror_f), at(inner_c, thermal::ThermalOutput::mirror_h)};
 }
 
-/// What the light's path has grown by follows this: the mean of block and mirrors, half each.
+/// Returns the temperature that determines the length of the light's path: the mean of block and mirrors, half each.
 double light_path_c(InnerTemperatures inner_c) {
   const auto mirrors = mirrors_c(inner_c);
   const double mirror_mean = (mirrors[0] + mirrors[1] + mirrors[2] + mirrors[3]) / 4;
@@ -34,7 +34,7 @@ double velocity(const GasFlow& flow, double arm_c) {
          std::pow((arm_c + kZeroCelsiusInKelvin) / (kReferenceC + kZeroCelsiusInKelvin), flow.exponent);
 }
 
-/// 1 + γ (T̄ − 20 °C)/40 K.
+/// Returns 1 + γ (T̄ − 20 °C)/40 K.
 double grown(double growth, double block_c) {
   constexpr double kOver = 40;
   return 1 + growth * (block_c - kReferenceC) / kOver;

@@ -93,7 +93,8 @@ void GyroReadout::wander() {
   const double fresh = parameters_.drift_deg_per_h * std::sqrt(1 - drift_memory_ * drift_memory_);
   drift_deg_per_h_ = drift_memory_ * drift_deg_per_h_ + fresh * drift_noise_.normal();
   instability_.step();
-  constexpr double kPerSqrtSecond = 1.0 / 60;  // of one per √h
+  // The walk is given per √h.
+  constexpr double kPerSqrtSecond = 1.0 / 60;
   walk_deg_per_h_ += parameters_.rate_random_walk_deg_per_h_per_sqrt_h * kPerSqrtSecond * walk_noise_.normal();
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the gyro makes of its rotation: an accumulated angle with noise, counted in whole pulses, and a clock of its
-/// own.
+/// The gyro's read-out of its rotation: an accumulated angle with noise, counted in whole pulses, and the gyro's clock.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +23,7 @@ struct MarkovProcess {
 /// = σ²/(2f), so σ² = B²/π per unit of ln τ. Asserts 0 < shortest_s ≤ longest_s.
 [[nodiscard]] std::vector<MarkovProcess> flicker_processes(double instability, double shortest_s, double longest_s);
 
-/// The sum of such processes, once a second.
+/// The sum of such processes, advanced once a second.
 class Flicker {
  public:
   /// Starts from the stationary distribution.
@@ -44,30 +43,33 @@ class Flicker {
   double sum_{};
 };
 
-/// Half-width of the dead band with the block here: the file's at −40 °C, and 0 from where the dither does not sag.
+/// Returns the half-width of the dead band at this block temperature: the file's value at −40 °C, falling linearly to 0
+/// at the temperature below which the dither sags.
 [[nodiscard]] double half_width_deg_per_h(const DeadBand& band, Celsius block);
 
-/// What a gyro tells of a rate Ω while it locks in below `half_width` = Ω_L: 0 up to there, sign(Ω) √(Ω² − Ω_L²)
-/// beyond, the mean beat of two oscillators that pull each other (Adler, Proc. IRE 34, 1946; of the laser gyro
-/// Aronowitz, Laser Applications 1, 1971). Far beyond Ω_L² / 2Ω is missing.
+/// Returns the rate that a gyro shows at the true rate Ω when it locks in below `half_width` = Ω_L: 0 up to Ω_L,
+/// sign(Ω) √(Ω² − Ω_L²) beyond. This is the mean beat of two coupled oscillators (Adler, Proc. IRE 34, 1946; for the
+/// laser gyro Aronowitz, Laser Applications 1, 1971). Far beyond Ω_L the loss is Ω_L² / 2Ω.
 [[nodiscard]] DegreesPerHour locked(DegreesPerHour rate, double half_width_deg_per_h);
 
-/// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse).
-/// The rate is bias + Earth rate + turn-on offset + what drifts: a first-order Markov process and bias instability
-/// (Flicker), both from their stationary distribution on, and a rate random walk (K in °/h/√h) from 0 on.
-/// A hard gyro's read-out depends on the block's temperature, by x = (T̄ − 20 °C)/40 K: N grows by 1 − g x · 40/60 (the
-/// residual of lock-in), the rate by the scale factor's 1 + s x, and by Ω_crosswise sin(t x) where the axis tilts by t.
-/// Where the dither sags only what is above the residual lock-in is told of the rate (locked).
+/// The read-out. Each second angle += rate + 60·N·white (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle /
+/// arcsec_per_pulse). The rate is the sum of bias, Earth rate, turn-on offset and drift. The drift is a first-order
+/// Markov process and bias instability (Flicker), both started from their stationary distribution, and a rate random
+/// walk (K in °/h/√h) started at 0.
+/// A hard gyro's read-out depends on the block's temperature through x = (T̄ − 20 °C)/40 K. N is multiplied by 1 − g x
+/// · 40/60 (the remaining lock-in), the rate by the scale factor's 1 + s x, and Ω_crosswise sin(t x) is added because
+/// the axis tilts by t. Where the dither sags, the rate is reduced by the remaining lock-in (locked()).
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);
 
-  /// Lets one second pass at this bias and this temperature of the block; turned around, it sees −Ω.
+  /// Advances by one second at this bias and block temperature. A turned gyro measures −Ω.
   void step(DegreesPerHour bias, Celsius block = {20}, bool turned = false);
-  /// Switched on again: draws another turn-on offset.
+  /// Draws another turn-on offset: the gyro is switched on again.
   void start_anew() { turn_on_deg_per_h_ = turn_on(); }
 
-  [[nodiscard]] DegreesPerHour drift() const;  ///< all that is added to bias and Earth rate, for the second to come
+  /// Returns the sum of everything added to bias and Earth rate in the next second.
+  [[nodiscard]] DegreesPerHour drift() const;
   [[nodiscard]] std::int64_t pulses() const { return pulses_; }
   [[nodiscard]] std::int64_t device_time_us() const;
   [[nodiscard]] double arcsec_per_pulse() const { return parameters_.arcsec_per_pulse; }
@@ -84,7 +86,8 @@ class GyroReadout {
   RandomStream losses_;
   RandomStream turn_ons_;
   Flicker instability_;
-  double drift_memory_;  ///< of the Markov drift, per second
+  /// Memory of the Markov drift per second.
+  double drift_memory_;
   double drift_deg_per_h_;
   double walk_deg_per_h_{};
   double turn_on_deg_per_h_;

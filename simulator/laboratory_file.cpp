@@ -50,7 +50,7 @@ DeadBand read_dead_band(const TomlTable& table) {
   return band;
 }
 
-/// In a world of units each axis has its own Earth rate, and the type none.
+/// Reads the read-out. In a world of units each axis has its own Earth rate, so the type has none.
 ReadoutParameters read_readout(const TomlTable& table, bool of_units) {
   ReadoutParameters r;
   r.arcsec_per_pulse = positive(table, "arcsec_per_pulse");
@@ -79,7 +79,7 @@ ReadoutParameters read_readout(const TomlTable& table, bool of_units) {
   return r;
 }
 
-/// One number for all, or one for each of A…H and shell.
+/// Reads one number for all thermometers, or one for each of A…H and shell.
 EachThermometer each(const TomlTable& table, const char* key, double least) {
   EachThermometer all{};
   if (table.is_list(key)) {
@@ -103,7 +103,8 @@ FailingThermometer read_failing(const TomlTable& table, const std::vector<std::s
   FailingThermometer failing{.place = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
                              .how = one_of(kFailings, table, "how"),
                              .from_s = to_seconds(table.duration("from"))};
-  if (failing.place == names.size()) failing.place = 0;  // the choice was a mistake
+  // The choice was invalid and is reported.
+  if (failing.place == names.size()) failing.place = 0;
   if (failing.how == Failing::offset || failing.how == Failing::spikes) failing.error_k = table.number("error_k");
   if (failing.how == Failing::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
   return failing;

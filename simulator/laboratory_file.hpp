@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What is broken in the virtual laboratory.
+/// Faults of the virtual laboratory, and the reader of a rig file's [virtual] table.
 #pragma once
 
 #include <array>
@@ -14,60 +14,68 @@
 
 namespace gyrotherm::simulator {
 
-/// Of the chamber; by default nothing is broken.
+/// Faults of the chamber. Nothing is broken by default.
 struct PlantFaults {
-  double heating_share = 1, cooling_share = 1;  ///< of the machinery's power that is left
-  std::optional<double> stuck_output{};  ///< −1 … 1: what heater and cooler do, whatever the controller wants of them
-  bool door_open{};                      ///< the room pulls at the air
-  double sensor_error_k{};               ///< of the chamber's own sensor, by which its controller goes
-  std::optional<double> sensor_c{};      ///< what the sensor shows instead, if anything
+  /// Share of the machinery's power that remains.
+  double heating_share = 1, cooling_share = 1;
+  /// Output of heater and cooler regardless of the controller, −1 … 1.
+  std::optional<double> stuck_output{};
+  bool door_open{};
+  /// Error of the chamber's own sensor, which its controller uses.
+  double sensor_error_k{};
+  /// Value that the sensor shows instead of the temperature.
+  std::optional<double> sensor_c{};
 };
 
-/// Of one thermometer on a unit.
+/// Faults of one thermometer on a unit.
 struct ThermometerFault {
-  std::size_t place{};              ///< whose place it has: another one's after cables were swapped
-  double error_k{};                 ///< added to what it shows
-  std::optional<double> shown_c{};  ///< what it shows instead, if anything
+  /// Index of the measured location. It differs from the thermometer's own after cables were swapped.
+  std::size_t place{};
+  /// Added to the shown value.
+  double error_k{};
+  /// Shown instead of the measured value.
+  std::optional<double> shown_c{};
 };
 
 struct LaboratoryFaults {
-  /// Nothing is broken; of a plain world each thermometer can be, else as many.
+  /// Nothing is broken. A plain world has kThermalPlaces thermometers, a world of units has `count`.
   LaboratoryFaults() : LaboratoryFaults(kThermalPlaces) {}
   explicit LaboratoryFaults(std::size_t count) : thermometers(count) {
     for (std::size_t i = 0; i < count; ++i) thermometers[i].place = i;
   }
   PlantFaults plant;
-  bool air_is_frozen{};  ///< the controller shows the last reading
-  /// In the order of VirtualLaboratory::thermometer_names(); those beyond them are sound.
+  /// The controller shows the last reading.
+  bool air_is_frozen{};
+  /// Faults in the order of VirtualLaboratory::thermometer_names(). Thermometers beyond the end of the list have none.
   std::vector<ThermometerFault> thermometers;
 };
 
 // Pieces of the reader of a rig file's [virtual] table.
 
-/// Numbers with a condition; one that breaks it is a mistake at its key.
+/// Read a number with a condition. They report an error at the key if the condition is broken.
 [[nodiscard]] double positive(const TomlTable& table, const char* key);
 [[nodiscard]] double not_negative(const TomlTable& table, const char* key, std::optional<double> fallback = {});
-/// A time constant that a step of one second can follow.
+/// Reads a time constant. It must be at least the step of one second.
 [[nodiscard]] double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback = {});
-/// As many numbers as wanted, none below `least`; on a mistake that many zeros.
+/// Reads `count` numbers, none below `least`. Reports an error at the key and returns `count` numbers otherwise.
 [[nodiscard]] std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t count, double least);
 
-/// Whether a [virtual] table has [[virtual.unit]].
+/// Returns whether a [virtual] table contains [[virtual.unit]].
 [[nodiscard]] bool has_units(const TomlTable& table);
 
-/// [[virtual.unit]], [[virtual.bracket]], [virtual.own_temperature] and [[virtual.value]] into `laboratory`, whose
-/// read-out has been read.
+/// Reads [[virtual.unit]], [[virtual.bracket]], [virtual.own_temperature] and [[virtual.value]] into `laboratory`. Its
+/// read-out must have been read before.
 void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
 
-/// Of a world of units: gives failing thermometers, whose places are counted over all thermometer_names_of, to the axes
-/// that they sit on.
+/// Distributes failing thermometers to the axes that carry them, in a world of units. Their indices count over all of
+/// thermometer_names_of.
 void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
-/// [virtual.network] and [virtual.bias] of a rig whose body is "reference".
+/// Reads [virtual.network] and [virtual.bias] of a rig with the body "reference".
 [[nodiscard]] LumpedGyroParameters read_lumped_gyro(const TomlTable& table);
 
-/// [virtual.thermal] with its spread, and [virtual.bias] of a rig whose body is "twin". The model is left
-/// empty: another file has it.
+/// Reads [virtual.thermal] with its spread, and [virtual.bias] of a rig with the body "twin". The model remains empty:
+/// it is in another file.
 [[nodiscard]] ReducedGyroParameters read_reduced_gyro(const TomlTable& table);
 
 }  // namespace gyrotherm::simulator

@@ -46,7 +46,7 @@ Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
 
 enum Place : std::size_t { A, B, C, D, E };
 
-/// The mean of A…H.
+/// Returns the mean of A…H.
 double block_mean_c(BlockTemperatures block_c) {
   return std::accumulate(block_c.begin(), block_c.end(), 0.0) / kBlockPlaces;
 }
@@ -57,7 +57,7 @@ double gradient_part(const LumpedBias& bias, BlockTemperatures t) {
   return sum;
 }
 
-/// Each chain of nodes conducts from one to the next.
+/// Reads the chains of nodes. Each chain conducts from one node to the next.
 std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<std::string>& nodes) {
   std::vector<ThermalLink> links;
   for (const auto& conduction : table.tables("conduction")) {
@@ -82,8 +82,8 @@ void expect_places(const TomlTable& table, const std::vector<std::string>& nodes
   }
 }
 
-/// The conductances that leave each node, and whether each node has a way to the chamber: else it would never come to
-/// rest.
+/// The sum of the conductances that leave each node, and whether each node is connected to the chamber. A node without
+/// a connection would never come to rest.
 struct Connections {
   std::vector<double> leaving_w_per_k;
   std::vector<bool> anchored;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyro of the reference simulation: a lumped thermal network, and a bias that is a function of its temperatures
-/// alone.
+/// The gyro of the reference simulation: a lumped thermal network, and a bias that depends on its present temperatures
+/// only.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,13 +20,13 @@ struct NetworkEquations {
 
 [[nodiscard]] NetworkEquations equations_of(const NetworkParameters& network);
 
-/// Where the network rests when the chamber stays at `air`.
+/// Returns the temperatures of the network at rest in chamber air of `air`.
 [[nodiscard]] Eigen::VectorXd at_rest(const NetworkEquations& equations, Celsius air);
 
 class ThermalNetwork final {
  public:
-  /// Starts at rest at the network's start temperature. `network` must hold the nodes A…H and "air", and every node
-  /// must have a way to the chamber (parse_laboratory checks both).
+  /// Starts at rest at the network's start temperature. `network` must contain the nodes A…H and "air", and each node
+  /// must be connected to the chamber (parse_laboratory checks both).
   explicit ThermalNetwork(const NetworkParameters& network);
 
   void step(Celsius air);
@@ -46,14 +46,15 @@ class ThermalNetwork final {
   std::array<double, kThermalPlaces> places_c_{};
 };
 
-/// b = s·{ k1·x + k2·x² + Σ_{X=B…H} g_X (T_A − T_X) + arm·(T_B + T_D − T_C − T_E)/2·(1 + growth·x) + u·sin(2πx/period)
-/// }, x = block mean − 20 °C. The reference simulation's law: a temperature part no gradient can see (k1, k2, u), a
-/// part linear in the gradients, and the unequal gas flow of the two discharge arms, which grows with temperature.
+/// Returns the bias of the reference simulation: b = s·{ k1·x + k2·x² + Σ_{X=B…H} g_X (T_A − T_X) + arm·(T_B + T_D −
+/// T_C − T_E)/2·(1 + growth·x) + u·sin(2πx/period) }, x = block mean − 20 °C. Gradients do not contain the terms k1, k2
+/// and u. The gradient terms are linear. The arm term is the unequal gas flow of the two discharge arms, which grows
+/// with temperature.
 [[nodiscard]] DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures block_c);
 
 class LumpedGyro final : public VirtualGyro {
  public:
-  /// Starts at rest at the network's start temperature. The network's terms are those of ThermalNetwork.
+  /// Starts at rest at the network's start temperature. The preconditions of ThermalNetwork apply.
   explicit LumpedGyro(const LumpedGyroParameters& parameters) : law_(parameters.bias), network_(parameters.network) {}
 
   void step(Celsius air, double /*output*/) override { network_.step(air); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The registers of a virtual Modbus unit, as whoever serves its line needs them.
+/// The interface between the registers of a virtual Modbus unit and the server of its line.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ class ServedRegisters {
  public:
   virtual ~ServedRegisters() = default;
   [[nodiscard]] virtual const drivers::RegisterMap& map() const = 0;
-  /// No reply where others answer with an exception.
+  /// Returns whether the unit stays silent instead of sending an exception reply.
   [[nodiscard]] virtual bool is_silent_when_wrong() const { return false; }
 
-  /// Appends `count` words to `words`. Fails with illegal_value if the map reads fewer at once, or illegal_address at a
-  /// register that is none of the map's.
+  /// Appends `count` registers to `words`. Fails with illegal_value if `count` exceeds the map's limit, or with
+  /// illegal_address if the map does not contain a register.
   [[nodiscard]] virtual tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
                                                                  std::uint16_t count,
                                                                  std::vector<std::uint16_t>& words) const = 0;
-  /// All or nothing. Fails with illegal_address at a register that is not writable or belongs to an item written in
-  /// part, or illegal_value if the unit does not accept what is written.
+  /// Writes all registers or none. Fails with illegal_address if a register is not writable or belongs to an item of
+  /// which only a part is written, or with illegal_value if the unit does not accept a value.
   [[nodiscard]] virtual tl::expected<void, ModbusException> write(drivers::WriteFunction function,
                                                                   std::uint16_t address,
                                                                   std::span<const std::uint16_t> words) = 0;

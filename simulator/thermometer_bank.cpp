@@ -47,7 +47,7 @@ void scatter_body(ReducedGyroParameters& gyro, const SpreadParameters& /*spread*
   RandomStream leads(seed, RandomPurpose::lead_spread);
   for (double* lead : {&gyro.arms.left_lead_w_per_k, &gyro.arms.right_lead_w_per_k})
     *lead *= leads.log_normal(gyro.lead_spread);
-  // The arms first: another heat capacity changes the basis in which a lead is a watt per kelvin.
+  // Apply the arms first: a changed heat capacity changes the basis in which a lead is given in watts per kelvin.
   gyro.model = perturbed(with_unequal_arms(std::move(gyro.model), gyro.arms), gyro.spread, random);
   gyro.arms = {};
 }
@@ -84,13 +84,13 @@ void scatter_hard(ReducedGyroParameters& gyro, const HardSpread& spread, RandomS
 void scatter_hard(LumpedGyroParameters& /*has nothing of it*/, const HardSpread& /*spread*/, RandomStream& /*random*/) {
 }
 
-/// `amplitude` times a log-normal factor, its sign drawn as well; at most `most` either way.
+/// Multiplies `amplitude` by a log-normal factor and draws its sign. Limits the result to −most … most.
 void redraw(double& amplitude, double most, const HardSpread& spread, RandomStream& random) {
   amplitude *= random.log_normal(spread.amplitude) * (random.uniform() < 0.5 ? -1 : 1);
   amplitude = std::clamp(amplitude, -most, most);
 }
 
-/// From streams of their own, so that what was drawn before these terms were is drawn as before.
+/// Draws added heat from separate streams. The draws of all other parameters do not depend on it.
 void scatter_heat(ReducedGyroParameters& gyro, const HardSpread& spread, std::uint64_t seed) {
   RandomStream winds(seed, RandomPurpose::side_wind);
   for (double* wind : {&gyro.wind.steady, &gyro.wind.heating, &gyro.wind.cooling})

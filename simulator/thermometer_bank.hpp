@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Draws one gyro of a type: the same body and the same bias law with other numbers.
+/// Draws one gyro of a type: the same body and bias model with other parameters.
 #pragma once
 
 #include <array>
@@ -11,28 +11,28 @@
 
 namespace gyrotherm::simulator {
 
-/// Seed 0 is the gyro of the file exactly. Any other seed draws another: each bias coefficient is multiplied by a
-/// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
-/// constant, the gyro a constant offset. The reference simulation's heat capacities and films are multiplied likewise,
-/// a twin's model is perturbed (simulator/thermal/reduced/reduced_model.hpp). What only a hard rig has is drawn by its
-/// own spread, from a stream of its own.
+/// Returns the gyro of a seed. Seed 0 is exactly the gyro of the file. For any other seed each bias coefficient is
+/// multiplied by its own log-normal factor and phases are drawn; each thermometer receives a calibration error and
+/// another time constant, and the gyro a constant offset. The heat capacities and films of the reference simulation are
+/// multiplied in the same way; the model of a twin is perturbed (simulator/thermal/reduced/reduced_model.hpp).
+/// Parameters that only a hard rig has are drawn with their own spread from a separate stream.
 [[nodiscard]] LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed);
 
 // The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
 
-/// `value` to the nearest multiple of `resolution` (0: as it is).
+/// Returns `value` rounded to the nearest multiple of `resolution`. A resolution of 0 returns it unchanged.
 [[nodiscard]] double to_resolution(double value, double resolution);
 
-/// Each thermometer follows its place with a first-order lag and reads, to its resolution,
-/// T + offset + gain·(T − 20 °C) + drift + self-heating + white noise. The drift is a random walk that began at the
-/// calibration; self-heating grows as the resistance of platinum (IEC 60751: 0.39 % a kelvin). One that fails reads
-/// something else from its time on; a dead one, NaN.
+/// The thermometers. Each follows the temperature of its location with a first-order lag and reads, rounded to its
+/// resolution, T + offset + gain·(T − 20 °C) + drift + self-heating + white noise. The drift is a random walk that
+/// started at the calibration. Self-heating grows with the resistance of platinum (IEC 60751: 0.39 % per kelvin). A
+/// failing thermometer reads a wrong value from its failure time on; a dead one reads NaN.
 class ThermometerBank {
  public:
   /// Starts in equilibrium with `places_c` and reads it once.
   ThermometerBank(const ThermometerParameters& parameters, PlaceTemperatures places_c, std::uint64_t seed);
 
-  /// Follows the places for one second, then reads them.
+  /// Follows the locations for one second, then reads them.
   void step(PlaceTemperatures places_c);
 
   [[nodiscard]] PlaceTemperatures readings_c() const { return readings_c_; }
@@ -47,7 +47,8 @@ class ThermometerBank {
   RandomStream drift_noise_;
   RandomStream spikes_;
   double seconds_{};
-  EachThermometer follow_{};            ///< share of the difference closed in one second
+  /// Share of the difference closed in one second.
+  EachThermometer follow_{};
   EachThermometer drift_per_sqrt_s_{};  ///< K
   bool drifts_ = false;
   EachThermometer drift_k_{};

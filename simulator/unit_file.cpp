@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The units of a rig file's [virtual] table, and what stands around them.
+// The units of a rig file's [virtual] table, their brackets and their own values.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMostAxes = 256;
 
-/// A name of which others are made with a point, and that is none of `others`.
+/// Reads a name that is joined with others by a point. It must differ from all `others`.
 std::string part_of_a_name(const TomlTable& table, const std::vector<std::string>& others) {
   auto name = table.text("name");
   if (!table.has("name")) return name;

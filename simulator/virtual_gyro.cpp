@@ -96,7 +96,7 @@ Storage read_storage(const TomlTable& table) {
   return storage;
 }
 
-/// What a linear gyro does not have: each table, or key, may be absent.
+/// Reads the tables and keys that a linear gyro lacks. Each may be absent.
 void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
   if (table.has("growth")) b.growth = read_growth(table.table("growth"));
   if (table.has("lag")) {
@@ -112,7 +112,7 @@ void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
         {.time_constant_s = time_constant_s(phase, "time_constant_s"), .deg_per_h = phase.number("deg_per_h")});
 }
 
-/// A number that may be as far from 0 as `most`.
+/// Reads a number in −most … most.
 double within(const TomlTable& table, const char* key, double most, std::optional<double> fallback = {}) {
   const double value = table.number(key, fallback);
   if (!(std::abs(value) <= most)) table.mistake(key, fmt::format("{}, expected {} to {}", value, -most, most));
@@ -175,8 +175,8 @@ namespace {
 
 double shell_c(InnerTemperatures inner_c) { return inner_c[static_cast<std::size_t>(thermal::ThermalOutput::shell)]; }
 
-/// Where a gyro rests, switched on, with what is added to its powers there. The heat depends on where it rests: found
-/// round by round, each a hundred times nearer.
+/// Returns the added heat of a switched-on gyro at rest. The heat depends on the rest temperatures, so it is found by
+/// iteration; each round reduces the error by a factor of about 100.
 thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedModel& model,
                                       const ReducedGyroParameters& parameters) {
   constexpr int kRounds = 10;
@@ -241,7 +241,7 @@ Celsius cabinet_at_rest(const ReducedGyroParameters& parameters) {
 
 ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
   const auto thermal = table.table("thermal");
-  (void)thermal.text("gyro");  // read by gyro_model_of
+  (void)thermal.text("gyro");
   ReducedGyroParameters p;
   p.start_c = thermal.celsius("start").value;
   p.film =

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyro as the virtual laboratory needs it: a body in the chamber's air, with true temperatures and a true bias.
+/// The interface of a gyro in the virtual laboratory: a body in the chamber's air, with true temperatures and a true
+/// bias.
 #pragma once
 
 #include <array>
@@ -14,10 +15,11 @@
 
 namespace gyrotherm::simulator {
 
-inline constexpr std::size_t kBlockPlaces = 8;    ///< A…H, on the block
-inline constexpr std::size_t kThermalPlaces = 9;  ///< and "shell": the cabinet's, or the air in it
+/// Locations on the block, A…H, and with "shell", the cabinet or the air in it.
+inline constexpr std::size_t kBlockPlaces = 8;
+inline constexpr std::size_t kThermalPlaces = 9;
 
-/// The names of the places, in their order everywhere in this room.
+/// Names of the thermal locations, in the order that all simulator interfaces use.
 inline constexpr std::array<std::string_view, kThermalPlaces> kPlaceNames{"A", "B", "C", "D",    "E",
                                                                           "F", "G", "H", "shell"};
 
@@ -27,30 +29,32 @@ using PlaceTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
 class VirtualGyro {
  public:
   virtual ~VirtualGyro() = default;
-  /// Lets one second pass with the chamber's air at `air`, while heater (positive) and cooler (negative) give `output`,
-  /// −1 … 1, of what they can: the side from which the air blows may follow it.
+  /// Advances by one second. `air` is the chamber's air, `output` the output of heater (positive) and cooler
+  /// (negative), −1 … 1; the direction of the air stream may depend on it.
   virtual void step(Celsius air, double output) = 0;
-  /// Its power; without, it warms nothing, and its warm-up begins when it is switched on again.
+  /// Switches the gyro's power. A gyro without power produces no heat. Its warm-up begins when it is switched on again.
   virtual void switch_on(bool on) = 0;
-  /// True temperatures at the places now: what the thermometers are at.
+  /// Returns the present true temperatures of the locations, without the thermometers' errors.
   [[nodiscard]] virtual PlaceTemperatures places_c() const = 0;
-  /// What its temperatures, now and before, and its warm-up make of its bias; without noise, turn-on and rotation.
+  /// Returns the bias caused by present and past temperatures and by the warm-up, without noise, turn-on offset and
+  /// rotation.
   [[nodiscard]] virtual DegreesPerHour bias() const = 0;
-  /// The mean of its block.
+  /// Returns the mean temperature of the block.
   [[nodiscard]] virtual Celsius block() const = 0;
 };
 
-// The finite-element gyro, reduced, with the physics of its bias: what the default virtual rig stands on.
+// The reduced finite-element gyro with the physics of its bias. The default virtual rig uses it.
 
-/// The model with its left and right half made unequal: powers shared anew, and for each lead, of conductance g from
-/// gain arm to shell, K₀ + g (l − s)(l − s)ᵀ, l and s their rows of the outputs: heat leaves the arm as evenly as its
-/// own power enters it. Symmetric positive definite stays so.
+/// Returns the model with unequal halves: redistributed powers, and for each lead, with conductance g from gain arm to
+/// shell, K₀ + g (l − s)(l − s)ᵀ, l and s their rows of the outputs. Heat leaves the arm with the distribution with
+/// which its own power enters it. A symmetric positive definite K₀ remains so.
 [[nodiscard]] thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms);
 
-/// The thermometers see A…H and the shell; the bias sees the twin's gain arms, mirrors and block alone.
+/// The reduced gyro. The thermometers measure A…H and the shell; the bias depends only on gain arms, mirrors and block.
 class ReducedGyro final : public VirtualGyro {
  public:
-  /// Starts at rest, switched on (a cold one: switched off until now), in air at the parameters' start temperature.
+  /// Starts at rest in air at the parameters' start temperature. A cold gyro starts switched off, any other switched
+  /// on.
   explicit ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past = {});
 
   void step(Celsius air, double output) override;
@@ -72,7 +76,8 @@ class ReducedGyro final : public VirtualGyro {
   GyroBias bias_;
 };
 
-/// Where its cabinet rests in air at the parameters' start temperature: switched off, if it is a cold one.
+/// Returns the temperature of the cabinet at rest in air at the parameters' start temperature. A cold gyro is switched
+/// off.
 [[nodiscard]] Celsius cabinet_at_rest(const ReducedGyroParameters& parameters);
 
 }  // namespace gyrotherm::simulator

@@ -27,7 +27,7 @@ Result<GyroLineSources::Axis> source_of(const VirtualGyroLine::Axis& wanted, con
   return GyroLineSources::Axis{.unit = unit, .axis = axis};
 }
 
-/// Of the world's only unit.
+/// Returns the axes of the laboratory's only unit.
 std::vector<VirtualGyroLine::Axis> all_axes(const VirtualLaboratory& laboratory) {
   std::vector<VirtualGyroLine::Axis> all;
   if (laboratory.units().size() == 1)
@@ -85,12 +85,12 @@ PacedGyroLine::Stand PacedGyroLine::stand(const VirtualLaboratory& laboratory) c
   return stand;
 }
 
-/// All its units are.
+/// Returns whether all units of the line are silent.
 bool PacedGyroLine::is_silent(const VirtualLaboratory& laboratory) const {
   return std::ranges::all_of(sources_.units, [&](std::size_t unit) { return laboratory.is_silent(unit); });
 }
 
-/// Where each axis is said to be, `share` of the second after its beginning.
+/// Updates the sent pulse count of each axis to fraction `share` of the current second.
 void PacedGyroLine::count(const VirtualLaboratory& laboratory, double share) {
   const bool all_are_silent = is_silent(laboratory);
   for (std::size_t i = 0; i < sent_.size(); ++i) {

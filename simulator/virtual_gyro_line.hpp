@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro line of the virtual rig: the axes of one unit under test, or of several behind one serial device, as frames
-/// that fall due at the line's own pace.
+/// A gyro line of the virtual rig: the axes of one unit under test, or of several units behind one serial device, as
+/// frames with their own schedule.
 #pragma once
 
 #include <cstddef>
@@ -17,25 +17,29 @@
 
 namespace gyrotherm::simulator {
 
-/// At how many frames a second a gyro sends.
+/// Number of frames that a gyro sends per second.
 enum class FramePace {
-  one_a_second,  ///< of every stream
-  full_rate,     ///< the stream's own, where it has one
+  /// Every stream sends one frame.
+  one_a_second,
+  /// Each stream sends at its own rate if it has one.
+  full_rate,
 };
 
-/// What is on the line. A unit's values come in the fields that have their names, or "UNIT_NAME"; a name by itself is
-/// the first unit's, and so is its own temperature in a field for a temperature of any other name.
+/// The content of a line. A value of a unit is sent in the field of its name, or of "UNIT_NAME". A plain name refers to
+/// the first unit. The first unit's own temperature is also sent in a temperature field of any other name.
 struct VirtualGyroLine {
-  /// An axis of the world; one without a name may be called by any.
+  /// An axis of the laboratory. An axis without a name matches any name.
   struct Axis {
     std::string unit, axis;
   };
   drivers::FrameFormat frame;
-  std::vector<drivers::GyroCommand> commands{};  ///< that start its stream: those with a reply are answered
-  std::vector<Axis> axes{};  ///< in the order of the frame's; none: those of the world's only unit, in its order
+  /// Commands that start the stream. Those with a reply are answered.
+  std::vector<drivers::GyroCommand> commands{};
+  /// Axes in the order of the frame. If empty, the line has all axes of the laboratory's only unit.
+  std::vector<Axis> axes{};
 };
 
-/// The axes of a line in the world, and which of its values are in the frame.
+/// Indices of a line's axes in the laboratory, and of the values that its frame contains.
 struct GyroLineSources {
   struct Axis {
     std::size_t unit{}, axis{};
@@ -44,35 +48,39 @@ struct GyroLineSources {
     std::size_t unit{}, value{};
   };
   std::vector<Axis> axes;
-  std::vector<std::optional<Value>> values;  ///< in the order of FrameFormat::values()
-  std::vector<std::size_t> units;            ///< each once
+  /// In the order of FrameFormat::values().
+  std::vector<std::optional<Value>> values;
+  /// Units of the line without duplicates.
+  std::vector<std::size_t> units;
 };
 
-/// Fails with usage if an axis is none of the world's, or the frame has another number of them.
+/// Finds the sources of a line. Fails with usage if the laboratory does not have an axis, or if the frame has another
+/// number of axes.
 [[nodiscard]] Result<GyroLineSources> sources_of(const VirtualGyroLine& line, const VirtualLaboratory& laboratory);
 
 class PacedGyroLine {
  public:
-  /// `sources`: of this line.
+  /// Creates the line. `sources` must belong to it.
   PacedGyroLine(VirtualGyroLine line, GyroLineSources sources, FramePace pace, double arcsec_per_pulse,
                 Descriptor listener);
 
   void add(Pty pty) { server_.add(std::move(pty)); }
   [[nodiscard]] std::shared_ptr<MemoryConnection> connect() { return server_.connect(); }
   void attend() { server_.attend(); }
-  /// When the next frame is due, seconds since the start.
+  /// Returns the time at which the next frame is due, in seconds since the start.
   [[nodiscard]] double next_s() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
-  /// A second begins; has passed.
+  /// Record the counts at the beginning and at the end of a second.
   void begin_second(const VirtualLaboratory& laboratory) { before_ = stand(laboratory); }
   void end_second(const VirtualLaboratory& laboratory) { after_ = stand(laboratory); }
-  /// Sends the next frame, `share` of the second after its beginning. Of a line whose units all are silent the frame is
-  /// lost; of one of several the counts stand still, and what it counts meanwhile is lost. Without power there is none.
+  /// Sends the next frame at fraction `share` of the second. If all units of the line are silent the frame is lost. If
+  /// some are silent their counts do not change, and their pulses of that time are lost. Nothing is sent while the
+  /// units have no power.
   void send(const VirtualLaboratory& laboratory, double share);
-  /// Lets a frame at the end of a second pass with nobody listening.
+  /// Skips a frame at the end of a second; nothing is sent.
   void skip(const VirtualLaboratory& laboratory);
 
  private:
-  /// Where the axes stand at the ends of the second under way.
+  /// Counts and clock of the axes at one end of the current second.
   struct Stand {
     std::vector<std::int64_t> pulses{};
     std::int64_t device_time_us{};
@@ -87,7 +95,8 @@ class PacedGyroLine {
   double frames_a_second_;
   std::int64_t frames_{};
   Stand before_, after_;
-  std::vector<double> sent_, lost_;  ///< pulses of each axis
+  /// Pulses of each axis.
+  std::vector<double> sent_, lost_;
   std::vector<double> values_;
 };
 

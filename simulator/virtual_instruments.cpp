@@ -19,7 +19,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Indices of the world's thermometers, in the order of an instrument's inputs.
+/// Indices of the laboratory's thermometers, in the order of an instrument's inputs.
 using Places = std::vector<std::size_t>;
 
 std::size_t inputs_of(const VirtualThermometer& thermometer) {
@@ -43,7 +43,7 @@ Result<Places> places_of(const VirtualThermometer& thermometer, const VirtualLab
   return places;
 }
 
-/// Those of one instrument, or of one module of several.
+/// Returns the thermometers on the inputs of an instrument, or of one of its modules.
 template <class OnInputs>
 OnInputs on_inputs(const Places& places, std::size_t first = 0) {
   OnInputs inputs;
@@ -62,7 +62,7 @@ std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const 
   return modules;
 }
 
-/// Nothing for an instrument that is no server.
+/// Returns the factory of an instrument's sessions, or an empty one if the instrument is not a server.
 MakeSession session_of(const VirtualThermometer& thermometer, const Places& places,
                        const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
@@ -85,7 +85,7 @@ MakeSession session_of(const VirtualThermometer& thermometer, const Places& plac
   return {};
 }
 
-/// One for each instrument that is a server: chamber, thermometers, gyros, analogue inputs, in this order.
+/// Opens one listener per server: chamber, thermometers, gyros, analogue inputs, in this order.
 Result<std::vector<Descriptor>> listen_all(std::uint16_t first_port, std::size_t count) {
   if (first_port + count > 0x10000) {
     return failure(FaultKind::usage, "virtual instruments",
@@ -110,7 +110,7 @@ Result<std::vector<Pty>> open_ptys(std::size_t count) {
   return ptys;
 }
 
-/// "gyro", or with several lines the units' names after it.
+/// Returns "gyro", or with several lines "gyro" and the names of the units.
 std::string name_of(const GyroLineSources& sources, const VirtualLaboratory& laboratory, std::size_t lines) {
   if (lines == 1) return "gyro";
   std::vector<std::string> units;
@@ -118,7 +118,7 @@ std::string name_of(const GyroLineSources& sources, const VirtualLaboratory& lab
   return fmt::format("gyro {}", fmt::join(units, "+"));
 }
 
-/// The instruments' places in the world.
+/// Indices of the laboratory's values that the instruments show.
 struct Sources {
   std::vector<Places> thermometers;
   std::vector<GyroLineSources> gyros;
@@ -225,7 +225,7 @@ class Servers final : public VirtualInstruments {
     ++seconds_;
   }
 
-  /// When the next frame is due, or without gyros the next second over, seconds since the start.
+  /// Returns the time of the next frame, or without gyros the end of the next second, in seconds since the start.
   [[nodiscard]] double next_s() const {
     if (gyros_.empty()) return static_cast<double>(seconds_ + 1);
     double next = gyros_.front().next_s();
@@ -233,7 +233,7 @@ class Servers final : public VirtualInstruments {
     return next;
   }
 
-  /// Closed where they are attended.
+  /// Removes and returns the next listener. Returns a closed one if the instruments are attended.
   static Descriptor next_of(std::vector<Descriptor>& listeners) {
     if (listeners.empty()) return {};
     auto next = std::move(listeners.front());
@@ -265,19 +265,22 @@ class Servers final : public VirtualInstruments {
     gyros_.back().add(std::move(*pty));
   }
 
-  std::mutex guard_;  ///< of the world and what reads it
+  /// Guards the laboratory and everything that reads it.
+  std::mutex guard_;
   VirtualLaboratory laboratory_;
   ChamberRegisters chamber_;
-  std::vector<Places> places_;  ///< of each thermometer
+  std::vector<Places> places_;
   std::uint16_t chamber_port_{};
   std::vector<AnalogueRegisters> analogue_;
   std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_;
   std::vector<ServedLine> lines_;
   std::map<InstrumentKind, std::vector<MakeSession>> sessions_;
   std::vector<PacedGyroLine> gyros_;
-  Duration clock_{};  ///< since the start
+  /// Time since the start.
+  Duration clock_{};
   std::int64_t seconds_{};
-  ReplyServer replies_;  ///< last: its thread ends before what it uses
+  /// Declared last: its thread ends before the members that it uses.
+  ReplyServer replies_;
 };
 
 Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, Sources sources,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual instruments: servers on loopback that speak the real protocols over a world.
+/// The virtual instruments: servers on loopback that use the real protocols and serve a virtual laboratory.
 #pragma once
 
 #include <cstdint>
@@ -19,37 +19,42 @@
 
 namespace gyrotherm::simulator {
 
-/// One thermometer of the virtual rig: which of the world's are on its inputs, in order; on DCON modules eight to each.
+/// One thermometer instrument of the virtual rig. `channels` names the laboratory's thermometers on its inputs, in
+/// order; a DCON module has eight inputs.
 struct VirtualThermometer {
   std::vector<std::string> channels;
   drivers::ThermometerKind kind{};
-  std::vector<std::uint8_t> addresses{1};  ///< DCON: of the modules on the line
-  std::uint8_t type = 0x10;                ///< DCON: of all their inputs
+  /// DCON: addresses of the modules on the line, and the type of all their inputs.
+  std::vector<std::uint8_t> addresses{1};
+  std::uint8_t type = 0x10;
   drivers::DconChecksum checksum{};
 };
 
 struct VirtualInstrumentsOptions {
   drivers::RegisterMap chamber;
   std::vector<VirtualThermometer> thermometers;
-  std::vector<VirtualGyroLine> gyros;  ///< each with a pace of its own
+  /// Each line has its own frame rate.
+  std::vector<VirtualGyroLine> gyros;
   std::vector<VirtualAnalogueInput> analogue_inputs{};
-  std::uint16_t first_port = 0;  ///< 0: any free ones; else chamber, thermometers, gyros, analogue inputs on
-                                 ///< consecutive ones
-  FramePace frames{};            ///< of all gyros
-  bool ptys = false;  ///< serves all but HID devices on pseudo-terminals too; there chamber and analogue inputs speak
-                      ///< Modbus RTU, with unit and registers of the map's link in use
-  bool attended = false;  ///< they are at no port and have no thread: the one client, in this process, has lines from
-                          ///< line() and connect()
+  /// 0 selects free ports; otherwise chamber, thermometers, gyros and analogue inputs use consecutive ports.
+  std::uint16_t first_port = 0;
+  /// Applies to all gyros.
+  FramePace frames{};
+  /// Also serves all instruments except HID devices on pseudo-terminals. There chamber and analogue inputs use Modbus
+  /// RTU with the unit and registers of the map's link.
+  bool ptys = false;
+  /// Opens no port and starts no thread. The single client in this process uses line() and connect().
+  bool attended = false;
 };
 
-/// One second that the laboratory lives through again.
+/// One second of a recorded run for replay.
 struct PastSecond {
   Celsius set_point;
   UnitState unit{};
 };
 
-/// Where one of them can be reached: "chamber", "thermometer 1", …, "gyro" (where there are several, "gyro UNIT", or
-/// "gyro UNIT+UNIT" where two share a line), "analogue input 1", … at "tcp://127.0.0.1:5020" or
+/// Address of an instrument. Names are "chamber", "thermometer 1", …, "gyro" (with several lines "gyro UNIT", or "gyro
+/// UNIT+UNIT" if two units share a line) and "analogue input 1", …; lines are "tcp://127.0.0.1:5020" or
 /// "serial:/dev/pts/3".
 struct ServedLine {
   std::string instrument, line;
@@ -57,56 +62,56 @@ struct ServedLine {
 
 enum class InstrumentKind { chamber, thermometer, gyro, analogue_input };
 
-/// Serves on 127.0.0.1 from a thread of its own until destroyed, unless attended. All clients see one world; several
-/// clients may connect to each.
+/// Serves on 127.0.0.1 from its own thread until destroyed, unless attended. All clients observe one laboratory.
+/// Several clients may connect to each instrument.
 class VirtualInstruments {
  public:
-  /// Fails with disconnected if a port cannot be bound, or usage if a channel is not a thermometer of the world, an
-  /// instrument has too many, a gyro line's axes are not the world's or not as many as its frame's, or an analogue
-  /// input shows what the world has not (AnalogueRegisters::make).
+  /// Starts the servers. Fails with disconnected if a port cannot be bound. Fails with usage if a channel is not a
+  /// thermometer of the laboratory, an instrument has too many channels, the axes of a gyro line do not match
+  /// laboratory and frame, or an analogue input is wired to an unknown value (AnalogueRegisters::make).
   [[nodiscard]] static Result<std::unique_ptr<VirtualInstruments>> start(VirtualLaboratory laboratory,
                                                                          VirtualInstrumentsOptions options);
   virtual ~VirtualInstruments() = default;
 
-  /// Lets `time` pass: the gyros send the frames that have become due to whoever is connected. The world moves in whole
-  /// seconds, each with its first frame; what the frames of a second say adds up to the second exactly. Without gyros a
-  /// second comes when it is over.
+  /// Advances by `time`. The gyros send all due frames to the connected clients. The laboratory advances in whole
+  /// seconds, each with its first frame; the frames of a second add up exactly to its pulses. Without gyros a second
+  /// advances at its end.
   virtual void pass(Duration time) = 0;
   void advance(int seconds) { pass(std::chrono::seconds(seconds)); }
-  /// Lets these seconds pass with nobody listening: how a recorded run is replayed.
+  /// Replays seconds of a recorded run without sending.
   virtual void replay(std::span<const PastSecond> seconds) = 0;
-  /// Brings all units to a state, as people would; from the next second on.
+  /// Brings all units to a state from the next second on, as an operator would.
   virtual void bring_unit_to(const UnitState& state) = 0;
-  /// The state it was brought to last, in the seconds lived through again too.
+  /// Returns the last requested state, also during a replay.
   [[nodiscard]] virtual UnitState unit() = 0;
 
-  /// Of attended instruments: the line to one of them, a gyro's by its line, in memory. What is asked is answered at
-  /// once, by gyros when time passes next. Must not outlive this.
+  /// Returns an in-memory line to an attended instrument. Requests are answered at once; gyros send when time passes.
+  /// The line must not outlive this object.
   [[nodiscard]] virtual std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index = 0) = 0;
-  /// Of an attended chamber or analogue input that speaks Modbus TCP: a connection, for a client that wants a
-  /// descriptor; not blocking. Fails with disconnected.
+  /// Returns a non-blocking connection to an attended chamber or analogue input with Modbus TCP, for a client that
+  /// needs a descriptor. Fails with disconnected.
   [[nodiscard]] virtual Result<Descriptor> connect(InstrumentKind kind, std::size_t index = 0) = 0;
-  /// After something was sent on such a connection: it is answered.
+  /// Answers the requests on such connections. Call it after sending.
   virtual void attend() = 0;
 
-  /// A unit that does not send (VirtualLaboratory::silence).
+  /// Makes a unit stop or resume sending (VirtualLaboratory::silence).
   virtual void silence(std::size_t unit, bool silent) = 0;
 
-  /// The world's units and their axes (VirtualLaboratory), by whose places these functions know them.
+  /// Returns the names of the units and of their axes (VirtualLaboratory). Other functions use their indices.
   [[nodiscard]] virtual const std::vector<std::string>& units() const = 0;
   [[nodiscard]] virtual const std::vector<std::string>& axes(std::size_t unit = 0) const = 0;
-  /// Of each axis of a unit (VirtualLaboratory::true_bias): asked of the laboratory, by no instrument's line.
+  /// Returns the true bias of each axis of a unit (VirtualLaboratory::true_bias). No instrument's line carries it.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(std::size_t unit = 0) = 0;
 
-  /// Ports on 127.0.0.1; 0: that thermometer is no server (USB-TEMP), or all are attended.
+  /// Return ports on 127.0.0.1. 0: the thermometer is not a server (USB-TEMP), or the instruments are attended.
   [[nodiscard]] virtual std::uint16_t chamber_port() const = 0;
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t gyro_port(std::size_t line = 0) const = 0;
   [[nodiscard]] virtual std::uint16_t analogue_port(std::size_t index) const = 0;
-  /// Every port and pseudo-terminal, in the order of the instruments.
+  /// Returns all ports and pseudo-terminals in the order of the instruments.
   [[nodiscard]] virtual std::vector<ServedLine> lines() const = 0;
 
-  /// The wire of a USB-TEMP, in memory; must not outlive this.
+  /// Returns the in-memory connection of a USB-TEMP. It must not outlive this object.
   [[nodiscard]] virtual std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) = 0;
 };
 

@@ -16,9 +16,9 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Of the conductivity of the air in the gaps, for each of many bodies: while the chamber goes by 5 K/min it moves a
-/// thermometer by less than 17 mK and the bias by less than 2e-5 °/h against one body's ten seconds, and saves more
-/// than half of the time of a step, which is that of reading tables of a megabyte a body.
+/// Update interval of the gap-air conductivity for each of many bodies. At a chamber ramp of 5 K/min it changes a
+/// thermometer by less than 17 mK and the bias by less than 2e-5 °/h, compared with the ten seconds of a single body.
+/// It saves more than half of the time of a step, which is spent reading tables of 1 MB per body.
 constexpr int kSecondsPerUpdateOfMany = 30;
 
 DrawnAxis drawn_axis(LaboratoryParameters type, LaboratorySeed seed) {
@@ -41,7 +41,7 @@ double start_c(const LaboratoryParameters& gyro) {
   return std::get<LumpedGyroParameters>(gyro.body).network.start_c;
 }
 
-/// A unit, drawn, before it is made.
+/// Drawn parameters of a unit.
 struct DrawnUnit {
   std::string name;
   LaboratorySeed seed;
@@ -63,7 +63,7 @@ std::vector<DrawnUnit> drawn_units(const LaboratoryParameters& type, LaboratoryS
   return units;
 }
 
-/// Lets a bracket's bodies start where they rest on it. Returns where it is then.
+/// Starts the bodies of a bracket at their rest temperature on it. Returns the bracket's temperature.
 Celsius start_on_a_bracket(std::vector<DrawnUnit>& units, const BracketParameters& bracket) {
   std::vector<DrawnAxis*> bodies;
   for (const auto unit : bracket.units)
@@ -92,15 +92,16 @@ struct VirtualLaboratory::Parts {
   PlantParameters plant_parameters;
   double arcsec_per_pulse;
   ChamberPlant plant;
-  std::vector<std::string> names;                    ///< of the units
-  std::vector<std::vector<std::string>> axis_names;  ///< of each
+  std::vector<std::string> names;
+  std::vector<std::vector<std::string>> axis_names;
   std::vector<VirtualUnit> units;
   std::vector<char> silent;
   std::vector<BracketParameters> on_brackets;
   std::vector<Bracket> brackets;
-  std::vector<std::optional<std::size_t>> bracket_of;  ///< of each unit
+  std::vector<std::optional<std::size_t>> bracket_of;
   std::vector<std::string> thermometer_names;
-  std::vector<double> sound_c, shown_c;  ///< what the thermometers read, and show with their faults
+  /// Readings without and with faults.
+  std::vector<double> sound_c, shown_c;
   std::vector<ThermometerFault> thermometer_faults;
   bool air_is_frozen = false;
   RandomStream air_noise;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One unit under test of the virtual laboratory: its axes, each a laser gyro of its own with its thermometers, and
-/// what the unit tells of itself.
+/// One unit under test of the virtual laboratory: its axes, each a laser gyro with its own thermometers, and the values
+/// that the unit reports.
 #pragma once
 
 #include <cstdint>
@@ -22,41 +22,44 @@
 
 namespace gyrotherm::simulator {
 
-/// "UNIT.AXIS", or "UNIT" where the axis has no name.
+/// Returns "UNIT.AXIS", or "UNIT" if the axis has no name.
 [[nodiscard]] std::string axis_name(std::string_view unit, std::string_view axis);
 
-/// The names of the world's thermometers (VirtualLaboratory::thermometer_names); without units, of the plain world's.
+/// Returns the names of the laboratory's thermometers (VirtualLaboratory::thermometer_names). Without units these are
+/// the names of the plain world.
 [[nodiscard]] std::vector<std::string> thermometer_names_of(const std::vector<UnitParameters>& units);
 
-/// The seed for what has this name in a world of units: the same whatever else is in the world. The gyro's seed is
-/// mixed with the name's FNV-1a hash of 64 bits, so that each name has another gyro, with seed 0 too.
+/// Returns the seed of the unit or axis with this name. It does not depend on other units. The gyro's seed is mixed
+/// with the 64-bit FNV-1a hash of the name, so each name has another gyro, also with seed 0.
 [[nodiscard]] LaboratorySeed seed_of(LaboratorySeed seed, std::string_view name);
 
-/// One axis, drawn, before it is made.
+/// Drawn parameters of one axis.
 struct DrawnAxis {
   LaboratoryParameters gyro;
-  LaboratorySeed seed;  ///< its own
+  /// The seed of this axis.
+  LaboratorySeed seed;
   std::optional<OutputHop> hop{};
 };
 
-/// Where the cabinet of a gyro rests that is so while its air is at this temperature.
+/// Returns the temperature of the axis' cabinet at rest in air of this temperature.
 [[nodiscard]] Celsius cabinet_at_rest(const DrawnAxis& axis, Celsius air);
 
 class VirtualAxis {
  public:
   explicit VirtualAxis(const DrawnAxis& drawn);
 
-  /// Switched on it starts anew.
+  /// Switches the gyro's power. Switching on restarts warm-up and turn-on offset.
   void switch_on(bool on);
-  /// Lets one second pass with the air around it here, and heater and cooler at `output` (VirtualGyro::step).
+  /// Advances by one second in this air, with heater and cooler at `output` (VirtualGyro::step).
   void step(Celsius air, double output, const UnitState& state);
 
   [[nodiscard]] PlaceTemperatures thermometers_c() const { return thermometers_.readings_c(); }
   [[nodiscard]] Celsius cabinet() const { return {gyro_->places_c().back()}; }
   [[nodiscard]] Celsius block() const { return gyro_->block(); }
   [[nodiscard]] const GyroReadout& readout() const { return readout_; }
-  [[nodiscard]] DegreesPerHour true_bias() const { return true_bias_; }  ///< in the second that has passed
-  /// What is added to bias and Earth rate in the second to come: the read-out's drift, and the hop.
+  /// Returns the true bias of the past second.
+  [[nodiscard]] DegreesPerHour true_bias() const { return true_bias_; }
+  /// Returns everything added to bias and Earth rate in the next second: the read-out's drift and the hop.
   [[nodiscard]] DegreesPerHour drift() const { return readout_.drift() + hopped(); }
 
  private:
@@ -70,7 +73,8 @@ class VirtualAxis {
   double seconds_{};
 };
 
-/// What a unit tells beside its rates: its own temperature first, if it has one, then its other values.
+/// The values that a unit reports in addition to its rates: its own temperature first, if it has one, then the other
+/// values.
 class Housekeeping {
  public:
   /// Starts in equilibrium with the block and reads it once.
@@ -92,15 +96,16 @@ class Housekeeping {
 
 class VirtualUnit {
  public:
-  /// `seed`: the unit's own. `axes`: at least one.
+  /// Creates the unit with its own seed and at least one axis.
   VirtualUnit(const LaboratoryParameters& type, std::span<const DrawnAxis> axes, LaboratorySeed seed);
 
-  /// From the next step on.
+  /// Changes the state from the next step on.
   void bring_to(const UnitState& state);
   void step(Celsius air, double output);
 
   [[nodiscard]] std::span<const VirtualAxis> axes() const { return axes_; }
-  [[nodiscard]] Celsius cabinets() const;  ///< their mean
+  /// Returns the mean temperature of the cabinets.
+  [[nodiscard]] Celsius cabinets() const;
   [[nodiscard]] const UnitState& state() const { return state_; }
   [[nodiscard]] std::span<const std::int64_t> pulses() const { return pulses_; }
   [[nodiscard]] std::int64_t device_time_us() const { return axes_.front().readout().device_time_us(); }

@@ -12,7 +12,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// What the other end reads where `value` was sent.
+/// Returns the value that a receiver reads after `value` was sent.
 double as_sent(const drivers::FrameField& field, double value) {
   const auto raw = unscaled(field, value);
   if (is_word(field.type)) {
@@ -24,14 +24,14 @@ double as_sent(const drivers::FrameField& field, double value) {
   return scaled(field, raw);
 }
 
-/// A frame's field where its value is to be this one.
+/// Returns the frame's field for this value.
 drivers::AxisReading reading_of(const drivers::FrameField& field, double value) {
   drivers::AxisReading reading{.value = value};
   if (!is_real(field.type)) reading.pulses = unscaled(field, value).whole;
   return reading;
 }
 
-/// The reading of a unit that is set to another unit of measure.
+/// Returns the reading of a device that is configured to another unit of measure.
 drivers::AxisReading multiplied(const drivers::FrameField& field, drivers::AxisReading reading, double factor) {
   const bool is_angle = field.role == drivers::FieldRole::increment || field.role == drivers::FieldRole::rate;
   if (!is_angle) return reading;
@@ -67,7 +67,7 @@ StreamWriter::StreamWriter(drivers::FrameFormat format, std::vector<double> arcs
     usual_.push_back(field->role == drivers::FieldRole::temperature ? kUsualTemperature : 0);
 }
 
-/// Of the frame numbered `number`, which may be before the first.
+/// Returns the sequence number of a frame. `number` may be before the first frame.
 std::uint32_t StreamWriter::sequence(std::int64_t number) const {
   const auto* field = format_.find(drivers::FieldRole::sequence);
   const auto steps = number * static_cast<std::int64_t>(field ? field->step : 1);
@@ -99,7 +99,7 @@ std::vector<std::byte> StreamWriter::lead_in() const {
   return bytes;
 }
 
-/// Whole counts, or whole parts of an angle.
+/// Returns the reading of a field with whole counts, or whole fractions of an angle.
 drivers::AxisReading StreamWriter::put_counts(double pulses, Axis& axis) {
   const double counts =
       axis.arcsec_per_unit != 0 ? pulses * axis.arcsec_per_pulse / axis.field.scale.of(axis.arcsec_per_unit) : pulses;
@@ -159,7 +159,7 @@ GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<dri
 
 void GyroServer::add(Pty line) { lines_.push_back({std::move(line)}); }
 
-/// Returns the answer to a command, and does what it orders.
+/// Executes a command and returns the answer.
 std::string GyroServer::obey(const drivers::GyroCommand& command) {
   const auto name = drivers::first_line(command.send);
   const auto is_among = [&](const auto& names) { return std::ranges::find(names, name) != names.end(); };
@@ -172,7 +172,7 @@ std::string GyroServer::obey(const drivers::GyroCommand& command) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Answers what has come since, in the order in which the description has the commands.
+/// Returns the answers to the new bytes, in the order of the commands in the description.
 std::string GyroServer::replies(std::span<const char> bytes, std::string& heard) {
   heard.append(bytes.data(), bytes.size());
   std::string answer;
@@ -206,7 +206,7 @@ std::shared_ptr<MemoryConnection> GyroServer::connect() {
   return client.connection;
 }
 
-/// What it does not take closes the connection.
+/// Sends bytes to a client. Closes the connection if it does not accept them.
 void GyroServer::give(Near& client, std::span<const std::byte> bytes) {
   client.connection->open = client.connection->open && client.connection->to_client.put(bytes);
 }

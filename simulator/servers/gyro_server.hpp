@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual gyro's line: frames to whoever is connected.
+/// The line of a virtual gyro. It sends frames to all connected clients.
 #pragma once
 
 #include <cstddef>
@@ -16,41 +16,43 @@
 
 namespace gyrotherm::simulator {
 
-/// A format at one frame a second: what the virtual gyro sends in a dry run, and what its driver then expects.
+/// Returns the format at one frame per second. The virtual gyro of a dry run and its driver use it.
 [[nodiscard]] drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format);
 
-/// Writes one frame after the other. Increments and rates are what brings the sum of all that has been sent, rounded as
-/// the frames round it, to the angle: nothing is lost between frames, whatever the field's resolution. One message
-/// carries all that is written: a stream that brings its axes in several is not simulated.
+/// Writes consecutive frames. Increments and rates are chosen so that the sum of all sent values, rounded as in the
+/// frames, equals the angle: no rounding error accumulates between frames, whatever the resolution of the field. One
+/// message carries all fields; streams that send their axes in several messages are not simulated.
 class StreamWriter {
  public:
-  /// `arcsec_per_pulse`: what a pulse of the world is, of each of the format's axes, for fields in an angle's unit.
+  /// Creates a writer. `arcsec_per_pulse` is the size of a pulse for each axis of the format. It is used for fields in
+  /// a unit of angle.
   StreamWriter(drivers::FrameFormat format, std::vector<double> arcsec_per_pulse);
 
-  /// What has come before the stream's first frame on a line that has just been opened: an end of line, or as many
-  /// frames without motion as must fit before one is believed.
+  /// Returns the bytes that precede the first frame on a newly opened line: an end of line, or as many frames without
+  /// motion as the reader needs to lock.
   [[nodiscard]] std::vector<std::byte> lead_in() const;
-  /// The next frame, where `pulses` have been counted by each axis and the gyro's clock is at `device_time_us`, both
-  /// since the start (fractions of a pulse lie within frames), and `seconds` have passed since the last frame.
-  /// `values`: the housekeeping in the order of housekeeping_of(), without its last two; what is missing there, or is
-  /// no number, is 25 °C of a temperature and 0 of anything else.
+  /// Returns the next frame. `pulses` is the count of each axis (fractions occur within a second) and `device_time_us`
+  /// the gyro's clock, both since the start; `seconds` is the time since the last frame. `values` is the housekeeping
+  /// in the order of housekeeping_of(), without its last two. A missing or non-finite value is sent as 25 °C for a
+  /// temperature and as 0 otherwise.
   [[nodiscard]] std::vector<std::byte> next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                                             std::span<const double> values = {});
-  /// Makes increments and rates of later frames this multiple of the true ones: a unit that is set to another unit of
-  /// measure.
+  /// Multiplies increments and rates of later frames by `factor`: the device is configured to another unit of measure.
   void set_factor(double factor) { factor_ = factor; }
   [[nodiscard]] const drivers::FrameFormat& format() const { return format_; }
-  /// The same, but the frame goes to nobody: increments count from here.
+  /// Skips a frame. Increments count from here.
   void skip(std::span<const double> pulses);
 
  private:
-  /// One axis, and what has been sent of it.
+  /// One axis and the sum of its sent values.
   struct Axis {
     drivers::FrameField field;
     double arcsec_per_pulse{};
-    double arcsec_per_unit{};  ///< of the field's angle; 0 for plain pulses
-    std::int64_t counts{};     ///< sum of all increments
-    double angle{};            ///< the same of real numbers and rates, in the field's unit of angle
+    /// Size of the field's unit of angle; 0 for plain pulses.
+    double arcsec_per_unit{};
+    /// Sum of all increments: counts, or an angle in the field's unit for real numbers and rates.
+    std::int64_t counts{};
+    double angle{};
   };
   [[nodiscard]] std::uint32_t sequence(std::int64_t number) const;
   [[nodiscard]] drivers::GyroFrame frame(std::int64_t number, std::int64_t device_time_us) const;
@@ -59,42 +61,47 @@ class StreamWriter {
 
   drivers::FrameFormat format_;
   std::vector<Axis> axes_;
-  std::vector<double> usual_;  ///< the housekeeping where nothing is said
-  std::int64_t number_{};      ///< of the next frame
+  /// Values of the housekeeping that the caller does not set.
+  std::vector<double> usual_;
+  /// Number of the next frame.
+  std::int64_t number_{};
   double factor_ = 1;
 };
 
-/// Faults of a virtual gyro that is set otherwise than its description. Commands are named by their first line.
+/// Faults of a virtual gyro whose configuration differs from its description. Commands are identified by their first
+/// line.
 struct GyroUnitFaults {
-  std::vector<std::string> ignored{};  ///< commands without effect and answer
-  std::vector<std::string> refused{};  ///< commands answered with their refusal
-  /// Increments and rates are this multiple until `factor_until` is obeyed.
+  /// Commands without effect and answer, and commands that are refused.
+  std::vector<std::string> ignored{};
+  std::vector<std::string> refused{};
+  /// Factor of increments and rates until the command `factor_until` is executed.
   double factor = 1;
   std::string factor_until{};
-  bool has_other_settings{};  ///< shown by its configuration message
+  /// The configuration message shows other settings.
+  bool has_other_settings{};
 };
 
-/// Needs no thread: clients that have connected by then are let in by send(), on the thread that lets time pass, so
-/// that none misses a frame. Of what clients send nothing is understood but the commands of the stream's description
-/// that require an answer. In a silence that a command ordered no frame is sent. A client that is gone or does not take
-/// its frames is dropped.
+/// Serves the gyro's line without a thread. send() accepts the waiting clients on the thread that advances the time, so
+/// no client misses a frame. From clients the server accepts only the commands of the stream's description that require
+/// an answer. While a command has silenced the stream no frame is sent. A client that has closed or does not accept its
+/// frames is dropped.
 class GyroServer {
  public:
   static constexpr std::size_t kMostClients = 16;
 
-  /// `commands`: what starts the stream, and the replies. A listener that is closed lets nobody in.
+  /// Creates a server. `commands` start the stream and have the replies. A closed listener accepts no clients.
   GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {},
              GyroUnitFaults faults = {});
   void add(Pty line);
-  /// A new connection of the client in this process.
+  /// Returns a new connection for a client in this process.
   [[nodiscard]] std::shared_ptr<MemoryConnection> connect();
 
-  /// Lets clients in, and answers their commands.
+  /// Accepts clients and answers their commands.
   void attend();
-  /// One frame, as StreamWriter::next makes it.
+  /// Sends one frame (StreamWriter::next).
   void send(std::span<const double> pulses, std::int64_t device_time_us, double seconds = 1,
             std::span<const double> values = {});
-  /// Lets a frame pass with nobody listening.
+  /// Skips a frame without sending it.
   void skip(std::span<const double> pulses) { writer_.skip(pulses); }
 
  private:
@@ -106,7 +113,7 @@ class GyroServer {
     Pty pty;
     std::string heard{};
   };
-  /// The client that is attended in this process.
+  /// A client in this process.
   struct Near {
     std::shared_ptr<MemoryConnection> connection;
     std::string heard{};
@@ -119,9 +126,11 @@ class GyroServer {
 
   Descriptor listener_;
   StreamWriter writer_;
-  std::vector<drivers::GyroCommand> commands_;  ///< all require an answer
+  /// Only commands that require an answer.
+  std::vector<drivers::GyroCommand> commands_;
   GyroUnitFaults faults_;
-  bool is_silent_{};  ///< ordered by a command
+  /// Silenced by a command.
+  bool is_silent_{};
   std::vector<Client> clients_;
   std::vector<Line> lines_;
   std::vector<Near> near_;

@@ -59,7 +59,7 @@ class AnsweringLine final : public drivers::ByteStream {
     return nothing_came(within);
   }
 
-  /// What cannot be the protocol breaks the line; the next use is of a new one.
+  /// Feeds the session. Bytes that violate the protocol break the line; the next use creates a new session.
   Result<void> write(std::span<const std::byte> bytes, Duration) override {
     answer_.clear();
     const std::scoped_lock lock(laboratory_guard_);

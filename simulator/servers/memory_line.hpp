@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lines within the process, from attended instruments to their one client: no descriptor, no wait and no system call.
+/// In-memory lines from attended instruments to their single client: no descriptor, no wait and no system call.
 #pragma once
 
 #include <cstddef>
@@ -14,38 +14,39 @@
 
 namespace gyrotherm::simulator {
 
-/// Bytes on their way in one direction.
+/// A buffer of bytes in one direction.
 class MemoryPipe {
  public:
-  /// As much as a socket holds.
+  /// Capacity, like that of a socket.
   static constexpr std::size_t kRoom = std::size_t{1} << 18;
 
   [[nodiscard]] std::size_t size() const { return bytes_.size() - taken_; }
-  /// False, and nothing is taken over, if it has no room for all of them.
+  /// Appends all bytes. Returns false and appends nothing if they do not fit.
   [[nodiscard]] bool put(std::span<const std::byte> bytes);
-  /// As many as there are room for in `buffer`; how many that is.
+  /// Moves bytes into `buffer` up to its size. Returns their number.
   std::size_t take(std::span<std::byte> buffer);
 
  private:
   std::vector<std::byte> bytes_;
-  std::size_t taken_{};  ///< of them, from the front
+  /// Bytes already taken from the front.
+  std::size_t taken_{};
 };
 
-/// Both directions, and whether the instrument is still there: what the two ends of a line share.
+/// State shared by the two ends of a line: both directions, and whether the instrument is open.
 struct MemoryConnection {
   MemoryPipe to_client, to_instrument;
   bool open = true;
 };
 
-/// Makes the instrument's end of a new connection; called at the first use of a line and after it broke.
+/// Makes the instrument's end of a new connection. Called at the first use of a line and after it broke.
 using ConnectInMemory = std::function<std::shared_ptr<MemoryConnection>()>;
 
-/// A line to an instrument that sends when time passes, and hears then what it was sent. Nothing is waited for: what
-/// has not come yet will not come before time passes. Used in the thread that lets time pass.
+/// Returns a line to an instrument that sends and receives when time passes. Reading does not wait: missing bytes
+/// arrive only when time passes. Use it on the thread that advances the time.
 [[nodiscard]] std::unique_ptr<drivers::ByteStream> make_memory_line(ConnectInMemory connect);
 
-/// A line to an instrument that answers in the thread that asks, before the writing returns. The session is made and
-/// fed with `laboratory_guard`, which outlives the line, held.
+/// Returns a line to an instrument that answers on the calling thread before the write returns. The session is made and
+/// fed while `laboratory_guard` is held. `laboratory_guard` must outlive the line.
 [[nodiscard]] std::unique_ptr<drivers::ByteStream> make_answering_line(MakeSession make_session,
                                                                        std::mutex& laboratory_guard);
 

@@ -9,7 +9,8 @@
 namespace gyrotherm::simulator {
 namespace {
 
-constexpr std::size_t kUnitAt = 6;  ///< byte of the unit in a Modbus TCP frame
+/// Index of the unit byte in a Modbus TCP frame.
+constexpr std::size_t kUnitAt = 6;
 constexpr std::size_t kLongestPending = 512;
 
 std::uint8_t exception_code(const Fault& refusal) {
@@ -26,12 +27,12 @@ void append(std::vector<std::byte>& to, const std::vector<std::byte>& bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-/// Registers that follow each other on the link and in the map in use.
+/// Registers that are consecutive on the link and in the map in use.
 struct Run {
   std::uint16_t address{}, count{};
 };
 
-/// `count` registers from `address` on as such runs; nothing if the link has one of them not.
+/// Returns `count` registers from `address` on as such runs, or nothing if the link does not have one of them.
 std::optional<std::vector<Run>> runs_of(const LinkAddresses& addresses, std::uint16_t address, std::uint16_t count) {
   if (address + count > 0x10000) return std::nullopt;
   std::vector<Run> runs;
@@ -60,7 +61,7 @@ tl::expected<void, ModbusException> read_registers(const ServedRegisters& regist
   return {};
 }
 
-/// All or nothing: what is in two places on this link is not written at once.
+/// Writes all registers or none. Registers that are not consecutive in the map in use cannot be written at once.
 tl::expected<void, ModbusException> write_registers(ServedRegisters& registers, const LinkAddresses& addresses,
                                                     drivers::WriteFunction function,
                                                     const drivers::ModbusRequest& request) {
@@ -78,7 +79,8 @@ LinkAddresses::LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind 
   link_ = link->modbus;
   if ((link->kind == drivers::LinkKind::tcp) == (map.link.kind == drivers::LinkKind::tcp)) return;
   for (const auto& item : map.items) {
-    if (!item.rtu_address) continue;  // the other kind's place, whichever is in use
+    // The address of the other link kind, whichever is in use.
+    if (!item.rtu_address) continue;
     for (std::uint16_t i = 0; i < word_count(item); ++i) {
       moved_[static_cast<std::uint16_t>(*item.rtu_address + i)] = static_cast<std::uint16_t>(item.address + i);
       away_.insert(static_cast<std::uint16_t>(item.address + i));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A virtual unit's side of Modbus: its map's functions over the registers of its map, framed for TCP or for a serial
-/// line.
+/// The server side of Modbus: executes the map's functions on its registers, with TCP or serial framing.
 #pragma once
 
 #include <cstdint>
@@ -17,32 +16,34 @@ namespace gyrotherm::simulator {
 
 class LinkAddresses {
  public:
-  /// `map` with its link in use, by which the registers are kept; `kind`: the link that is served. A map that does not
-  /// describe such a link is served as it is in use.
+  /// Creates the addresses of one link. `map` is the map with its link in use; its registers have the addresses of that
+  /// link. `kind` is the served link. If the map does not describe that link, the addresses in use are served.
   LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind kind);
 
   [[nodiscard]] std::uint8_t unit() const { return link_.unit; }
   [[nodiscard]] std::uint16_t read_at_most() const { return link_.read_at_most; }
-  /// Where the map in use has the register that this link has at `address`; nothing if it has none there.
+  /// Returns the address in use of the register that this link has at `address`, or nothing if there is none.
   [[nodiscard]] std::optional<std::uint16_t> in_use(std::uint16_t address) const;
 
  private:
   drivers::ModbusLink link_;
-  std::map<std::uint16_t, std::uint16_t> moved_;  ///< on this link → in use
-  std::set<std::uint16_t> away_;                  ///< in use, and elsewhere on this link
+  /// Address on this link → address in use.
+  std::map<std::uint16_t, std::uint16_t> moved_;
+  /// Addresses in use that differ on this link.
+  std::set<std::uint16_t> away_;
 };
 
-/// Carries out what is asked at the addresses of one link. `words`: what a read found. Fails with the exception that
-/// answers it. Function 4 reads the same registers as 3; coils are read by 1 and 2.
+/// Executes a request with the addresses of one link. Appends the registers of a read to `words`. Fails with the
+/// exception to send. Function 4 reads the same registers as 3; functions 1 and 2 read coils.
 [[nodiscard]] tl::expected<void, ModbusException> carry_out(ServedRegisters& registers, const LinkAddresses& addresses,
                                                             const drivers::ModbusRequest& request,
                                                             std::vector<std::uint16_t>& words);
 
-/// Requests to another unit are not answered, as by a unit on a shared line; nor is what a map's unit meets with
-/// silence. Bytes that cannot become a frame end the session.
+/// A Modbus TCP session. Requests to another unit are not answered, as on a shared line; neither are requests that the
+/// map's unit does not answer. Bytes that cannot become a frame end the session.
 class ModbusSession final : public Session {
  public:
-  /// `registers` must outlive this.
+  /// Creates a session. `registers` must outlive it.
   explicit ModbusSession(ServedRegisters& registers)
       : registers_(registers), addresses_(registers.map(), drivers::LinkKind::tcp) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
@@ -52,15 +53,18 @@ class ModbusSession final : public Session {
 
   ServedRegisters& registers_;
   LinkAddresses addresses_;
-  std::vector<std::byte> pending_;    ///< the beginning of a frame
-  std::vector<std::uint16_t> words_;  ///< of one reply, kept for its memory
+  /// Beginning of a frame.
+  std::vector<std::byte> pending_;
+  /// Registers of one reply; a member to reuse its memory.
+  std::vector<std::uint16_t> words_;
 };
 
-/// The same with Modbus RTU's framing. There is no silence to tell frames apart in a function of bytes, so a frame ends
-/// where its function says; what is no frame, or fails its check, is dropped up to the end of what came with it.
+/// A Modbus RTU session. A function of bytes has no pauses to separate frames, so the function code determines the
+/// length of a frame. If the bytes are not a frame or their check fails, they are dropped together with all bytes that
+/// arrived with them.
 class ModbusRtuSession final : public Session {
  public:
-  /// `kind`: the link's, whose unit and addresses are served.
+  /// Creates a session with the unit and addresses of the link `kind`.
   ModbusRtuSession(ServedRegisters& registers, drivers::LinkKind kind)
       : registers_(registers), addresses_(registers.map(), kind) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
@@ -74,7 +78,7 @@ class ModbusRtuSession final : public Session {
   std::vector<std::uint16_t> words_;
 };
 
-/// The session that the map's link in use wants.
+/// Returns a session for the map's link in use.
 [[nodiscard]] std::unique_ptr<Session> make_modbus_session(ServedRegisters& registers);
 
 }  // namespace gyrotherm::simulator

@@ -109,7 +109,7 @@ void ReplyServer::serve(int descriptor) {
   clients_.erase(found);
 }
 
-/// False: the client is to be dropped.
+/// Receives and answers. Returns false if the client must be dropped.
 bool ReplyServer::exchange(Client& client) {
   const auto size = ::recv(client.socket.number(), incoming_.data(), incoming_.size(), MSG_DONTWAIT);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
@@ -122,7 +122,7 @@ bool ReplyServer::exchange(Client& client) {
   return reply_.empty() || send_now(client.socket, reply_);
 }
 
-/// What cannot be the protocol ends the session, and the next bytes begin another.
+/// Receives and answers. Bytes that violate the protocol end the session; the next bytes begin another.
 void ReplyServer::exchange(Line& line) {
   const auto size = ::read(line.pty.ours.number(), incoming_.data(), incoming_.size());
   if (size <= 0) return;

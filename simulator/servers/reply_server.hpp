@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Serves the instruments that answer when asked: one thread over all their sockets, its own or the caller's.
+/// Serves the instruments that answer requests: one thread over all their sockets, or the caller's thread.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +12,28 @@
 
 namespace gyrotherm::simulator {
 
-/// A pseudo-terminal is a line with one client who never goes. Each listener takes at most kMostClients at once; a
-/// further one is closed at once. A client that closes, breaks its protocol or does not take its replies is dropped.
+/// The server. A pseudo-terminal is a line with one permanent client. Each listener accepts at most kMostClients at the
+/// same time and closes further ones at once. A client that closes, violates its protocol or does not accept its
+/// replies is dropped.
 class ReplyServer {
  public:
   static constexpr std::size_t kMostClients = 16;
 
-  /// Sessions are made and fed with `laboratory_guard` held.
+  /// Creates a server. Sessions are made and fed while `laboratory_guard` is held.
   explicit ReplyServer(std::mutex& laboratory_guard);
   /// Ends the thread, then every connection.
   ~ReplyServer();
   ReplyServer(const ReplyServer&) = delete;
   ReplyServer& operator=(const ReplyServer&) = delete;
 
-  /// To be called before start().
+  /// Adds an instrument. Call before start().
   void add(Descriptor listener, MakeSession make_session);
   void add(Pty line, MakeSession make_session);
-  /// A client that is connected already, of a server that has no thread.
+  /// Adds a connected client to a server without a thread.
   void adopt(Descriptor client, const MakeSession& make_session);
-  /// Serves from a thread of its own from now on.
+  /// Starts the thread of the server.
   void start();
-  /// Serves, without such a thread, what adopted clients sent until now, in the calling one.
+  /// Serves pending requests of adopted clients on the calling thread. The server must not have a thread.
   void attend();
 
  private:
@@ -44,16 +45,18 @@ class ReplyServer {
   struct Client {
     Descriptor socket;
     std::unique_ptr<Session> session;
-    Listener* listener{};  ///< that let it in; null: it was adopted, and is served by attend() alone
+    /// Its listener; null for an adopted client, served only by attend().
+    Listener* listener{};
   };
   struct Line {
     Pty pty;
     MakeSession make_session;
-    std::unique_ptr<Session> session;  ///< made with the first bytes
+    /// Made with the first bytes.
+    std::unique_ptr<Session> session;
   };
 
   void run();
-  /// Waits for clients. False: the server ends.
+  /// Waits for clients and serves them. Returns false when the server ends.
   [[nodiscard]] bool serve_once();
   void watch(int descriptor);
   void admit(Listener& listener);
@@ -64,9 +67,10 @@ class ReplyServer {
   std::mutex& laboratory_guard_;
   Descriptor poll_;
   Descriptor stop_;
-  std::unordered_map<int, Listener> listeners_;  ///< by descriptor
-  std::unordered_map<int, Client> clients_;      ///< by descriptor
-  std::unordered_map<int, Line> lines_;          ///< by our descriptor
+  std::unordered_map<int, Listener> listeners_;
+  std::unordered_map<int, Client> clients_;
+  /// Keyed by the descriptor of our end.
+  std::unordered_map<int, Line> lines_;
   std::vector<std::byte> incoming_;
   std::vector<std::byte> reply_;
   std::thread thread_;

@@ -101,7 +101,8 @@ Result<Pty> open_pty() {
 }
 
 void send_now(const Pty& pty, std::span<const std::byte> bytes) {
-  ::ioctl(pty.theirs.number(), TIOCNXCL);  // a client that kept others out may be gone
+  // A client that locked the line exclusively may have closed it.
+  ::ioctl(pty.theirs.number(), TIOCNXCL);
   const auto written = ::write(pty.ours.number(), bytes.data(), bytes.size());
   if (written == static_cast<ssize_t>(bytes.size())) return;
   ::tcflush(pty.theirs.number(), TCIFLUSH);

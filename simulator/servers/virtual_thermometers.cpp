@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kCrdgDecimals = 3;
 
-/// What the thermometer at an input reads; nothing where there is none, or a dead one.
+/// Returns the reading at an input, or nothing if the input has no thermometer or a dead one.
 std::optional<double> read_at(const std::optional<std::size_t>& input, const VirtualLaboratory& laboratory) {
   if (!input) return {};
   const double celsius = laboratory.thermometers_as_measured_c()[*input];
@@ -50,7 +50,8 @@ std::string Lakeshore218Session::readings(std::string_view argument, double zero
 namespace {
 
 constexpr int kDconDecimals = 2;
-constexpr std::size_t kHeadSize = 3;  // of "#AA"
+// Length of "#AA".
+constexpr std::size_t kHeadSize = 3;
 constexpr std::uint8_t kBaud9600 = 0x06, kSumSwitch = 0x40;
 
 std::string setting(const DconModule& module) {
@@ -96,7 +97,7 @@ std::string DconSession::readings(const DconModule& module, std::string_view whi
 
 namespace {
 
-/// n of "TN?", from 1; 0 if `command` is none.
+/// Returns n of "TN?", from 1, or 0 for another command.
 std::size_t input_of(std::string_view command) {
   if (command.size() < 3 || command.front() != 'T' || command.back() != '?') return 0;
   const auto digits = command.substr(1, command.size() - 2);
@@ -143,7 +144,7 @@ std::string ProcessSession::answer(std::string_view command) const {
 namespace {
 
 constexpr float kColdJunctionC = 25;
-/// Of the last calibration, at address F0 of its memory: 2025-06-01 10:00:00.
+/// Date of the last calibration, at address F0 of the device's memory: 2025-06-01 10:00:00.
 constexpr std::array<std::uint8_t, 6> kCalibrated{25, 6, 1, 10, 0, 0};
 constexpr std::size_t kCalibratedAt = 0xF0;
 
@@ -179,7 +180,7 @@ void VirtualUsbTemp::reply(const drivers::MccRequest& request, const std::vector
   replies_.push_back(encode_mcc_bytes(request.command, bytes));
 }
 
-/// As it was set; zeros if it never was.
+/// Returns an item as it was set, or zeros if it was never set.
 std::vector<std::uint8_t> VirtualUsbTemp::item(const drivers::MccRequest& request) const {
   const auto found = items_.find({request.arguments[0], request.arguments[1]});
   auto bytes = found == items_.end() ? std::vector<std::uint8_t>() : found->second;

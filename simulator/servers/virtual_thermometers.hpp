@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual thermometers' side of their protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP, and
-/// programs of others. A dead thermometer is on each of them as if there were none; on a USB-TEMP its wire is open.
+/// The server side of the thermometer protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP, and
+/// process drivers. A dead thermometer appears as an input without a thermometer; on a USB-TEMP its wire is open.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ class Lakeshore218Session final : public TextSession {
  public:
   using Inputs = simulator::Inputs<drivers::kLakeshore218Inputs>;
 
-  /// `laboratory` must outlive this.
+  /// Creates a session. `laboratory` must outlive it.
   Lakeshore218Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
       : TextSession('\n'), laboratory_(laboratory), inputs_(inputs) {}
 
@@ -41,20 +41,22 @@ class Lakeshore218Session final : public TextSession {
   Inputs inputs_;
 };
 
-/// One thermocouple module that speaks DCON (I-7018 user's manual rev. B1.0, chapters 1.10 and 2), as it is set.
+/// One thermocouple module with the DCON protocol (I-7018 user's manual rev. B1.0, chapters 1.10 and 2) and its
+/// settings.
 struct DconModule {
   std::uint8_t address = 1;
-  std::uint8_t type = 0x10;  ///< of its thermocouples: 0E, 0F, 10 or 11 for J, K, T, E
+  /// Thermocouple type: 0E, 0F, 10 or 11 for J, K, T, E.
+  std::uint8_t type = 0x10;
   drivers::DconChecksum checksum = drivers::DconChecksum::off;
   Inputs<drivers::kDconInputs> inputs;
 };
 
-/// Modules on one line. Each answers #AA and #AAN in engineering units with two decimals, $AA2, $AA6, $AAM and $AAF at
-/// its address; another command after $AA is invalid (?AA); anything else has no reply. An input without a thermometer
-/// is an open wire: over range.
+/// Modules on one line. Each answers #AA and #AAN in engineering units with two decimals, and $AA2, $AA6, $AAM and
+/// $AAF, at its address. Another command after $AA is invalid (?AA). Any other command has no reply. An input without a
+/// thermometer is an open wire: over range.
 class DconSession final : public TextSession {
  public:
-  /// `laboratory` must outlive this.
+  /// Creates a session. `laboratory` must outlive it.
   DconSession(const VirtualLaboratory& laboratory, std::vector<DconModule> modules)
       : TextSession('\r'), laboratory_(laboratory), modules_(std::move(modules)) {}
 
@@ -73,7 +75,7 @@ class Pt12Session final : public TextSession {
  public:
   using Inputs = simulator::Inputs<drivers::kPt12Inputs>;
 
-  /// `laboratory` must outlive this.
+  /// Creates a session. `laboratory` must outlive it.
   Pt12Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
       : TextSession('\r'), laboratory_(laboratory), inputs_(inputs) {}
 
@@ -85,11 +87,11 @@ class Pt12Session final : public TextSession {
   Inputs inputs_;
 };
 
-/// What a program of others would answer (docs/adding-an-instrument.md): hello and read, each with its number; to
-/// anything else it says nothing.
+/// The server side of a process driver (docs/adding-an-instrument.md). Answers hello and read with their numbers. Any
+/// other command has no reply.
 class ProcessSession final : public TextSession {
  public:
-  /// `inputs` are the world's thermometers, by index. `laboratory` must outlive this.
+  /// Creates a session. `inputs` are indices of the laboratory's thermometers. `laboratory` must outlive it.
   ProcessSession(const VirtualLaboratory& laboratory, std::vector<std::size_t> inputs)
       : TextSession('\n'), laboratory_(laboratory), inputs_(std::move(inputs)) {}
 
@@ -100,23 +102,24 @@ class ProcessSession final : public TextSession {
   std::vector<std::size_t> inputs_;
 };
 
-/// A virtual MCC USB-TEMP, in memory: what would be at the other end of its HID reports. Keeps what its items are set
-/// to, at first a platinum thermometer of 100 Ω at each input; calibrates in no time. An input without a thermometer is
-/// disabled. What it does not understand has no reply.
+/// An in-memory MCC USB-TEMP behind its HID reports. Stores the settings of its items, initially a platinum thermometer
+/// of 100 Ω at each input. A calibration takes no time. An input without a thermometer is disabled. Unknown requests
+/// have no reply.
 class VirtualUsbTemp final : public drivers::HidReports {
  public:
   using Inputs = simulator::Inputs<drivers::kMccInputs>;
 
-  /// Both must outlive this; `laboratory_guard` is held while the world is read.
+  /// Creates the device. Both references must outlive it. `laboratory_guard` is held while the laboratory is read.
   VirtualUsbTemp(const VirtualLaboratory& laboratory, std::mutex& laboratory_guard, const Inputs& inputs);
 
   [[nodiscard]] Result<std::string> open() override { return std::string("USB-TEMP 0VIRTUAL"); }
   [[nodiscard]] Result<void> write(std::span<const std::byte> report) override;
-  /// Nothing comes later: without a reply it times out at once.
+  /// Returns the next reply. Without one it times out at once, because no reply can arrive later.
   [[nodiscard]] Result<std::size_t> read(std::span<std::byte> report, Duration within) override;
 
  private:
-  using Item = std::pair<std::uint8_t, std::uint8_t>;  ///< converter and what of it
+  /// Converter and its item.
+  using Item = std::pair<std::uint8_t, std::uint8_t>;
   void obey(const drivers::MccRequest& request);
   void reply(const drivers::MccRequest& request, const std::vector<std::uint8_t>& bytes);
   [[nodiscard]] float temperature(std::size_t input);

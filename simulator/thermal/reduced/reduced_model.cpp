@@ -20,7 +20,7 @@ constexpr std::string_view kSchema = "gyrotherm-reduced-gyro/1";
 constexpr std::array<const char*, kThermalCoefficients> kCoefficientNames{"air_lid", "air_side", "air_base", "film"};
 constexpr Eigen::Index kMostStates = 200;
 
-/// TOML tells a float from an integer by its point or exponent, and an integer has no −0.
+/// Formats a number as a TOML float. A point or exponent distinguishes it from an integer, which has no −0.
 std::string number(double value) {
   auto text = fmt::format("{}", value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
@@ -66,7 +66,7 @@ void write_head(Inserter out, const ReducedModel& model) {
     fmt::format_to(out, "{} = {}\n", kThermalInputNames[i], number(model.powers_w[i - 1]));
 }
 
-/// As many numbers as there are states; on a mistake that many zeros.
+/// Reads a vector with one number per state. Reports an error and returns zeros otherwise.
 Eigen::VectorXd read_vector(const TomlTable& table, std::string_view key, Eigen::Index states) {
   auto values = table.numbers(key);
   if (std::ssize(values) != states)
@@ -143,9 +143,10 @@ void read_matrices(const TomlTable& root, Eigen::Index states, ReducedModel& mod
     model.conduction_per[m] = read_triangle(conduction, kCoefficientNames[m], states);
 }
 
-/// What the numbers together must be to be a body that cools to its surroundings.
+/// Checks that the matrices together describe a body that cools to its surroundings.
 void expect_sound(const TomlTable& root, const ReducedModel& model) {
-  constexpr double kTolerance = 1e-6;  // of the ambient
+  // Relative to the ambient temperature.
+  constexpr double kTolerance = 1e-6;
   constexpr double kHottest_k = 200;
   for (const double air_c : {-60.0, 20.0, 80.0}) {
     for (const auto film : {GyroFilm::still, GyroFilm::chamber}) {
@@ -170,24 +171,25 @@ void expect_sound(const TomlTable& root, const ReducedModel& model) {
   }
 }
 
-constexpr double kStefanBoltzmann = 5.670374419e-8;  // W/(m²·K⁴)
+constexpr double kStefanBoltzmann = 5.670374419e-8;
 
-/// Thermal conductivity of dry air at 1 bar, W/(m·K), −60…150 °C, by Sutherland's law.
+/// Returns the thermal conductivity of dry air at 1 bar, W/(m·K), −60 … 150 °C, by Sutherland's formula (F. M. White,
+/// Viscous Fluid Flow, 3rd ed., table 1-3).
 double air_conductivity(double air_c) {
   constexpr double kAtZero = 0.0241;     // W/(m·K)
-  constexpr double kSutherland = 194.0;  // K; F. M. White, Viscous Fluid Flow, 3rd ed., table 1-3
+  constexpr double kSutherland = 194.0;  // K
   const double t = (air_c + kZeroCelsiusInKelvin) / kZeroCelsiusInKelvin;
   return kAtZero * std::pow(t, 1.5) * (kZeroCelsiusInKelvin + kSutherland) /
          (air_c + kZeroCelsiusInKelvin + kSutherland);
 }
 
-/// k_eff = k_air(T)·Nu + 4 σ ε T³·width, W/(m·K), radiation linearised at T.
+/// Returns k_eff = k_air(T)·Nu + 4 σ ε T³·width, W/(m·K). Radiation is linearised at T.
 double effective_conductivity(const AirGap& gap, double air_c) {
   const double t = air_c + kZeroCelsiusInKelvin;
   return air_conductivity(air_c) * gap.nusselt + 4 * kStefanBoltzmann * gap.emissivity * t * t * t * gap.width_m;
 }
 
-/// Shares the sum of two powers so that left over right changes by `factor`.
+/// Redistributes two powers so that left over right is multiplied by `factor` and their sum is kept.
 void split(double& left_w, double& right_w, double factor) {
   const double sum = left_w + right_w;
   if (!(sum > 0)) return;
@@ -285,7 +287,7 @@ ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, R
   for (double* w : {&ballast_left, &ballast_right}) *w *= ballast;
   split(gain_left, gain_right, random.log_normal(spread.arms));
   split(ballast_left, ballast_right, random.log_normal(spread.arms));
-  // More capacity, in the basis that makes it one: all else becomes less.
+  // A larger capacity is 1 in the basis of the states, so all other matrices become smaller.
   other.conduction *= pace;
   for (auto& matrix : other.conduction_per) matrix *= pace;
   other.inputs *= pace;

@@ -11,10 +11,10 @@
 namespace gyrotherm::thermal {
 namespace {
 
-// The coefficients are analytic inside the ellipse through −273 °C, of parameter ρ = 5.9: error about ρ^−17.
+// The coefficients are analytic inside the ellipse through −273 °C with parameter ρ = 5.9: error about ρ^−17.
 constexpr Eigen::Index kNodes = 18;
 
-/// Values at `x` of the polynomials that are 1 at one node and 0 at the others.
+/// Returns the values at `x` of the polynomials that are 1 at one node and 0 at all others.
 Eigen::VectorXd cardinal(const Eigen::VectorXd& nodes, const Eigen::VectorXd& weights, double x) {
   Eigen::VectorXd values = Eigen::VectorXd::Zero(nodes.size());
   for (Eigen::Index i = 0; i < nodes.size(); ++i) {
@@ -44,7 +44,8 @@ ThermalModes modes_of(const ReducedModel& model, const ThermalCoefficients& c) {
 }
 
 ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s) {
-  constexpr double kSeries = 1e-3;  // below, the closed form loses more digits than the series leaves out
+  // Below this the closed form loses more digits than the truncated series.
+  constexpr double kSeries = 1e-3;
   ModalWeights w{Eigen::ArrayXd(rates_per_s.size()), Eigen::ArrayXd(rates_per_s.size()),
                  Eigen::ArrayXd(rates_per_s.size())};
   for (Eigen::Index i = 0; i < rates_per_s.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The working gyro as a thermal body, one second at a time: the reduced finite-element model with the conductivity of
-/// its air following its temperature.
+/// The working gyro as a thermal body, advanced one second at a time: the reduced finite-element model. The
+/// conductivity of its air follows its temperature.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,13 +15,15 @@ namespace gyrotherm::thermal {
 
 /// K(c) = Q Λ Qᵀ.
 struct ThermalModes {
-  Eigen::VectorXd rates_per_s;  ///< Λ > 0, ascending
-  Eigen::MatrixXd shapes;       ///< Q, orthogonal: x = Q m for the amplitudes m of the modes
+  /// Λ > 0, ascending.
+  Eigen::VectorXd rates_per_s;
+  /// Q, orthogonal: x = Q m for the amplitudes m of the modes.
+  Eigen::MatrixXd shapes;
 };
 
 [[nodiscard]] ThermalModes modes_of(const ReducedModel& model, const ThermalCoefficients& c);
 
-/// Per mode, exact for an input that goes linearly from u to u⁺ within a step h (first-order hold):
+/// Weights per mode, exact for an input that changes linearly from u to u⁺ within a step h (first-order hold):
 ///   m⁺ = decay m + before u + after u⁺.
 /// With z = λh: decay = e^−z, before + after = (1 − e^−z)/λ, after = (1 − (1 − e^−z)/z)/λ.
 struct ModalWeights {
@@ -30,17 +32,17 @@ struct ModalWeights {
 
 [[nodiscard]] ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s);
 
-/// One second with the model's powers on, in the basis of the states: x⁺ = carry x + before T + after T⁺ + powers,
-/// T in °C of the air outside; and per_watt w of powers w above them, constant in that second.
+/// One second with the model's powers on, in the basis of the states: x⁺ = carry x + before T + after T⁺ + powers +
+/// per_watt w. T is the outside air in °C; w are additional powers, constant during the second.
 struct OneSecond {
-  Eigen::MatrixXd carry;  ///< symmetric
+  Eigen::MatrixXd carry;
   Eigen::VectorXd before, after, powers;
-  Eigen::MatrixXd per_watt{};  ///< one column per power
+  Eigen::MatrixXd per_watt{};
 };
 
 [[nodiscard]] OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c);
 
-/// One second in the basis of the modes, for constant coefficients: a⁺ = decay a + before T + after T⁺ + powers, and
+/// One second in the basis of the modes, for constant coefficients: a⁺ = decay a + before T + after T⁺ + powers +
 /// per_watt w.
 struct ModalSecond {
   Eigen::MatrixXd shapes;
@@ -48,67 +50,77 @@ struct ModalSecond {
   Eigen::MatrixXd per_watt;
 
   ModalSecond(const ReducedModel& model, const ThermalCoefficients& c);
-  /// `added_w`: above the model's powers, all of them; empty: none. `on`: the model's own.
+  /// Advances the amplitudes. `added_w` are powers in addition to the model's: all of them, or empty. `on` switches the
+  /// model's own.
   void step(Eigen::VectorXd& amplitudes, double from_c, double to_c, std::span<const double> added_w = {},
             bool on = true) const;
 };
 
 class StepTable final {
  public:
-  /// `powers_vary`: steps may be told powers above the model's.
+  /// Creates the table. Steps accept additional powers if `powers_vary`.
   StepTable(const ReducedModel& model, GyroFilm film, bool powers_vary = false);
 
-  /// The step in force from now on; temperatures beyond the table count as its ends.
+  /// Selects the step for a gap air of `air_c`. Outside the table the nearer end applies.
   void update(double air_c);
-  /// One second while the air outside goes from one temperature to the other; update() must have been called.
-  /// `added_w`: above the model's powers, all of them, or empty. `on`: the model's own.
+  /// Advances by one second while the outside air changes linearly from `from_c` to `to_c`. Requires update().
+  /// `added_w` are powers in addition to the model's: all of them, or empty. `on` switches the model's own.
   void step(Eigen::VectorXd& states, double from_c, double to_c, std::span<const double> added_w = {}, bool on = true);
 
  private:
   Eigen::VectorXd nodes_c_;
-  Eigen::VectorXd weights_;  ///< barycentric
-  Eigen::MatrixXd table_;    ///< one column per node: carry, before, after, powers, and per_watt if these vary
-  Eigen::VectorXd now_;      ///< likewise, at the temperature of the update
+  /// Barycentric weights.
+  Eigen::VectorXd weights_;
+  /// One column per node: carry, before, after, powers, and per_watt if the powers vary.
+  Eigen::MatrixXd table_;
+  /// The column at the temperature of the last update.
+  Eigen::VectorXd now_;
   Eigen::VectorXd next_;
 };
 
 struct ReducedTransientOptions {
-  Celsius start{20};  ///< air at which the gyro, switched on, rests at the start
-  bool cold = false;  ///< it rests there switched off, and is switched on with the first second
+  /// Air in which the switched-on gyro rests at the start.
+  Celsius start{20};
+  /// The gyro rests switched off; the first second switches it on.
+  bool cold = false;
   GyroFilm film = GyroFilm::chamber;
-  /// Above the model's powers at the start; nothing: they are the model's all the time.
+  /// Powers in addition to the model's at the start. If empty, no step has additional powers.
   std::optional<ThermalPowers> added_w{};
-  bool linear = false;          ///< keep the air's conductivity of the start
-  int seconds_per_update = 10;  ///< of the air's conductivity
+  /// Keeps the air conductivity of the start.
+  bool linear = false;
+  /// Interval of updates of the air conductivity.
+  int seconds_per_update = 10;
 };
 
-/// Where the gyro, switched on, rests in air of `air_c`: states, with the gaps at the mean of block and shell.
+/// Returns the states of the switched-on gyro at rest in air of `air_c`, with the gap air at the mean of block and
+/// shell.
 [[nodiscard]] Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c);
 
-/// The model with so much added to its powers.
+/// Returns the model with these powers added to its own.
 [[nodiscard]] ReducedModel with_added(ReducedModel model, const ThermalPowers& added_w);
 
-/// Where it rests switched off: everything as warm as the air.
+/// Returns the states of the switched-off gyro at rest: all temperatures equal the air's.
 [[nodiscard]] Eigen::VectorXd cold_rest_of(const ReducedModel& model, GyroFilm film, double air_c);
 
-/// The temperature of the air in the gaps: the mean of block and shell.
+/// Returns the temperature of the gap air: the mean of block and shell.
 [[nodiscard]] double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c);
 
 class ReducedTransient final {
  public:
   ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options);
 
-  /// Lets one second pass while the chamber's air goes linearly from where it was to `air`; exact for that input and
-  /// constant coefficients. `added_w`: above the model's powers in that second, only where the options have them.
+  /// Advances by one second while the chamber's air changes linearly to `air`. Exact for this input and constant
+  /// coefficients. `added_w` are powers in addition to the model's during this second. They are permitted only if the
+  /// options have added_w.
   void step(Celsius air, std::span<const double> added_w = {});
-  /// The model's own powers, from the next second on.
+  /// Switches the model's own powers from the next second on.
   void switch_on(bool on) { on_ = on; }
 
-  /// In the order of ThermalOutput, °C.
+  /// Returns the outputs in the order of ThermalOutput, °C.
   [[nodiscard]] std::span<const double, kThermalOutputs> outputs_c() const;
 
  private:
-  /// With constant coefficients the states become amplitudes of modes.
+  /// Selects the integration method. For constant coefficients it converts the states to amplitudes of modes.
   std::variant<ModalSecond, StepTable> law_of(const ReducedModel& model);
 
   ReducedTransientOptions options_;
@@ -116,7 +128,8 @@ class ReducedTransient final {
   long seconds_ = 0;
   bool on_ = true;
   Eigen::VectorXd states_;
-  Eigen::MatrixXd outputs_;  ///< of the states as the law keeps them
+  /// Outputs of the states in the basis of the method.
+  Eigen::MatrixXd outputs_;
   std::variant<ModalSecond, StepTable> law_;
   Eigen::Vector<double, kThermalOutputs> outputs_c_;
 };

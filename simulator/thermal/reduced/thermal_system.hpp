@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyro's heat equation after discretisation, affine in the coefficients that depend on temperature and on the air
-/// around the cabinet:
+/// The gyro's discretised heat equation, affine in the coefficients that depend on temperature and on the air around
+/// the cabinet:
 ///   C dT/dt + (K₀ + Σ_m c_m K_m) T = (B₀ + Σ_m c_m B_m) u,   y = L T,   T in °C.
-/// Adding a constant to u's ambient and to every T changes no other number: K_m·1 = B_m's ambient column.
+/// Adding a constant to u's ambient and to every T changes no other value: K_m·1 equals the ambient column of B_m.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,26 +13,27 @@
 
 namespace gyrotherm::thermal {
 
-/// c_m: effective conductivity of the cabinet's three air gaps, W/(m·K), and film on the cabinet's outside, W/(m²·K).
+/// Coefficients c_m: effective conductivity of the cabinet's three air gaps, W/(m·K), and film on the cabinet's
+/// outside, W/(m²·K).
 enum class ThermalCoefficient : std::size_t { air_lid, air_side, air_base, film };
 inline constexpr std::size_t kThermalCoefficients = 4;
 using ThermalCoefficients = std::array<double, kThermalCoefficients>;
 
-/// u: chamber air in °C, then watts.
+/// Inputs u: chamber air in °C, then powers in W.
 enum class ThermalInput : std::size_t { ambient, gain_left, gain_right, preamplifier, ballast_left, ballast_right };
 inline constexpr std::size_t kThermalInputs = 6;
 inline constexpr std::array<std::string_view, kThermalInputs> kThermalInputNames{
     "ambient", "gain_left", "gain_right", "preamplifier", "ballast_left", "ballast_right"};
-/// W, of the inputs after the ambient.
+/// Powers in W: the inputs after the ambient.
 using ThermalPowers = std::array<double, kThermalInputs - 1>;
 
-/// The power of an input that is not the ambient.
+/// Returns the power of an input other than the ambient.
 [[nodiscard]] inline double& power_of(ThermalPowers& powers_w, ThermalInput input) {
   return powers_w[static_cast<std::size_t>(input) - 1];
 }
 
-/// y, °C: the thermometers' places A…H, points on the block's top face; then means over volumes. Mirrors are named by
-/// the thermometer in their corner, left is the side of B, D and F.
+/// Outputs y, °C: the thermometer locations A…H, points on the block's top face; then means over volumes. A mirror has
+/// the name of the thermometer in its corner. Left is the side of B, D and F.
 enum class ThermalOutput : std::size_t {
   a,
   b,
@@ -61,18 +62,25 @@ inline constexpr std::array<std::string_view, kThermalOutputs> kThermalOutputNam
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 struct ThermalSystem {
-  SparseMatrix capacity;                                          ///< C, J/K; both triangles
-  SparseMatrix conduction;                                        ///< K₀, W/K; both triangles
-  std::array<SparseMatrix, kThermalCoefficients> conduction_per;  ///< K_m per unit of c_m, same pattern rules
-  Eigen::MatrixXd inputs;        ///< B₀, n × 6: per watt; the ambient's column is zero, its way in is the film
-  Eigen::VectorXd film_ambient;  ///< the ambient's column of B_film; every other column of every B_m is zero
-  SparseMatrix outputs;          ///< L, 18 × n; each row sums to 1
+  /// C in J/K and K₀ in W/K, with both triangles.
+  SparseMatrix capacity;
+  SparseMatrix conduction;
+  /// K_m per unit of c_m, with both triangles.
+  std::array<SparseMatrix, kThermalCoefficients> conduction_per;
+  /// B₀, n × 6, per watt. The ambient column is zero; the ambient enters through the film.
+  Eigen::MatrixXd inputs;
+  /// Ambient column of B_film. All other columns of all B_m are zero.
+  Eigen::VectorXd film_ambient;
+  /// L, 18 × n; each row sums to 1.
+  SparseMatrix outputs;
 };
 
-/// One gap, between the block (or what stands on it) and the cabinet's wall.
+/// One gap, between the block (or a part on it) and the cabinet's wall.
 struct AirGap {
-  double nusselt = 1;   ///< heat carried over heat conducted
-  double emissivity{};  ///< effective, of the two faces
+  /// Transported heat over conducted heat.
+  double nusselt = 1;
+  /// Effective emissivity of the two faces.
+  double emissivity{};
   double width_m{};
 };
 
@@ -80,7 +88,7 @@ struct CabinetAir {
   AirGap lid, side, base;
 };
 
-/// The three gaps at `air_c`, and the outside's film as given.
+/// Returns the coefficients of the three gaps at `air_c`, with the given film outside.
 [[nodiscard]] ThermalCoefficients coefficients_at(const CabinetAir& air, double air_c, double film_w_per_m2_k);
 
 }  // namespace gyrotherm::thermal

@@ -14,20 +14,23 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// What a class of bricks weighs in a matrix: conductivities, or a heat capacity by volume, J/(m³·K).
+/// Material values of a brick class in a matrix: conductivities, or the heat capacity by volume, J/(m³·K).
 struct BrickWeight {
   Conductivity k;
   double capacity{};
 };
 
-constexpr int kReach = 125;  // points of the doubled grid at most two away along each axis
+// Number of points of the doubled grid at most two away along each axis.
+constexpr int kReach = 125;
 using Reached = std::bitset<kReach>;
 
-/// For every two nodes of a brick, which of the 125 points around the first the second is; in order of node numbers.
+/// Position of each node of a brick relative to each other node: its index among the 125 points around it. The indices
+/// are in the order of node numbers.
 struct Around {
   std::array<std::array<int, kHex20>, kHex20> of{};
   std::array<Reached, kHex20> reached{};
-  std::array<int, 27> node_at{};  ///< node of the brick at a place, −1: none
+  /// Node of the brick at a position; −1: none.
+  std::array<int, 27> node_at{};
 };
 
 Around make_around() {
@@ -45,7 +48,7 @@ Around make_around() {
   return around;
 }
 
-/// First and last of the bricks that a point of the doubled grid touches along one axis.
+/// First and last brick that contain a point of the doubled grid, along one axis.
 struct Span {
   int from, to;
 };
@@ -81,7 +84,7 @@ class Rows {
   }
 
  private:
-  /// Bricks of weight around a point, with the point's number in each.
+  /// Visits the non-empty bricks around a point, with the point's node number in each.
   template <class Visit>
   void each_brick_at(int I, int J, int K, Visit visit) const {
     const auto xs = span(I, mesh_.nx());
@@ -130,7 +133,7 @@ class Rows {
   const Hex20Integrals& reference_;
 };
 
-/// Every pair of nodes of every film face, with what it adds per unit of film.
+/// Visits each pair of nodes of each film face with its contribution per unit of film.
 template <class Visit>
 void each_film_entry(const GyroMesh& mesh, Visit visit) {
   const auto& reference = hex20_integrals();
@@ -147,11 +150,11 @@ void each_film_entry(const GyroMesh& mesh, Visit visit) {
 
 constexpr std::array<GyroPart, 3> kGaps{GyroPart::air_lid, GyroPart::air_side, GyroPart::air_base};
 
-/// Which part each output after the thermometers is the mean of, in their order.
+/// Parts of the outputs after the thermometers, in the order of the outputs. Each output is the mean of its part.
 constexpr std::array<GyroPart, kThermalOutputs - 8> kMeanOf{
     GyroPart::shell,    GyroPart::gain_left, GyroPart::gain_right, GyroPart::passive_bore, GyroPart::preamplifier,
     GyroPart::mirror_b, GyroPart::mirror_c,  GyroPart::mirror_f,   GyroPart::mirror_h,     GyroPart::block};
-/// … and which part each input after the ambient heats.
+/// Part that each input after the ambient heats.
 constexpr std::array<GyroPart, kThermalInputs - 1> kHeated{
     GyroPart::gain_left, GyroPart::gain_right, GyroPart::preamplifier, GyroPart::ballast_left, GyroPart::ballast_right};
 
@@ -159,7 +162,7 @@ const MaterialProperties& properties(const GyroModel& model, GyroPart part) {
   return model.materials[static_cast<std::size_t>(material_of(part))];
 }
 
-/// One value as c₀ + Σ c_m k_m over the gaps' conductivities.
+/// One value as c₀ + Σ c_m k_m over the conductivities of the gaps.
 struct Affine {
   double fixed{};
   std::array<double, kGaps.size()> per_gap{};
@@ -169,7 +172,8 @@ struct AffineConductivity {
   Affine across;
 };
 
-constexpr double kUsualAir = 0.03;  // W/(m·K), where the tangent across a face is taken
+// W/(m·K), at which the tangent across a face is taken.
+constexpr double kUsualAir = 0.03;
 
 AffineConductivity affine_conductivity(const GyroModel& model, const BrickClass& brick) {
   AffineConductivity sum;
@@ -208,8 +212,8 @@ Conductivity at(const AffineConductivity& k, const BrickClass& brick, const Ther
   return tensor(along, across, brick);
 }
 
-/// Sum over the bricks of their conduction and capacity matrices, each class with the weight that `of_class` gives it.
-/// Two nodes have an entry where they share a brick that weighs anything. Symmetric to the last bit.
+/// Returns the sum of the conduction and capacity matrices of all bricks. `of_class` returns the values of a class. Two
+/// nodes have an entry if they share a brick with non-zero values. The result is symmetric to the last bit.
 template <class OfClass>
 SparseMatrix assemble_rows(const GyroMesh& mesh, OfClass of_class) {
   std::vector<BrickWeight> weights;
@@ -217,7 +221,7 @@ SparseMatrix assemble_rows(const GyroMesh& mesh, OfClass of_class) {
   return Rows(mesh, std::move(weights)).assemble();
 }
 
-/// Sum over the mesh's film faces, per unit of film: the matrix, W/K per W/(m²·K).
+/// Returns the sum over the film faces per unit of film: the matrix, W/K per W/(m²·K).
 SparseMatrix assemble_film(const GyroMesh& mesh) {
   std::vector<Eigen::Triplet<double>> entries;
   each_film_entry(mesh, [&](int n, int m, double value) { entries.emplace_back(n, m, value); });
@@ -227,8 +231,8 @@ SparseMatrix assemble_film(const GyroMesh& mesh) {
   return matrix;
 }
 
-/// For each part, the integral of every shape function over it divided by its volume: what spreads a watt over the
-/// part, and what takes its mean.
+/// Computes for each part the integral of each shape function over the part, divided by the part's volume. These
+/// weights distribute a power over the part and compute its mean temperature.
 template <class Add>
 void each_mean(const GyroMesh& mesh, const std::vector<GyroPart>& parts, Add add) {
   std::array<double, kGyroParts> volume{};
@@ -317,7 +321,8 @@ SparseMatrix assemble_outputs(const GyroModel& model, const GyroMesh& mesh) {
                            1e-3 * (g.cabinet[2] / 2 + g.block_thickness / 2));
     const auto nodes = nodes_of(mesh, at.i, at.j, at.k);
     const auto shape = hex20_shape(at.xi, at.eta, at.zeta);
-    if (std::ranges::count(nodes, -1) > 0) continue;  // a mesh without that place
+    // The mesh does not contain this location.
+    if (std::ranges::count(nodes, -1) > 0) continue;
     for (int n = 0; n < kHex20; ++n)
       if (shape[n] != 0) entries.emplace_back(t, nodes[n], shape[n]);
   }

@@ -7,8 +7,8 @@
 #include "simulator/thermal/assembly.hpp"
 #include "simulator/thermal/hex20.hpp"
 
-// The product is compiled once per generation of x86-64, as the hot loops of analysis/svm are: its results agree to
-// rounding between processors, and to the bit on one.
+// The product is compiled once per generation of x86-64, like the hot loops of analysis/svm. Its results agree between
+// processors to rounding, and exactly on one processor.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define GYROTHERM_BRICK_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
@@ -24,7 +24,7 @@ constexpr int kLineBytes = 64;
 template <class Real>
 constexpr int kLanes = kLineBytes / static_cast<int>(sizeof(Real));
 
-/// A line of numbers.
+/// A vector of numbers.
 template <class Real>
 struct LineOf;
 template <>
@@ -36,7 +36,8 @@ struct LineOf<double> {
   using Line = double __attribute__((vector_size(kLineBytes)));
 };
 
-/// A line at any address is copied: what a cast to a type of lesser alignment says is lost in a template's argument.
+/// Copy a vector at any address. A cast to a type of lesser alignment would not help: template arguments lose the
+/// alignment attribute.
 template <class Line, class Real>
 GYROTHERM_BRICK_INLINE void load(const Real* from, Line& line) {
   __builtin_memcpy(&line, from, sizeof line);
@@ -53,8 +54,8 @@ GYROTHERM_BRICK_INLINE void add(Real* to, const Line& line) {
   store(to, sum);
 }
 
-/// From values at (−, −), (+, −), (−, +), (+, +) to their sums with the signs of 1, a, b, ab; the transpose is
-/// spread().
+/// Converts values at (−, −), (+, −), (−, +), (+, +) to their sums with the signs of 1, a, b, ab. spread() is the
+/// transpose.
 template <class Line>
 GYROTHERM_BRICK_INLINE void sums(const Line* at, Line* of) {
   const Line low = at[0] + at[1], high = at[2] + at[3], low_slope = at[1] - at[0], high_slope = at[3] - at[2];
@@ -72,24 +73,24 @@ GYROTHERM_BRICK_INLINE void spread(const Line* of, Line* at) {
   at[3] = high + high_slope;
 }
 
-/// Weights of bricks side by side, W/K.
+/// Weights of adjacent bricks, W/K.
 template <class Line>
 struct Conducting {
   Line x, y, z;
 };
 
-/// Coefficients of bricks side by side, or the forces on them. `x[q]`, `y[q]`, `z[q]`: P₂ along that axis times odd
-/// factors in the other two axes, by the bits of q in their order. `odd[p]`: the odd factors alone, by the bits of p.
-/// The functions below write t for the coefficients of P₂, w for those of the odd factors alone, and g for the forces
-/// on either.
+/// Coefficients of adjacent bricks, or the forces on them. `x[q]`, `y[q]`, `z[q]`: P₂ along that axis times odd factors
+/// in the other two axes, given by the bits of q in the order of the axes. `odd[p]`: the odd factors alone, given by
+/// the bits of p. The functions below write t for the coefficients of P₂, w for the coefficients of the odd factors
+/// alone, and g for the forces on either.
 template <class Line>
 struct Polynomials {
   Line x[4], y[4], z[4], odd[8];
 };
 
-/// Sums over the nodes of bricks side by side, and in their place the forces on the nodes. `corner[p]`, p = bit 0 for
-/// x, bit 1 for y, bit 2 for z: sums over the corners, odd in the axes of the bits; `on_x`, `on_y`, `on_z` likewise
-/// over the middles of the edges along an axis, bits of the other two axes in their order.
+/// Sums over the nodes of adjacent bricks; after respond() the forces on the nodes. `corner[p]`, p = bit 0 for x, bit 1
+/// for y, bit 2 for z: sums over the corners, odd in the axes of the bits. `on_x`, `on_y`, `on_z`: sums over the
+/// midpoints of the edges along an axis, with bits for the other two axes in order.
 template <class Line>
 struct NodeSums {
   Line corner[8], on_x[4], on_y[4], on_z[4];
@@ -100,8 +101,8 @@ constexpr Real kEdge = Real(1) / 144;
 template <class Real>
 constexpr Real kCorner = Real(1) / 576;
 
-/// Computes 12 times the coefficients of P₂, and 24 times those of the odd factors alone. With c a corner sum and e an
-/// edge sum of the same parity these are t = c − 2e and w = 3c − 2Σt.
+/// Computes 12 times the coefficients of P₂, and 24 times the coefficients of the odd factors alone. For a corner sum c
+/// and an edge sum e of the same parity these are t = c − 2e and w = 3c − 2Σt.
 template <class Line>
 GYROTHERM_BRICK_INLINE void find_coefficients(const NodeSums<Line>& sums, Polynomials<Line>& found) {
   const auto& [corner, on_x, on_y, on_z] = sums;
@@ -121,8 +122,8 @@ GYROTHERM_BRICK_INLINE void find_coefficients(const NodeSums<Line>& sums, Polyno
   w[7] = 3 * corner[7];
 }
 
-/// Computes the forces on the coefficients by k_xx, k_yy and k_zz, without the share of w that t has. The energy is
-/// diagonal in these polynomials: ∫P₂'² = 6, ∫P₂² = 2/5, ∫1 = 2, ∫x² = 2/3.
+/// Computes the forces on the coefficients by k_xx, k_yy and k_zz, without the part of w that is contained in t. The
+/// energy is diagonal in these polynomials: ∫P₂'² = 6, ∫P₂² = 2/5, ∫1 = 2, ∫x² = 2/3.
 template <class Real, class Line>
 GYROTHERM_BRICK_INLINE void find_forces(const Conducting<Line>& k, const Polynomials<Line>& at,
                                         Polynomials<Line>& force) {
@@ -150,8 +151,8 @@ GYROTHERM_BRICK_INLINE void find_forces(const Conducting<Line>& k, const Polynom
   g[7] = kThree * (k.x + k.y + k.z) * w[7];
 }
 
-/// Adds the forces by k_xy. ∫(∂x u ∂y v + ∂y u ∂x v) couples few of the polynomials: 4 n, n = 2, or 2/3 where both are
-/// odd in z.
+/// Adds the forces by k_xy. ∫(∂x u ∂y v + ∂y u ∂x v) couples few of the polynomials: 4 n, n = 2, or 2/3 if both are odd
+/// in z.
 template <class Real, class Line>
 GYROTHERM_BRICK_INLINE void add_slanted_forces(const Line& xy, const Polynomials<Line>& at, Polynomials<Line>& force) {
   constexpr Real kMixed = Real(1) / 288;
@@ -173,7 +174,8 @@ GYROTHERM_BRICK_INLINE void add_slanted_forces(const Line& xy, const Polynomials
   gz[2] += kEdge<Real> * 8 / 5 * xy * tz[1];
 }
 
-/// Writes the forces on the nodes' sums, from those on the coefficients. Gives `force` the share of w that t has.
+/// Converts the forces on the coefficients to forces on the nodes' sums. Adds to `force` the part of w that is
+/// contained in t.
 template <class Line>
 GYROTHERM_BRICK_INLINE void write_forces(Polynomials<Line>& force, NodeSums<Line>& to) {
   auto& [gx, gy, gz, g] = force;
@@ -202,7 +204,7 @@ GYROTHERM_BRICK_INLINE void write_forces(Polynomials<Line>& force, NodeSums<Line
   }
 }
 
-/// Replaces sums over nodes by the forces on them.
+/// Replaces sums over nodes by the forces on the nodes.
 template <class Real, bool slanted, class Line>
 GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, NodeSums<Line>& sums) {
   Polynomials<Line> coefficients, force;
@@ -212,8 +214,8 @@ GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, N
   write_forces(force, sums);
 }
 
-/// The rows of places around a row of bricks along x: corners and middles of x-edges at (j, k), (j + 1, k), (j, k + 1),
-/// (j + 1, k + 1); middles of y-edges below and above, of z-edges at j and j + 1.
+/// The rows of positions around a row of bricks along x: corners and midpoints of x-edges at (j, k), (j + 1, k), (j, k
+/// + 1), (j + 1, k + 1); midpoints of y-edges below and above, of z-edges at j and j + 1.
 template <class Pointer>
 struct RowsAround {
   Pointer corner[4], x_edge[4], y_edge[2], z_edge[2];
@@ -230,7 +232,7 @@ struct RowsAround {
   }
 };
 
-/// What a row of bricks adds at the left and at the right end of each: the 4 corners, 2 y-edges and 2 z-edges there.
+/// Contributions of a row of bricks at the left and at the right end of each brick: 4 corners, 2 y-edges and 2 z-edges.
 template <class Real>
 struct RowEnds {
   std::vector<Real> values;
@@ -238,11 +240,11 @@ struct RowEnds {
   explicit RowEnds(int bricks)
       : values(16 * static_cast<std::size_t>(bricks + 2 * kLanes<Real>)), length(values.size() / 16) {}
   [[nodiscard]] Real* left(int n) { return values.data() + 2 * static_cast<std::size_t>(n) * length; }
-  /// One number later: at the end that the next brick has on its left.
+  /// Returns values shifted by one, so that the right end of a brick aligns with the left end of the next.
   [[nodiscard]] Real* right(int n) { return left(n) + length + 1; }
 };
 
-/// Gathers the sums over the nodes of the bricks i… of a row, as many as a line has numbers.
+/// Gathers the node sums of the bricks i… of a row, one brick per element of a vector.
 template <class Real, class Line>
 GYROTHERM_BRICK_INLINE void gather(const RowsAround<const Real*>& from, int i, NodeSums<Line>& nodes) {
   auto& [corner, on_x, on_y, on_z] = nodes;
@@ -266,7 +268,7 @@ GYROTHERM_BRICK_INLINE void gather(const RowsAround<const Real*>& from, int i, N
   sums(of, on_z);
 }
 
-/// Scatters the forces on the nodes of the same bricks: adds those on x-edges to the product, and stores those at the
+/// Scatters the forces on the nodes of the same bricks. Adds forces on x-edges to the product and stores forces at the
 /// bricks' left and right ends, where neighbours in the row meet.
 template <class Real, class Line>
 GYROTHERM_BRICK_INLINE void scatter(const NodeSums<Line>& nodes, int i, const RowsAround<Real*>& to,
@@ -290,7 +292,7 @@ GYROTHERM_BRICK_INLINE void scatter(const NodeSums<Line>& nodes, int i, const Ro
   for (int n = 0; n < 4; ++n) store((n % 2 == 0 ? ends.left(6 + n / 2) : ends.right(6 + n / 2)) + i, of[n]);
 }
 
-/// Multiplies the bricks i… of a row, as many as a line has numbers.
+/// Multiplies the bricks i… of a row, one brick per element of a vector.
 template <class Real, bool slanted>
 GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std::size_t row, int i,
                                           const RowsAround<const Real*>& from, const RowsAround<Real*>& to,
@@ -309,7 +311,7 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   scatter(nodes, i, to, ends);
 }
 
-/// Adds the forces that neighbouring bricks have stored at their common ends to the product of a row.
+/// Adds the stored forces of neighbouring bricks at their common ends to the product of a row.
 template <class Real>
 GYROTHERM_BRICK_INLINE void add_ends(RowEnds<Real>& ends, int bricks, const RowsAround<Real*>& to) {
   for (int n = 0; n < 8; ++n) {
@@ -357,7 +359,7 @@ GYROTHERM_BRICK_CLONES void multiply_bricks(const BrickPlaces& places, const Bri
   multiply_rows(places, weights, field, product);
 }
 
-/// What a film of 1 W/K takes, by face and two of its nodes.
+/// Heat flow through a film of 1 W/K, by face and two of its nodes.
 template <class Real>
 using FaceMatrices = std::array<std::array<std::array<Real, 8>, 8>, kBrickFaces>;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The conduction matrix of a mesh of bricks times a field, without the matrix. In products of Legendre's polynomials a
-/// brick whose conductivity lies along the axes has a diagonal matrix, so that a product costs little more than the way
-/// from nodes to polynomials and back: some 250 operations a brick instead of 800, and 4 numbers of memory instead of
-/// 230.
+/// Multiplies the conduction matrix of a mesh of bricks by a field without storing the matrix. In products of Legendre
+/// polynomials the matrix of a brick is diagonal if its conductivity lies along the axes. A product then costs little
+/// more than the conversion between nodes and polynomials: some 250 operations per brick instead of 800, and 4 numbers
+/// of memory instead of 230.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,9 +17,9 @@
 
 namespace gyrotherm::thermal {
 
-/// Where fields that are made for vector arithmetic keep their values: all corners of the grid, then the middles of the
-/// edges along x, along y and along z, each with x running fastest. Places that the mesh has no node for are there too,
-/// and are 0.
+/// Positions of the values of a field for vector arithmetic: all corners of the grid, then the midpoints of the edges
+/// along x, along y and along z, each with x running fastest. Positions without a node of the mesh are included; their
+/// values are 0.
 class BrickPlaces final {
  public:
   explicit BrickPlaces(const GyroMesh& mesh);
@@ -39,16 +39,16 @@ class BrickPlaces final {
   [[nodiscard]] Eigen::Index z_edge(int i, int j, int k) const {
     return z_edges_ + (static_cast<Eigen::Index>(k) * (ny_ + 1) + j) * (nx_ + 1) + i;
   }
-  /// Of a point of the doubled grid, of whose places at most one is odd.
+  /// Returns the position of a point of the doubled grid. At most one of its coordinates is odd.
   [[nodiscard]] Eigen::Index of_point(int I, int J, int K) const;
-  /// Of a node of brick (i, j, k), in the element's order.
+  /// Returns the position of a node of brick (i, j, k), in the element's order.
   [[nodiscard]] Eigen::Index of_node(int i, int j, int k, int node) const;
   [[nodiscard]] Eigen::Index corners() const { return x_edges_; }
   [[nodiscard]] Eigen::Index count() const { return count_; }
-  /// Length of a field's vector: vector arithmetic may read and write back what lies behind the last place.
+  /// Returns the length of a field's vector. Vector arithmetic may read and rewrite elements behind the last position.
   [[nodiscard]] Eigen::Index padded() const { return count_ + kPadding; }
 
-  /// From an order by nodes into this one, and back.
+  /// Convert a field from the order of nodes to the order of positions, and back.
   [[nodiscard]] Eigen::VectorXd from_nodes(const Eigen::VectorXd& field) const;
   [[nodiscard]] Eigen::VectorXd to_nodes(const Eigen::VectorXd& field) const;
 
@@ -59,8 +59,8 @@ class BrickPlaces final {
   std::vector<std::int32_t> place_of_node_;
 };
 
-/// What the bricks conduct: for each brick k_dd·v/8·4/h_d² and k_xy·v/8·4/(h_x h_y), W/K, 0 of an empty one; rows of
-/// bricks along x are padded to whole lines of vector arithmetic. And the film's faces.
+/// Conductances of the bricks: for each brick k_dd·v/8·4/h_d² and k_xy·v/8·4/(h_x h_y), W/K, 0 for an empty one, and
+/// the film faces. Rows of bricks along x are padded to whole vectors.
 template <class Real>
 struct BrickWeights {
   struct Face {
@@ -68,9 +68,11 @@ struct BrickWeights {
     int face;
     Real film;  ///< W/K
   };
-  int stride{};  ///< from one row of bricks to the next
+  /// Distance between rows of bricks.
+  int stride{};
   std::vector<Real> x, y, z, xy;
-  std::vector<bool> slanted;  ///< by row: any k_xy in it
+  /// Rows with a brick of non-zero k_xy.
+  std::vector<bool> slanted;
   std::vector<Face> film;
 
   BrickWeights(const GyroModel& model, const GyroMesh& mesh, const BrickPlaces& places,
@@ -80,10 +82,10 @@ struct BrickWeights {
   }
 };
 
-/// The 8 nodes of a brick's face, in the element's order: 4 corners first.
+/// Returns the 8 nodes of a brick's face in the element's order, the 4 corners first.
 [[nodiscard]] std::array<int, 8> nodes_of_face(int face);
 
-/// Calls visit(i, j, k, index of the brick's weights) for every brick, empty ones too.
+/// Calls visit(i, j, k, index of the brick's weights) for every brick, including empty ones.
 template <class Real, class Visit>
 void each_weighted_brick(const BrickPlaces& places, const BrickWeights<Real>& weights, Visit visit) {
   for (int k = 0; k < places.nz(); ++k)
@@ -92,11 +94,11 @@ void each_weighted_brick(const BrickPlaces& places, const BrickWeights<Real>& we
         visit(i, j, k, weights.row(j, k, places.ny()) + static_cast<std::size_t>(i));
 }
 
-/// product = K field, both of padded() numbers; what lies behind the last place must be finite.
+/// Computes product = K field, both of padded() numbers. Elements behind the last position must be finite.
 template <class Real>
 void multiply(const BrickPlaces& places, const BrickWeights<Real>& weights, const Real* field, Real* product);
 
-/// K's diagonal, 0 where there is no node.
+/// Returns the diagonal of K; 0 at positions without a node.
 template <class Real>
 [[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const BrickPlaces& places,
                                                               const BrickWeights<Real>& weights);

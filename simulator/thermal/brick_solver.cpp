@@ -36,13 +36,13 @@ Interpolation from_corners() {
   return interpolation;
 }
 
-/// Returns the index of corner `to` among the 27 around corner `from`, itself in the middle; x runs fastest.
+/// Returns the index of corner `to` among the 27 around corner `from`, which is in the middle; x runs fastest.
 int towards(int from, int to) {
   const auto step = [&](int d) { return (kHex20Places[to][d] - kHex20Places[from][d]) / 2 + 1; };
   return step(0) + 3 * step(1) + 9 * step(2);
 }
 
-/// The row of a matrix for each corner: its entries for the 27 corners around.
+/// Matrix rows of the corners: the entries for the 27 corners around each.
 using Stencils = std::vector<std::array<double, 27>>;
 
 void add_bricks(const BrickPlaces& places, const BrickWeights<double>& weights, Stencils& stencils) {
@@ -75,7 +75,7 @@ void add_film(const BrickWeights<double>& weights, Stencils& stencils) {
   }
 }
 
-/// Calls visit(middle, end, other end) for the places of every edge of the grid.
+/// Calls visit(middle, end, other end) with the positions of every edge of the grid.
 template <class Visit>
 void each_edge(const BrickPlaces& places, Visit visit) {
   for (int k = 0; k <= places.nz(); ++k) {
@@ -160,10 +160,12 @@ struct BrickSolver::Parts {
   BrickPlaces places;
   std::optional<BrickWeights<double>> weights;
   std::optional<BrickWeights<float>> rounded_weights;
-  Eigen::VectorXf inverse;  ///< of the diagonal; 0 where there is no node
+  /// Inverse diagonal; 0 at positions without a node.
+  Eigen::VectorXf inverse;
   std::optional<CornerLevel> corners;
   std::optional<ConjugateGradients> lower;
-  Eigen::VectorXf rest, step, image, left;  ///< what the preconditioner works on
+  /// Work vectors of the preconditioner.
+  Eigen::VectorXf rest, step, image, left;
 };
 
 BrickSolver::Parts::Parts(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,
@@ -181,11 +183,13 @@ void BrickSolver::Parts::weigh(const GyroModel& model, const GyroMesh& mesh, con
   for (auto& number : inverse) number = number > 0 ? 1 / number : 0;
 }
 
-/// left ← left + p(D⁻¹K) D⁻¹ rest with p of the degree that costs least in all, and, if asked for, the rest anew.
+/// Computes left ← left + p(D⁻¹K) D⁻¹ rest, with p of the degree of lowest total cost, and updates the residual `rest`
+/// if `leave_rest`.
 void BrickSolver::Parts::smooth(bool leave_rest) {
   constexpr int kDegree = 3;
-  // No eigenvalue of D⁻¹K is above: the largest of D⁻¹K of any one brick, which is that of a brick that conducts in one
-  // direction alone, 45° to its edges (8.51); 6.07 for one that conducts along its edges, 4.5 for a film.
+  // Upper bound of the eigenvalues of D⁻¹K: the largest of D⁻¹K of any single brick. It occurs for a brick that
+  // conducts in one direction alone, 45° to its edges (8.51). It is 6.07 for a brick that conducts along its edges and
+  // 4.5 for a film.
   constexpr float kLargest = 8.6F;
   step.setZero();
   for (int i = 1; i <= kDegree; ++i) {
@@ -199,7 +203,7 @@ void BrickSolver::Parts::smooth(bool leave_rest) {
   }
 }
 
-/// left ← left + P v, v one V-cycle's answer to Pᵀ rest, and the rest anew.
+/// Computes left ← left + P v, v the result of one V-cycle for Pᵀ rest, and updates the residual `rest`.
 void BrickSolver::Parts::correct() {
   corners->up(places, lower->precondition(corners->down(places, rest)), step);
   left += step;
@@ -207,7 +211,7 @@ void BrickSolver::Parts::correct() {
   rest -= image;
 }
 
-/// Symmetric to rounding, and the same whatever the scale of `right`.
+/// Applies the preconditioner. Symmetric up to rounding and independent of the scale of `right`.
 void BrickSolver::Parts::precondition(const Eigen::VectorXd& right, Eigen::VectorXd& answer) {
   const double scale = right.cwiseAbs().maxCoeff();
   assert(scale > 0);

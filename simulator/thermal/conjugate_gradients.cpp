@@ -24,7 +24,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// Keeps every signal's handler and puts it back.
+/// Saves the handlers of all signals and restores them.
 class SignalHandlers {
  public:
   SignalHandlers() {
@@ -42,7 +42,7 @@ class SignalHandlers {
   std::array<bool, NSIG> kept_{};
 };
 
-/// An environment variable for as long as this lives; one that is set already is left alone.
+/// Sets an environment variable during its lifetime. A variable that is already set is unchanged.
 class Setting {
  public:
   Setting(const char* name, const char* value) : name_(name), ours_(std::getenv(name) == nullptr) {
@@ -66,8 +66,10 @@ class Session {
     MPI_Initialized(&running);
     if (running == 0) {
       const SignalHandlers handlers;
-      const Setting alone("OMPI_MCA_ess_singleton_isolated", "1");  // no daemon, which would want a network
-      // None of the folders that all processes of a user share: who ends removes them while another begins, and fails.
+      // Prevents MPI from starting a daemon that needs a network.
+      const Setting alone("OMPI_MCA_ess_singleton_isolated", "1");
+      // Use no session folder that all processes of a user share: a process that ends removes it while another one
+      // begins.
       const Setting folders("OMPI_MCA_orte_create_session_dirs", "0");
       const Setting transport("OMPI_MCA_btl", "self");
       const Setting messages("OMPI_MCA_pml", "ob1");
@@ -77,7 +79,8 @@ class Session {
     HYPRE_Init();
   }
   ~Session() {
-    if (!ours_ || getpid() != process_) return;  // a forked child leaves it alone
+    // A forked child must not end it.
+    if (!ours_ || getpid() != process_) return;
     const SignalHandlers handlers;
     HYPRE_Finalize();
     int ended = 0;
@@ -92,8 +95,8 @@ class Session {
   bool ours_ = false;
 };
 
-/// Starts the message passing that hypre needs, at the first call and for this process alone; it ends with the process.
-/// Signal handlers are as before.
+/// Starts the message passing that hypre needs, once, for this process only. It ends with the process. Signal handlers
+/// do not change.
 void start_message_passing() { static const Session session; }
 
 HYPRE_IJVector vector_of(int size, HYPRE_ParVector& parallel) {
@@ -108,7 +111,7 @@ HYPRE_IJVector vector_of(int size, HYPRE_ParVector& parallel) {
   return vector;
 }
 
-/// What hypre has noted since the last question; it keeps its errors until they are cleared.
+/// Returns and clears the errors of hypre, which it keeps until they are cleared.
 int errors() {
   const int noted = HYPRE_GetError();
   HYPRE_ClearAllErrors();
@@ -191,8 +194,8 @@ void ConjugateGradients::Parts::create_solver(const ConjugateGradientsOptions& o
   HYPRE_BoomerAMGSetCoarsenType(multigrid, 10);  // HMIS
   HYPRE_BoomerAMGSetInterpType(multigrid, 6);    // extended+i
   HYPRE_BoomerAMGSetPMaxElmts(multigrid, 2);
-  // Gauss-Seidel forwards on the way down and backwards on the way up: symmetric as a whole, at half the price of
-  // sweeping both ways each time.
+  // Gauss-Seidel forwards on the way down and backwards on the way up: symmetric in total, at half the cost of sweeping
+  // in both directions each time.
   HYPRE_BoomerAMGSetCycleRelaxType(multigrid, 13, 1);
   HYPRE_BoomerAMGSetCycleRelaxType(multigrid, 14, 2);
   HYPRE_BoomerAMGSetCycleRelaxType(multigrid, 9, 3);  // elimination on the coarsest

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Solves a symmetric positive definite sparse system for one right-hand side after another: conjugate gradients,
-/// preconditioned by one V-cycle of algebraic multigrid (hypre's BoomerAMG) that is set up once; a single process.
+/// Solves a symmetric positive definite sparse system for consecutive right-hand sides: conjugate gradients,
+/// preconditioned by one V-cycle of algebraic multigrid (hypre's BoomerAMG) that is set up once. Runs in a single
+/// process.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +13,15 @@
 namespace gyrotherm::thermal {
 
 struct ConjugateGradientsOptions {
-  double tolerance = 1e-10;      ///< residual's 2-norm over the right-hand side's
-  int most_iterations = 20'000;  ///< multigrid needs tens
+  /// 2-norm of the residual over that of the right-hand side.
+  double tolerance = 1e-10;
+  /// Multigrid needs tens.
+  int most_iterations = 20'000;
 };
 
-/// Serial; one instance is used by one thread at a time. The first of a process starts a message-passing library for
-/// hypre (for this process alone, no daemon) and leaves signal handlers and output streams as they were.
+/// The solver. Serial: one instance is used by one thread at a time. The first instance of a process starts a
+/// message-passing library for hypre (for this process only, without a daemon). Signal handlers and output streams do
+/// not change.
 class ConjugateGradients {
  public:
   struct Solution {
@@ -26,23 +30,23 @@ class ConjugateGradients {
     double relative_residual{};
   };
 
-  /// Takes the matrix, both triangles, each row with its diagonal: move it in, its memory is freed as soon as it can
-  /// be. Fails with numeric if the preconditioner cannot be made.
+  /// Creates a solver. The matrix contains both triangles and the diagonal of each row. Move it in: its memory is freed
+  /// as early as possible. Fails with numeric if the preconditioner cannot be made.
   [[nodiscard]] static Result<ConjugateGradients> set_up(SparseMatrix matrix,
                                                          const ConjugateGradientsOptions& options = {});
   ~ConjugateGradients();
   ConjugateGradients(ConjugateGradients&&) noexcept;
   ConjugateGradients& operator=(ConjugateGradients&&) noexcept;
 
-  /// Begins at `guess`. Fails with numeric if the tolerance is not reached.
+  /// Solves with the starting point `guess`. Fails with numeric if the tolerance is not reached.
   [[nodiscard]] Result<Solution> solve(const Eigen::VectorXd& right, const Eigen::VectorXd& guess);
-  /// Begins at zero.
+  /// Solves with the starting point zero.
   [[nodiscard]] Result<Solution> solve(const Eigen::VectorXd& right);
 
-  /// One V-cycle alone, from zero: what stands for the matrix's inverse.
+  /// Applies one V-cycle from zero, which approximates the inverse of the matrix.
   [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& right);
 
-  /// Goes on with a matrix of the same pattern and the preconditioner of the first: for a matrix little changed.
+  /// Replaces the matrix by one of the same pattern that has changed little. Keeps the first preconditioner.
   [[nodiscard]] Result<void> replace(SparseMatrix matrix);
 
  private:

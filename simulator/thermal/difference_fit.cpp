@@ -10,7 +10,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// A value tried, and how far its difference is from the wanted one.
+/// A tried value and its distance from the required difference.
 struct Trial {
   double value{};
   double error_k{};
@@ -49,7 +49,8 @@ class Search {
       last = tried(logarithmic ? std::exp(at) : at);
       if (!last || fits(*last)) return outcome(last);
       const bool replaces_a = last->error_k * a.error_k > 0;
-      weight_a = replaces_a ? 1 : weight_a / 2;  // the end that stays counts half
+      // Illinois: the retained end counts half.
+      weight_a = replaces_a ? 1 : weight_a / 2;
       weight_b = replaces_a ? weight_b / 2 : 1;
       (replaces_a ? a : b) = *last;
     }

@@ -35,8 +35,9 @@ void set_gap_widths(GyroModel& model) {
 
 namespace {
 
-constexpr double kTouching = 1e-6;       // mm
-constexpr double kLargestCabinet = 500;  // mm: a greater one has more bricks than any machine has memory for
+constexpr double kTouching = 1e-6;  // mm
+// mm; a larger cabinet would need more memory than any machine has.
+constexpr double kLargestCabinet = 500;
 
 struct Solid {
   Prism prism;
@@ -62,7 +63,7 @@ std::vector<Solid> solids_of(const GyroParts& parts) {
   return solids;
 }
 
-/// Dither zone and hub stand inside the block's hole.
+/// Returns whether two parts may overlap. Dither zone and hub are inside the block's hole.
 bool may_share_space(GyroPart a, GyroPart b) {
   const auto inner = [](GyroPart part) { return part == GyroPart::dither || part == GyroPart::hub; };
   return (inner(a) && inner(b)) || (inner(a) && b == GyroPart::block) || (inner(b) && a == GyroPart::block);
@@ -98,7 +99,7 @@ void check_space(const TomlTable& root, const GyroModel& model) {
   }
 }
 
-/// What must hold for the block, its bores and mirrors to be the shape they are said to be.
+/// Checks the consistency of the shapes of block, bores and mirrors.
 void check_block(const TomlTable& root, const GyroGeometry& g) {
   const auto expect = [&](bool law, const char* table, const char* key, const std::string& what) {
     if (!law) root.table(table).mistake(key, what);
@@ -140,7 +141,8 @@ void check_thermometers(const TomlTable& root, const GyroModel& model) {
   }
 }
 
-constexpr double kLargest = 1e12;  // in any unit of the file: what is beyond it is not meant
+// Limit in any unit of the file. A larger value is an error.
+constexpr double kLargest = 1e12;
 
 double positive(const TomlTable& table, std::string_view key) {
   const double value = table.number(key);
@@ -222,7 +224,7 @@ void read_materials(const TomlTable& root, GyroModel& model) {
   }
 }
 
-/// Watts of a source; where the file gives its rate too, rate × volume must agree within 1 %.
+/// Reads the power of a source, W. If the file also contains its rate, rate × volume must agree within 1 %.
 double power_w(const TomlTable& source, double volume_mm3) {
   const double power = between(source, "power_w", 0, kLargest);
   if (!source.has("rate_w_per_m3")) return power;
@@ -290,7 +292,7 @@ Result<GyroModel> parse_gyro(std::string_view text, const std::string& file) {
   for (std::size_t t = 0; t < model.thermometers.size(); ++t)
     model.thermometers[t] = numbers<2>(thermometers, kThermalOutputNames[t], false);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
-  // The sizes are above zero.
+  // All sizes are above zero here.
   check_block(*root, model.geometry);
   check_space(*root, model);
   check_thermometers(*root, model);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A ring laser gyro in its cabinet as a thermal body: what a gyro file says, in numbers. Lengths in millimetres here
-/// and in gyro_parts.hpp alone; everything after them is SI. Axes: x to the right, y towards the cathode, z up through
-/// the lid, origin at the lower corner of the cabinet; u, v, w are offsets from the block's centre, which is the
-/// cabinet's.
+/// A ring laser gyro in its cabinet as a thermal body: the content of a gyro file. Lengths are in millimetres only here
+/// and in gyro_parts.hpp; all later steps use SI units. Axes: x to the right, y towards the cathode, z up through the
+/// lid, origin at the lower corner of the cabinet; u, v, w are offsets from the common centre of block and cabinet.
 #pragma once
 
 #include <array>
@@ -16,7 +15,7 @@
 
 namespace gyrotherm::thermal {
 
-/// What a piece of space belongs to. Left is the side of x below the centre.
+/// Part to which a point belongs. Left is the side of x below the centre.
 enum class GyroPart : std::uint8_t {
   block,
   mirror_b,
@@ -47,7 +46,7 @@ inline constexpr std::array<std::string_view, kGyroParts> kGyroPartNames{
 [[nodiscard]] constexpr bool is_gas(GyroPart part) {
   return part >= GyroPart::gain_left && part <= GyroPart::passive_bore;
 }
-/// The block's Zerodur and the mirrors on it.
+/// Returns whether a part is the block's Zerodur or a mirror on it.
 [[nodiscard]] constexpr bool is_glass(GyroPart part) { return part <= GyroPart::mirror_h; }
 
 enum class GyroMaterial : std::uint8_t {
@@ -70,47 +69,58 @@ inline constexpr std::array<std::string_view, kGyroMaterials> kGyroMaterialNames
 struct MaterialProperties {
   double density_kg_per_m3{};
   double specific_heat_j_per_kg_k{};
-  double conductivity_w_per_m_k{};  ///< of air: 0, its gaps have their own (thermal_system.hpp)
+  /// 0 for air: the gaps have their own conductivity (thermal_system.hpp).
+  double conductivity_w_per_m_k{};
 };
 
-/// Upright on the wall at G; under the lid; on the base beside the hub, on the side of G.
+/// Mounting of the preamplifier: upright on the wall at G, under the lid, or on the base next to the hub on the side of
+/// G.
 enum class PreamplifierPlace { wall, lid, base };
 inline constexpr std::array<std::string_view, 3> kPreamplifierPlaceNames{"wall", "lid", "base"};
 
-/// In mm and mm³.
+/// Geometry in mm and mm³.
 struct GyroGeometry {
-  double block_width = 110;   ///< |u|, |v| up to half of it
-  double block_chamfer = 80;  ///< |u| + |v| up to it: the 45° faces
+  /// Twice the largest |u| and |v|.
+  double block_width = 110;
+  /// Largest |u| + |v|: the 45° faces.
+  double block_chamfer = 80;
   double block_thickness = 25;
   double hole_diameter = 60;
   double mirror_width = 24;
   double mirror_height = 24;
   double mirror_thickness = 6;
-  double ring_side = 80;        ///< the bores run through (±half, ±half)
-  double gain_volume = 1126;    ///< of both gain arms, each half the top and half a lateral side of the ring
-  double ballast_volume = 295;  ///< of each, a cube
-  double ballast_top = -12;     ///< v of its upper side
-  std::array<double, 3> cathode{20, 16, 20};  ///< along x, out of the block, along z
+  /// The bores run through (±half, ±half).
+  double ring_side = 80;
+  /// Both gain arms together. Each is half the top and half a lateral side of the ring.
+  double gain_volume = 1126;
+  /// Volume of each ballast, a cube, and v of its upper side.
+  double ballast_volume = 295;
+  double ballast_top = -12;
+  /// Sizes along x, out of the block, and along z.
+  std::array<double, 3> cathode{20, 16, 20};
   PreamplifierPlace preamplifier_place = PreamplifierPlace::wall;
-  std::array<double, 3> preamplifier{70, 50, 10};  ///< length, width, and thickness off its wall
+  /// Length, width, and thickness perpendicular to its mounting face.
+  std::array<double, 3> preamplifier{70, 50, 10};
   double dither_height = 30;
   double hub_diameter = 20;
-  double hub_top = 15;  ///< w of its upper end; the lower one stands on the base
+  /// w of its upper end. Its lower end is on the base.
+  double hub_top = 15;
   std::array<double, 3> cabinet{150, 150, 80};
   double wall = 3;
 };
 
-/// Half the side of the square bore of the gain volume, mm.
+/// Returns half the side of the square bore of the gain volume, mm.
 [[nodiscard]] double bore_half_width(const GyroGeometry& geometry);
-/// Side of a ballast, mm.
+/// Returns the side of a ballast, mm.
 [[nodiscard]] double ballast_side(const GyroGeometry& geometry);
 
-/// How the table's contradictory row of the ballast resistors is understood.
+/// Interpretation of the table's contradictory row of the ballast resistors.
 enum class BallastReading { rate_times_volume, printed_each, printed_both, none };
 inline constexpr std::array<std::string_view, 4> kBallastReadingNames{"rate x volume", "printed, each",
                                                                       "printed, both together", "none"};
 
-enum class GyroMode { full, block };  ///< in its cabinet, or the block alone in a film
+/// In its cabinet, or the block alone in a film.
+enum class GyroMode { full, block };
 inline constexpr std::array<std::string_view, 2> kGyroModeNames{"full", "block"};
 
 struct GyroModel {
@@ -120,21 +130,24 @@ struct GyroModel {
   GyroGeometry geometry;
   std::array<MaterialProperties, kGyroMaterials> materials{};
   BallastReading ballast_reading = BallastReading::rate_times_volume;
-  ThermalPowers powers_w{};  ///< gyro switched on
+  /// Powers of a switched-on gyro.
+  ThermalPowers powers_w{};
   CabinetAir air;
-  double still_film_w_per_m2_k{};                       ///< on the cabinet, free convection on a bench
-  double chamber_film_w_per_m2_k{};                     ///< on the cabinet, under the chamber's fan
-  double block_film_w_per_m2_k{};                       ///< on the block when it stands alone
-  std::array<std::array<double, 2>, 8> thermometers{};  ///< (u, v) of A…H on the block's top face, mm
+  /// Films on the cabinet in free convection on a bench and under the chamber's fan, and on the block alone.
+  double still_film_w_per_m2_k{};
+  double chamber_film_w_per_m2_k{};
+  double block_film_w_per_m2_k{};
+  /// (u, v) of A…H on the block's top face, mm.
+  std::array<std::array<double, 2>, 8> thermometers{};
 };
 
-/// Widths of the model's air gaps from its geometry.
+/// Computes the widths of the model's air gaps from its geometry.
 void set_gap_widths(GyroModel& model);
 
 // Reads a gyro file (profiles/gyros/*.toml, schema "gyrotherm-gyro/1").
 
-/// Fails with bad_file, every mistake with its place: sizes that are not above zero, parts that overlap or leave the
-/// cabinet, a thermometer off the block, powers that contradict rate × volume.
+/// Reads a model. Fails with bad_file and reports every error with its position: sizes that are not above zero, parts
+/// that overlap or leave the cabinet, a thermometer outside the block, powers that contradict rate × volume.
 [[nodiscard]] Result<GyroModel> parse_gyro(std::string_view text, const std::string& file);
 
 }  // namespace gyrotherm::thermal

@@ -9,10 +9,10 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// Twice the signed area of a, b, p: above 0 if p is left of the way from a to b.
+/// Returns twice the signed area of a, b, p: above 0 if p is left of the line from a to b.
 double left_of(PlanPoint a, PlanPoint b, PlanPoint p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
 
-/// The part of an outline left of the line from a to b.
+/// Returns the part of an outline left of the line from a to b.
 Outline cut(const Outline& outline, PlanPoint a, PlanPoint b) {
   Outline kept;
   kept.reserve(outline.size() + 1);
@@ -36,19 +36,19 @@ struct Centre {
 
 Centre centre_of(const GyroGeometry& g) { return {g.cabinet[0] / 2, g.cabinet[1] / 2, g.cabinet[2] / 2}; }
 
-/// A box by its offsets from the centre.
+/// Returns a box from its offsets from the centre.
 Prism box(GyroPart part, const Centre& c, PlanRectangle uv, double w0, double w1) {
   return {part, outline_of({c.x + uv.x0, c.x + uv.x1, c.y + uv.y0, c.y + uv.y1}), c.z + w0, c.z + w1};
 }
 
-/// The square around a centre, its corners cut so that |u| + |v| stays below `chamfer`.
+/// Returns the square around a centre with its corners cut at |u| + |v| = `chamfer`.
 Outline octagon(const Centre& c, double half, double chamfer) {
   const double cut = std::min(half, chamfer - half);
   return {{c.x + half, c.y - cut}, {c.x + half, c.y + cut}, {c.x + cut, c.y + half}, {c.x - cut, c.y + half},
           {c.x - half, c.y + cut}, {c.x - half, c.y - cut}, {c.x - cut, c.y - half}, {c.x + cut, c.y - half}};
 }
 
-/// A plate on the 45° face towards (sign_x, sign_y).
+/// Returns the plate on the 45° face towards (sign_x, sign_y).
 Prism mirror(GyroPart part, const GyroGeometry& g, double sign_x, double sign_y) {
   const auto c = centre_of(g);
   const double near = g.block_chamfer / std::numbers::sqrt2;
@@ -63,7 +63,8 @@ Prism mirror(GyroPart part, const GyroGeometry& g, double sign_x, double sign_y)
   return {part, plan, c.z - g.mirror_height / 2, c.z + g.mirror_height / 2};
 }
 
-/// Each gain arm is half the top side, corner included, and the upper half of a lateral side; the rest is passive.
+/// Adds the bores. Each gain arm is half the top side, corner included, and the upper half of a lateral side; the other
+/// bores are passive.
 void add_bores(const GyroGeometry& g, std::vector<Prism>& boxes) {
   const auto c = centre_of(g);
   const double b = bore_half_width(g);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro's parts in space: every one a box or an upright convex prism.
+/// The shapes of a gyro's parts. Each is a box or an upright convex prism.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ struct PlanPoint {
   double x{}, y{};
 };
 
-/// Convex, counter-clockwise; empty: nothing.
+/// Convex, counter-clockwise outline. May be empty.
 using Outline = std::vector<PlanPoint>;
 
 struct PlanRectangle {
@@ -22,15 +22,15 @@ struct PlanRectangle {
 
 [[nodiscard]] double area(const Outline& outline);
 [[nodiscard]] Outline outline_of(const PlanRectangle& rectangle);
-/// A regular polygon of 256 sides with the area of the circle.
+/// Returns a regular polygon of 256 sides with the area of the circle.
 [[nodiscard]] Outline circle(PlanPoint centre, double radius);
-/// What two convex outlines share (Sutherland and Hodgman, Comm. ACM 17, 1974, 32).
+/// Returns the intersection of two convex outlines (Sutherland and Hodgman, Comm. ACM 17, 1974, 32).
 [[nodiscard]] Outline intersection(const Outline& a, const Outline& b);
-/// Smallest upright rectangle around it; the outline has points.
+/// Returns the smallest axis-aligned rectangle around a non-empty outline.
 [[nodiscard]] PlanRectangle bounds(const Outline& outline);
 [[nodiscard]] bool contains(const Outline& outline, PlanPoint point);
 
-/// In mm, in the cabinet's axes.
+/// An upright prism, mm, in the cabinet's axes.
 struct Prism {
   GyroPart part{};
   Outline plan;
@@ -38,26 +38,31 @@ struct Prism {
 };
 
 struct GyroParts {
-  /// Parts whose sides are all upright or level planes along the axes: grid lines lie on their faces. The bores lie
-  /// inside block and mirrors and take their place; no other two overlap.
+  /// Parts with upright or level faces along the axes. Grid lines lie on their faces. The bores are inside block and
+  /// mirrors and take precedence; no other two boxes overlap.
   std::vector<Prism> boxes;
-  Prism block;  ///< with neither hole nor bores taken out
+  /// The whole block: hole and bores are not removed.
+  Prism block;
   std::vector<Prism> mirrors;
-  Prism hole;    ///< through the block's thickness
-  Prism dither;  ///< with the hub inside it not taken out
+  /// Through the block's thickness.
+  Prism hole;
+  /// The whole dither zone: the hub is not removed.
+  Prism dither;
   Prism hub;
-  PlanRectangle inside;  ///< of the cabinet's walls
+  /// Inside of the cabinet's walls.
+  PlanRectangle inside;
   double inside_z0{}, inside_z1{};
 };
 
-/// All parts of the model's mode: in block mode without preamplifier, dither, hub and cabinet, in the same axes.
+/// Returns all parts in the model's mode. Block mode has no preamplifier, dither, hub and cabinet, but uses the same
+/// axes.
 [[nodiscard]] GyroParts parts_of(const GyroModel& model);
 
-/// To which part a point in mm belongs; nothing outside of everything.
+/// Returns the part at a point in mm, or nothing outside all parts.
 [[nodiscard]] std::optional<GyroPart> part_at(const GyroModel& model, const GyroParts& parts, double x, double y,
                                               double z);
 
-/// Air of which gap, by height alone.
+/// Returns the gap whose air is at this height.
 [[nodiscard]] GyroPart air_at(const GyroModel& model, double z);
 
 }  // namespace gyrotherm::thermal

@@ -21,7 +21,7 @@ std::vector<int> places_in(const SparseMatrix& sum, const SparseMatrix& part) {
   return places;
 }
 
-/// Value and slope of one node's factor along one axis; `side` is −1, 0 or 1.
+/// Value and slope of one node's factor along one axis. `side` is −1, 0 or 1.
 struct Factor {
   double value, slope;
 };
@@ -63,7 +63,7 @@ Hex20Integrals integrate() {
       }
     }
   }
-  // Equal on both sides of the diagonal to the last bit.
+  // Make the matrices exactly symmetric, to the last bit.
   for (auto& m : sum.slopes) m = (0.5 * (m + m.transpose())).eval();
   for (auto& m : sum.face_mass) m = (0.5 * (m + m.transpose())).eval();
   sum.cross = (0.5 * (sum.cross + sum.cross.transpose())).eval();

@@ -32,7 +32,7 @@ std::vector<double> divided(std::vector<double> marks, double edge_mm) {
   return lines;
 }
 
-/// The grid's lines, and what lies between them as places and lengths, mm.
+/// The grid lines, with positions and lengths of the bricks between them, mm.
 struct GridLines {
   std::vector<double> x, y, z;
 
@@ -57,7 +57,7 @@ struct GridLines {
     const auto r = plan(p);
     return face < 2 ? (r.y1 - r.y0) * height(p) : face < 4 ? (r.x1 - r.x0) * height(p) : plan_area(p);
   }
-  /// Which brick of the plan a point lies in.
+  /// Returns the brick of layer k that contains a point.
   [[nodiscard]] BrickPlace at(PlanPoint point, int k) const {
     const auto find = [](const std::vector<double>& lines, double value) {
       return static_cast<int>(std::ranges::upper_bound(lines, value) - lines.begin()) - 1;
@@ -66,20 +66,23 @@ struct GridLines {
   }
 };
 
-/// A brick's contents, and how much of its plan is solid (from 0 to 1).
+/// Content of a brick, and the share of its plan that is solid, 0 … 1.
 struct BrickContents {
   std::array<double, kGyroParts> share{};
   double plan_share{};
-  std::array<double, 3> across{};  ///< some vector across the face that cuts it, zero: none
-  bool whole = true;               ///< lies in one box, or in nothing that is cut
+  /// A vector across the face that cuts the brick; zero: none.
+  std::array<double, 3> across{};
+  /// The brick is inside one box, or not cut at all.
+  bool whole = true;
 };
 
-/// How much of [a0, a1] lies in [b0, b1], of 1.
+/// Returns the share of [a0, a1] inside [b0, b1], 0 … 1.
 double overlap(double a0, double a1, double b0, double b1) {
   return std::max(0.0, std::min(a1, b1) - std::max(a0, b0)) / (a1 - a0);
 }
 
-/// What a shape covers of a rectangle, of 1, and the integral of its outward normal over its edge inside, mm.
+/// Share of a rectangle that a shape covers, 0 … 1, and the integral of the shape's outward normal over its edge inside
+/// the rectangle, mm.
 struct Cover {
   double share{};
   PlanPoint outward{};
@@ -94,7 +97,8 @@ struct Cover {
   }
 };
 
-/// The outward normals of a closed outline add up to zero: those inside are less those on the rectangle's sides.
+/// Returns the cover of a rectangle by a prism. The outward normals of a closed outline add up to zero, so the integral
+/// over the inner edges is minus the integral over the rectangle's sides.
 Cover covered(const PlanRectangle& r, const Prism& prism) {
   const auto box = bounds(prism.plan);
   if (box.x1 <= r.x0 || box.x0 >= r.x1 || box.y1 <= r.y0 || box.y0 >= r.y1) return {};
@@ -112,14 +116,17 @@ Cover covered(const PlanRectangle& r, const Prism& prism) {
   return cover;
 }
 
-/// What of a brick's plan the upright parts cover, whatever the height.
+/// Cover of a brick's plan by the upright parts, regardless of height.
 struct Column {
-  Cover block;  ///< without the hole
+  /// Excludes the hole.
+  Cover block;
   std::array<Cover, 4> mirrors;
-  Cover dither;  ///< without the hub
+  /// Excludes the hub.
+  Cover dither;
   Cover hub;
   double area_mm2{};
-  bool inside{};  ///< of the cabinet's walls
+  /// Inside the cabinet's walls.
+  bool inside{};
 };
 
 Column column_of(const GyroParts& parts, const PlanRectangle& r) {
@@ -143,8 +150,7 @@ BrickContents whole(GyroPart part) {
   return contents;
 }
 
-/// The direction across the face that cuts a brick: that of the glass, or else that of the hub, or else that of the
-/// dither.
+/// Vector across the face that cuts the brick; zero: none.
 std::array<double, 3> across(const GyroParts& parts, const Column& column, double z0, double z1) {
   std::array<double, 3> sum{};
   double filled = 0;
@@ -170,7 +176,7 @@ std::array<double, 3> across(const GyroParts& parts, const Column& column, doubl
   return {};
 }
 
-/// What the upright parts leave is air in full mode and nothing in block mode.
+/// Returns the content of a brick with upright parts. The remainder is air in full mode and empty in block mode.
 BrickContents mixed(const GyroModel& model, const GyroParts& parts, const Column& column, double z0, double z1) {
   BrickContents contents;
   const auto add = [&](const Prism& prism, const Cover& plan, bool solid) {
@@ -203,7 +209,7 @@ constexpr std::array<BrickPlace, kBrickFaces> kBeside{
 
 double filled(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
 
-/// An upright wall seen from outside on its right, walking from a to b.
+/// An upright wall from a to b, with the outside on its right.
 struct Wall {
   PlanPoint a, b;
   double z0, z1;
@@ -212,7 +218,7 @@ struct Wall {
 PlanPoint between(PlanPoint a, PlanPoint b, double t) { return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)}; }
 double distance(PlanPoint a, PlanPoint b) { return std::hypot(b.x - a.x, b.y - a.y); }
 
-/// A 45° face of the block, less what its mirror covers.
+/// Adds a 45° face of the block without the area that its mirror covers.
 void add_slanted(const Wall& face, const Prism& mirror, std::vector<Wall>& walls) {
   const double half = distance(mirror.plan[3], mirror.plan[0]) / distance(face.a, face.b) / 2;
   const auto from = between(face.a, face.b, 0.5 - half);
@@ -226,7 +232,8 @@ void add_slanted(const Wall& face, const Prism& mirror, std::vector<Wall>& walls
 std::vector<Wall> walls_of(const GyroParts& parts) {
   std::vector<Wall> walls;
   const auto& plan = parts.block.plan;
-  constexpr std::array<std::size_t, 4> kMirrorOfFace{1, 0, 2, 3};  // the 45° faces, counter-clockwise from +x +y
+  // The 45° faces, counter-clockwise from +x +y.
+  constexpr std::array<std::size_t, 4> kMirrorOfFace{1, 0, 2, 3};
   for (std::size_t edge = 0; edge < plan.size(); ++edge) {
     const Wall wall{plan[edge], plan[(edge + 1) % plan.size()], parts.block.z0, parts.block.z1};
     if (edge % 2 == 1)
@@ -235,7 +242,8 @@ std::vector<Wall> walls_of(const GyroParts& parts) {
       walls.push_back(wall);
   }
   for (const auto& mirror : parts.mirrors)
-    for (std::size_t edge = 0; edge < 3; ++edge)  // the fourth lies on the block
+    // The fourth edge lies on the block.
+    for (std::size_t edge = 0; edge < 3; ++edge)
       walls.push_back({mirror.plan[edge], mirror.plan[edge + 1], mirror.z0, mirror.z1});
   for (const auto& box : parts.boxes) {
     if (is_gas(box.part)) continue;
@@ -298,14 +306,15 @@ class FilmOfWalls {
   }
   [[nodiscard]] bool exposed(BrickPlace p, int face) const { return kept(p) && !kept(beside(p, face)); }
 
-  /// A piece of wall with its middle and outward direction.
+  /// Adds a piece of wall with its middle and outward direction.
   void put(double area, PlanPoint middle, PlanPoint out, int k) {
     const auto brick = grid_.at({middle.x - 1e-6 * out.x, middle.y - 1e-6 * out.y}, k);
     int flat = -1;
     for (int face = 0; face < 4; ++face)
       if (out.x * kBeside[face].i + out.y * kBeside[face].j > 1 - 1e-9) flat = face;
     if (flat >= 0 && kept(brick)) {
-      if (exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;  // else two parts touch there
+      // Otherwise two parts touch there.
+      if (exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
       return;
     }
     for (int reach = 2; reach <= 8; reach *= 2)
@@ -345,14 +354,17 @@ class FilmOfWalls {
 
   const GridLines& grid_;
   const std::vector<BrickContents>& contents_;
-  std::vector<double> area_;  // mm², by brick and face
+  // mm², by brick and face.
+  std::vector<double> area_;
 };
 
-constexpr int kShareSteps = 512;  // of a share
+// Steps of a share.
+constexpr int kShareSteps = 512;
 
-/// Of the shares, and of the direction across: 0 none, 1 upright, from 2 on angles in the plan.
+/// Steps of the shares and of the direction across: 0 none, 1 upright, from 2 on angles in the plan.
 using Steps = std::array<int, kGyroParts + 1>;
-constexpr int kAngles = 128;  // in half a turn
+// Steps in half a turn.
+constexpr int kAngles = 128;
 constexpr int kUpright = 1;
 
 int direction_step(const std::array<double, 3>& across) {
@@ -363,8 +375,8 @@ int direction_step(const std::array<double, 3>& across) {
   return 2 + static_cast<int>((turns + kAngles) % kAngles);
 }
 
-/// Shares in whole steps; where they fill the brick, so do the steps. The small addend makes a share that lies on the
-/// border but for rounding go the same way on both sides of the gyro.
+/// Rounds shares to whole steps. If the shares fill the brick, so do the steps. The small addend rounds shares on a
+/// rounding boundary in the same direction on both sides of the gyro.
 Steps steps_of(const BrickContents& contents, bool fills) {
   Steps steps{};
   int sum = 0;
@@ -423,8 +435,8 @@ std::vector<double> in_metres(const std::vector<double>& lines_mm) {
   return lines;
 }
 
-/// Lines on the faces of all boxes, on flat faces, hole and hub; each interval is divided evenly into the nearest whole
-/// number of pieces of `edge_mm`, at least one. mm.
+/// Returns grid lines on the faces of all boxes, on flat faces, hole and hub, mm. Each interval is divided evenly into
+/// the nearest whole number of pieces of `edge_mm`, at least one.
 GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge_mm) {
   const auto& g = model.geometry;
   const double cx = g.cabinet[0] / 2;
@@ -459,7 +471,7 @@ GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge
   return {divided(x, edge_mm), divided(y, edge_mm), divided(z, edge_mm)};
 }
 
-/// By brick index. The shares add up to 1 in full mode, to at most 1 in block mode.
+/// Returns the contents by brick index. Shares add up to 1 in full mode and to at most 1 in block mode.
 std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroParts& parts, const GridLines& lines) {
   const auto nx = lines.x.size() - 1;
   const auto ny = lines.y.size() - 1;
@@ -489,12 +501,12 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
   return all;
 }
 
-/// The least share of a brick's plan that must be solid in block mode. More, and the steps that are left along slanted
-/// and round faces hinder the heat beside them; less, and the film of a face hangs on bricks that hold next to nothing.
+/// Smallest solid share of a brick's plan in block mode. A larger limit leaves coarser steps along slanted and round
+/// faces, which obstruct the heat flow near them. A smaller limit attaches film to almost empty bricks.
 constexpr double kLeastSolid = 0.25;
 
-/// Drops the cut bricks of which too little is solid; what they hold goes to the fullest of the four neighbours beside
-/// them that stays. Volumes and plan areas keep their sums.
+/// Drops cut bricks below the limit. Their content goes to the fullest of the four level neighbours that remain.
+/// Volumes and plan areas keep their sums.
 void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
   const auto before = contents;
   const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= kLeastSolid; };
@@ -521,9 +533,9 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
   }
 }
 
-/// The film on the block, its mirrors and what stands on it, by brick and face: level faces by the plan area of the
-/// brick, flat upright faces where the wall lies, slanted walls spread over the brick faces near them. The hole's wall
-/// carries none. Sums are the true areas.
+/// Returns the film on the block, its mirrors and attached parts, by brick and face: level faces with the plan area of
+/// the brick, flat upright faces at their wall, slanted walls distributed over the nearby brick faces. The hole's wall
+/// has no film. The sums are the true areas.
 std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
                                  const std::vector<BrickContents>& contents) {
   FilmOfWalls film(lines, contents);

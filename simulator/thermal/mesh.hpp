@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyro as a structured grid of 20-node bricks whose lines lie on the faces of its boxes. A brick that a slanted or
-/// round face cuts takes each part by its share of the brick's volume, and keeps the direction across the face, so that
-/// its conductivity can be that of parts beside each other along the face and one behind the other across it
-/// (Farjadpour and others, Opt. Lett. 31, 2006, 2972, for permittivity). Shares and directions are rounded, so that
-/// bricks fall into classes of one material each. SI.
+/// The gyro as a structured grid of 20-node bricks with grid lines on the faces of its boxes. A brick cut by a slanted
+/// or round face contains each part with its share of the brick's volume. It stores the direction across the face, so
+/// that its conductivity is that of parallel parts along the face and of parts in series across it (Farjadpour and
+/// others, Opt. Lett. 31, 2006, 2972, for permittivity). Shares and directions are rounded, so that bricks form classes
+/// of one material each. SI units.
 ///
-/// Where the block stands alone, bricks of which less than a quarter is solid are dropped; what they held goes to a
-/// neighbour (its shares then add up to more than one), and the film on a slanted face is spread over the brick faces
-/// near it in such a way that its area is the true one. What is empty of a brick that stays conducts nothing along the
-/// face, and does not stand in the way across it, towards the film.
+/// In block mode bricks with less than a quarter of solid are dropped. Their content is assigned to a neighbour (its
+/// shares then add up to more than one). The film on a slanted face is distributed over the nearby brick faces so that
+/// its total area is exact. The empty part of a remaining brick does not conduct along the face, and adds no resistance
+/// across it, towards the film.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ namespace gyrotherm::thermal {
 
 enum class MeshSize { coarse, medium, fine };
 inline constexpr std::array<std::string_view, 3> kMeshSizeNames{"coarse", "medium", "fine"};
-/// Edge that a mesh aims at: 4.6, 2.9 and 2.1 mm.
+/// Returns the target edge of a mesh: 4.6, 2.9 or 2.1 mm.
 [[nodiscard]] double edge_mm(MeshSize size);
 
 struct PartShare {
@@ -35,8 +35,10 @@ struct PartShare {
   double share{};
 };
 struct BrickClass {
-  std::vector<PartShare> shares;   ///< empty: nothing there
-  std::array<double, 3> across{};  ///< unit vector, in the plan or upright; zero: no face cuts the brick
+  /// Empty for an empty brick.
+  std::vector<PartShare> shares;
+  /// Unit vector, level or upright; zero if no face cuts the brick.
+  std::array<double, 3> across{};
 };
 
 /// Faces −x, +x, −y, +y, −z, +z.
@@ -45,26 +47,33 @@ inline constexpr int kBrickFaces = 6;
 struct FilmFace {
   std::size_t brick{};
   int face{};
-  double factor = 1;  ///< true area over the brick face's
+  /// True area over the brick face's area.
+  double factor = 1;
 };
 
 struct BrickPlace {
   int i, j, k;
 };
-/// The place of brick (k·ny + j)·nx + i.
+/// Returns the position of brick (k·ny + j)·nx + i.
 [[nodiscard]] inline BrickPlace place_of(std::size_t brick, int nx, int ny) {
   const auto b = static_cast<int>(brick);
   return {b % nx, b / nx % ny, b / nx / ny};
 }
 
-/// Brick (i, j, k) has the index (k·ny + j)·nx + i. Nodes are numbered along the doubled grid: point (I, J, K) of
-/// (2nx + 1) × (2ny + 1) × (2nz + 1), corners at even places, middles of edges where one place is odd.
+/// The mesh. Brick (i, j, k) has the index (k·ny + j)·nx + i. Nodes are numbered along the doubled grid: point (I, J,
+/// K) of (2nx + 1) × (2ny + 1) × (2nz + 1), with corners at even coordinates and midpoints of edges at points with one
+/// odd coordinate.
 struct GyroMesh {
-  std::vector<double> x, y, z;        ///< grid lines, m
-  std::vector<BrickClass> classes;    ///< the first is empty
-  std::vector<std::uint16_t> bricks;  ///< class of each
-  std::vector<FilmFace> film;         ///< in the order of bricks; a face at most once
-  std::vector<std::int32_t> nodes;    ///< number of each point of the doubled grid, −1: none
+  /// Grid lines, m.
+  std::vector<double> x, y, z;
+  /// The first class is empty.
+  std::vector<BrickClass> classes;
+  /// Class of each brick.
+  std::vector<std::uint16_t> bricks;
+  /// In the order of bricks; each face at most once.
+  std::vector<FilmFace> film;
+  /// Node of each point of the doubled grid; −1: none.
+  std::vector<std::int32_t> nodes;
   std::size_t node_count{};
   std::size_t element_count{};
 
@@ -84,19 +93,19 @@ struct GyroMesh {
 struct BrickEdges {
   double x{}, y{}, z{};
   [[nodiscard]] double volume() const { return x * y * z; }
-  /// Of the face of that number.
+  /// Returns the area of a face by its number.
   [[nodiscard]] double face_area(int face) const { return face < 2 ? y * z : face < 4 ? x * z : x * y; }
 };
 [[nodiscard]] inline BrickEdges edges(const GyroMesh& mesh, int i, int j, int k) {
   return {mesh.x[i + 1] - mesh.x[i], mesh.y[j + 1] - mesh.y[j], mesh.z[k + 1] - mesh.z[k]};
 }
 
-/// Position of a point of the doubled grid along one axis, m.
+/// Returns the coordinate of a point of the doubled grid along one axis, m.
 [[nodiscard]] inline double doubled(const std::vector<double>& lines, int place) {
   return place % 2 == 0 ? lines[place / 2] : 0.5 * (lines[place / 2] + lines[place / 2 + 1]);
 }
 
-/// Calls visit(i, j, k, class) for every brick, empty ones too, in the order of their indices.
+/// Calls visit(i, j, k, class) for every brick, including empty ones, in the order of their indices.
 template <class Visit>
 void each_brick(const GyroMesh& mesh, Visit visit) {
   for (int k = 0; k < mesh.nz(); ++k)
@@ -104,7 +113,7 @@ void each_brick(const GyroMesh& mesh, Visit visit) {
       for (int i = 0; i < mesh.nx(); ++i) visit(i, j, k, mesh.classes[mesh.bricks[mesh.brick(i, j, k)]]);
 }
 
-/// Calls visit(node, I, J, K) for every node, (I, J, K) its point of the doubled grid, in the order of their numbers.
+/// Calls visit(node, I, J, K) for every node in the order of their numbers. (I, J, K) is its point of the doubled grid.
 template <class Visit>
 void each_node(const GyroMesh& mesh, Visit visit) {
   std::size_t point = 0;
@@ -117,33 +126,36 @@ void each_node(const GyroMesh& mesh, Visit visit) {
 [[nodiscard]] GyroMesh make_mesh(const GyroModel& model, MeshSize size);
 [[nodiscard]] GyroMesh make_mesh(const GyroModel& model, double edge_mm);
 
-/// Numbers the nodes and counts the elements of a mesh whose lines, classes and bricks stand.
+/// Numbers the nodes and counts the elements of a mesh with complete lines, classes and bricks.
 void number_nodes(GyroMesh& mesh);
 
-/// Volume of a part in the mesh, m³.
+/// Returns the volume of a part in the mesh, m³.
 [[nodiscard]] double volume_of(const GyroMesh& mesh, GyroPart part);
 
-/// Share of a part in a brick's class.
+/// Returns the share of a part in a brick class.
 [[nodiscard]] double share_of(const BrickClass& brick, GyroPart part);
-/// The part that fills most of a brick, which is not empty.
+/// Returns the part with the largest share of a non-empty brick.
 [[nodiscard]] GyroPart main_part(const BrickClass& brick);
 
-// Files for other programs (mesh_files.cpp): the steady problem for CalculiX, for whoever wants to check it, and a
-// field for ParaView.
+// Files for other programs (mesh_files.cpp): the steady problem for CalculiX, as a cross-check, and a field for
+// ParaView.
 
 struct CalculixOptions {
   double ambient_c = 20;
-  ThermalCoefficients coefficients{};         ///< such as steady_state() ended with
-  std::string solver = "ITERATIVE CHOLESKY";  ///< empty: its own choice
+  /// For example the final coefficients of steady_state().
+  ThermalCoefficients coefficients{};
+  /// Empty: the default of CalculiX.
+  std::string solver = "ITERATIVE CHOLESKY";
 };
 
-/// Elements DC3D20, node n of the mesh has the number n + 1; each class of bricks is a material. SI, °C. `ccx NAME`
-/// writes the temperatures to NAME.dat. Failure is the stream's to tell.
+/// Writes an input file of CalculiX. Elements are DC3D20, node n of the mesh has the number n + 1, and each class of
+/// bricks is a material. SI units and °C. `ccx NAME` writes the temperatures to NAME.dat. The caller checks the stream
+/// for errors.
 void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroMesh& mesh,
                           const CalculixOptions& options);
 
-/// VTK XML unstructured grid, binary appended: points in m, quadratic bricks (type 25), the temperature T in °C by
-/// point and the number of each brick's main part (GyroPart) by cell. Failure is the stream's to tell.
+/// Writes a VTK XML unstructured grid, binary appended: points in m, quadratic bricks (type 25), the temperature T in
+/// °C by point, and the number of each brick's main part (GyroPart) by cell. The caller checks the stream for errors.
 void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
 
 }  // namespace gyrotherm::thermal

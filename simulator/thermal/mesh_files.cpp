@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A mesh as an input file of CalculiX, and a field on it as a file for ParaView.
+/// Writes a mesh as an input file of CalculiX, and a field on it as a file for ParaView.
 #include <fmt/format.h>
 
 #include <bit>
@@ -16,7 +16,7 @@ namespace gyrotherm::thermal {
 
 namespace {
 
-/// Gathers text and hands it on in large pieces.
+/// Buffers text and writes it in large pieces.
 class Writer {
  public:
   explicit Writer(std::ostream& out) : out_(out) {}
@@ -39,7 +39,7 @@ class Writer {
   fmt::memory_buffer buffer_;
 };
 
-/// Elements in the order of bricks, numbered from 1; by class, so that each class is one set.
+/// An element, numbered from 1 in the order of bricks. Elements are grouped by class, so that each class is one set.
 struct Element {
   std::size_t number;
   int i, j, k;
@@ -70,7 +70,8 @@ double density(const GyroModel& model, const BrickClass& brick) {
 
 void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std::size_t number,
                const std::vector<Element>& elements, const ThermalCoefficients& coefficients) {
-  constexpr int kOnFirstLine = 11;  // a line of the format has room for 16 numbers
+  // A line of the format contains at most 16 numbers.
+  constexpr int kOnFirstLine = 11;
   const auto& brick = mesh.classes[number];
   writer.put("** class {}:", number);
   for (const auto& [part, share] : brick.shares) writer.put(" {} {:.6g}", kGyroPartNames[index(part)], share);
@@ -84,15 +85,15 @@ void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std
   const double rho = density(model, brick);
   const auto k = conductivity(model, brick, coefficients);
   writer.put("*MATERIAL,NAME=M{}\n", number);
-  if (brick.across == std::array<double, 3>{})
-    writer.put("*CONDUCTIVITY\n{:.12g}\n", k.xx);
-  else  // of the six entries, those that mix z with another are zero
+  if (brick.across == std::array<double, 3>{}) writer.put("*CONDUCTIVITY\n{:.12g}\n", k.xx);
+  // The entries that mix z with another axis are zero.
+  else
     writer.put("*CONDUCTIVITY,TYPE=ANISO\n{:.12g},{:.12g},{:.12g},{:.12g},0.,0.\n", k.xx, k.yy, k.zz, k.xy);
   writer.put("*DENSITY\n{:.12g}\n*SPECIFIC HEAT\n{:.12g}\n", rho, heat_capacity(model, brick) / rho);
   writer.put("*SOLID SECTION,ELSET=C{0},MATERIAL=M{0}\n", number);
 }
 
-/// Watts per m³ of each class that is part of a source.
+/// Writes the heat sources of each class, W/m³.
 void put_sources(Writer& writer, const GyroModel& model, const GyroMesh& mesh) {
   constexpr std::array<GyroPart, kThermalInputs - 1> kSourceParts{GyroPart::gain_left, GyroPart::gain_right,
                                                                   GyroPart::preamplifier, GyroPart::ballast_left,
@@ -167,7 +168,8 @@ void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroM
   writer.put("*INITIAL CONDITIONS,TYPE=TEMPERATURE\nNALL,{}\n*STEP\n*HEAT TRANSFER,STEADY STATE{}{}\n",
              options.ambient_c, options.solver.empty() ? "" : ",SOLVER=", options.solver);
   put_sources(writer, model, mesh);
-  constexpr std::array<int, kBrickFaces> kFaceName{6, 4, 3, 5, 1, 2};  // of −x, +x, −y, +y, −z, +z
+  // For −x, +x, −y, +y, −z, +z.
+  constexpr std::array<int, kBrickFaces> kFaceName{6, 4, 3, 5, 1, 2};
   const double film = options.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
   writer.put("*FILM\n");
   for (const auto& face : mesh.film)

@@ -29,7 +29,8 @@ std::vector<double> evenly(double first, double last, int count) {
   return values;
 }
 
-/// 0, and evenly in the logarithm between the slowest mode of such a gyro and what its thermometers hardly see.
+/// Returns 0 and rates spaced evenly on a logarithmic scale, from the slowest mode of such a gyro to rates that its
+/// thermometers hardly follow.
 std::vector<double> rates(double slowest, double fastest, int count) {
   std::vector<double> values{0};
   for (const double exponent : evenly(std::log(slowest), std::log(fastest), count))
@@ -37,8 +38,8 @@ std::vector<double> rates(double slowest, double fastest, int count) {
   return values;
 }
 
-/// Conductivities of gaps that are all alike: those of the gap that conducts worst, from cold to heat, and up to
-/// 0.06 W/(m·K) at least.
+/// Range of the conductivity of equal gaps: from the lowest of any gap at −60 °C to the lowest of any gap at 80 °C, at
+/// least up to 0.06 W/(m·K).
 struct Interval {
   double lowest;
   double highest;
@@ -56,13 +57,14 @@ double film_of(const ReducedModel& about, GyroFilm film) {
   return film == GyroFilm::still ? about.still_film_w_per_m2_k : about.chamber_film_w_per_m2_k;
 }
 
-/// All gaps alike, at `share` of their span.
+/// Returns the point with equal gaps at `share` of their range.
 ThermalPoint gaps_alike(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
   const double k = alike(about).at(share);
   return {{k, k, k, film_of(about, film)}, rate_per_s};
 }
 
-/// Under both films: the air's own coefficients at some temperatures, and all gaps alike at some shares of their span.
+/// Returns points under both films: the air coefficients at these temperatures, and equal gaps at these shares of their
+/// range.
 std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<double>& air_c,
                                  const std::vector<double>& shares, const std::vector<double>& rates_per_s) {
   std::vector<ThermalPoint> found;
@@ -75,17 +77,17 @@ std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<do
   return found;
 }
 
-/// Among these the fields are chosen.
+/// Returns the candidates of the greedy choice.
 std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
   return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
 }
 
-/// Over these they are compressed: the same region, finer.
+/// Returns the points of the compression: the same region, finer.
 std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
   return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
 }
 
-/// Off both.
+/// Returns points that neither choice nor compression uses.
 std::vector<ThermalPoint> check_points(const ReducedModel& about) {
   return {gaps_alike(about, 0.05, GyroFilm::still, 0),
           gaps_alike(about, 0.9, GyroFilm::chamber, 0),
@@ -95,8 +97,10 @@ std::vector<ThermalPoint> check_points(const ReducedModel& about) {
           {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
 }
 
-constexpr std::uint64_t kSums = 1024;  ///< spread of a squared norm: sqrt(2 / 1024), 4 %
-constexpr double kNewest = 1e-6;       ///< a field with less than this of itself outside the basis brings nothing
+/// Relative spread of a squared norm: sqrt(2 / 1024), 4 %.
+constexpr std::uint64_t kSums = 1024;
+/// A field with a smaller relative part outside the basis is dependent.
+constexpr double kNewest = 1e-6;
 
 void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
   const auto before = matrix.rows();
@@ -107,18 +111,22 @@ void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
 
 using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
 
-constexpr double kWorthSolving = 0.25;  ///< of the worst input's error at a point, for another input there
-constexpr double kMargin = 0.01;        ///< of the goal, for the errors within the reduction: in time they add up
+/// Share of the worst input's error at a point above which another input is solved there.
+constexpr double kWorthSolving = 0.25;
+/// Share of the goal for the errors within the reduction, which add up over time.
+constexpr double kMargin = 0.01;
 constexpr int kFewestStates = 8;
-constexpr double kRange_k = 100;   ///< of the ambient, over a chamber's programs
-constexpr double kAmbient_k = 50;  ///< at which errors are told
+/// Range of the ambient in a chamber's programs.
+constexpr double kRange_k = 100;
+/// Ambient for which errors are reported.
+constexpr double kAmbient_k = 50;
 
 std::string place(const ThermalPoint& p) {
   return fmt::format("gaps {:.4f} {:.4f} {:.4f} W/(m·K), film {:.1f} W/(m²·K), s = {:.2g} 1/s", p.coefficients[0],
                      p.coefficients[1], p.coefficients[2], p.coefficients[3], p.rate_per_s);
 }
 
-/// What the basis' answer to each of `loads` leaves of it.
+/// Returns the residual of the basis' response to each of `loads`.
 Eigen::MatrixXd residual_of(const ThermalSystem& system, const SparseMatrix& matrix, const ReducedBasis& basis,
                             const ThermalPoint& p, const Eigen::MatrixXd& loads) {
   const double film = p.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
@@ -127,8 +135,8 @@ Eigen::MatrixXd residual_of(const ThermalSystem& system, const SparseMatrix& mat
   return system.inputs * loads + film * system.film_ambient * loads.row(0) - matrix * answer;
 }
 
-/// Chooses where to solve next. A residual says where an answer is wrong, not how much an output suffers; the ratio of
-/// the two is learnt, rate by rate, from the points solved so far.
+/// Chooses the next point to solve. A residual measures the error of a response, not of an output. The ratio of the two
+/// is learned for each rate from the points solved so far.
 class Choice final {
  public:
   Choice(std::vector<ThermalPoint> candidates, const Loads& loads)
@@ -136,7 +144,8 @@ class Choice final {
 
   struct Worst {
     ThermalPoint point;
-    Eigen::VectorXd error_k;  ///< of each load, estimated
+    /// Estimated error of each load.
+    Eigen::VectorXd error_k;
   };
   [[nodiscard]] Worst worst(const ReducedBasis& basis) {
     std::optional<Worst> found;
@@ -153,7 +162,7 @@ class Choice final {
   }
 
  private:
-  /// That of the next rate up at which something was learnt, else of the highest.
+  /// Returns the ratio of the next higher rate with a learned ratio, or of the highest such rate.
   [[nodiscard]] double k_per_residual(double rate_per_s) const {
     if (ratios_.empty()) return 1;
     const auto above = ratios_.lower_bound(rate_per_s);
@@ -165,7 +174,7 @@ class Choice final {
   std::map<double, double> ratios_;
 };
 
-/// The loads that are worth solving for, the worst first.
+/// Returns the loads to solve, the worst first.
 Eigen::MatrixXd worst_loads(const Loads& loads, const Eigen::VectorXd& error_k, Eigen::Index most) {
   std::vector<Eigen::Index> chosen;
   for (Eigen::Index i = 0; i < error_k.size(); ++i)
@@ -192,7 +201,7 @@ class ModelOrderReduction final {
     return compress(dense_points(basis_.model()));
   }
 
-  /// Largest error of `model` over check points and outputs, K.
+  /// Measures the largest error of `model` over check points and outputs, K. Fails if it exceeds the goal.
   Result<void> check(ReducedModel& model);
 
  private:
@@ -233,11 +242,12 @@ Result<void> ModelOrderReduction::find_fields() {
     if (!missing) return failure(missing.error());
     const Eigen::MatrixXd outputs = system_.outputs * *missing;
     choice.learn(worst.point, worst.error_k.maxCoeff(), outputs.cwiseAbs().maxCoeff());
-    if (basis_.grow(std::move(*missing)) == 0) return {};  // nothing new even where the answer is worst
+    // The solution is dependent even at the worst point.
+    if (basis_.grow(std::move(*missing)) == 0) return {};
   }
 }
 
-/// The real and the imaginary part of (K + iω)⁻¹ F, side by side.
+/// Real and imaginary part of (K + iω)⁻¹ F, side by side.
 class OscillatingAnswer final {
  public:
   OscillatingAnswer(const ThermalModes& modes, double omega) : modes_(modes) {
@@ -258,15 +268,16 @@ class OscillatingAnswer final {
   Eigen::ArrayXd real_, imaginary_;
 };
 
-/// Sums of x xᵀ over the answers x to the loads, and of z zᵀ over those z to the outputs as if they were sources; the
-/// points' rates are angular frequencies, so that the sums stand for what happens in time.
+/// Sums of x xᵀ over the responses x to the loads, and of z zᵀ over the responses z to the outputs as sources. The
+/// points' rates are angular frequencies, so the sums represent the behaviour in time.
 struct Grams {
   Eigen::MatrixXd loads;
   Eigen::MatrixXd outputs;
 };
 
 Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points, const Loads& usual) {
-  constexpr double kCorner_per_s = 4e-3;  // a chamber's ramps move the ambient no faster with any strength
+  // The chamber's ramps contain little power above this rate.
+  constexpr double kCorner_per_s = 4e-3;
   const auto states = rich.conduction.rows();
   Grams grams{Eigen::MatrixXd::Zero(states, states), Eigen::MatrixXd::Zero(states, states)};
   for (const auto& p : points) {
@@ -282,13 +293,15 @@ Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points
   return grams;
 }
 
-/// Orthonormal, most telling first. An output's error is the product of what is missing of the answer to the input and
-/// of the answer to the output, so both count; their weights are found by trial (errors in time at equal states).
+/// Returns orthonormal directions, the most important first. An output's error is the product of the missing parts of
+/// the response to the input and of the response to the output, so both count. Their weights were found by trial
+/// (errors in time at equal numbers of states).
 Eigen::MatrixXd telling_directions(const ReducedModel& rich, const std::vector<ThermalPoint>& points,
                                    const Loads& loads) {
   constexpr double kOutputShare = 1e-4;
   const auto grams = grams_of(rich, points, loads);
-  const auto varying = rich.conduction.rows() - 1;  // beside the constant field, which is the first state and stays
+  // All but the constant field, the first state, which is kept.
+  const auto varying = rich.conduction.rows() - 1;
   const Eigen::MatrixXd answers = grams.loads.bottomRightCorner(varying, varying) / grams.loads.trace();
   const Eigen::MatrixXd outputs = grams.outputs.bottomRightCorner(varying, varying);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(answers + kOutputShare / outputs.trace() * outputs);
@@ -297,7 +310,7 @@ Eigen::MatrixXd telling_directions(const ReducedModel& rich, const std::vector<T
   return directions;
 }
 
-/// Largest difference of an output between two models, or the first that passes `limit_k`.
+/// Returns the largest difference of an output between two models, or the first that exceeds `limit_k`.
 double difference(const ReducedModel& a, const ReducedModel& b, const std::vector<ThermalPoint>& points,
                   const Loads& loads, double limit_k) {
   double largest_k = 0;
@@ -310,7 +323,7 @@ double difference(const ReducedModel& a, const ReducedModel& b, const std::vecto
   return largest_k;
 }
 
-/// The model on the span of `directions` (orthonormal columns) of its states.
+/// Returns the model projected on the span of `directions` (orthonormal columns) of its states.
 ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {
   ReducedModel smaller = model;
   const auto onto = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
@@ -348,7 +361,7 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
     const auto& p = points[i];
     const auto done = static_cast<double>(i) / static_cast<double>(points.size());
     if (const auto go = interrupted_or("checking", done); !go) return go;
-    // At rest the ambient's answer is the constant field, which the basis has.
+    // At rest the response to the ambient is the constant field, which the basis contains.
     const Eigen::MatrixXd loads = both.leftCols(p.rate_per_s == 0 ? 1 : 2);
     const auto& matrix = matrix_at(p);
     const auto missing = solve_(matrix, residual_of(system_, matrix, basis_, p, loads));
@@ -407,7 +420,7 @@ bool ReducedBasis::append(Eigen::VectorXd field) {
   const double size = std::sqrt(field.dot(system_.capacity * field));
   if (!(size > 0)) return false;
   field /= size;
-  // Gram and Schmidt twice: the second pass takes away what rounding left of the first.
+  // Gram-Schmidt twice: the second pass removes the rounding error of the first.
   for (int pass = 0; pass < 2; ++pass) {
     const Eigen::VectorXd stored = system_.capacity * field;
     const Eigen::VectorXd known = basis().transpose() * stored;

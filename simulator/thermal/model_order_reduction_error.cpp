@@ -12,7 +12,8 @@ namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kStart_c = 20;
-constexpr double kTolerance = 1e-7;  // of a step's change; the errors of a thousand steps add up
+// Relative to the change in a step; the errors of a thousand steps add up.
+constexpr double kTolerance = 1e-7;
 
 struct Knot {
   double at_s;
@@ -28,7 +29,7 @@ struct Step {
   ThermalInputValues from, to;
 };
 
-/// Steps from one corner to the next: short ones first, three times as long after each half dozen.
+/// Appends steps from one corner to the next: short ones first, three times as long after every six.
 void walk(std::vector<Step>& steps, double seconds, double shortest_s, const ThermalInputValues& from,
           const ThermalInputValues& to) {
   constexpr int kAlike = 6;
@@ -52,7 +53,7 @@ std::vector<Step> ramps(const ReducedModel& model, double shortest_s) {
   return steps;
 }
 
-/// The reduced model by the same rule as FullTransient.
+/// Integrates the reduced model by the same rule as FullTransient.
 class SmallTransient final {
  public:
   SmallTransient(const ReducedModel& model, const ThermalCoefficients& c, Eigen::VectorXd start)
@@ -72,7 +73,7 @@ class SmallTransient final {
       states_ += factor_.solve((inputs_ * u - conduction_ * states_) / 2);
   }
   [[nodiscard]] const Eigen::VectorXd& states() const { return states_; }
-  [[nodiscard]] const Eigen::VectorXd& change() const { return change_; }  ///< by the last step()
+  [[nodiscard]] const Eigen::VectorXd& change() const { return change_; }
 
  private:
   Eigen::MatrixXd conduction_, inputs_;
@@ -80,13 +81,13 @@ class SmallTransient final {
   Eigen::VectorXd states_, change_;
 };
 
-/// One program on both models, which start alike.
+/// One program for both models, which start at the same temperature.
 struct ErrorProgram {
   std::string_view stage;
   std::vector<Step> steps;
 };
 
-/// Largest difference over A…H after any step.
+/// Returns the largest difference over A…H after any step.
 Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, const ReducedSystem& reduced,
                         const ThermalCoefficients& c, Eigen::VectorXd full_start, Eigen::VectorXd small_start,
                         const ProgressSink& progress) {
@@ -108,7 +109,7 @@ Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, 
       small.damped_step(step.from, step.to);
     else
       small.step(step.from, step.to);
-    // The reduced model's change is the guess: what is solved for is what it misses.
+    // Start from the reduced model's change, so that only its error is solved for.
     const auto done =
         damped ? full.damped_step(step.from, step.to) : full.step(step.from, step.to, reduced.basis * small.change());
     if (!done) return failure(done.error());
@@ -118,10 +119,11 @@ Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, 
   return error_k;
 }
 
-/// The full model's field at rest: the ambient's part is the constant field.
+/// Returns the full model's field at rest. The ambient's part is the constant field.
 Result<Eigen::VectorXd> full_rest(const ThermalSystem& system, const ThermalCoefficients& c,
                                   const ThermalInputValues& u, const SolveColumns& solve) {
-  constexpr int kRounds = 3;  // each brings the digits of kSolved
+  // Each round adds the digits of kSolved.
+  constexpr int kRounds = 3;
   AffineMatrix matrices(system);
   const auto& matrix = matrices.sum(0, 1, c);
   ThermalInputValues powers = u;
@@ -173,8 +175,8 @@ Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalIn
   return step(from, to, step_s_ * rate_c_per_s_);
 }
 
-// With A = C/h + K/2 the step is A d = B ū − K T and T⁺ = T + d, and K T = 2 A T − 2 C T/h: the change is solved for,
-// so that the tolerance counts against it and not against the level.
+// Let A = C/h + K/2. The step is A d = B ū − K T and T⁺ = T + d, and K T = 2 A T − 2 C T/h. The change d is solved for,
+// so that the tolerance applies to the change and not to the level.
 Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalInputValues& to,
                                  const Eigen::VectorXd& guess_c) {
   assert(solver_);

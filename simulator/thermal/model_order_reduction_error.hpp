@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far a reduced model is from the full one in time: the two programs of its file's [error].
+/// Measures the error of a reduced model in time, compared with the full one, in the two programs of its file's
+/// [error].
 #pragma once
 
 #include <optional>
@@ -15,26 +16,26 @@ using ThermalInputValues = Eigen::Vector<double, kThermalInputs>;
 
 class FullTransient final {
  public:
-  /// Starts at the field `start_c`; set() must come before the first step. `system` must outlive this. A step's change
-  /// is solved for to a residual of `tolerance`.
+  /// Starts at the field `start_c`. Call set() before the first step. `system` must outlive this. The change in each
+  /// step is solved to a residual of `tolerance`.
   FullTransient(const ThermalSystem& system, Eigen::VectorXd start_c, double tolerance = 1e-7);
 
-  /// Length of the steps to come and the coefficients that hold for them. Where only these change, and little, the
-  /// preconditioner stays. Fails with numeric.
+  /// Sets the length and the coefficients of the next steps. If only the coefficients change, the preconditioner is
+  /// kept; the change must be small. Fails with numeric.
   [[nodiscard]] Result<void> set(double step_s, const ThermalCoefficients& c);
-  /// One step while the inputs go linearly from one to the other: (C/h + K/2) T⁺ = (C/h − K/2) T + B (u + u⁺)/2.
-  /// Conjugate gradients start where the last step points to. Fails with numeric.
+  /// Advances one step while the inputs change linearly: (C/h + K/2) T⁺ = (C/h − K/2) T + B (u + u⁺)/2. Conjugate
+  /// gradients start at the extrapolation of the last step. Fails with numeric.
   [[nodiscard]] Result<void> step(const ThermalInputValues& from, const ThermalInputValues& to);
-  /// The same with a better start: a guess of the change, °C.
+  /// Advances one step with a better starting point: an estimate of the change, °C.
   [[nodiscard]] Result<void> step(const ThermalInputValues& from, const ThermalInputValues& to,
                                   const Eigen::VectorXd& guess_c);
-  /// The same by two backward Euler halves, which damp what a jump or a longer step has excited and the trapezoidal
-  /// rule would let ring: for the step after one.
+  /// Advances one step by two backward Euler half steps. Use it for the first step after a jump or a change of length:
+  /// the trapezoidal rule would let the excited modes ring.
   [[nodiscard]] Result<void> damped_step(const ThermalInputValues& from, const ThermalInputValues& to);
 
   [[nodiscard]] const Eigen::VectorXd& field_c() const { return field_c_; }
   [[nodiscard]] Eigen::VectorXd outputs_c() const { return system_.outputs * field_c_; }
-  [[nodiscard]] long iterations() const { return iterations_; }  ///< of all steps
+  [[nodiscard]] long iterations() const { return iterations_; }
 
  private:
   [[nodiscard]] Result<Eigen::VectorXd> solve(const Eigen::VectorXd& right, const Eigen::VectorXd& guess);
@@ -42,7 +43,8 @@ class FullTransient final {
 
   const ThermalSystem& system_;
   AffineMatrix matrices_;
-  const SparseMatrix* matrix_ = nullptr;  ///< C/h + K/2
+  /// C/h + K/2.
+  const SparseMatrix* matrix_ = nullptr;
   std::optional<ConjugateGradients> solver_;
   double tolerance_;
   double step_s_{};
@@ -54,16 +56,19 @@ class FullTransient final {
 
 struct ReductionTrial {
   GyroFilm film = GyroFilm::chamber;
-  double air_c = 20;      ///< coefficients are those of the gaps at this temperature, throughout
-  double shortest_s = 5;  ///< step after a corner of the ramps; they grow to 120 s
-  bool switch_on = true;  ///< off: only the ramps
+  /// Constant coefficients: those of the gaps at this temperature.
+  double air_c = 20;
+  /// First step after a corner of the ramps; steps grow to 120 s.
+  double shortest_s = 5;
+  /// Includes the switch-on program.
+  bool switch_on = true;
 };
 
-/// Ramps: the gyro, on, rests at 20 °C; +5 °C/min to 60, 30 min there, −1 °C/min to −40, 20 min there. Switch-on: it
-/// rests at 20 °C, off; all powers at once, 1 h. Both models by the trapezoidal rule on the same steps,
-/// damped where their length changes, so that what
-/// differs is the reduction alone; largest difference over A…H after any step. Sets ramp_k and switch_on_k.
-/// Fails with numeric, as `solve` does, or with interrupted.
+/// Runs the two programs. Ramps: the switched-on gyro rests at 20 °C; +5 °C/min to 60, 30 min there, −1 °C/min to −40,
+/// 20 min there. Switch-on: the gyro rests at 20 °C, switched off; all powers are switched on at once, 1 h. Both models
+/// use the trapezoidal rule on the same steps, damped at changes of length, so their difference is only due to the
+/// reduction. Returns the largest differences over A…H after any step as ramp_k and switch_on_k. Fails with numeric,
+/// like `solve`, or with interrupted.
 [[nodiscard]] Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem& reduced,
                                              const ReductionTrial& trial, const SolveColumns& solve,
                                              const ProgressSink& progress = {});

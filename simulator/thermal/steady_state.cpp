@@ -42,7 +42,7 @@ void mark_extremes(const GyroMesh& mesh, SteadyState& state) {
   });
 }
 
-/// One steady problem, with what does not change between the rounds.
+/// One steady problem. Members that do not change between the rounds are computed once.
 class Rounds {
  public:
   Rounds(const GyroModel& model, const GyroMesh& mesh, const SteadyOptions& options)
@@ -60,7 +60,8 @@ class Rounds {
   }
 
   Result<SteadyState> run() {
-    constexpr double kUsualRise = 6;  // K, of the air in a working gyro: where the rounds begin
+    // Usual rise of the air in a working gyro, K; first estimate.
+    constexpr double kUsualRise = 6;
     const bool linear = options_.coefficients.has_value() || model_.mode == GyroMode::block;
     state_.unknowns = mesh_.node_count;
     state_.air_c = options_.ambient_c + kUsualRise;
@@ -78,8 +79,8 @@ class Rounds {
   }
 
  private:
-  /// From the air's temperature that was taken and the one found with it: the latter, and from the second round on what
-  /// the last two extrapolate to (Steffensen's way to a fixed point).
+  /// Returns the air temperature for the next round: the found temperature, and from the second round on the
+  /// extrapolation of the last two rounds (Steffensen's method for a fixed point).
   double next_air_c(double found_c) {
     double next_c = found_c;
     if (last_) {
@@ -90,7 +91,7 @@ class Rounds {
     return next_c;
   }
 
-  /// The rise over the ambient, from which the power alone is the right-hand side.
+  /// Solves for the rise over the ambient. Its right-hand side contains only the powers.
   Result<void> solve() {
     if (solver_) {
       solver_->replace(model_, mesh_, state_.coefficients);

@@ -13,7 +13,7 @@
 
 namespace gyrotherm::simulator {
 
-/// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller whose integral
+/// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller. Its integral
 /// stops while the output is at its limit. Integrated by explicit Euler with a step of 1 s. Has no noise.
 class ChamberPlant {
  public:

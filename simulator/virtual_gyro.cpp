@@ -175,8 +175,8 @@ namespace {
 
 double shell_c(InnerTemperatures inner_c) { return inner_c[static_cast<std::size_t>(thermal::ThermalOutput::shell)]; }
 
-/// Returns the added heat of a switched-on gyro at rest. The heat depends on the rest temperatures, so it is found by
-/// iteration; each round reduces the error by a factor of about 100.
+/// Returns the added heat of a switched-on gyro at rest. The heat and the temperatures at rest depend on each other, so
+/// they are found by iteration; each round reduces the error by a factor of about 100.
 thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedModel& model,
                                       const ReducedGyroParameters& parameters) {
   constexpr int kRounds = 10;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command figure of gyrotherm-thermal: what the report of a virtual rig shows of its gyro's thermal model, as the
-/// paper's Tables 1 and 2 and its Figure 1.
+/// The command figure of gyrotherm-thermal: the thermal model of a virtual rig's gyro for its report, like the paper's
+/// Tables 1 and 2 and its Figure 1.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -24,15 +24,16 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr std::size_t kColumns = 228;  ///< 0.5 mm each
-constexpr double kCubicMetres = 1e-9;  ///< m³ in a mm³
+/// 0.5 mm each.
+constexpr std::size_t kColumns = 228;
+constexpr double kCubicMetres = 1e-9;  ///< m³ per mm³
 
 struct FigureArguments {
   std::string gyro = "calibrated";
   double ambient_c = 20;
 };
 
-/// Returns the rows of the paper's Table 1. Air conducts by gap, and has no conductivity of its own.
+/// Returns the rows of the paper's Table 1. Air has a conductivity per gap and none of its own.
 std::vector<report::ReportedMaterial> materials_of(const thermal::GyroModel& model) {
   std::vector<report::ReportedMaterial> all;
   for (std::size_t k = 0; k < thermal::kGyroMaterials; ++k) {
@@ -66,13 +67,13 @@ std::vector<report::ReportedHeatSource> sources_of(const thermal::GyroModel& mod
 
 double in_millikelvins(double celsius) { return std::round(1000 * celsius) / 1000; }
 
-/// Rounds to 1 mK, so that the last bits of a solution on another machine do not show.
+/// Rounds to 1 mK, so that results of different machines are equal.
 void round_off(plot::ThermalImage& image) {
   for (double& value : image.celsius.values) value = in_millikelvins(value);
   for (plot::ThermalMark& mark : image.marks) mark.celsius = in_millikelvins(mark.celsius);
 }
 
-/// Returns the image at steady state on the coarse mesh, and the mesh and air that it was computed with.
+/// Returns the image at steady state on the coarse mesh, with the mesh and the air temperature.
 Result<report::ReportedThermalImage> image_of(const thermal::GyroModel& model, double ambient_c) {
   const bool is_block = model.mode == thermal::GyroMode::block;
   const double film = is_block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The commands image and fit of gyrotherm-thermal: a steady state and its views through the gyro, and which value of
-/// each parameter would give it a wanted difference.
+/// The commands image and fit of gyrotherm-thermal: a steady state with its views, and the value of each parameter that
+/// yields a required temperature difference.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kCalibrated = "calibrated";
 
-/// A gyro file, or the shipped one of that name.
+/// Reads a gyro file, or the shipped one of that name.
 Result<thermal::GyroModel> read_gyro(const std::string& given) {
   const auto path = path_of(given, kShippedGyro);
   if (!path) return failure(path.error());
@@ -42,7 +42,7 @@ struct FitArguments {
   double ambient_c = 20;
 };
 
-/// The values that parameters would need, each alone, for a wanted difference.
+/// Returns the value of each parameter, varied alone, for a required difference.
 std::string describe(const std::vector<thermal::FittedDifference>& family, double wanted_k) {
   auto text = fmt::format(
       "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
@@ -88,16 +88,18 @@ struct ThermalArguments {
   bool force = false;
 };
 
-constexpr const char* kFacts = "thermal.json";  ///< of the files of an image the last: with it the image is whole
+/// The last file of an image to be written: if it exists, the image is complete.
+constexpr const char* kFacts = "thermal.json";
 
-/// A steady state and what it took.
+/// A steady state and the resources that it used.
 struct Solved {
   thermal::GyroModel model;
   thermal::GyroMesh mesh;
   thermal::SteadyState state;
   double film_w_per_m2_k{};
   double wall_s{};
-  std::vector<thermal::FittedDifference> family;  ///< with --fit: the parameter that was used first
+  /// Empty without --fit. The first parameter is the applied one.
+  std::vector<thermal::FittedDifference> family;
 };
 
 double used_film(const thermal::GyroModel& model, const ThermalArguments& options) {
@@ -105,7 +107,8 @@ double used_film(const thermal::GyroModel& model, const ThermalArguments& option
   return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
 
-/// Asked between the parts of the work: a mesh is solved in one piece.
+/// Reports progress and fails with interrupted after an interrupt. Called between the parts of the work, because a mesh
+/// is solved in one piece.
 Result<void> go_on(Console& console, std::string_view stage, double fraction) {
   if (keep_going(console.sink(), stage, fraction)) return {};
   return failure(FaultKind::interrupted, "thermal", "stopped");
@@ -176,7 +179,7 @@ Json json_of(const thermal::ExtremePoint& point) {
           {"part", thermal::kGyroPartNames[index(point.part)]}};
 }
 
-/// Without what varies from run to run.
+/// Returns the results without values that vary from run to run.
 Json json(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = means_of(state);
@@ -210,8 +213,8 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   return json;
 }
 
-/// Makes a picture with scale, unit and mark of each SVG in the folder, by the program that has fonts. Where it cannot,
-/// the SVGs are what there is, and this is said. Fails with interrupted.
+/// Converts each SVG in the folder to a PNG with gyrotherm-pdf, which has fonts. Prints a message and keeps the SVGs if
+/// that fails. Fails with interrupted.
 Result<void> draw_pictures(Console& console, const std::filesystem::path& folder,
                            const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -221,7 +224,8 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
         run_to_its_end({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(), "--out",
                         (folder / (view + ".png")).string()});
     const auto fraction = static_cast<double>(i + 1) / static_cast<double>(views.size());
-    if (auto goes_on = go_on(console, "pictures", fraction); !goes_on) return goes_on;  // Ctrl-C ends that program too
+    // Ctrl-C also ends that program.
+    if (auto goes_on = go_on(console, "pictures", fraction); !goes_on) return goes_on;
     if (code && *code == 0) continue;
     const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
     console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));

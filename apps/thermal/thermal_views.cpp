@@ -13,10 +13,11 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr double kInside_mm = 0.05;  // depth of the view below a face
-constexpr double kMargin_mm = 2;     // around the block
+// Depth of the view below a face, and margin around the block.
+constexpr double kInside_mm = 0.05;
+constexpr double kMargin_mm = 2;
 
-/// A plane through the cabinet: where its point (right, up), in mm, lies.
+/// A plane through the cabinet, and the position of its point (right, up), in mm.
 struct Plane {
   std::string file, title, x_title, y_title;
   plot::Range right_mm, up_mm;
@@ -66,8 +67,8 @@ std::vector<Plane> planes_of(const thermal::GyroGeometry& geometry) {
            {0, 0, 1}}};
 }
 
-/// Returns true for the block and all parts on it. The cabinet, its parts and the centre are much colder and would take
-/// most of the colours: the image shows their outlines alone.
+/// Returns true for the block and all parts on it. The cabinet, its parts and the centre are much colder and would
+/// occupy most of the colour scale, so the image shows only their outlines.
 bool is_drawn(thermal::GyroPart part) {
   return is_glass(part) || is_gas(part) || part == thermal::GyroPart::ballast_left ||
          part == thermal::GyroPart::ballast_right || part == thermal::GyroPart::cathode;
@@ -110,7 +111,7 @@ std::vector<plot::ThermalMark> thermometers_of(const thermal::GyroModel& model, 
   return marks;
 }
 
-/// Cuts a level plane down to what it meets of the block and what is on it, in whole millimetres.
+/// Reduces a level plane to its intersection with the block and its parts, in whole millimetres.
 void leave_cabinet_out(Plane& plane, const thermal::GyroParts& parts) {
   thermal::PlanRectangle all = bounds(parts.block.plan);
   const auto add = [&](const thermal::Prism& prism) {

@@ -18,14 +18,14 @@ struct ThermalView {
   plot::ThermalImage image;
 };
 
-/// Returns the block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The
-/// block and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what is on it
-/// shows as outlines. `columns`: samples from left to right.
+/// Returns three views: the block's top face with the thermometers, the plane of the bores, and the upright section
+/// from G to A. The block and its parts are coloured, on one scale in all views. Air is white. The cabinet and its
+/// parts are drawn as outlines. `columns` is the number of samples from left to right.
 [[nodiscard]] std::vector<ThermalView> views_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
                                                 const thermal::SteadyState& state, std::size_t columns = 900);
 
-/// Returns the block's top face with the thermometers, without the cabinet around it, on a scale of its own. `columns`:
-/// samples from left to right.
+/// Returns the block's top face with the thermometers, without the cabinet around it, on its own scale. `columns` is
+/// the number of samples from left to right.
 [[nodiscard]] plot::ThermalImage top_face_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
                                              const thermal::SteadyState& state, std::size_t columns);
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. No
-/// event loop, no database, no Qt: the safe-state file, a connection to the chamber, a trace beside the record.
+/// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. It has
+/// no event loop, no database and no Qt, only the safe-state file, a connection to the chamber and a trace next to the
+/// record.
 ///
-/// It acts first and talks afterwards. Whatever may hang (a line, a disk, a terminal that nobody reads) hangs in a
-/// process of its own, and holds up nothing else.
+/// It acts first and reports afterwards. Operations that can hang (a line, a disk, a terminal without a reader) run in
+/// separate processes and delay nothing else.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -27,24 +28,32 @@ namespace gyrotherm::watchdog {
 namespace {
 
 enum class MakeSafeExit : int {
-  safe = 0,           ///< confirmed, or there was nothing to do
-  usage = 2,          ///< the command line is wrong
-  not_confirmed = 3,  ///< the chamber did not take it, or could not be reached
-  file = 4,           ///< the safe-state file is wrong, or there is no such record
-  in_use = 5,         ///< a program that lives drives the chamber
+  /// The chamber has confirmed it, or no action was necessary.
+  safe = 0,
+  /// The command line is wrong.
+  usage = 2,
+  /// The chamber did not confirm, or was not reachable.
+  not_confirmed = 3,
+  /// The safe-state file is invalid, or the record does not exist.
+  file = 4,
+  /// A live program drives the chamber.
+  in_use = 5,
 };
 
 using std::chrono::seconds;
 
 constexpr auto kOrdersWithin = seconds(10);
 constexpr auto kProgramsEndWithin = seconds(2);
-constexpr auto kFilesWithin = seconds(5);  ///< beside the record, where somebody waits for them
+/// Time for files next to the record while a user waits.
+constexpr auto kFilesWithin = seconds(5);
 constexpr auto kAfterAFault = seconds(1);
-/// Under a service manager, which starts the run anew only afterwards: a run that was down for longer than two minutes
-/// does not resume by itself, and the program that is started continues to watch.
+/// Limit for watching the air under a service manager. The service manager restarts the run only afterwards, and a run
+/// that was down for more than two minutes does not resume by itself. The restarted program continues to watch.
 constexpr auto kLongestWatchOfService = seconds(60);
-constexpr int kGivesUpTo = 60;  ///< s for which another program has driven the chamber
-constexpr int kWaitsFor = 15;   ///< s, likewise, where somebody waits: it may be the guard, at work
+/// Seconds that another program may drive the chamber before make-safe ends.
+constexpr int kGivesUpTo = 60;
+/// Seconds to wait for another program, possibly the guard at work, while a user waits.
+constexpr int kWaitsFor = 15;
 
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
@@ -72,7 +81,7 @@ MakeSafeExit exit_for(const Rescued& rescued) {
   return rescued.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
 }
 
-/// What was asked for on the command line.
+/// Behaviour selected on the command line.
 enum class Manner { gently, kill, insist };
 
 MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because);
@@ -82,7 +91,7 @@ SafeStateChamber for_service(SafeStateChamber chamber) {
   return chamber;
 }
 
-/// Continues while the chamber answers and may still show that it is safe.
+/// Continues while the chamber answers and may still become safe.
 Rescued watch_to_the_end(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
   while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_out_of_means() && !rescue.is_lost()) {
     if (trail.leave(rescued)) voice.say(trail.describe());
@@ -140,8 +149,8 @@ const char* describe(WatchEnd end) {
   return end == WatchEnd::silent ? "the program that drove it hung" : "the program that drove it ended without a word";
 }
 
-/// Until the chamber has confirmed it, or another program has taken the run, or driven the chamber for a minute, or
-/// made it safe.
+/// Repeats attempts until the chamber has confirmed the safe state, or another program has taken over the run, has
+/// driven the chamber for a minute, or has made it safe.
 MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because) {
   if (!kill_surely(safe_state.written_by, kProgramsEndWithin))
     voice.say(fmt::format("process {} could not be ended", safe_state.written_by.pid));
@@ -160,12 +169,14 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
     std::this_thread::sleep_for(rescued.in_use ? Duration(kAfterAFault) : rescue.pause());
   }
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
-  while (!trail.settle(kFilesWithin)) {  // nobody waits for this process: it stays until the disk answers
+  // No process waits for this one, so it stays until the disk answers.
+  while (!trail.settle(kFilesWithin)) {
   }
   return exit_for(rescued);
 }
 
-/// What the program that started this one has written down. If it has died before it could say so, its file says it.
+/// Returns the safe state received from the program that started this one. If that program died before sending it,
+/// returns the safe state in its file.
 Result<SafeState> orders_for(const std::string& record) {
   const auto file = safe_state_path(record);
   const auto orders = receive_safe_state(STDIN_FILENO, kOrdersWithin);
@@ -182,26 +193,29 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
                     safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
   const auto chamber = chamber_of(*safe_state);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
-  [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);  // if nobody hears it, the line has its end
+  // If nothing reads it, the line has closed.
+  [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
   const bool is_service = std::getenv("NOTIFY_SOCKET") != nullptr;
   for (;; std::this_thread::sleep_for(kAfterAFault)) try {
       return rescue(voice, *safe_state, is_service ? for_service(*chamber) : *chamber, describe(end));
-    } catch (const std::exception& failed) {  // of whatever library: no reason to leave a chamber alone
+      // An exception of a library must not leave the chamber unsafe.
+    } catch (const std::exception& failed) {
       voice.say(fmt::format("{}; it is tried again", failed.what()));
     }
 }
 
-/// A terminal that closes, its Ctrl-C, an orderly end of the session and a watchdog that means another process are no
-/// reasons to leave a chamber alone.
+/// Ignores signals that must not stop the rescue: from a closing terminal, Ctrl-C, an orderly end of the session, or a
+/// service watchdog.
 void survive() {
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGQUIT, SIGABRT, SIGTSTP, SIGTTOU, SIGTTIN})
     std::signal(number, SIG_IGN);
-  std::signal(SIGCHLD, SIG_IGN);  // a child that came back late from where it hung is not waited for
+  // Children that hung and end late are not waited for.
+  std::signal(SIGCHLD, SIG_IGN);
 }
 
-/// The record's own name where a link was given: the safe-state file stands beside the record itself.
+/// Returns the record's own path if a link was given. The safe-state file is next to the record itself.
 std::string own_name(const std::string& record) {
   std::error_code error;
   if (!is_symlink(std::filesystem::symlink_status(record, error))) return record;
@@ -217,7 +231,8 @@ MakeSafeExit run(int argc, char** argv) {
     return std::puts("gyrotherm-make-safe " GYROTHERM_VERSION) < 0 ? MakeSafeExit::usage : MakeSafeExit::safe;
   std::signal(SIGPIPE, SIG_IGN);
   if (first == "--guard") {
-    ::close_range(STDERR_FILENO + 1, ~0U, 0);  // no lock and no line of the program that is watched
+    // Drops locks and lines of the watched program.
+    ::close_range(STDERR_FILENO + 1, ~0U, 0);
     survive();
   }
   Voice voice;

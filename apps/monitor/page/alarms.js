@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of alarms: one row per tag, newest first. A row is made once and changed in place, so that a comment being
-// typed, the focus and what is selected outlive every change of the list.
+// The list of alarms: one row per tag, newest first. A row is created once and then updated, so that focus, selection
+// and a comment being typed survive every update.
 'use strict';
 
 function times_of(alarm) {
@@ -14,7 +14,7 @@ function times_of(alarm) {
     .join(', ');
 }
 
-/// A row and how to change it.
+/// A row and the function that updates it.
 function alarm_row(selected) {
   const box = make('input', {type: 'checkbox', on: {change: selected}}),
     state = make('span', {class: 'badge'}),
@@ -61,7 +61,7 @@ function alarm_row(selected) {
   return row;
 }
 
-/// Puts the children of `box` into this order without moving the one that has the focus.
+/// Sorts the children of `box` without moving the child that has the focus.
 function order(box, wanted) {
   for (const child of [...box.children]) if (!wanted.includes(child)) child.remove();
   const fixed = wanted.findIndex(child => child.contains(document.activeElement) && child.parentNode === box);
@@ -73,7 +73,7 @@ function order(box, wanted) {
   for (let i = fixed - 1; i >= 0; --i) place(wanted[i], wanted[i + 1] || pivot);
 }
 
-/// The list with its form; `refresh` takes the run's newest status.
+/// The list with its form. `refresh` takes the newest status of the run.
 function alarm_list(run) {
   const rows = new Map(),
     list = make('ul', {class: 'alarms'}),

@@ -13,12 +13,12 @@ const chart = (() => {
       [0, 'All'],
     ];
 
-  // The legend is this page's own: the library's has styles in its markup, which the page does not allow.
+  // The page draws its own legend: the library's uses inline styles, which the page does not allow.
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter(plugin => plugin.prototype.toString() !== 'Legend Plugin');
 
   const shown = {rows: []};
 
-  /// The library's ticks, with as many digits as tell each from the next.
+  /// Returns the library's ticks with enough digits to distinguish adjacent ones.
   function ticks_of(low, high, pixels, options, graph, values) {
     const ticks = Dygraph.numericTicks(low, high, pixels, options, graph, values),
       digits = digits_for(ticks.length > 1 ? ticks[1].v - ticks[0].v : high - low);
@@ -31,7 +31,8 @@ const chart = (() => {
       .trim();
   }
 
-  // The buckets of an answer as dygraphs takes them: for each the time and, of each channel, lowest, middle, highest.
+  // Converts the buckets of an answer to rows of dygraphs: the time, and lowest, middle and highest value of each
+  // channel.
   function rows_of(answer, started_ms) {
     const rows = [],
       none = [NaN, NaN, NaN];
@@ -47,7 +48,7 @@ const chart = (() => {
     return rows;
   }
 
-  /// Takes a sample into the last bucket, or begins the next one.
+  /// Adds a sample to the last bucket, or begins the next one.
   function add_sample(rows, answer, sample, places, started_ms) {
     const bucket = Math.floor((sample.slot - answer.from) / answer.step);
     if (bucket < 0) return;
@@ -344,7 +345,8 @@ const chart = (() => {
       add_sample(rows, answer, one, places, started);
     }
 
-    /// At most four drawings a second; the buckets are asked for anew once they have grown too many, or far.
+    /// Draws at most four times a second. Requests the buckets again once there are too many, or once they reach too
+    /// far back.
     function sample(one) {
       if (!answer || !follows()) return;
       take(one);
@@ -390,7 +392,7 @@ const chart = (() => {
     };
   }
 
-  /// Rows of the chart that is shown in which no channel has a value; for tests.
+  /// Returns the number of rows of the chart without any value; for tests.
   function holes() {
     return shown.rows.filter(row => row.slice(1).every(bar => Number.isNaN(bar[1]))).length;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Logging in, and what an operator asks of a run. What ends a run is asked for twice: the monitor answers with what has
-// been done and what is left, and with the word that confirms it.
+// Login, and the commands of an operator to a run. Commands that end a run must be confirmed: the monitor first answers
+// with the progress of the run and a token for the confirmation.
 'use strict';
 
 const control = (() => {
@@ -55,7 +55,7 @@ const control = (() => {
     begin();
   }
 
-  /// Shows a dialog with a form; resolves to its text, or null if it was closed.
+  /// Shows a dialog with a form. Resolves to its text, or null if it was closed.
   function question(title, text, action, grave, wants_text, label = 'Text') {
     return new Promise(resolve => {
       const words = make('input', {
@@ -170,9 +170,10 @@ const control = (() => {
     );
   }
 
-  const kMostAtOnce = 50; // alarms in one request
+  // Alarms per request.
+  const kMostAtOnce = 50;
 
-  /// Acknowledges alarms by their numbers; returns what the run answered, or the first refusal.
+  /// Acknowledges alarms by their numbers. Returns the answer of the run, or the first refusal.
   async function acknowledge(run, numbers, text) {
     let answer = {ok: false, json: {error: 'no alarm is selected'}};
     for (let i = 0; i < numbers.length; i += kMostAtOnce) {

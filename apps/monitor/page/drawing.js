@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drawn profile: what was asked, what is to come, where the run stands now, and how far the air was from it.
+// Draws the profile: requested and planned set points, the present position of the run, and the deviation of the air.
 'use strict';
 
 const drawing = (() => {
@@ -10,7 +10,8 @@ const drawing = (() => {
     return element;
   }
 
-  /// What is still to come, as points [second of the run, °C]: the rest of this segment, then the others as planned.
+  /// Returns the remaining path as points [second of the run, °C]: the end of this segment, then the other segments as
+  /// planned.
   function ahead_of(run, slot, set) {
     const status = run.status,
       points = [];
@@ -119,7 +120,8 @@ const drawing = (() => {
       const both = done
         .map((point, i) => [point[0], point[1], air[i] ? air[i][1] : null])
         .filter(point => point[1] !== null && point[2] !== null);
-      const kSeen = 0.5; // K: less is not coloured
+      // Smallest coloured deviation, K.
+      const kSeen = 0.5;
       let area = '';
       for (let i = 1; i < both.length; ++i) {
         const [t0, s0, a0] = both[i - 1],

@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page: which view is shown, the run that it shows, and the stream that keeps it fresh. What is said is made by
-// text.js, the views are in views.js, the charts in chart.js and drawing.js, what speaks to a run in control.js,
-// the list of alarms in alarms.js, the other rigs in site.js.
+// The page: selects the view and the run, and keeps the event stream open. Texts are made in text.js, the views in
+// views.js, the charts in chart.js and drawing.js, commands to a run in control.js, the list of alarms in alarms.js,
+// and the other rigs in site.js.
 'use strict';
 
 const page = {
   session: {may_look: false, may_control: false, name: null},
-  run: null, // the run that is shown: {key, status, channels, sample, events, plan}
-  view: null, // {name, refresh(), sample(), event(), tick(), end()}
+  // The shown run: {key, status, channels, sample, events, plan}.
+  run: null,
+  // The shown view: {name, refresh(), sample(), event(), tick(), end()}.
+  view: null,
   source: null,
   shows: 0,
 };
 
-// The run that is shown, and its stream.
+// The shown run and its stream.
 
 function connection(text) {
   set_text(document.getElementById('connection'), text);
 }
 
-/// Said while nothing new comes; `since` when the last did, where that was told.
+/// Shows that no data arrives. `since` is the time of the last data, if known.
 function nothing_new(why, since) {
   const what = since ? `Nothing new has come since ${moment(since)}` : 'Nothing new comes';
   connection(`${what}: ${why}. Trying again; the runs themselves go on without the monitor.`);
@@ -33,7 +35,8 @@ function close_stream() {
 function open_stream() {
   close_stream();
   const run = page.run,
-    after = run.sample ? run.sample.slot : Math.max(-1, run.status.slot - 1); // the last one comes at once
+    // Starting one second earlier sends the last sample at once.
+    after = run.sample ? run.sample.slot : Math.max(-1, run.status.slot - 1);
   const source = (page.source = new EventSource(
     `/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event}`
   ));
@@ -43,8 +46,9 @@ function open_stream() {
   source.addEventListener('event', message => take_event(JSON.parse(message.data)));
   source.addEventListener('error', async () => {
     if (page.source !== source) return;
-    if (source.readyState !== EventSource.CLOSED) return nothing_new('the monitor does not answer'); // it comes again
-    const found = await ask('/api/v1/runs/' + run.key); // shows the login where the session is over
+    if (source.readyState !== EventSource.CLOSED) return nothing_new('the monitor does not answer'); // reconnects
+    // Shows the login if the session has ended.
+    const found = await ask('/api/v1/runs/' + run.key);
     if (page.source !== source) return;
     nothing_new(found.ok ? 'the monitor takes no more watchers' : found.json.error);
     close_stream();
@@ -56,7 +60,8 @@ function take_status(status) {
   const run = page.run;
   if (!run || run.key !== status.key) return;
   if (run.status.id !== status.id) {
-    close_stream(); // another record lies there now: nothing of what is shown is true of it
+    // Another record has replaced this one: the shown data no longer applies.
+    close_stream();
     page.run = null;
     show();
     return;
@@ -110,7 +115,8 @@ async function load_run(key, is_wanted) {
     status_came: performance.now(),
     channels: found.json.channels,
     sample: null,
-    recent: [], // samples that may have come while a chart was being asked for
+    // Samples that may arrive while a chart is being requested.
+    recent: [],
     events: [],
     last_event: -1,
     plan: null,
@@ -136,7 +142,7 @@ const kSiteTabs = [
   ['rigs', 'Rigs'],
 ];
 
-/// That of the site where the monitor knows of one.
+/// Returns the tabs. The site has one if the monitor has a site.
 function site_tabs() {
   return page.has_site ? [...kSiteTabs, ['site', 'Site']] : kSiteTabs;
 }
@@ -189,7 +195,8 @@ function where() {
 async function show() {
   const {key, view} = where(),
     content = document.getElementById('content'),
-    mine = ++page.shows; // a later one takes this one's place
+    // A later call replaces this one.
+    mine = ++page.shows;
   clearTimeout(page.again);
   if (page.view && page.view.end) page.view.end();
   page.view = {};
@@ -230,7 +237,7 @@ async function show() {
   if (page.view.refresh) page.view.refresh();
 }
 
-// The beginning.
+// Start of the page.
 
 async function begin() {
   const session = await ask('/api/v1/session');

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other rigs of the site: how each is now, and what the store answers to the site's questions.
+// The other rigs of the site: the present state of each, and the store's answers to the site's questions.
 'use strict';
 
 const kQuestions = {
@@ -11,7 +11,8 @@ const kQuestions = {
   utilisation: 'Utilisation',
 };
 
-const kMostRows = 5000; // that the monitor asks the store for
+// Limit that the monitor requests from the store.
+const kMostRows = 5000;
 
 function in_scroll(label, table) {
   return make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
@@ -33,7 +34,7 @@ function rig_row(rig) {
   );
 }
 
-/// Returns why the list is empty or old; an empty text if it is neither.
+/// Returns why the list is empty or old, or an empty text.
 function note_on(site) {
   if (!site.store) return 'The site file names no store, so that other rigs are unknown.';
   const {error, age_s} = site.store;
@@ -76,7 +77,7 @@ function more_note(name, rows) {
   return make('p', {class: 'note'}, `There may be more: gyrotherm site ${name} --most 0 shows all.`);
 }
 
-/// Asked when somebody opens it.
+/// Creates a section that requests its answer when it is opened.
 function question(name) {
   const body = make('div', {}, make('p', {class: 'note'}, 'Loading …'));
   const details = make('details', {class: 'sheet'}, make('summary', {}, kQuestions[name] || name), body);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements, and what is said in them. Whatever comes from a run is put in as text and never as markup.
+// Elements and their texts. Data of a run is always inserted as text, never as markup.
 'use strict';
 
 // Building blocks.
@@ -21,17 +21,17 @@ function set_text(element, text) {
 
 function number(value, digits) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
-  const rounded = Number(value.toFixed(digits)); // -0.001 is 0.00
+  const rounded = Number(value.toFixed(digits)); // -0.001 becomes 0.00
   return rounded.toFixed(digits).replace('-', '\u2212');
 }
 
-/// A difference, with its sign.
+/// Formats a difference with its sign.
 function signed(value, digits) {
   const text = number(value, digits);
   return /^\d/.test(text) ? '+' + text : text;
 }
 
-/// How many digits tell a number from the next one that is so far away.
+/// Returns the number of digits that distinguishes two numbers at this distance.
 function digits_for(distance) {
   return Math.min(10, Math.max(0, -Math.floor(Math.log10(Math.abs(distance)) + 1e-6)));
 }
@@ -70,7 +70,7 @@ function moment(ms, with_day) {
   return new Date(ms).toLocaleString('en-GB', form);
 }
 
-/// The head of a table; a column whose name begins with '>' has numbers.
+/// Returns the head of a table. A column whose name begins with '>' contains numbers.
 function head_row(...columns) {
   return make(
     'thead',
@@ -89,7 +89,7 @@ function announce(text) {
   document.getElementById('announce').textContent = text;
 }
 
-/// Where no answer comes, or none that can be read, the answer is one that is not ok and says so.
+/// Requests JSON. If there is no answer, or an unreadable one, returns an answer with ok = false and an error text.
 async function ask(path, options) {
   const settings = Object.assign({credentials: 'same-origin', cache: 'no-store'}, options),
     answer = await fetch(path, settings).catch(() => null);
@@ -104,9 +104,9 @@ async function ask(path, options) {
   return {status: answer.status, ok: answer.ok, json};
 }
 
-// What a status says in words.
+// Texts for a status.
 
-/// The alarms that await an acknowledgement. A suppressed one is acknowledged with its root.
+/// Returns the unacknowledged alarms. A suppressed one is acknowledged with its root.
 function unacknowledged(status) {
   return (status.alarms || []).filter(alarm => !alarm.acknowledged && !alarm.suppressed_by);
 }
@@ -115,7 +115,7 @@ function tag_of(alarm) {
   return alarm.subject ? `${alarm.interlock} ${alarm.subject}` : alarm.interlock;
 }
 
-/// "2 unacknowledged alarms: 1 active, 1 returned"; empty if there is none.
+/// Returns "2 unacknowledged alarms: 1 active, 1 returned", or an empty text if there is none.
 function alarms_in_words(status) {
   const open = unacknowledged(status),
     active = open.filter(alarm => alarm.active !== false).length;
@@ -130,7 +130,8 @@ function state_of(status) {
   if (status.imported) return 'imported';
   if (status.running) return status.state;
   if (['aborted', 'stopped'].includes(status.state)) return status.state;
-  return status.finished ? 'complete' : 'interrupted'; // whatever it was doing, no program does it any more
+  // No program executes the run any more, whatever its last state was.
+  return status.finished ? 'complete' : 'interrupted';
 }
 
 const kStates = {
@@ -163,7 +164,7 @@ function cause_of(status) {
   return 'no program carries the run out' + (last ? `; the last that it said: ${last}` : '');
 }
 
-/// What is wrong with how the run is kept, whatever it does itself.
+/// Returns the problems of recording, independent of the run's own state.
 function troubles_of(status) {
   return [
     status.storage_trouble && `the disk takes no rows: ${status.storage_trouble}`,
@@ -172,8 +173,8 @@ function troubles_of(status) {
   ].filter(Boolean);
 }
 
-/// Seconds since the last sample that can be seen here; null where nobody can tell. One that has just come may be old:
-/// its status says since when nothing was written.
+/// Returns the age of the newest sample in seconds, or null if it is unknown. A sample that has just arrived may be
+/// old: the status contains the time of the last write.
 function sample_age(run, now) {
   const {running, age_s} = run.status;
   if (!running || age_s === null || age_s === undefined) return null;
@@ -181,7 +182,7 @@ function sample_age(run, now) {
   return run.sample ? Math.max(of_status, (now - run.sample_came) / 1000) : of_status;
 }
 
-/// When the run ends by the clock that its samples have: of a virtual run the virtual one.
+/// Returns the end of the run on the clock of its samples. A virtual run has a virtual clock.
 function end_of(status, sample) {
   if (!status.running || status.time_left_s === null || status.time_left_s === undefined) return null;
   const now = sample && sample.utc_ms !== null ? sample.utc_ms : status.started_ms + 1000 * Math.max(0, status.slot);

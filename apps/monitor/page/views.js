@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views: each takes the content's place and is told of samples, events, a new status, each second, and its end.
+// The views. Each fills the content and handles samples, events, a new status, each second, and its end.
 'use strict';
 
 // Views of one run.
 
 const views = {};
 
-/// A row of the table of gyro rates.
+/// Returns a row of the table of gyro rates.
 function rate_row(axis) {
   const cell = value => make('td', {class: 'number'}, number(value, digits_of('°/h')));
   return make(
@@ -340,9 +340,10 @@ views.files = async content => {
 
 // Views of all runs.
 
-/// What is asked again and again: an answer that takes so long is none. Throws where there is none.
+/// Requests data that is polled. Throws if there is no answer within the limit.
 async function ask_soon(path) {
-  const kLongest = 10000; // ms
+  // Limit in ms.
+  const kLongest = 10000;
   const found = await ask(path, {signal: AbortSignal.timeout(kLongest)});
   if (!found.ok) throw new Error(found.json.error);
   return found.json;
@@ -352,7 +353,7 @@ async function all_runs() {
   return (await ask_soon('/api/v1/runs')).runs;
 }
 
-/// Fills a view every two seconds. Where `fill` throws, what stands there is old, and the frame says of when.
+/// Updates a view every two seconds. If `fill` throws, the shown data is old, and the frame shows its time.
 function often(fill) {
   let filling = false,
     ended = false,
@@ -380,7 +381,7 @@ function often(fill) {
   };
 }
 
-/// Makes the children of `box` like those that are wanted, and leaves what is alike where it is.
+/// Makes the children of `box` equal to the required ones. Equal nodes remain in place.
 function become(box, wanted) {
   wanted.forEach((node, i) => {
     const old = box.childNodes[i];
@@ -392,7 +393,7 @@ function become(box, wanted) {
   while (box.childNodes.length > wanted.length) box.lastChild.remove();
 }
 
-/// … and whoever stands on a link goes on standing on it, where it had to move, too.
+/// Redraws and keeps the focus on its link, even if the link moved.
 function redraw(box, wanted) {
   const href = box.contains(document.activeElement) && document.activeElement.getAttribute('href');
   become(box, wanted);
@@ -400,7 +401,7 @@ function redraw(box, wanted) {
     [...box.querySelectorAll('a')].find(link => link.getAttribute('href') === href)?.focus({preventScroll: true});
 }
 
-/// The count of unacknowledged alarms; null if there is none.
+/// Returns the count of unacknowledged alarms, or null if there is none.
 function alarms_badge(run) {
   const count = unacknowledged(run).length;
   return count > 0 ? make('span', {class: 'badge alarm'}, `${count} ${count === 1 ? 'alarm' : 'alarms'}`) : null;

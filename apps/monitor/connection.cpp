@@ -25,13 +25,13 @@ std::string last_tls_error() {
   return text.data();
 }
 
-/// What a call of TLS waits for; 0: it has failed.
+/// Returns the poll event that a TLS call waits for, or 0 after a failure.
 short wanted_by(int error) {
   if (error == SSL_ERROR_WANT_READ) return POLLIN;
   return error == SSL_ERROR_WANT_WRITE ? POLLOUT : short{0};
 }
 
-/// Repeats a call of TLS until it is done; its result, or 0.
+/// Repeats a TLS call until it is done. Returns its result, or 0 after a failure.
 template <class Call>
 int until_done(ssl_st* tls, int socket, const Deadline& deadline, Call call) {
   for (;;) {
@@ -73,7 +73,8 @@ Connection::Connection(Descriptor socket, const TlsServer* tls) : socket_(std::m
   ::fcntl(socket_.number(), F_SETFL, ::fcntl(socket_.number(), F_GETFL) | O_NONBLOCK);
   ::fcntl(socket_.number(), F_SETFD, FD_CLOEXEC);
   ::setsockopt(socket_.number(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  constexpr int kSendBuffer = 128 * 1024;  // what a watcher may be behind, twice that in the kernel's own count
+  // Limits the backlog of a watcher. The kernel doubles the value.
+  constexpr int kSendBuffer = 128 * 1024;
   ::setsockopt(socket_.number(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   if (tls == nullptr) return;
   tls_.reset(SSL_new(tls->context()));

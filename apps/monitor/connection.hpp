@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// An accepted connection, with TLS or without: every wait has an end, so that whoever reads or writes slowly costs his
-/// own connection and no more of a thread's time than was set.
+/// An accepted connection, with or without TLS. Each wait has a limit: a slow peer delays only its own connection and
+/// uses a limited share of a thread's time.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +17,10 @@ struct ssl_st;
 
 namespace gyrotherm::monitor {
 
-/// A certificate and its key, as a server shows them: TLS 1.2 and later. Any thread.
+/// A server certificate and its key, for TLS 1.2 and later. Usable from any thread.
 class TlsServer {
  public:
-  /// Both files are PEM. Fails with bad_file, also if the key is not the certificate's.
+  /// Loads both files in PEM format. Fails with bad_file, also if the key does not belong to the certificate.
   [[nodiscard]] static Result<TlsServer> load(const std::string& certificate_file, const std::string& key_file);
   [[nodiscard]] ssl_ctx_st* context() const { return context_.get(); }
 
@@ -32,30 +32,30 @@ class TlsServer {
   std::unique_ptr<ssl_ctx_st, Free> context_;
 };
 
-/// One thread.
+/// A connection, used by one thread.
 class Connection {
  public:
-  /// Takes the socket over and makes it non-blocking; `tls` may be null, and outlives this.
+  /// Takes ownership of the socket and makes it non-blocking. `tls` may be null; it must outlive this.
   Connection(Descriptor socket, const TlsServer* tls);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Shakes hands, where there is TLS.
+  /// Performs the TLS handshake if the connection uses TLS.
   [[nodiscard]] bool greet(Duration within);
-  /// Waits for bytes and reads what there is, at most `most`; 0: the other end has closed, failed, or said nothing in
-  /// time.
+  /// Waits for bytes and reads at most `most`. Returns 0 if the peer has closed, failed, or sent nothing in time.
   [[nodiscard]] std::size_t read(char* into, std::size_t most, Duration within);
-  /// Sends all of it; false if the other end does not take it in time.
+  /// Sends all bytes. Returns false if the peer does not accept them in time.
   [[nodiscard]] bool write(std::string_view bytes, Duration within);
-  /// Whether bytes, or the end, wait to be read.
+  /// Returns whether bytes or the end of the connection can be read.
   [[nodiscard]] bool has_bytes(Duration within) const;
-  /// Whether the other end is still there, as far as can be told without reading.
+  /// Returns whether the peer is still connected, as far as known without reading.
   [[nodiscard]] bool is_there() const;
-  /// Tells the other end that nothing more comes; what it still sends can be read.
+  /// Closes the sending direction. Bytes from the peer can still be read.
   void say_goodbye();
   [[nodiscard]] int socket() const { return socket_.number(); }
-  [[nodiscard]] std::string peer() const;  ///< the address: "127.0.0.1"
+  /// Returns the peer's address: "127.0.0.1".
+  [[nodiscard]] std::string peer() const;
 
  private:
   struct End {

@@ -32,7 +32,7 @@ Result<Pipe> new_pipe() {
   return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
 }
 
-/// A program with no signal blocked, a group of its own, the pipe as stdin, and its words thrown away.
+/// Starts a program with no blocked signals, in its own process group, with the pipe as stdin. Its output is discarded.
 Result<pid_t> start(const std::vector<std::string>& command, int input) {
   std::vector<char*> words;
   for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
@@ -56,7 +56,7 @@ Result<pid_t> start(const std::vector<std::string>& command, int input) {
   return child;
 }
 
-/// Its exit code; nothing if it had to be ended.
+/// Returns the exit code, or nothing if the process had to be killed.
 std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
   constexpr int kLookEveryMs = 20;
   int status = 0;
@@ -80,15 +80,15 @@ void feed(Descriptor pipe, std::string_view input, const Deadline& deadline) {
   }
 }
 
-/// One line, without what could begin another header.
+/// Returns the text as one line without control characters, so that it cannot start another header.
 std::string one_line(const std::string& text) {
   std::string line;
   for (const char c : text) line += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
   return line;
 }
 
-/// A header's text beyond ASCII, after RFC 2047, in words that split no character and lines of at most 76, of which the
-/// first begins with the header's name, "Subject: ".
+/// Encodes the non-ASCII text of a header (RFC 2047). No encoded word splits a character. Lines have at most 76
+/// characters; the first one begins with the header's name, "Subject: ".
 std::string encoded(const std::string& text) {
   if (std::ranges::all_of(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; })) return text;
   constexpr std::size_t kMost = 55;
@@ -214,7 +214,7 @@ Result<void> deliver(const Site& site, const NotifyAddress& address, const Lette
   return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliverWithin);
 }
 
-/// A proxy answers in its place with an error.
+/// A proxy in front of a dead monitor answers with an error status, so only 200 counts.
 bool monitor_answers(const std::string& url, Duration within) {
   const auto curl = new_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
   if (!curl) return false;

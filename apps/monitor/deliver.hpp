@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a message reaches an address: by a program, by mail, by the program apprise. Each has half a minute.
+/// Delivers messages to addresses: by a program, by mail, or by the program apprise. Each delivery may take half a
+/// minute.
 #pragma once
 
 #include <string>
@@ -18,22 +19,22 @@ struct Letter {
   std::string text;
 };
 
-/// Runs a program with `input` on its stdin and waits for its end. Fails with usage if it cannot be started, refused if
-/// its exit code is not 0, timeout if it does not end: then it is ended.
+/// Runs a program with `input` on its stdin and waits for its end. Fails with usage if it cannot be started, with
+/// refused if its exit code is not 0, or with timeout if it does not end in time; it is then killed.
 [[nodiscard]] Result<void> run_program(const std::vector<std::string>& command, const std::string& input,
                                        Duration within);
 
-/// The mail as it is sent: headers, of which none can be another than is meant, and the text.
+/// Returns the mail as sent: headers, protected against injection of further headers, and the text.
 [[nodiscard]] std::string mail_text(const MailServer& server, const MailAddress& to, const Letter& letter,
                                     Duration utc);
 
-/// Fails with disconnected or refused where the server does not take it.
+/// Sends a mail. Fails with disconnected or refused if the server does not accept it.
 [[nodiscard]] Result<void> send_mail(const MailServer& server, const MailAddress& to, const Letter& letter,
                                      Duration utc);
 
 [[nodiscard]] Result<void> deliver(const Site& site, const NotifyAddress& address, const Letter& letter, Duration utc);
 
-/// Whether another monitor answers: with anything that a monitor says, also that one must log in first.
+/// Returns whether another monitor answers. Any answer of a monitor counts, including the request to log in.
 [[nodiscard]] bool monitor_answers(const std::string& url, Duration within);
 
 }  // namespace gyrotherm::monitor

@@ -11,14 +11,15 @@
 namespace gyrotherm::monitor {
 namespace {
 
-// An address may ask 20 times a second, and 120 times at once, as a page with many charts does when it begins; it may
-// try to log in ten times, and once more every 20 s. A name may be tried much more often from all addresses together:
-// who guesses at it from a few is not to keep its owner out, who comes from another.
+// Limits. An address may send 20 requests per second and 120 at once, like a page with many charts at its start. It may
+// try to log in ten times, and once more every 20 s. The limit per user name over all addresses is much higher:
+// guessing from a few addresses must not lock out the user at another address.
 constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kOfName = 500,
                  kOfNamePerSecond = 1;
 
-/// A browser sends a cookie to every port of a name: two monitors of one machine, or behind two tunnels to localhost,
-/// would take each other's away if they called it alike.
+/// Returns the name of the session cookie, which includes the port. A browser sends a cookie to every port of a host:
+/// two monitors on one machine, or behind two tunnels to localhost, would overwrite each other's cookie of the same
+/// name.
 std::string cookie_name(const WebRequest& request) {
   const std::string name = "gyrotherm_session";
   const auto host = request.head.header("host");
@@ -33,12 +34,13 @@ std::string cookie_with(const std::string& secret, const WebRequest& request, st
                      request.secure ? "; Secure" : "");
 }
 
-/// The secret that the request shows; empty: none.
+/// Returns the secret in the request's cookie, or an empty text.
 std::string secret_of(const WebRequest& request) {
   return cookie_in(request.head.header("cookie"), cookie_name(request));
 }
 
-/// Whether the browser says that the request is another site's. Following a link to the page itself is not.
+/// Returns whether the browser marks the request as coming from another site. Following a link to the page itself is
+/// allowed.
 bool is_from_elsewhere(const WebRequest& request) {
   const auto& head = request.head;
   const auto site = head.header("sec-fetch-site");
@@ -49,7 +51,7 @@ bool is_from_elsewhere(const WebRequest& request) {
   return !origin.empty() && in_small_letters(origin) != in_small_letters(own);
 }
 
-/// A browser says where a request comes from; one that changes something and does not is no browser's.
+/// Returns whether the request states its origin. A changing request without an origin does not come from a browser.
 bool says_where_from(const WebRequest& request) {
   return !request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty();
 }

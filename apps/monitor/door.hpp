@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Who may come in: whether a request comes from the page itself, from whom, and what they may do. Everything that is
-/// not known to be allowed is refused here, before anything is read or told.
+/// Access control: whether a request comes from the page itself, which user sent it, and what this user may do. All
+/// requests that are not explicitly allowed are refused here, before any data is read or returned.
 #pragma once
 
 #include <optional>
@@ -15,43 +15,50 @@
 namespace gyrotherm::monitor {
 
 struct DoorOptions {
-  bool control{};  ///< runs may be spoken to from the page at all
-  bool open{};     ///< there are no users, and whoever reaches this machine's own address may look
+  /// The page may control runs.
+  bool control{};
+  /// Clients at this machine's own address may view runs while there are no users.
+  bool open{};
 };
 
-/// A guest whom a request comes from.
+/// The sender of a request.
 struct Guest {
-  std::optional<Identity> identity{};          ///< nobody: a guest of an open door, who only looks
-  std::optional<Sessions::Session> session{};  ///< of a browser; a script has none
+  /// Empty for a guest without login. A guest may only view runs.
+  std::optional<Identity> identity{};
+  /// A browser's session. Scripts have none.
+  std::optional<Sessions::Session> session{};
   [[nodiscard]] std::string name() const { return identity ? identity->name : std::string(); }
   [[nodiscard]] bool may(Role role) const { return identity && identity->role >= role; }
 };
 
-/// Any thread.
+/// The access control. Usable from any thread.
 class Door {
  public:
   Door(const DoorOptions& options, Users& users, Sessions& sessions, const Clock& clock);
 
-  /// What speaks against a request whoever it is from: too many from its address, or another site's.
+  /// Returns a refusal that applies to any sender: too many requests from the address, or a request of another site.
   [[nodiscard]] std::optional<WebAnswer> objection(const WebRequest& request);
-  /// Whom it is from, or why nobody may come in: a session's cookie, or a bearer's token in the header.
+  /// Returns the sender of a request, identified by a session's cookie or a bearer token in the header, or a refusal.
   [[nodiscard]] std::variant<Guest, WebAnswer> guest_of(const WebRequest& request);
-  /// Why this guest may not change anything with this request: no control here, the role, or the session's second
-  /// secret that is not with it.
+  /// Returns a refusal if this guest may not change anything with this request: control is disabled, the role does not
+  /// permit it, or the session's second secret is missing.
   [[nodiscard]] std::optional<WebAnswer> objection_to_change(const Guest& guest, const WebRequest& request,
                                                              Role role) const;
 
-  /// POST /api/v1/login {"name", "password"}; /api/v1/logout; GET /api/v1/session: who one is, and what one may.
+  /// Answer POST /api/v1/login {"name", "password"}, POST /api/v1/logout, and GET /api/v1/session: the user and its
+  /// rights.
   [[nodiscard]] WebAnswer log_in(const WebRequest& request);
   [[nodiscard]] WebAnswer log_out(const WebRequest& request);
   [[nodiscard]] WebAnswer session(const WebRequest& request);
-  /// GET and POST /api/v1/sessions, for administrators: who is logged in; {"user"}: their sessions end.
+  /// Answers GET and POST /api/v1/sessions for administrators: lists the sessions; {"user"} ends the sessions of a
+  /// user.
   [[nodiscard]] WebAnswer sessions(const WebRequest& request);
 
   [[nodiscard]] const DoorOptions& options() const { return options_; }
 
  private:
-  /// Whose session it is; nobody, and it ends, if that name was removed or has another password since it began.
+  /// Returns the user of a session. Returns nothing, and ends the session, if the user was removed or has changed the
+  /// password since the session began.
   [[nodiscard]] std::optional<Identity> user_of(const Sessions::Session& session);
 
   DoorOptions options_;

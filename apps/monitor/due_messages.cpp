@@ -28,7 +28,8 @@ void describe(auto& form, Like<RunGoingOn> auto& run) {
 void describe(auto& form, Like<ToldMemory> auto& memory) {
   form.derived("schema", kToldSchema);
   form("running", memory.running_);
-  form.if_there("going_on", !memory.going_on_.empty(), by_name(memory.going_on_));  // an older file has none
+  // Missing in files of older versions.
+  form.if_there("going_on", !memory.going_on_.empty(), by_name(memory.going_on_));
   form("matters", by_name(memory.matters_));
 }
 
@@ -102,8 +103,8 @@ void ToldMemory::let_nothing_be_later_than(Duration utc) {
   for (auto& [id, since] : gone_) since = std::min(since, utc);
 }
 
-/// A folder may be away for a moment, and a record unreadable: what was told of a run is forgotten only where the run
-/// itself shows that it is over.
+/// Removes ended matters. A folder may be missing for a moment, or a record unreadable, so the matters of a run are
+/// removed only if the run itself shows that it has ended.
 void ToldMemory::forget(const Situation& now, Duration utc, const std::set<std::string>& standing) {
   constexpr Duration kGoneForGood = std::chrono::hours(24);
   std::set<std::string> seen;
@@ -129,15 +130,17 @@ namespace {
 
 constexpr Duration kTryAgain = std::chrono::minutes(1);
 
-/// Something that a rule found, and whether it is still so.
+/// A matter found by a rule.
 struct Matter {
   std::string key;
   std::string subject;
   std::string text;
   std::string record;
   std::optional<std::int64_t> alarm;
-  Duration wait{};   ///< before the first address is told
-  bool escalates{};  ///< then one after another, `after` apart; otherwise all at once
+  /// Waiting time before the first address is notified.
+  Duration wait{};
+  /// Addresses are notified one after another, `after` apart; otherwise all at once.
+  bool escalates{};
 };
 
 std::string about(const Site& site, const RunSeen& run) {
@@ -210,7 +213,7 @@ std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const
   return found;
 }
 
-/// The addresses whose turn it is.
+/// Returns the addresses to notify now.
 std::vector<std::string> whose_turn(const NotifyRule& rule, const Matter& matter, const ToldMatter& told,
                                     Duration utc) {
   const auto steps = static_cast<std::size_t>(told.steps);

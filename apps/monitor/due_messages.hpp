@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Who is to be told of what now: rules against what is the case and what was told already. Pure, but for the memory,
-/// which outlives the monitor in a file of its own, so that nothing is told twice and an escalation goes on.
+/// Determines the messages that are due: compares the rules with the situation and with earlier messages. Pure except
+/// for the memory. The memory is stored in a file, so that after a restart no message is sent twice and escalations
+/// continue.
 #pragma once
 
 #include <cstdint>
@@ -18,54 +19,68 @@
 
 namespace gyrotherm::monitor {
 
-/// An alarm of a run that awaits an acknowledgement.
+/// An unacknowledged alarm of a run.
 struct AlarmSeen {
   std::int64_t number{};
   std::string text;
 };
 
-/// What rules look at, of one run.
+/// The properties of a run that rules use.
 struct RunSeen {
   std::string id;
   std::string name;
-  std::string record;  ///< its path
+  /// Path of the record.
+  std::string record;
   std::string rig;
   bool simulated{};
-  bool running{};       ///< a program carries it out, silent or not
-  bool silent{};        ///< … and does not answer; or it was left unfinished
-  std::string outcome;  ///< of a run that is not running: "complete", "aborted: …"
+  /// A program executes the run, even if it is silent.
+  bool running{};
+  /// The program does not answer, or the run was left unfinished.
+  bool silent{};
+  /// Outcome of a run that has ended: "complete", "aborted: …".
+  std::string outcome;
   std::vector<AlarmSeen> alarms;
-  std::optional<std::uint64_t> free_bytes;  ///< where it is recorded, as long as it runs; nothing: unknown now
-  bool missing{};                           ///< it ran when it was last seen, and cannot be seen any more
+  /// Free space at the record of an active run; empty if unknown.
+  std::optional<std::uint64_t> free_bytes;
+  /// The run was active when it was last seen and can no longer be seen.
+  bool missing{};
 };
 
-/// What is the case.
+/// The situation to which the rules apply.
 struct Situation {
-  std::vector<RunSeen> runs;                    ///< that are there and can be read
-  std::map<std::string, bool> monitors_answer;  ///< by URL
+  /// Readable runs.
+  std::vector<RunSeen> runs;
+  /// By URL.
+  std::map<std::string, bool> monitors_answer;
 };
 
-/// Something to be told to one address.
+/// A message to one address.
 struct DueMessage {
-  std::string key;  ///< of the memory
+  /// Key in the memory.
+  std::string key;
   std::string rule;
   std::string address;
   std::string subject;
   std::string text;
-  std::string record;  ///< of the run that it is about; empty: of none
+  /// Record of the run; empty if the message concerns no run.
+  std::string record;
   std::optional<std::int64_t> alarm;
 };
 
-/// How far a matter has been told.
+/// Progress of the messages about a matter.
 struct ToldMatter {
-  std::int64_t steps{};     ///< addresses of the rule that were told, or could not be reached in time
-  Duration at{};            ///< the last of them, UTC
-  Duration since{};         ///< when the matter began, UTC
-  std::int64_t failures{};  ///< of the address that is next
+  /// Number of addresses of the rule that were notified or given up.
+  std::int64_t steps{};
+  /// Time of the last one, UTC.
+  Duration at{};
+  /// Beginning of the matter, UTC.
+  Duration since{};
+  /// Failed deliveries to the next address.
+  std::int64_t failures{};
   bool operator==(const ToldMatter&) const = default;
 };
 
-/// A run that a program carried out when it was last seen: what is to be said of it once it cannot be.
+/// Data of a run that was active when it was last seen, for messages after it has disappeared.
 struct RunGoingOn {
   std::string name;
   std::string record;
@@ -79,7 +94,8 @@ class ToldMemory {
   [[nodiscard]] static Result<ToldMemory> parse(std::string_view text, const std::string& file);
   [[nodiscard]] std::string to_text() const;
 
-  /// The message was given away; or could not be, `so many` times since: then it is the next address's turn.
+  /// Records that the message was delivered, or that a delivery failed. After kMostTries failures the next address
+  /// follows.
   void told(const DueMessage& message, Duration now);
   void failed(const DueMessage& message, Duration now);
 
@@ -88,10 +104,14 @@ class ToldMemory {
 
  private:
   friend void describe(auto& form, Like<ToldMemory> auto& memory);
-  std::vector<std::pair<std::string, ToldMatter>> matters_;  ///< by key
-  std::vector<std::string> running_;  ///< ids of runs that were seen running and not seen to have ended
-  std::vector<std::pair<std::string, RunGoingOn>> going_on_;  ///< … those of them that ran when last seen, by id
-  std::map<std::string, Duration> gone_;  ///< since when those are not seen, UTC; not kept over a restart
+  /// By key.
+  std::vector<std::pair<std::string, ToldMatter>> matters_;
+  /// Ids of runs that were seen active and not seen to end.
+  std::vector<std::string> running_;
+  /// The runs among them that were active when last seen, by id.
+  std::vector<std::pair<std::string, RunGoingOn>> going_on_;
+  /// Time since when they cannot be seen, UTC; not kept over a restart.
+  std::map<std::string, Duration> gone_;
 
   void see(const Situation& now);
   [[nodiscard]] std::vector<RunSeen> missing(const Situation& now) const;
@@ -101,11 +121,12 @@ class ToldMemory {
   [[nodiscard]] ToldMatter& matter(const std::string& key, Duration now);
 };
 
-inline constexpr int kMostTries = 3;  ///< of one address; then it is the next one's turn
+/// Deliveries to one address before the next one follows.
+inline constexpr int kMostTries = 3;
 
-/// What is to be told at `utc`. A run that was over when it was first seen is not told of, nor are its alarms. Matters
-/// that are over leave the memory; those of a run that cannot be seen do once it was not for a day. A run that was
-/// going on and cannot be seen is silent. Where the clock was set back, what waits does so from now on.
+/// Returns the messages that are due at `utc`. Runs that had ended when first seen, and their alarms, cause no
+/// messages. Ended matters are removed from the memory; matters of a run that cannot be seen are removed after a day.
+/// An active run that disappears is silent. If the clock was set back, waiting times start at the new time.
 [[nodiscard]] std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
                                                    ToldMemory& memory);
 

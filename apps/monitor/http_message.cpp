@@ -24,7 +24,7 @@ namespace {
 namespace http = boost::beast::http;
 using boost::asio::const_buffer;
 
-/// Headers of every answer: the page loads from itself alone, is not framed, and is not cached.
+/// Headers of every answer: the page loads only its own files, is not framed, and is not cached.
 constexpr std::array<std::pair<const char*, const char*>, 8> kUsualHeaders{
     {{"Cache-Control", "no-store"},
      {"Content-Security-Policy",
@@ -64,7 +64,7 @@ Trouble read_query(std::string_view text, RequestHead& head) {
   return std::nullopt;
 }
 
-/// Returns whether a part of the path is "." or "..", or has a backslash.
+/// Returns whether a part of the path is "." or "..", or contains a backslash.
 bool leads_elsewhere(std::string_view path) {
   while (!path.empty()) {
     path.remove_prefix(1);
@@ -99,7 +99,8 @@ Trouble read_header(std::string_view name, std::string_view value, RequestHead& 
                               "via",    "x-forwarded-for"};
   if (std::ranges::find(kLists, found->first) == kLists.end())
     return HeadRefusal{400, "a header stands twice that may stand once"};
-  found->second.append(", ").append(value);  // one list (RFC 9110, 5.3)
+  // A list (RFC 9110, 5.3).
+  found->second.append(", ").append(value);
   return std::nullopt;
 }
 
@@ -133,7 +134,7 @@ bool is_huge_length(std::string_view line) {
   return value.size() > 19 && value.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// Translates an error of the parser. `rest` begins with the line that it did not take.
+/// Translates an error of the parser. `rest` begins with the line that the parser rejected.
 HeadRefusal refusal_for(http::error error, std::string_view head, std::string_view rest) {
   switch (error) {
     case http::error::bad_version:
@@ -205,7 +206,7 @@ std::optional<std::size_t> end_of_head(std::string_view bytes) {
 
 std::variant<RequestHead, HeadRefusal> read_head(std::string_view head) {
   if (head.size() > kLongestHead) return HeadRefusal{431, "the head is too long"};
-  // Beast joins the lines of a folded header; a proxy in front may not.
+  // Refuse folded headers: Beast joins their lines, but a proxy in front may not.
   if (head.find("\n ") != std::string_view::npos || head.find("\n\t") != std::string_view::npos)
     return HeadRefusal{400, "a header is folded"};
   http::request_parser<http::empty_body> parser;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// HTTP/1.1 as text, by Boost.Beast: reads the head of a request, and writes the head and the chunks of an answer.
-/// Stricter than the library: refuses what two readers could understand in two ways. Pure; the bytes of a request may
-/// be anything.
+/// HTTP/1.1 messages as text, with Boost.Beast: reads the head of a request, and writes the head and the chunks of an
+/// answer. It is stricter than the library: it refuses requests that two parsers could interpret differently. Pure. The
+/// bytes of a request are untrusted.
 #pragma once
 
 #include <chrono>
@@ -15,12 +15,14 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr std::size_t kLongestHead = 8192;    ///< bytes, with its last empty line
-inline constexpr std::size_t kLongestTarget = 2048;  ///< bytes
+/// Limits of a request; sizes in bytes. The head includes its empty line.
+inline constexpr std::size_t kLongestHead = 8192;
+inline constexpr std::size_t kLongestTarget = 2048;
 inline constexpr std::size_t kMostHeaders = 64;
-inline constexpr std::size_t kLargestBody = 4096;       ///< bytes
-inline constexpr auto kIdle = std::chrono::seconds(3);  ///< between requests of one connection
-inline constexpr int kMostRequests = 100;               ///< per connection
+inline constexpr std::size_t kLargestBody = 4096;
+/// Limits of a connection: time between requests, and number of requests.
+inline constexpr auto kIdle = std::chrono::seconds(3);
+inline constexpr int kMostRequests = 100;
 
 /// The reason for a refusal and the status of its answer.
 struct HeadRefusal {
@@ -28,7 +30,7 @@ struct HeadRefusal {
   const char* why = "";
 };
 
-/// Returns where the head in `bytes` ends, after its empty line; nothing while a part of it is missing. The caller
+/// Returns the end of the head in `bytes`, after its empty line, or nothing while the head is incomplete. The caller
 /// enforces kLongestHead.
 [[nodiscard]] std::optional<std::size_t> end_of_head(std::string_view bytes);
 
@@ -41,26 +43,26 @@ struct HeadRefusal {
 /// 501: Transfer-Encoding, Expect, Upgrade;  505: other versions than HTTP/1.1 and 1.0.
 [[nodiscard]] std::variant<RequestHead, HeadRefusal> read_head(std::string_view head);
 
-/// Returns whether the body of `answer` is sent in chunks. A stream of unknown size to a client that does not know
-/// chunks ends with the connection (RFC 9112, 6.3).
+/// Returns whether the body of `answer` is sent in chunks. If the client does not support chunks, a stream of unknown
+/// size ends with the connection (RFC 9112, 6.3).
 [[nodiscard]] bool is_in_chunks(const WebAnswer& answer, const RequestHead& to);
 
 /// Writes the status line and the headers of an answer to the request `to`.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, const RequestHead& to);
 
-/// Writes a chunk. An empty one is the last.
+/// Returns a chunk. An empty one is the last.
 [[nodiscard]] std::string chunk(std::string_view piece);
 
-/// Returns the text with a to z for A to Z: names of hosts and headers do not distinguish them.
+/// Returns the text in lower case (ASCII letters). Names of hosts and headers are case-insensitive.
 [[nodiscard]] std::string in_small_letters(std::string_view text);
 
-/// Decodes "a%20b" to "a b"; '+' stays. Returns nothing if the text is malformed.
+/// Decodes "a%20b" to "a b". '+' is unchanged. Returns nothing if the text is malformed.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 
 /// Escapes every byte except letters, digits and - . _ ~ (RFC 3986, 2.3).
 [[nodiscard]] std::string percent_encoded(std::string_view text);
 
-/// Returns the value of a cookie; an empty text if there is none of that name.
+/// Returns the value of a cookie, or an empty text if the header does not contain it.
 [[nodiscard]] std::string cookie_in(std::string_view header, std::string_view name);
 
 }  // namespace gyrotherm::monitor

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm-monitor program: the live page of the runs in some folders, and who may use it.
+/// The gyrotherm-monitor program: serves the live page of the runs in some folders, and manages its users.
 #include <fmt/format.h>
 #include <pwd.h>
 #include <sys/stat.h>
@@ -26,16 +26,18 @@ constexpr int kUsageExit = 2, kFileExit = 4;
 
 int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
 
-termios shown{};  ///< the terminal, as it was before the password was asked for
+/// Terminal settings before the password prompt.
+termios shown{};
 
-/// Whoever ends the program at the prompt sees again what is typed.
+/// Restores the echo of the terminal and ends the program. Handles signals at the password prompt.
 void show_and_end(int number) {
   ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
   std::signal(number, SIG_DFL);
-  std::raise(number);  // taken when this handler returns
+  // Delivered when this handler returns.
+  std::raise(number);
 }
 
-/// One line of stdin; on a terminal it is asked for, and not shown.
+/// Reads one line of stdin. On a terminal it shows a prompt and hides the input.
 std::string read_password() {
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   if (terminal) {
@@ -61,7 +63,8 @@ struct UserArguments {
   std::string role = "viewer";
 };
 
-/// What root writes into another user's folder that user could not read: the monitor would let nobody in.
+/// Fails if root changes the users of another user's folder. The monitor could not read a file of root and would refuse
+/// all logins.
 Result<void> check_writer(const std::string& folder) {
   struct stat facts {};
   if (::geteuid() != 0 || ::stat(folder.c_str(), &facts) != 0 || facts.st_uid == 0) return {};
@@ -76,7 +79,7 @@ Result<std::string> users_file(const UserArguments& options) {
   return make_state_folder(folder).map([&] { return folder + "/" + kUsersFile; });
 }
 
-/// Changes the list in the file.
+/// Reads the list of users, applies the change and writes the file.
 template <class Change>
 Result<void> change_users(const UserArguments& options, Change change) {
   const auto file = users_file(options);
@@ -94,7 +97,7 @@ Result<void> add_user(const UserArguments& options) {
   });
 }
 
-/// A secret that could not be shown is nobody's.
+/// Adds a token and prints its secret. The token is not stored if the secret cannot be printed.
 Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
     return put_token(list, options.name, *role_named(options.role)).and_then([](const std::string& secret) {
@@ -123,7 +126,7 @@ Result<void> list_users(const UserArguments& options) {
   return write_to_stdout(lines);
 }
 
-/// The commands below "user" and "token". What they do is put into `action`.
+/// Adds the commands below "user" and "token". Sets `action` to the function of the parsed command.
 void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&action)(const UserArguments&)) {
   const auto add = [&](CLI::App& parent, const char* word, const char* help, Result<void> (*what)(const UserArguments&),
                        bool named, bool with_role) {

@@ -38,9 +38,9 @@ constexpr bool kWatched = true;
 constexpr bool kWatched = false;
 #endif
 
-/// The most that a flood can have of this machine: the page ends before others suffer. What systemd's unit allows is
-/// less, and counts what is really used; this counts what was asked for, thread stacks among it. A sanitizer asks for
-/// terabytes.
+/// Limits the resources that a flood of requests can use: the page ends before other programs suffer. The limit of the
+/// systemd unit is lower and counts used memory; this one counts allocated memory, including thread stacks. It does not
+/// apply under a sanitizer, which allocates terabytes.
 void limit_itself() {
   constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 180;
   constexpr std::size_t kStack = 1024 * 1024;
@@ -78,7 +78,8 @@ Result<Address> parse_address(const std::string& option, const std::string& text
   return address;
 }
 
-/// How a user is added where this monitor looks, which under systemd is not the folder of whoever reads it.
+/// Returns the command that adds a user in this monitor's state folder. Under systemd that is not the folder of the
+/// reader of the message.
 std::string adding_a_user(const std::string& state_folder, const char* role) {
   return fmt::format("gyrotherm-monitor user add NAME --role {} --state {}", role, state_folder);
 }
@@ -110,7 +111,7 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
   return {};
 }
 
-/// Whether one of these signals, which are blocked, waits to be taken.
+/// Returns whether one of these blocked signals is pending.
 bool has_come(const sigset_t& signals) {
   sigset_t waiting;
   sigpending(&waiting);
@@ -120,7 +121,7 @@ bool has_come(const sigset_t& signals) {
 
 std::string in_url(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
 
-/// A thread that does something now and then until it is stopped.
+/// A thread that repeats a function at intervals until it is stopped.
 class Often {
  public:
   template <class Work>
@@ -145,7 +146,7 @@ class Often {
   std::thread thread_;
 };
 
-/// Blocks the signals that end the monitor, in this thread and in those that it starts. Returns them.
+/// Blocks the signals that end the monitor, in this thread and in the threads that it starts. Returns them.
 sigset_t block_ends() {
   sigset_t ends;
   sigemptyset(&ends);
@@ -155,7 +156,7 @@ sigset_t block_ends() {
   return ends;
 }
 
-/// Returns nothing if the page is served without TLS. Fails as TlsServer::load does.
+/// Loads the certificate. Returns nothing if the page is served without TLS. Fails like TlsServer::load.
 Result<std::optional<TlsServer>> load_tls(const MonitorOptions& options) {
   if (options.certificate.empty()) return std::optional<TlsServer>();
   auto loaded = TlsServer::load(options.certificate, options.key);
@@ -163,13 +164,13 @@ Result<std::optional<TlsServer>> load_tls(const MonitorOptions& options) {
   return std::optional(std::move(*loaded));
 }
 
-/// The parts that a monitor with a site file has; null without one.
+/// Parts of a monitor with a site file; null without one.
 struct SiteParts {
   std::unique_ptr<SiteOverview> overview;
   std::unique_ptr<Notifier> notifier;
 };
 
-/// Reads the site file. Fails as read_site and Notifier::load do.
+/// Reads the site file. Fails like read_site and Notifier::load.
 Result<SiteParts> open_site(const MonitorOptions& options, const std::string& told_file, const RunCatalogue& catalogue,
                             const Clock& clock, const std::function<void(const Fault&)>& complain) {
   SiteParts parts;
@@ -182,10 +183,10 @@ Result<SiteParts> open_site(const MonitorOptions& options, const std::string& to
   return parts;
 }
 
-/// The server of the page with all that answers its requests.
+/// The server of the page with all parts that answer its requests.
 class Page {
  public:
-  /// `tls` and `overview` may be null.
+  /// Creates the page. `tls` and `overview` may be null.
   Page(const MonitorOptions& options, const Address& address, const TlsServer* tls, Users& users, Sessions& sessions,
        const RunCatalogue& catalogue, RunFeed& feed, SiteOverview* overview, const Clock& clock)
       : door_({.control = options.control, .open = address.is_own() && !options.behind_proxy}, users, sessions, clock),
@@ -210,7 +211,7 @@ class Page {
   WebServer server_;
 };
 
-/// Runs the threads of the monitor until one of the signals `ends` comes. Calls `started` once, when they run.
+/// Runs the threads of the monitor until one of the signals `ends` arrives. Calls `started` once when they run.
 /// `notifier` may be null.
 void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogue, RunFeed& feed, Notifier* notifier,
                         const std::function<void()>& started) {

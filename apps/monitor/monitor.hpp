@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A monitor as it was asked for on its command line.
+/// A monitor with the options of its command line.
 #pragma once
 
 #include <functional>
@@ -12,19 +12,23 @@ namespace gyrotherm::monitor {
 
 struct MonitorOptions {
   std::vector<std::string> folders{};
-  std::string site_file{};                ///< who is told of what; empty: nobody
-  std::string listen = "127.0.0.1:8321";  ///< ADDRESS:PORT; port 0: any
-  std::vector<std::string> hosts{};       ///< further names of the page
-  std::string state_folder{};             ///< users, sessions, what was told
+  /// Notification rules; empty: no notifications.
+  std::string site_file{};
+  /// ADDRESS:PORT; port 0 selects a free one.
+  std::string listen = "127.0.0.1:8321";
+  /// Further host names of the page.
+  std::vector<std::string> hosts{};
+  /// Folder of users, sessions and sent messages.
+  std::string state_folder{};
   bool control{};
   bool behind_proxy{};
   std::string certificate{}, key{};
 };
 
-/// Serves until SIGINT or SIGTERM; `say` gets the address of the page once, `complain` each person who cannot be
-/// notified, from a thread of its own. Fails with usage where the options cannot be: a folder that is none;
-/// another address than the machine's own without users, or without TLS; a port that another program has; with bad_file
-/// where a file of its own is wrong.
+/// Serves until SIGINT or SIGTERM. Calls `say` once with the address of the page, and `complain` for each failed
+/// notification, from a separate thread. Fails with usage if the options are invalid: a folder does not exist; a
+/// foreign address is used without users or without TLS; another program uses the port. Fails with bad_file if one of
+/// its own files is invalid.
 [[nodiscard]] Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,
                                  const std::function<void(const Fault&)>& complain);
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Duration kAskEvery = std::chrono::seconds(20), kMonitorWithin = std::chrono::seconds(10);
 
-/// What fits into a request, cut between characters.
+/// Returns the note shortened to the limit of a request, without splitting a character.
 std::string shortened(std::string note) {
   std::ranges::replace_if(
       note, [](unsigned char c) { return c < ' ' || c == 0x7F; }, ' ');
@@ -77,8 +77,9 @@ Situation Notifier::situation() {
   return now;
 }
 
-/// The record has it before the memory does: who is killed in between tells again, and the record says so. The record
-/// of a run that is over takes no more words; a silent one is not asked to, for its folder may hold whoever does.
+/// Delivers a message, then adds a note to the record, then saves the memory. If the monitor is killed in between, the
+/// message is sent again and the record contains both notes. Ended and silent runs get no note: an ended record accepts
+/// none, and the folder of a silent run may block.
 void Notifier::give_away(const DueMessage& message) {
   const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
   if (address == site_.addresses.end()) return;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tells people: looks at the runs now and then, gives away what is due, and has each run's record say who was told.
+/// Sends notifications: checks the runs periodically, delivers due messages, and adds a note to the record of each run
+/// that is concerned.
 #pragma once
 
 #include <functional>
@@ -13,15 +14,15 @@
 
 namespace gyrotherm::monitor {
 
-/// One thread.
+/// The notifier, used by one thread.
 class Notifier {
  public:
-  /// What was told stands in `memory_file`. `complain` is told of addresses that cannot be reached.
+  /// Creates a notifier. `memory_file` stores the sent messages. Calls `complain` for addresses that cannot be reached.
   Notifier(Site site, std::string memory_file, const RunCatalogue& catalogue, const Clock& clock,
            std::function<void(const Fault&)> complain);
-  /// Fails with bad_file.
+  /// Loads the memory. Fails with bad_file.
   [[nodiscard]] Result<void> load();
-  /// One look; may take half a minute for each address that does not answer.
+  /// Checks once. May take half a minute for each address that does not answer.
   void look();
 
  private:
@@ -36,7 +37,8 @@ class Notifier {
   std::function<void(const Fault&)> complain_;
   ToldMemory memory_;
   std::string saved_;
-  std::map<std::string, bool> answers_;  ///< of other monitors, as of `asked_`
+  /// State of other monitors at `asked_`.
+  std::map<std::string, bool> answers_;
   Duration asked_{-std::chrono::hours(1)};
 };
 

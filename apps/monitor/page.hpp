@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files of the page, as the build has put them into the program (cmake/embed.cmake), dygraphs among them.
+/// The files of the page, embedded by the build (cmake/embed.cmake), including dygraphs.
 #pragma once
 
 #include <string_view>

@@ -18,7 +18,7 @@ using std::chrono_literals::operator""s;
 constexpr auto kKeepAlive = 15s, kAskAgain = 1s;
 constexpr std::int64_t kMostEvents = 2000;
 
-/// A parameter that is a whole number; `fallback` where there is none, nothing where it is another thing.
+/// Returns a parameter as an integer: `fallback` if it is empty, nothing if it is not an integer in range.
 std::optional<std::int64_t> whole_in(const std::string& text, std::int64_t fallback) {
   if (text.empty()) return fallback;
   std::int64_t value{};
@@ -33,7 +33,7 @@ WebAnswer of_fault(const Fault& fault) {
   return refusal(busy ? 503 : 404, busy ? "the run cannot be read now: " + fault.what : fault.what);
 }
 
-/// The places of the channels that are named, separated by commas; an unknown one is nothing.
+/// Returns the positions of the named channels, separated by commas, or nothing if a name is unknown.
 std::optional<std::vector<std::size_t>> channels_named(const std::string& names,
                                                        const std::vector<SeriesChannel>& all) {
   std::vector<std::size_t> places;

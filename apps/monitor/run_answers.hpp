@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The answers on runs to the page, to scripts and to Prometheus: all below /api/v1/runs, and /metrics. They change
-/// nothing.
+/// Answers requests for run data from the page, scripts and Prometheus: all paths below /api/v1/runs, and /metrics.
+/// Changes nothing.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,21 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr int kMostWatchers = 20;  ///< of 32 threads; one more is told to come back later
+/// Limit for the 32 threads. Further watchers are asked to retry later.
+inline constexpr int kMostWatchers = 20;
 
-/// Any thread.
+/// The answers. Usable from any thread.
 class RunAnswers {
  public:
   RunAnswers(const RunCatalogue& catalogue, RunFeed& feed, std::function<bool()> is_stopping)
       : catalogue_(catalogue), feed_(feed), is_stopping_(std::move(is_stopping)) {}
 
-  /// `rest` is what the path has behind "/api/v1/runs": "", "/KEY", "/KEY/series" … An answer that goes on asks once a
-  /// second whether whom it is for `may_still_look`, and ends when not.
+  /// Answers a request. `rest` is the path after "/api/v1/runs": "", "/KEY", "/KEY/series" … A streamed answer calls
+  /// `may_still_look` once a second and ends when it returns false.
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& rest,
                                  std::function<bool()> may_still_look);
   [[nodiscard]] std::size_t cache_bytes() const { return cache_.bytes(); }
-  /// Makes charts of whole runs fast; one thread, now and then.
+  /// Updates the overviews for charts of whole runs. Called by one thread at intervals.
   void catch_up() { cache_.catch_up(); }
 
  private:
@@ -42,21 +43,21 @@ class RunAnswers {
   SeriesCache cache_;
 };
 
-/// The profile as it was planned, and as far as it was carried out: when each segment really began.
+/// Returns the profile as planned, and the actual beginning of each segment so far.
 [[nodiscard]] WebAnswer profile_answer(const FoundRun& run);
-/// The files of a closed record and of its report; one of them, to be saved.
+/// Return the list of files of a closed record and its reports, and one of these files as a download.
 [[nodiscard]] WebAnswer files_answer(const FoundRun& run);
 [[nodiscard]] WebAnswer file_answer(const FoundRun& run, const std::string& name);
 
-/// The monitor's own metrics.
+/// Metrics of the monitor itself.
 struct OwnFigures {
   int watchers{};
   std::size_t cache_bytes{};
 };
-/// Returns the metrics of the runs as Prometheus reads them (text format 0.0.4). `runs` are in the order of
-/// RunCatalogue::runs(). A run that is in progress has all metrics. If its program is silent or has ended, the run has
-/// those of its availability, its last second and its alarms. The last run of a rig has its state and its alarms if it
-/// was aborted or has unacknowledged alarms. All other runs are only counted.
+/// Returns the metrics of the runs in the text format of Prometheus, 0.0.4. `runs` are in the order of
+/// RunCatalogue::runs(). An active run has all metrics. If its program is silent or has ended, the run has only
+/// availability, last second and alarms. The last run of a rig has state and alarms if it was aborted or has
+/// unacknowledged alarms. All other runs are only counted.
 [[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own);
 
 }  // namespace gyrotherm::monitor

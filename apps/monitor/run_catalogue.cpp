@@ -20,10 +20,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A run is no silent one because the other records of its folder take a while to look at.
+/// Interval for updating active runs during a long check. Without it, they would seem silent while other records of
+/// their folder are read.
 constexpr auto kRunningSeenEvery = std::chrono::seconds(1);
 
-/// Files that the run was carried out with, half a megabyte in all: what is kept of each of many runs is to be small.
+/// Drops embedded files that the page does not use, half a megabyte in all, to limit the memory per run.
 void drop_unused_texts(record::RunInfo& info) {
   std::vector texts{&info.rig_text, &info.chamber_map_text, &info.gyro_model_text};
   for (auto& text : info.analogue_map_texts) texts.push_back(&text);
@@ -34,7 +35,7 @@ void drop_unused_texts(record::RunInfo& info) {
   }
 }
 
-/// Reads from the rig file how an end leaves the chamber.
+/// Reads from the rig file how an end of the run leaves the chamber.
 void read_ends(FoundRun& run, const record::RunInfo& info) {
   run.when_stopped = run.when_aborted = "the chamber is made safe";
   const auto rig = TomlTable::parse(info.rig_text, "rig");
@@ -81,7 +82,7 @@ std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
   return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// Each once, however it is written: two threads are not to look at one record.
+/// Removes duplicate folders, also in another spelling: two threads must not read one record.
 std::vector<std::string> each_once(std::vector<std::string> folders) {
   for (auto& folder : folders)
     while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
@@ -116,7 +117,7 @@ RunCatalogue::Entry RunCatalogue::entry_at(const std::string& path) const {
   return found != entries_.end() ? found->second : Entry{};
 }
 
-/// Reads the header of the run's record into `entry`. The entry belongs to its run once the record is whole: that of a
+/// Reads the header of the run's record into `entry`. The header is final once the record is complete; the header of a
 /// run that has just begun is read again.
 void RunCatalogue::read_info(Entry& entry) {
   auto& run = entry.run;
@@ -129,10 +130,10 @@ void RunCatalogue::read_info(Entry& entry) {
   entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
 }
 
-/// Looks at one record. Reads its files only if they have changed since the last look, or if the run is or was silent.
+/// Checks one record. Reads its files only if they have changed since the last check, or if the run is or was silent.
 void RunCatalogue::look_at(const std::string& path, const std::string& folder,
                            std::optional<std::uint64_t> free_bytes) {
-  // Taken before the files are read: a change in between is seen by the next look.
+  // Taken before the files are read, so that the next check detects a change in between.
   const auto stamp = stamp_of(path);
   auto entry = entry_at(path);
   auto& run = entry.run;
@@ -184,7 +185,8 @@ void RunCatalogue::look(const std::function<bool()>& is_stopping) {
   for (const auto& folder : folders_) look_in(folder, is_stopping);
 }
 
-/// A look makes the version grow by one; whether the run has fallen silent since is the last bit.
+/// Returns the run with its present age. The upper bits of the version count changes; its last bit is set if the run
+/// has become silent since the last check.
 FoundRun RunCatalogue::as_of_now(FoundRun run) {
   const bool was_silent = run.is_silent();
   run.age_s = age_s_of(run);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The runs that lie in the folders of a monitor, and where each stands.
+/// The runs in the folders of a monitor, with their state.
 #pragma once
 
 #include <cstdint>
@@ -19,47 +19,55 @@
 
 namespace gyrotherm::monitor {
 
-/// A run as it was found. Plain; copies are handed out.
+/// A run found in a folder. A plain value that is copied to callers.
 struct FoundRun {
-  std::string key;   ///< of its address in the page: 16 hexadecimal digits, made of the record's path
-  std::string path;  ///< of the record
-  std::string name;  ///< "soak" of "soak.db"
+  /// Key in the page's addresses: 16 hexadecimal digits, derived from the record's path.
+  std::string key;
+  /// Path of the record.
+  std::string path;
+  std::string name;
   record::RunStatus status;
-  std::optional<double> age_s;                  ///< since the status was written; nothing where no program writes it
-  std::optional<std::uint64_t> free_bytes;      ///< on its disk when it was last looked at; nothing: unknown
-  std::string trouble;                          ///< why its status cannot be told; empty: it can
-  std::int64_t version{};                       ///< grows when anything above but age and free bytes changes
-  std::shared_ptr<const record::RunInfo> info;  ///< null where it could not be read; of its texts the profile's alone
-  std::string when_stopped;                     ///< the chamber after a stop
-  std::string when_aborted;                     ///< the chamber after an abort
+  /// Time since the status was written; empty if no program writes it.
+  std::optional<double> age_s;
+  /// Free space on its disk at the last check; empty: unknown.
+  std::optional<std::uint64_t> free_bytes;
+  /// Reason why the status cannot be read; empty if it can.
+  std::string trouble;
+  /// Incremented when a member above changes, except age and free bytes.
+  std::int64_t version{};
+  /// Null if unreadable. Only the profile text is kept; other embedded files are dropped to save memory.
+  std::shared_ptr<const record::RunInfo> info;
+  /// State of the chamber after a stop and after an abort.
+  std::string when_stopped;
+  std::string when_aborted;
 
-  /// Whether a program carries it out, and says so.
+  /// Returns whether a program executes the run, according to the status.
   [[nodiscard]] bool is_running() const;
-  /// Whether a program has the record, and has been silent for longer than record::kSilentAfter.
+  /// Returns whether the program of the run has been silent for longer than record::kSilentAfter.
   [[nodiscard]] bool is_silent() const;
-  /// Whether it has not come to its end and no program carries it out: the one that did died, or was interrupted.
+  /// Returns whether the run has not ended but no program executes it: its program died or was interrupted.
   [[nodiscard]] bool was_left() const;
 };
 
-/// Any thread may ask, and is answered from memory: a folder that does not answer holds only the thread that looks
-/// there. Of each folder that is one.
+/// The catalogue. Any thread may query it. Queries are answered from memory: a folder that does not respond blocks only
+/// the one thread that reads it.
 class RunCatalogue {
  public:
   explicit RunCatalogue(std::vector<std::string> folders);
 
-  /// Looks for new records in one of the folders(), and at those whose files have changed since; the rest of a look is
-  /// left out once it `is_stopping`.
+  /// Finds new records in one of the folders(), and updates records with changed files. Returns early if `is_stopping`.
   void look_in(const std::string& folder, const std::function<bool()>& is_stopping);
-  /// … in all of them in turn.
+  /// Checks all folders one after another.
   void look(const std::function<bool()>& is_stopping = [] { return false; });
 
-  /// As they were found by the last look, with the age of now: a run whose folder cannot be looked at falls silent.
-  [[nodiscard]] std::vector<FoundRun> runs() const;  ///< running ones first, then by start, the newest first
+  /// Return runs as found by the last check, with their present age. A run in a folder that does not respond becomes
+  /// silent.
+  [[nodiscard]] std::vector<FoundRun> runs() const;
   [[nodiscard]] std::optional<FoundRun> find(const std::string& key) const;
   [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
 
  private:
-  /// What a run's files looked like when they were last read.
+  /// State of a run's files when they were last read.
   struct Stamp {
     FileState status, record, log, live_copy;
     bool operator==(const Stamp&) const = default;
@@ -68,8 +76,9 @@ class RunCatalogue {
     FoundRun run;
     Stamp stamp;
     std::shared_ptr<const record::RunInfo> info;
-    std::string info_of;  ///< the run's id
-    std::string folder;   ///< it lies there
+    /// Id of the run of `info`.
+    std::string info_of;
+    std::string folder;
   };
   [[nodiscard]] static Stamp stamp_of(const std::string& path);
   [[nodiscard]] static FoundRun as_of_now(FoundRun run);
@@ -80,7 +89,7 @@ class RunCatalogue {
 
   std::vector<std::string> folders_;
   mutable std::mutex mutex_;
-  std::map<std::string, Entry> entries_;  ///< by path
+  std::map<std::string, Entry> entries_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -13,8 +13,10 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr std::int64_t kAtOnce = 300;  ///< rows read in one go
-constexpr std::size_t kKept = 300;     ///< rows of a run in memory
+/// Rows read at once.
+constexpr std::int64_t kAtOnce = 300;
+/// Rows of a run kept in memory.
+constexpr std::size_t kKept = 300;
 constexpr double kNsPerMs = 1e6;
 constexpr auto kLookAgain = std::chrono::milliseconds(200);
 
@@ -139,14 +141,15 @@ std::string RunFeed::Watch::next(FeedPlace& place, Duration patience) {
     if (holds_all_after(run, place)) return text + take_messages(run, place);
   }
   text += feed_.read_missed(key_, place);
-  if (text.empty()) {  // the live copy is being renewed
+  // The live copy is being replaced.
+  if (text.empty()) {
     std::unique_lock lock(feed_.mutex_);
     feed_.something_.wait_for(lock, kLookAgain, [&] { return feed_.stopped_; });
   }
   return text;
 }
 
-/// Returns whether the rows in memory follow the place without a gap.
+/// Returns whether the rows in memory follow the position without a gap.
 bool RunFeed::holds_all_after(const Run& run, const FeedPlace& place) {
   const auto follow = [](const std::deque<FeedRow>& rows, std::int64_t last_read, std::int64_t last_sent) {
     return last_read <= last_sent || (!rows.empty() && rows.front().number <= last_sent + 1);
@@ -154,7 +157,7 @@ bool RunFeed::holds_all_after(const Run& run, const FeedPlace& place) {
   return follow(run.samples, run.read.slot, place.slot) && follow(run.events, run.read.event, place.event);
 }
 
-/// Returns the messages in memory after the place, and moves the place behind them.
+/// Returns the messages in memory after the position, and advances the position.
 std::string RunFeed::take_messages(const Run& run, FeedPlace& place) {
   std::string text;
   for (const auto& event : run.events)
@@ -166,7 +169,7 @@ std::string RunFeed::take_messages(const Run& run, FeedPlace& place) {
   return text;
 }
 
-/// Reads from the record the messages after the place that are no longer in memory. Runs in the watcher's own thread.
+/// Reads from the record the messages after the position that are no longer in memory. Called on the watcher's thread.
 std::string RunFeed::read_missed(const std::string& key, FeedPlace& place) const {
   std::string text;
   const auto found = catalogue_.find(key);
@@ -184,7 +187,7 @@ std::string RunFeed::read_missed(const std::string& key, FeedPlace& place) const
   return text;
 }
 
-/// Reads the rows of a run without the mutex: a slow disk must not delay its watchers.
+/// The rows are read without holding the mutex, so that a slow disk does not delay the watchers.
 void RunFeed::read() {
   std::vector<std::string> keys;
   {
@@ -199,8 +202,8 @@ void RunFeed::read() {
   }
 }
 
-/// Takes the status of a run for its watchers. Returns the position up to which its rows have been read; nothing if it
-/// is not watched. Another run's record in the same file is read from its own start.
+/// Updates the status of a run for its watchers. Returns the position up to which its rows have been read, or nothing
+/// if it is not watched. If another run's record has replaced it, reading starts again.
 std::optional<RunFeed::ReadPosition> RunFeed::take_status(const FoundRun& found) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(found.key);
@@ -208,7 +211,8 @@ std::optional<RunFeed::ReadPosition> RunFeed::take_status(const FoundRun& found)
   auto& run = watched->second;
   const auto& id = found.status.id;
   if (!id.empty() && id != run.id) run = Run{.watchers = run.watchers, .id = id};
-  if (run.status_version != found.version || found.is_silent()) {  // a silent run: its age changes
+  // The age of a silent run changes.
+  if (run.status_version != found.version || found.is_silent()) {
     run.status_version = found.version;
     run.status = status_text(found);
     something_.notify_all();
@@ -216,8 +220,8 @@ std::optional<RunFeed::ReadPosition> RunFeed::take_status(const FoundRun& found)
   return run.read;
 }
 
-/// Reads the rows after a position, at first only the last ones: a watcher asks for older rows itself. Returns nothing
-/// if no rows can follow, or if the record cannot be read now.
+/// Reads the rows after a position, at first only the last ones, because a watcher requests older rows itself. Returns
+/// nothing if no rows can follow, or if the record cannot be read now.
 std::optional<RunFeed::News> RunFeed::read_news(const FoundRun& found, const ReadPosition& position) {
   const bool is_over = !found.is_running();
   if (position.is_complete && is_over && found.status.slot <= position.slot) return std::nullopt;
@@ -228,7 +232,7 @@ std::optional<RunFeed::News> RunFeed::read_news(const FoundRun& found, const Rea
   return News{.samples = std::move(*samples), .events = std::move(*events), .run_is_over = is_over};
 }
 
-/// Keeps the last rows of a run in memory and wakes its watchers.
+/// Stores the last rows of a run in memory and wakes its watchers.
 void RunFeed::take_news(const std::string& key, News news) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(key);

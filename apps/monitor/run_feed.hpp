@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What happens in a run, as messages for whoever watches it: its samples, events and status, each once and in order.
-/// One thread reads the runs that are watched; watchers wait for it, and one that is behind reads what it missed
-/// itself.
+/// Sends the samples, events and status of a run to its watchers as messages, each once and in order. One thread reads
+/// the watched runs. Watchers wait for it; a watcher that is behind reads the missing rows itself.
 #pragma once
 
 #include <condition_variable>
@@ -19,40 +18,43 @@
 
 namespace gyrotherm::monitor {
 
-/// How far a watcher has come.
+/// Position of a watcher in the feed.
 struct FeedPlace {
-  std::int64_t slot{-1};            ///< of the last sample that it has
-  std::int64_t event{-1};           ///< the last event, by its number in the record
-  std::int64_t status_version{-1};  ///< of the last status
-  std::string run{};                ///< its id; once another one's record lies there, this begins anew
+  /// Slot of the last sample, number of the last event, and version of the last status.
+  std::int64_t slot{-1};
+  std::int64_t event{-1};
+  std::int64_t status_version{-1};
+  /// Id of the run. If another run's record replaces it, the feed restarts.
+  std::string run{};
 };
 
-/// The text of a sample, an event and a status as the page gets them: one line of JSON. The values of a sample stand in
-/// the order of series_channels(); null where an instrument gave a fault.
+/// The text of a sample, an event or a status for the page: one line of JSON. The values of a sample are in the order
+/// of series_channels(); null for a fault.
 struct FeedRow {
-  std::int64_t number{};  ///< slot, or the number of an event
+  /// Slot of a sample, or number of an event.
+  std::int64_t number{};
   std::string text;
 };
-/// The samples after `slot`, at most `most`. Fails with storage or bad_file.
+/// Returns at most `most` samples after `slot`. Fails with storage or bad_file.
 [[nodiscard]] Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most);
-/// The events after the one with that number, at most `most`.
+/// Returns at most `most` events after the one with `number`. Fails like samples_after().
 [[nodiscard]] Result<std::vector<FeedRow>> events_after(const FoundRun& run, std::int64_t number, std::int64_t most);
-/// The status with what the page needs beside it: key, name, channels, age, and when the run will end.
+/// Returns the status with additional data for the page: key, name, age, profile and rig.
 [[nodiscard]] std::string status_text(const FoundRun& run);
 
 class RunFeed {
  public:
   explicit RunFeed(const RunCatalogue& catalogue) : catalogue_(catalogue) {}
 
-  /// Counts the watchers of a run as long as it lives.
+  /// Counts as a watcher of a run during its lifetime.
   class Watch {
    public:
     Watch(RunFeed& feed, std::string key);
     ~Watch();
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
-    /// The messages after `place`, as text of an event stream, and the place after them; waits at most `patience` for
-    /// the first. Empty: nothing happened. At most a few hundred at once.
+    /// Returns the messages after `place` as text of an event stream, and advances `place`. Waits at most `patience`
+    /// for the first message. Returns an empty text if there is none. At most a few hundred messages at once.
     [[nodiscard]] std::string next(FeedPlace& place, Duration patience);
 
    private:
@@ -60,29 +62,33 @@ class RunFeed {
     std::string key_;
   };
 
-  /// Reads what is new in each run that is watched. One thread calls it, a few times a second.
+  /// Reads new rows of each watched run. Called by one thread, a few times a second.
   void read();
-  /// Wakes every watcher, for good.
+  /// Wakes all watchers permanently.
   void stop();
   [[nodiscard]] int watchers() const;
 
  private:
-  /// How far a run has been read.
+  /// Position up to which a run has been read.
   struct ReadPosition {
-    std::int64_t slot{-1}, event{-1};  ///< last ones read; −1: none yet
+    /// Last slot and event; −1: none yet.
+    std::int64_t slot{-1}, event{-1};
     bool has_begun{};
-    bool is_complete{};  ///< no rows follow: the run is over
+    /// The run has ended; no rows follow.
+    bool is_complete{};
   };
   struct Run {
     int watchers{};
-    std::string id{};               ///< of the run whose rows these are
-    std::deque<FeedRow> samples{};  ///< the last ones, without a hole
+    /// Id of the run to which the rows belong.
+    std::string id{};
+    /// The last rows, without gaps.
+    std::deque<FeedRow> samples{};
     std::deque<FeedRow> events{};
     ReadPosition read{};
     std::int64_t status_version{-1};
     std::string status{};
   };
-  /// The rows of a run after a position.
+  /// Rows of a run after a position.
   struct News {
     std::vector<FeedRow> samples, events;
     bool run_is_over{};

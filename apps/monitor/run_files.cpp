@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// When each segment began, in seconds of the run, by the first of its samples.
+/// Returns the beginning of each segment in seconds of the run, from its first sample.
 Json beginnings_of(const FoundRun& run) {
   Json begun = Json::array();
   const auto events =
@@ -64,7 +64,7 @@ WebAnswer profile_answer(const FoundRun& run) {
 
 namespace {
 
-/// Reports that stand in the record's folder, or in one of these below it.
+/// Folders of reports: the record's folder, or one of these below it.
 constexpr std::array kReportFolders{"", "report", "calibration"};
 constexpr std::array kReports{
     "report.html",      "report.pdf",        "report.json",         "report.csv",         "dcc.xml",
@@ -76,8 +76,8 @@ bool can_be_asked_for(const std::string& name) {
   return name.find('\\') == std::string::npos && percent_decoded(percent_encoded(name)) == name;
 }
 
-/// The files of a closed record. Its status may be from a file that anybody wrote who may write beside the record: no
-/// path is taken from there, only which of the files that are called as parts are some.
+/// Returns the files of a closed record. The status file may come from any user with write access to the folder, so no
+/// path is taken from it. It only selects which existing files with names of parts belong to the record.
 std::vector<std::string> record_files_of(const FoundRun& run) {
   std::vector<std::string> files{run.path};
   const fs::path record(run.path);
@@ -90,8 +90,8 @@ std::vector<std::string> record_files_of(const FoundRun& run) {
   return files;
 }
 
-/// Name in the page → path, of what may be saved: the files of a closed record, and reports. No link is followed out
-/// of the record's folder.
+/// Returns the downloadable files as pairs of name in the page and path: the files of a closed record, and reports.
+/// Does not follow links.
 std::vector<std::pair<std::string, fs::path>> files_of(const FoundRun& run) {
   std::vector<std::pair<std::string, fs::path>> files;
   std::error_code error;
@@ -123,7 +123,7 @@ WebAnswer files_answer(const FoundRun& run) {
 
 namespace {
 
-/// After RFC 6266: a name in ASCII for whoever does not read the second one, which is to the letter.
+/// Returns the Content-Disposition (RFC 6266): an ASCII name for clients that do not support the second, exact one.
 std::string disposition_of(const std::string& name) {
   std::string plain;
   for (const char c : name) {
@@ -139,7 +139,7 @@ std::string disposition_of(const std::string& name) {
 
 }  // namespace
 
-/// As something to be saved: what is in a report is not run as a page of ours.
+/// The type makes the browser save the file: a report must not run as a page of the monitor.
 WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   const auto files = files_of(run);
   const auto found = std::ranges::find_if(files, [&](const auto& file) { return file.first == name; });

@@ -16,8 +16,8 @@
 namespace gyrotherm::monitor {
 namespace {
 
-/// A label's value, as the format wants it: in UTF-8, or nothing of the whole text is read. A byte that is none is
-/// U+FFFD, as in the other answers.
+/// Escapes the value of a label. The format requires UTF-8; a single invalid byte would make the whole text unreadable.
+/// Invalid bytes become U+FFFD, as in the other answers.
 std::string escaped(std::string_view text) {
   std::string out;
   while (!text.empty()) {
@@ -42,10 +42,10 @@ std::optional<double> number_of(const std::optional<Celsius>& temperature) {
   return temperature ? std::optional(temperature->value) : std::nullopt;
 }
 
-/// The run is not over: a program carries it out, or none does and it is to go on.
+/// Returns whether the run has not ended: a program executes it, or it was left and is to be resumed.
 bool is_going_on(const FoundRun& run) { return run.is_running() || run.was_left(); }
 
-/// Which runs have a figure. What a program that is silent said last is no figure of now.
+/// Runs that have a metric. The last values of a silent program are not current.
 enum class Of { answering, going_on, all };
 
 bool has(Of of, const FoundRun& run) {
@@ -101,7 +101,7 @@ constexpr std::array kMetrics{
     Metric{"gyrotherm_run_chamber_air_celsius", "The chamber's air.", Of::answering,
            [](const FoundRun& run) { return number_of(run.status.chamber_air); }}};
 
-/// What only grows is called so, and is a counter.
+/// Returns the head of a metric. A metric with a name in _total is a counter.
 std::string head_of(std::string_view name, const char* help) {
   return fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", name, help, name.ends_with("_total") ? "counter" : "gauge");
 }
@@ -118,7 +118,7 @@ void add_metric(std::string& text, const Metric& metric, const std::vector<Found
   add(text, metric.name, metric.help, lines);
 }
 
-/// Of a run that is over the one that it came to.
+/// Adds the states. An ended run has its final state.
 void add_states(std::string& text, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
@@ -148,16 +148,16 @@ void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
   add(text, "gyrotherm_disk_free_bytes", "Free where the run's record lies.", lines);
 }
 
-/// Whether a run that is over left something that somebody should see.
+/// Returns whether an ended run needs attention.
 bool ended_badly(const FoundRun& run) {
   const auto state = run.status.standing.state;
   return run.trouble.empty() && (record::count_unacknowledged(run.status.alarms) > 0 || state == RunState::aborting ||
                                  state == RunState::aborted);
 }
 
-/// Those that figures are told of: that are not over, and the last one of a rig if it ended badly. Nobody can
-/// acknowledge its alarms any more; it is told of until somebody begins another run there. Of two of one name only the
-/// first has figures: labels must differ.
+/// Returns the runs with metrics: active runs, and the last run of a rig if it ended badly. Its alarms can no longer be
+/// acknowledged, so it is reported until another run starts on the rig. If two runs have the same labels, only the
+/// first is included, because labels must differ.
 std::vector<FoundRun> told_of(const std::vector<FoundRun>& runs) {
   std::vector<FoundRun> told;
   std::set<std::string> names;

@@ -18,18 +18,18 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kFinestOverview = 16;  ///< slots
-/// Rows read in one go: a record that nobody writes is open for so long, and a program that wants to go on with it
-/// waits.
+/// Rows read at once. The record stays open during a read, and a program that wants to resume it must wait.
 constexpr std::int64_t kRowsAtOnce = 20'000;
 
 std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 SeriesChannel channel_of_chamber(const char* column) { return {column, "°C", {}, quoted(column)}; }
 
-/// Returns the channel of the rate about an axis as it was read, Earth rate included.
+/// Returns the channel of the measured rate about an axis, Earth rate included.
 SeriesChannel rate_of(const record::ChannelColumn& column, const record::UnitInfo& unit, const std::string& interval) {
   const auto& axis = unit.axes[column.index];
-  constexpr std::size_t kPulses = 6;  // "pulses" at the name's end
+  // Length of "pulses" at the end of the name.
+  constexpr std::size_t kPulses = 6;
   auto name = column.name.substr(0, column.name.size() - std::min(kPulses, column.name.size())) + "rate";
   const bool counts = axis.kind == record::GyroKind::pulse_count;
   auto sql = counts ? fmt::format("{} * {:.17e} / nullif({}, 0)", quoted(column.name), axis.scale * 1e9, interval)
@@ -118,7 +118,7 @@ std::vector<std::size_t> all_of(std::size_t channels) {
   return all;
 }
 
-/// Takes the rows of those slots into the buckets, some at a time; the last slot that was read.
+/// Adds the rows of these slots to the buckets, in portions. Returns the last slot read.
 Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_t>& channels, std::int64_t from,
                                std::int64_t to, const std::function<void(std::int64_t)>& before_row, Buckets& into) {
   const auto what = columns_of(series_channels(*run.info), channels);
@@ -142,7 +142,7 @@ Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_
   return last;
 }
 
-/// The channels that are wanted, of an overview, in buckets of several of its own.
+/// Returns the requested channels of an overview, in buckets of several of its buckets.
 Buckets folded(const Buckets& overview, const SeriesWish& wish, std::int64_t width) {
   const auto first = wish.from / overview.width() * overview.width();
   Buckets buckets(wish.channels.size(), first, width);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a chart draws: of each channel the lowest and the highest value in each of at most some thousand buckets of
-/// equal length. A bucket in which a channel has no value has none: a gap is seen as a gap.
+/// Data of charts: the lowest and the highest value of each channel in each of at most some thousand buckets of equal
+/// length. A bucket without a value of a channel stays empty, so gaps are visible.
 ///
-/// Of a run that is looked at an overview of 16-s buckets (longer ones of a very long or wide run) stays in memory and
-/// grows with the run, so that no chart of hours reads more rows than have come since; shorter stretches are read from
-/// the rows themselves.
+/// An overview of each viewed run, with buckets of 16 s (longer for a very long or wide run), stays in memory and grows
+/// with the run. A chart of hours then reads only the new rows. Charts of shorter ranges are read from the rows.
 #pragma once
 
 #include <cstddef>
@@ -21,25 +20,27 @@
 
 namespace gyrotherm::monitor {
 
-/// A curve of a chart: a column of the record, or the rate from pulses and their interval.
+/// A curve of a chart: a column of the record, or the rate computed from pulses and their interval.
 struct SeriesChannel {
   std::string name;
   std::string unit;
-  std::string unit_under_test;  ///< empty: of the rig
-  std::string sql;              ///< value in a row of `sample`
+  /// Empty for a channel of the rig.
+  std::string unit_under_test;
+  /// Expression for the value in a row of `sample`.
+  std::string sql;
 };
 /// Returns the channels of a run: the set point of the profile, the chamber's air and its own set point, thermometers,
 /// and the measurements of each unit.
 [[nodiscard]] std::vector<SeriesChannel> series_channels(const record::RunInfo& info);
 
-/// Lowest and highest of some channels in buckets of one length, in slots. NaN where there is none.
+/// Lowest and highest values of some channels in buckets of equal length, in slots. NaN if there is no value.
 class Buckets {
  public:
   Buckets(std::size_t channels, std::int64_t first, std::int64_t width);
 
-  /// Takes a value; NaN changes nothing. The slot must not lie before the first.
+  /// Adds a value. NaN changes nothing. The slot must not be before the first.
   void take(std::int64_t slot, std::size_t channel, double value);
-  /// There are buckets up to this slot, with values or without.
+  /// Adds empty buckets up to this slot.
   void reach(std::int64_t slot);
   /// Doubles the width.
   void coarsen();
@@ -60,10 +61,12 @@ class Buckets {
   std::size_t channels_;
   std::int64_t first_, width_;
   std::size_t count_{};
-  std::vector<float> low_, high_;  ///< bucket by bucket
+  /// Bucket by bucket.
+  std::vector<float> low_, high_;
 };
 
-/// Which channels, by their places in series_channels(); slots from `from` to `to`; at most so many buckets.
+/// A request for a chart: channels by their positions in series_channels(), the slots `from` to `to`, and the largest
+/// number of buckets.
 struct SeriesWish {
   std::vector<std::size_t> channels;
   std::int64_t from{}, to{};
@@ -71,27 +74,30 @@ struct SeriesWish {
 };
 inline constexpr std::int64_t kMostBuckets = 4000;
 
-/// The overviews of the runs that were looked at last. Any thread.
+/// The overviews of the recently viewed runs. Usable from any thread.
 class SeriesCache {
  public:
-  /// `most_bytes` of all overviews; the one that was asked for longest ago goes first.
+  /// Creates a cache. `most_bytes` limits the size of all overviews; the least recently used one is removed first.
   explicit SeriesCache(std::size_t most_bytes = kUsualBytes) : most_bytes_(most_bytes) {}
 
-  /// The buckets of the wish, at least one slot wide. Fails with storage or bad_file.
+  /// Returns the requested buckets, at least one slot wide. Fails with storage or bad_file.
   [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesWish& wish);
   [[nodiscard]] std::size_t bytes() const;
-  /// Reads on the overviews that are far behind. Until that is done, which one thread does now and then, charts of
-  /// their runs are made of the rows: of the channels that are wanted, which is faster once.
+  /// Updates overviews that are far behind. Called by one thread at intervals. Until then charts of their runs are read
+  /// from the rows of the requested channels, which is faster for a single chart.
   void catch_up();
 
  private:
   static constexpr std::size_t kUsualBytes = 20'000'000;
   struct Overview {
     std::mutex mutex;
-    std::string run;  ///< key, and id of the run, for another record may take a name
+    /// Key and id of the run: another record may take its name.
+    std::string run;
     Buckets buckets;
-    FoundRun found;         ///< as it was last asked for
-    std::int64_t read{-1};  ///< the last slot that is in it
+    /// The run at the last request.
+    FoundRun found;
+    /// Last slot contained in the overview.
+    std::int64_t read{-1};
     explicit Overview(std::string of, Buckets empty) : run(std::move(of)), buckets(std::move(empty)) {}
   };
   [[nodiscard]] std::shared_ptr<Overview> overview_of(const FoundRun& run, std::size_t channels);
@@ -101,11 +107,12 @@ class SeriesCache {
 
   std::size_t most_bytes_;
   mutable std::mutex mutex_;
-  std::list<std::shared_ptr<Overview>> overviews_;  ///< the last asked for first
+  /// The most recently used first.
+  std::list<std::shared_ptr<Overview>> overviews_;
 };
 
-/// As JSON: {"from", "step", "count", "channels": [{"name", "unit", "low": […], "high": […]}]}; of buckets of one slot
-/// "high" is left out.
+/// Returns JSON: {"from", "step", "count", "channels": [{"name", "unit", "low": […], "high": […]}]}. "high" is omitted
+/// for buckets of one slot.
 [[nodiscard]] std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>& channels);
 
 }  // namespace gyrotherm::monitor

@@ -38,7 +38,7 @@ Result<void> Sessions::load() {
   return {};
 }
 
-/// Who cannot keep a session goes on with it in memory.
+/// If the file cannot be written, the sessions remain in memory.
 void Sessions::save() const {
   if (path_.empty()) return;
   std::vector<Session> list;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Who is logged in, what a session may still ask to be confirmed, and how often an address may ask at all.
+/// Sessions of logged-in users, confirmations of commands, and limits on the rate of requests.
 #pragma once
 
 #include <cstddef>
@@ -14,26 +14,30 @@
 
 namespace gyrotherm::monitor {
 
-/// Logged-in users. A session is known by the SHA-256 of a random secret that its browser has in a cookie; the list is
-/// kept in a file (mode 0600), so that nobody is logged out when the monitor is started anew. Any thread.
+/// Sessions of logged-in users. A session is identified by the SHA-256 of a random secret in the browser's cookie. The
+/// list is stored in a file (mode 0600), so that sessions survive a restart of the monitor. Usable from any thread.
 class Sessions {
  public:
   struct Session {
-    std::string id;  ///< SHA-256 of the secret
+    /// SHA-256 of the secret.
+    std::string id;
     std::string user;
-    std::string known_by;      ///< what the user was known by when it began (Identity::known_by)
-    std::string csrf;          ///< a second secret, which a page must send along with what changes something
-    Duration begun{}, used{};  ///< UTC
+    /// Identity::known_by of the user when the session began.
+    std::string known_by;
+    /// A second secret that the page must send with each change.
+    std::string csrf;
+    Duration begun{}, used{};
   };
   static constexpr Duration kLongest = std::chrono::hours(7 * 24), kLongestUnused = std::chrono::hours(12);
-  static constexpr std::size_t kMost = 256;  ///< of more the one that was used longest ago ends
+  /// If there are more, the least recently used one ends.
+  static constexpr std::size_t kMost = 256;
 
-  /// An empty `path` keeps them in memory alone.
+  /// Creates the list. If `path` is empty it is kept in memory only.
   Sessions(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}
 
-  /// Fails with bad_file.
+  /// Loads the list. Fails with bad_file.
   [[nodiscard]] Result<void> load();
-  /// A new session; the secret for the cookie.
+  /// Opens a session. Returns the secret for the cookie.
   [[nodiscard]] std::string open(const std::string& user, const std::string& known_by);
   [[nodiscard]] std::optional<Session> find(const std::string& secret);
   void close(const std::string& id);
@@ -47,18 +51,18 @@ class Sessions {
   std::string path_;
   const Clock& clock_;
   std::mutex mutex_;
-  std::map<std::string, Session> sessions_;  ///< by id
+  std::map<std::string, Session> sessions_;
 };
 
-/// What somebody was asked whether they are sure of: a word of which they may make use once, within 30 s. Any thread.
+/// Confirmations of commands: a token that is valid once, for 30 s. Usable from any thread.
 class Confirmations {
  public:
   static constexpr Duration kWithin = std::chrono::seconds(30);
   explicit Confirmations(const Clock& clock) : clock_(clock) {}
 
-  /// For that person, that run and that verb.
+  /// Returns a token for this user, run and command.
   [[nodiscard]] std::string ask(const std::string& who, const std::string& run, const std::string& verb);
-  /// Whether it is one, which it is not a second time.
+  /// Returns whether the token is valid, and invalidates it.
   [[nodiscard]] bool take(const std::string& word, const std::string& who, const std::string& run,
                           const std::string& verb);
 
@@ -72,12 +76,13 @@ class Confirmations {
   std::map<std::string, Asked> asked_;
 };
 
-/// Each name (an address, a user) has so many tries, of which it gets back so many a second. Any thread.
+/// Limits the rate of tries per name (an address, a user): `most` at once, and `per_second` more per second. Usable
+/// from any thread.
 class RateLimit {
  public:
   RateLimit(double most, double per_second, const Clock& clock) : most_(most), per_second_(per_second), clock_(clock) {}
 
-  /// Takes one; false if there is none left.
+  /// Uses one try. Returns false if none remains.
   [[nodiscard]] bool take(const std::string& name);
 
  private:

@@ -16,7 +16,7 @@ namespace {
 constexpr const char *kScript = "text/javascript; charset=utf-8", *kStyle = "text/css; charset=utf-8";
 constexpr std::string_view kRuns = "/api/v1/runs", kSite = "/api/v1/site";
 
-/// What anybody may load: the page without a run in it.
+/// A file that any client may load. The page contains no run data.
 struct PageFile {
   const char* path;
   const char* type;
@@ -37,7 +37,7 @@ WebAnswer page_file(const PageFile& file) {
   return answer;
 }
 
-/// Whether the path is `top`, or one of those below it.
+/// Returns whether the path is `top` or below it.
 bool is_below(std::string_view path, std::string_view top) {
   return path.starts_with(top) && (path.size() == top.size() || path[top.size()] == '/');
 }
@@ -47,7 +47,7 @@ constexpr std::array kVerbs{"pause", "resume", "stop", "abort", "note", "acknowl
 
 bool ends_the_run(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
-/// Returns the request of a command and its text, as `gyrotherm tell` makes it.
+/// Returns the request of a command with its text, like `gyrotherm tell`.
 Result<control::ControlRequest> request_of(const std::string& verb, const std::map<std::string, std::string>& body) {
   auto text = body.at("text");
   if (verb == "acknowledge") text = fmt::format("{} {}", body.at("alarm").empty() ? "all" : body.at("alarm"), text);
@@ -108,7 +108,8 @@ WebAnswer SiteAnswers::look(const WebRequest& request) {
     return {
         .type = "text/plain; version=0.0.4; charset=utf-8",
         .body = metrics_text(catalogue_.runs(), {.watchers = feed_.watchers(), .cache_bytes = runs_.cache_bytes()})};
-  if (path == kSite && site_ == nullptr) return {.body = "null"};  // the page asks each monitor
+  // The page queries this of every monitor.
+  if (path == kSite && site_ == nullptr) return {.body = "null"};
   if (is_below(path, kSite))
     return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
   if (is_below(path, kRuns)) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Every address of the monitor and the part that answers there: the page, the answers on runs and the site, and the
-/// requests that change a run.
+/// Routes every path of the monitor to the part that answers it: the page, run data, the site, and commands to a run.
 #pragma once
 
 #include <string>
@@ -15,16 +14,16 @@
 
 namespace gyrotherm::monitor {
 
-/// The requests to a run from the page: the commands of `gyrotherm tell`, through the same socket, in the name of the
-/// page's user. A command that ends a run needs a confirmation. Any thread.
+/// Commands to a run from the page: the commands of `gyrotherm tell`, through the same socket, in the name of the
+/// page's user. A command that ends a run must be confirmed. Usable from any thread.
 class RunControl {
  public:
   RunControl(Door& door, const RunCatalogue& catalogue, const Clock& clock)
       : door_(door), catalogue_(catalogue), confirmations_(clock) {}
 
-  /// Answers POST /api/v1/runs/KEY/VERB: pause, resume, stop, abort, note or acknowledge, with
-  /// {"text", "alarm", "confirm"}. The text of stop and abort is the reason. stop and abort without "confirm" change
-  /// nothing. Their answer is 409 with the progress of the run and a token that confirms the command for 30 s.
+  /// Answers POST /api/v1/runs/KEY/VERB: pause, resume, stop, abort, note or acknowledge, with {"text", "alarm",
+  /// "confirm"}. The text of stop and abort is the reason. Without "confirm", stop and abort change nothing. Their
+  /// answer is 409 with the progress of the run and a token that confirms the command for 30 s.
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:
@@ -35,10 +34,10 @@ class RunControl {
   Confirmations confirmations_;
 };
 
-/// Any thread.
+/// The routes. Usable from any thread.
 class SiteAnswers {
  public:
-  /// `site` may be null: this monitor knows of no other rigs.
+  /// Creates the routes. `site` may be null for a monitor without a site.
   SiteAnswers(Door& door, RunAnswers& runs, RunControl& control, const RunCatalogue& catalogue, const RunFeed& feed,
               SiteOverview* site)
       : door_(door), runs_(runs), control_(control), catalogue_(catalogue), feed_(feed), site_(site) {}

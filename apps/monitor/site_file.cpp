@@ -22,7 +22,7 @@ bool is_one_line(const std::string& text) {
   return std::ranges::none_of(text, [](unsigned char c) { return c < ' ' || c == 0x7F; });
 }
 
-/// What goes into the head of a mail, or to a server as a line of its own.
+/// Reads a text that is used as a mail header or as a line to a server. It must not contain control characters.
 std::string line_at(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
   auto text = table.text(key, fallback);
   if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" has control characters", key));
@@ -107,7 +107,8 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   root->expect("schema", kSiteSchema);
-  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);  // apps/site/site_file.hpp
+  // Read by apps/site/site_file.hpp.
+  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);
   Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
   if (root->has("live")) root->mistake("live", "[live] is no longer read: the store has the live state; remove it");
   const auto notify = root->table("notify");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A site file: who is told of what, and how (docs/monitor.md).
+/// A site file: notification rules and addresses (docs/monitor.md).
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@ namespace gyrotherm::monitor {
 
 inline constexpr const char* kSiteSchema = "gyrotherm-site/1";
 
-/// A program that is given the text on stdin, and the subject as its last argument.
+/// A program that receives the text on stdin and the subject as its last argument.
 struct CommandAddress {
   std::vector<std::string> command;
 };
 struct MailAddress {
   std::vector<std::string> to;
 };
-/// Any other service, by the program apprise.
+/// Any other service, through the program apprise.
 struct AppriseAddress {
   std::string url;
 };
@@ -32,31 +32,40 @@ struct NotifyAddress {
   std::variant<CommandAddress, MailAddress, AppriseAddress> how;
 };
 
-/// The server that takes mail.
+/// A server for outgoing mail.
 struct MailServer {
-  std::string url;  ///< "smtp://mail.example.org:587", "smtps://…"
+  std::string url;
   std::string from;
-  std::string user;      ///< empty: nobody logs in
-  std::string password;  ///< from the file that the site file names
+  /// Empty: no login.
+  std::string user;
+  /// Read from the file that the site file names.
+  std::string password;
   bool must_be_secure = true;
 };
 
-/// What a rule watches for.
+/// Event that a rule watches.
 enum class Occasion {
-  alarm,     ///< one is raised; and as long as nobody acknowledges it the next address is told
-  ended,     ///< a run has ended
-  disk_low,  ///< where a run is recorded there is less space than `free_bytes`
-  silent,    ///< the program that carries a run out, or another monitor, has not answered for `after`
+  /// An alarm is raised. While it is not acknowledged, further addresses are notified.
+  alarm,
+  ended,
+  /// The disk of a run has less free space than `free_bytes`.
+  disk_low,
+  /// The program of a run, or another monitor, has not answered for `after`.
+  silent,
 };
 
 struct NotifyRule {
   std::string name{};
   Occasion when{};
-  std::vector<std::string> tell{};  ///< names of addresses, in order
-  Duration after{};                 ///< alarm: before the next address is told; silent: before the first is
+  /// Names of addresses, in order.
+  std::vector<std::string> tell{};
+  /// alarm: time between addresses; silent: time before the first.
+  Duration after{};
   std::uint64_t free_bytes{};
-  std::string monitor{};  ///< silent: the URL of another monitor; empty: the runs of this one
-  bool simulated{};       ///< runs on virtual rigs too
+  /// silent: URL of another monitor; empty: the runs of this monitor.
+  std::string monitor{};
+  /// Includes runs on virtual rigs.
+  bool simulated{};
 };
 
 struct Site {
@@ -64,10 +73,11 @@ struct Site {
   std::vector<NotifyAddress> addresses{};
   std::vector<NotifyRule> rules{};
   std::optional<MailServer> mail{};
-  bool has_store{};  ///< which `gyrotherm-site --site FILE` asks
+  /// The store is queried by `gyrotherm-site --site FILE`.
+  bool has_store{};
 };
 
-/// Fails with bad_file, all mistakes with their places.
+/// Reads a site. Fails with bad_file and reports all errors with their positions.
 [[nodiscard]] Result<Site> parse_site(std::string_view text, const std::string& file);
 [[nodiscard]] Result<Site> read_site(const std::string& file);
 

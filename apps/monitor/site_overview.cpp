@@ -14,7 +14,7 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr std::array kQuestions{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
-/// The page says that there may be more rows if an answer has so many: kMostRows in page/site.js.
+/// Limit of rows. The page shows a hint if an answer reaches it: kMostRows in page/site.js.
 constexpr const char* kMostRows = "5000";
 constexpr Duration kFresh = std::chrono::seconds(30), kPatienceWithStore = std::chrono::seconds(20);
 constexpr Duration kLiveFresh = std::chrono::seconds(3), kPatienceWithLive = std::chrono::seconds(5);
@@ -95,7 +95,7 @@ std::optional<SiteOverview::Answered> SiteOverview::known(const std::string& nam
   return found == answers_.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// A store that does not answer costs the page one thread, and that not again and again.
+/// A store that does not answer blocks only one thread of the page, and not repeatedly.
 WebAnswer SiteOverview::question(const std::string& name) {
   const auto is_fresh = [](const std::optional<Answered>& answered) {
     return answered && since_boot() - answered->at <= kFresh;

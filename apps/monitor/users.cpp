@@ -34,7 +34,7 @@ void describe(auto& form, Like<UserList> auto& list) {
 
 namespace {
 
-// 12 MB and three passes, as OWASP has it for argon2id: the page has 64 MB in all.
+// 12 MB and three passes, the recommendation of OWASP for argon2id. The page has 64 MB in total.
 constexpr unsigned long long kPasses = 3;
 constexpr std::size_t kMemory = 12 * 1024 * 1024;
 
@@ -149,7 +149,7 @@ Result<void> Users::load() {
   return {};
 }
 
-/// A file that cannot be read lets nobody in, and does not open the door either.
+/// If the file cannot be read, all logins fail, and guest access stays closed.
 void Users::refresh() {
   const auto now = read_file_state(path_);
   if (now == seen_) return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Who may use the page, from a file that gyrotherm-monitor alone writes (mode 0600): names, roles, and what passwords
-/// and tokens are known by. A password is kept as libsodium's argon2id, a token as its SHA-256; neither can be read
-/// back.
+/// Users of the page, stored in a file that only gyrotherm-monitor writes (mode 0600): names, roles, and hashes of
+/// passwords and tokens. A password is stored as libsodium's argon2id, a token as its SHA-256; neither can be
+/// recovered.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,14 @@ namespace gyrotherm::monitor {
 
 inline constexpr const char* kUsersSchema = "gyrotherm-monitor-users/1";
 
-/// Each may what the one before may.
+/// Roles. Each includes the rights of the previous ones.
 enum class Role {
-  viewer,         ///< looks
-  conductor,      ///< speaks to runs; "operator" in files and on command lines
-  administrator,  ///< sees who is logged in, and ends their sessions
+  /// Views runs.
+  viewer,
+  /// Controls runs; "operator" in files and on command lines.
+  conductor,
+  /// Views and ends sessions.
+  administrator,
 };
 inline constexpr std::initializer_list<Role> kRoles = {Role::viewer, Role::conductor, Role::administrator};
 [[nodiscard]] inline const char* name(Role role) {
@@ -36,60 +39,65 @@ inline constexpr std::initializer_list<Role> kRoles = {Role::viewer, Role::condu
 struct User {
   std::string name;
   Role role{};
-  std::string password;  ///< as argon2id has it
+  /// argon2id string.
+  std::string password;
 };
-/// A script's.
+/// A token of a script.
 struct Token {
   std::string name;
   Role role{};
-  std::string sha256;  ///< of its text
+  /// Hash of the token's text.
+  std::string sha256;
 };
 
-/// Whoever a request comes from.
+/// The sender of a request.
 struct Identity {
   std::string name;
   Role role{};
-  std::string known_by{};  ///< of a user: SHA-256 of what the password is kept as, which is another with each password
+  /// SHA-256 of a user's stored password hash, which changes with each password.
+  std::string known_by{};
 };
 
-/// What the file holds.
+/// Content of the file.
 struct UserList {
   std::vector<User> users;
   std::vector<Token> tokens;
 };
 
-/// Nobody, where there is no file. Fails with bad_file, also if others than its owner may read it.
+/// Reads the file. Returns an empty list if it does not exist. Fails with bad_file, also if other users may read it.
 [[nodiscard]] Result<UserList> read_users(const std::string& path);
-/// Replaces the file as a whole. Fails with storage.
+/// Replaces the file atomically. Fails with storage.
 [[nodiscard]] Result<void> write_users(const std::string& path, const UserList& list);
 
 inline constexpr std::size_t kShortestPassword = 10, kLongestPassword = 256;  ///< bytes
 
-/// Adds a user, or gives one another role and password. Fails with usage: a name that is none, a password too short.
+/// Adds a user, or replaces role and password of an existing one. Fails with usage if the name is invalid or the length
+/// of the password is not permitted.
 [[nodiscard]] Result<void> put_user(UserList& list, const std::string& name, Role role, const std::string& password);
-/// Adds a token or replaces the one of that name; its text, which nobody can tell again. Fails with usage.
+/// Adds a token, or replaces the one of that name. Returns its text, which cannot be recovered later. Fails with usage.
 [[nodiscard]] Result<std::string> put_token(UserList& list, const std::string& name, Role role);
-/// Of a user or a token. Fails with usage if there is none.
+/// Removes a user or a token. Fails with usage if there is none.
 [[nodiscard]] Result<void> remove_name(UserList& list, const std::string& name);
 
-/// 256 random bits as 43 characters of URL-safe base 64.
+/// Returns 256 random bits as 43 characters of URL-safe base 64.
 [[nodiscard]] std::string random_secret();
-/// Compares in a time that does not depend on where they differ.
+/// Compares in constant time: the duration does not depend on the first difference.
 [[nodiscard]] bool equal_secrets(std::string_view a, std::string_view b);
 
-/// The users of a running monitor; the file is read anew when it has changed. Any thread.
+/// The users of a running monitor. The file is read again after it has changed. Usable from any thread.
 class Users {
  public:
   explicit Users(std::string path) : path_(std::move(path)) {}
 
-  /// Fails as read_users() does.
+  /// Loads the users. Fails like read_users().
   [[nodiscard]] Result<void> load();
-  /// Whether there is anybody, or a file that cannot be read.
+  /// Returns whether there is a user or token, or a file that cannot be read.
   [[nodiscard]] bool has_any();
-  /// Takes about a tenth of a second and 12 MB, one at a time, and as long for a name that there is not.
+  /// Finds a user by name and password. Takes about a tenth of a second and 12 MB, one call at a time, and equally long
+  /// for an unknown name.
   [[nodiscard]] std::optional<Identity> of_password(const std::string& name, const std::string& password);
   [[nodiscard]] std::optional<Identity> of_token(std::string_view token);
-  /// A user by name, with the role of now.
+  /// Finds a user by name, with the present role.
   [[nodiscard]] std::optional<Identity> of_name(const std::string& name);
 
  private:
@@ -98,8 +106,10 @@ class Users {
   std::string path_;
   std::mutex mutex_, one_at_a_time_;
   UserList list_;
-  bool broken_{};   ///< the file is there and cannot be read
-  FileState seen_;  ///< of the file as it was read
+  /// The file exists and cannot be read.
+  bool broken_{};
+  /// State of the file when it was read.
+  FileState seen_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -31,8 +31,10 @@ using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kThreads = 32;
-constexpr int kMostWaiting = 32;  ///< connections without a thread
-constexpr auto kHeadWithin = 1s;  ///< a head, from its first byte, and its body
+/// Connections waiting for a thread.
+constexpr int kMostWaiting = 32;
+/// Time for a head, from its first byte, and its body.
+constexpr auto kHeadWithin = 1s;
 constexpr auto kWriteWithin = 5s;
 
 }  // namespace
@@ -51,7 +53,8 @@ class WebServer::Lines {
     while (!stopping) {
       if (!ready(listener.number(), POLLIN, Deadline(1s)) || stopping) continue;
       auto socket = accept_connection(listener);
-      if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);  // no descriptor is free
+      // No descriptor is free.
+      if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);
       const std::lock_guard lock(mutex_);
       if (!socket.is_open() || waiting_.size() >= std::size_t{kMostWaiting}) continue;
       waiting_.push_back(std::move(socket));
@@ -84,7 +87,7 @@ class WebServer::Lines {
     return !waiting_.empty();
   }
 
-  /// Serves a connection to its end. If memory is exhausted, only this connection ends.
+  /// Serves a connection until it ends. If memory is exhausted, only this connection ends.
   void attend(Descriptor socket) {
     try {
       Connection connection(std::move(socket), options.tls);
@@ -141,7 +144,7 @@ class WebServer::Lines {
     return size > 0;
   }
 
-  /// Sends a refusal, without its body to a HEAD. Returns false: the connection ends.
+  /// Sends a refusal, without its body for HEAD. Returns false: the connection ends.
   static bool refuse(Connection& connection, const HeadRefusal& why, bool with_body = true) {
     auto answer = refusal(why.status, why.why);
     if (why.status == 405) answer.headers.emplace_back("Allow", "GET, POST");
@@ -149,7 +152,8 @@ class WebServer::Lines {
     return false;
   }
 
-  /// Reads a little more from the client. Otherwise a reset of the connection could discard the answer.
+  /// Reads the remaining bytes of the client for a moment. Otherwise a reset of the connection could discard the
+  /// answer.
   static void drain(Connection& connection) {
     connection.say_goodbye();
     const Deadline deadline(100ms);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The server of the page: accepts connections, reads requests (http_message.hpp) within bounds of size and time, and
+/// The server of the page: accepts connections, reads requests (http_message.hpp) within limits of size and time, and
 /// sends answers.
 #pragma once
 
@@ -16,15 +16,18 @@ namespace gyrotherm::monitor {
 
 struct WebServerOptions {
   std::string address = "127.0.0.1";
-  int port{};                        ///< 0: any that is free
-  std::vector<std::string> hosts{};  ///< names by which the page may be called, beside the address itself
-  const TlsServer* tls{};            ///< null: without TLS
-  /// Requests come from a proxy on this machine alone, which speaks TLS to the others and says in X-Forwarded-For and
-  /// X-Forwarded-Proto who they are.
+  /// 0 selects a free port.
+  int port{};
+  /// Host names of the page in addition to the address.
+  std::vector<std::string> hosts{};
+  /// Null: no TLS.
+  const TlsServer* tls{};
+  /// Requests come only from a proxy on this machine. It provides TLS and sends the client's address and protocol in
+  /// X-Forwarded-For and X-Forwarded-Proto.
   bool behind_proxy{};
 };
 
-/// Threads: 32, each for one connection at a time; `answer` is called by all of them.
+/// The server. It has 32 threads, each for one connection at a time. All of them call `answer`.
 class WebServer {
  public:
   using Answer = std::function<WebAnswer(const WebRequest&)>;
@@ -34,11 +37,12 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  /// Binds; the port. Fails with usage if the address cannot be had: another program may have it.
+  /// Binds the address. Returns the port. Fails with usage if the address is not available, for example used by another
+  /// program.
   [[nodiscard]] Result<int> bind();
-  /// Serves until stop(), which any thread may call, also before this has begun.
+  /// Serves until stop(), which any thread may call, even before serve().
   void serve();
-  /// Ends serve(), or lets it return at once when it is called.
+  /// Ends serve(), or makes it return at once when it is called.
   void stop();
   [[nodiscard]] bool is_stopping() const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Laws of the fan's side wind, of the powers that depend on temperature and of the bracket, and their effect on gyros.
+/// Tests the side wind, the temperature-dependent powers and the bracket, and their effect on gyros.
 #include "simulator/added_heat.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ InnerC all_at(double celsius) {
   return inner;
 }
 
-/// To the left gain arm after so many seconds in air that is 40 K warmer than the cabinet.
+/// Returns the heat to the left gain arm after some seconds in air 40 K warmer than the cabinet.
 double wind_w(double output, int seconds) {
   AddedHeat heat(kPowersW, kWind, {});
   for (int t = 0; t < seconds; ++t) heat.follow({60}, 20, output);
@@ -121,7 +121,7 @@ TEST(AddedHeat, StaysAtRestWhereTheGyroDoes) {
   for (std::size_t i = 0; i < rest_c.size(); ++i) EXPECT_NEAR(gyro.inner_c()[i], rest_c[i], 1e-6) << i;
 }
 
-/// At rest the heat through the film is what all sources give; of the wind none is left over.
+/// At rest the heat through the film equals the sum of all sources; the wind contributes nothing.
 TEST(AddedHeat, LeavesThroughTheFilm) {
   auto type = windy_type();
   const double shell_c = ReducedGyro(type).places_c()[8];
@@ -136,7 +136,7 @@ TEST(AddedHeat, LeavesThroughTheFilm) {
   EXPECT_NEAR((shell_c + 10) * 25 * 0.09, given_w + sum_w, 1e-6) << "film times area of the small gyro";
 }
 
-/// Of the hard rig's gyro with these terms alone, the linear one otherwise.
+/// Returns the linear gyro with only these terms of the hard rig's gyro.
 ReducedGyroParameters linear_with(const SideWind& wind, const PowerGrowth& growth) {
   auto gyro = reduced_of_rig("virtual");
   gyro.wind = wind;
@@ -144,7 +144,7 @@ ReducedGyroParameters linear_with(const SideWind& wind, const PowerGrowth& growt
   return gyro;
 }
 
-/// True bias once a second over the cycle at 5 °C/min in the chamber's air.
+/// Returns the true bias for each second of the cycle at 5 °C/min in the chamber's air.
 std::vector<double> fast_cycle(const ReducedGyroParameters& parameters) {
   ChamberPlant plant(laboratory_of_rig("virtual-hard").plant);
   ReducedGyro gyro(parameters);
@@ -157,7 +157,7 @@ std::vector<double> fast_cycle(const ReducedGyroParameters& parameters) {
   return bias;
 }
 
-/// RMS and greatest of the difference, °/h.
+/// RMS and maximum of the difference, °/h.
 struct Apart {
   double rms{}, greatest{};
 };
@@ -186,7 +186,7 @@ TEST(HardGyro, ItsPowersMoveTheBias) {
   EXPECT_NEAR(moved.greatest, 2e-3, 3e-4);
 }
 
-/// In air that does the very same, once made by the heater and once by the cooler.
+/// The air is the same in both cases, once produced by the heater and once by the cooler.
 TEST(HardGyro, TheSameAirMakesOtherGradientsByWhatMovesIt) {
   const auto gyro = linear_with(reduced_of_rig("virtual-hard").wind, {});
   ReducedGyro heated(gyro), cooled(gyro);
@@ -225,8 +225,8 @@ TEST(DrawGyro, DrawsWindAndPowersWithinTheirLimits) {
 
 constexpr BracketParameters kFirst{.units = {}, .share = 0.3, .time_constant_s = 600};
 
-/// Units a, b, … of one axis each, with thermometers that are exact, in air that stays at 20 °C. Their powers differ
-/// widely.
+/// Returns a world with units a, b, … of one axis each, with exact thermometers, in air of constant 20 °C. Their powers
+/// differ widely.
 LaboratoryParameters world_of(const std::vector<std::string>& units, std::vector<BracketParameters> brackets) {
   auto world = laboratory_of_rig("virtual");
   auto& body = std::get<ReducedGyroParameters>(world.body);
@@ -260,7 +260,7 @@ TEST(Bracket, FollowsTheCabinetsWithItsTimeConstant) {
   EXPECT_NEAR(bracket.seen_by_a_body({10}).value, 10 + 0.3 * (bracket.temperature().value - 10), 1e-12);
 }
 
-/// Of a cabinet that is 2 K above what it takes for the air, and 1 % more per 10 K.
+/// The cabinet is 2 K above its effective air, and 1 % more per 10 K.
 TEST(Bracket, RestsWhereItsCabinetsDo) {
   const auto cabinets = [](Celsius seen) { return Celsius{seen.value + 2 + 0.002 * (seen.value - 20)}; };
   for (const double share : {0.0, 0.3, kMostBracketShare}) {
@@ -279,7 +279,7 @@ TEST(Bracket, StaysAtRestWithItsBodies) {
   for (const auto& [name, celsius] : thermometers(laboratory)) EXPECT_NEAR(celsius, before.at(name), 1e-6) << name;
 }
 
-/// A cold one is as warm as the air, and so is its bracket.
+/// A cold body is as warm as the air, and so is its bracket.
 TEST(Bracket, OfColdBodiesIsAsWarmAsTheAir) {
   auto world = world_of({"a", "b"}, {with(kFirst, {0, 1})});
   std::get<ReducedGyroParameters>(world.body).cold = true;
@@ -288,7 +288,7 @@ TEST(Bracket, OfColdBodiesIsAsWarmAsTheAir) {
   for (const auto& [name, celsius] : thermometers(laboratory)) EXPECT_NEAR(celsius, 20, 1e-6) << name;
 }
 
-/// Each on a bracket of its own, then both on one: the warmer one gives to the other what it has more.
+/// Compares bodies on separate brackets with bodies on a common one: the warmer body heats the other.
 TEST(Bracket, ItsBodiesHeatEachOther) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const VirtualLaboratory separate(world_of({"a", "b"}, {with(kFirst, {0}), with(kFirst, {1})}), {.gyro = seed});
@@ -322,7 +322,7 @@ TEST(Bracket, IsTheSameWhicheverUnitIsNamedFirst) {
   EXPECT_EQ(thermometers(ab), thermometers(ba));
 }
 
-/// The bracket comes after the cabinets, these after the air.
+/// The bracket follows the cabinets, which follow the air.
 TEST(Bracket, IsLateBehindItsBodies) {
   VirtualLaboratory laboratory(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 1});
   laboratory.change_set_point({60});

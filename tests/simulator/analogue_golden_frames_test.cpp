@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the client sends to a unit of analogue inputs with the shipped map, and what the virtual unit answers, byte for
-// byte.
+// Compares the client's requests to a unit of analogue inputs with the shipped map, and the replies of the virtual
+// unit, byte by byte.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,8 @@ class InputsOnALine {
 
   [[nodiscard]] double current_ma(std::size_t unit) const { return laboratory_.values(unit)[0].value; }
 
-  std::vector<std::string> heard, said;  ///< without their transaction number
+  /// Requests and replies, excluding their transaction number.
+  std::vector<std::string> heard, said;
   std::unique_ptr<drivers::AnalogueInputs> inputs;
 
  private:
@@ -66,7 +67,7 @@ TEST(AnalogueGoldenFrames, OfTheIoLogikE1240) {
   EXPECT_EQ(line.said[0], "00 00 00 13 01 03 10 00 01 00 01 00 01 00 01 00 01 00 01 00 01 00 01") << "4 … 20 mA";
   EXPECT_TRUE(line.said[1].starts_with("00 00 00 13 01 04 10 ")) << line.said[1];
   EXPECT_EQ(line.said[2], "00 00 00 13 01 04 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
-  // 1 mA on a range from 4 mA on is as low as it goes; what is not wired is 4 mA too.
+  // The range starts at 4 mA, so 1 mA reads as 4 mA; so does an input without wiring.
   EXPECT_DOUBLE_EQ(readings[0].value(), 4);
   EXPECT_DOUBLE_EQ(readings[1].value(), 4);
   EXPECT_NEAR(readings[2].value() * 0.125 - 0.5, line.current_ma(2), 0.125 * 16 / 65535 / 2 + 1e-12);

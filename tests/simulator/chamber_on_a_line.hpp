@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A chamber of a register map from both ends: the driver, the guarded exchange with the pace of the map's link on a
-/// virtual clock, frames, the virtual unit, the world.
+/// A chamber of a register map with both ends of its line: the driver, the guarded exchange with the pace of the map's
+/// link on a virtual clock, frames, the virtual unit, and the laboratory.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@
 
 namespace gyrotherm::simulator {
 
-/// Rests on the virtual clock.
+/// Advances the virtual clock instead of waiting.
 class ClockPauses final : public drivers::Pauses {
  public:
   explicit ClockPauses(VirtualClock& clock) : clock_(clock) {}
@@ -31,7 +31,7 @@ class ClockPauses final : public drivers::Pauses {
   VirtualClock& clock_;
 };
 
-/// Whole frames, answered at once or never.
+/// A connection of whole frames that are answered at once or never.
 class SessionConnection final : public drivers::FrameConnection {
  public:
   using Ask = std::function<std::vector<std::byte>(std::span<const std::byte>)>;
@@ -78,7 +78,7 @@ class ChamberOnALine {
   ChamberOnALine(const std::string& name, drivers::LinkKind kind)
       : ChamberOnALine(on_link(chamber_map(name), kind).value()) {}
 
-  /// A second line of its own to the same unit.
+  /// Returns a second, independent line to the same unit.
   [[nodiscard]] std::unique_ptr<drivers::Registers> registers() {
     const auto& link = map.link.modbus;
     if (map.link.kind == drivers::LinkKind::tcp) {
@@ -93,7 +93,7 @@ class ChamberOnALine {
     return make_guarded_registers(make_modbus_rtu(std::move(line), "line", link, &clock), link, &clock);
   }
 
-  /// Lets the world's time pass, whatever the line's clock says.
+  /// Advances the laboratory, independent of the line's clock.
   void pass(int seconds) {
     for (int i = 0; i < seconds; ++i) {
       unit.pass_second();
@@ -106,8 +106,9 @@ class ChamberOnALine {
   VirtualLaboratory laboratory;
   ChamberRegisters unit;
   std::unique_ptr<Session> session;
-  std::vector<std::string> heard;  ///< requests, as hex bytes
-  std::vector<std::string> said;   ///< replies
+  /// Requests and replies as hex bytes.
+  std::vector<std::string> heard;
+  std::vector<std::string> said;
   std::unique_ptr<drivers::Chamber> chamber;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program goes into the controller's own memory, is compared, started, and carried out by the virtual unit: for each
+// A program is written to the controller's own memory, compared, started, and executed by the virtual unit. Covers each
 // shipped map with a profile memory, on each of its framings, at the pace of its link on a virtual clock.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-/// The qualification profile shortened to an hour: 5 °C/min, holds of 5 min.
+/// Returns the qualification profile shortened to one hour: 5 °C/min, holds of 5 min.
 drivers::ChamberProgram an_hour() {
   drivers::ChamberProgram program{.name = "HOUR", .number = 1, .soak_band = {}, .steps = {}};
   Celsius at{20};
@@ -105,7 +105,8 @@ TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   ASSERT_TRUE(line.chamber->start_program());
   line.pass(10);
-  const auto running = line.chamber->inspect();  // all of its status, however many readings of a slow line that is
+  // The complete status may need several readings on a slow line.
+  const auto running = line.chamber->inspect();
   ASSERT_TRUE(running) << text(running.error());
   EXPECT_TRUE(running->activity == ChamberActivity::program || running->activity == ChamberActivity::soaking)
       << name(running->activity);
@@ -122,7 +123,7 @@ TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
 INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
 
-/// What the words mean is the point: the virtual unit understands them by the same map as the driver.
+/// Values are compared, not register contents: the virtual unit uses the same map as the driver.
 TEST(F4tUpload, SpeaksTheUnitThatTheControllerIsSetTo) {
   auto written = chamber_map("watlow_f4t").text;
   const std::string celsius = "register = \"communication_unit\", value = 15";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the default rig promises of its gyro: over the four rate cycles, in the chamber's air, free of noise.
+/// Checks the promised properties of the default rig's gyro: over the four rate cycles, in the chamber's air, without
+/// noise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +48,7 @@ const PartSeries& rate_cycles() {
   return series;
 }
 
-/// The paper's 0.0258 °/h, less the noise of 100-s means in quadrature.
+/// 0.0258 °/h in the paper, minus the noise of 100-s means in quadrature.
 TEST(DefaultRig, DeviatesAsThePapersGyro) {
   EXPECT_NEAR(deviation(rate_cycles().total), std::sqrt(0.0258 * 0.0258 - 0.0019 * 0.0019), 0.0003);
 }
@@ -59,14 +60,14 @@ TEST(DefaultRig, GradientsAndGasFlowDominate) {
     EXPECT_LT(deviation(*other), least);
 }
 
-/// As the rig file states it: ±0.0008 °/h between heating and cooling.
+/// The rig file states ±0.0008 °/h between heating and cooling.
 TEST(DefaultRig, HysteresisIsAsLargeAsStated) {
   double largest = 0;
   for (const double part : rate_cycles().hysteresis) largest = std::max(largest, std::abs(part));
   EXPECT_NEAR(largest, 8e-4, 1e-5);
 }
 
-/// From differences of neighbours, as a record's floor is read: 0.0019 °/h, that of the reference simulation.
+/// The noise floor from differences of neighbours, as for a record: 0.0019 °/h, equal to the reference simulation.
 TEST(DefaultRig, HasTheNoiseFloorOfTheReference) {
   const auto readout_of = [](const char* rig) { return GyroReadout(laboratory_of_rig(rig).gyro, 1); };
   for (const auto* rig : {"virtual", "virtual-reference"}) {

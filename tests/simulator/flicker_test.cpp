@@ -10,7 +10,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// The Allan variance of a first-order Markov process (IEEE Std 952, annex C.1.1.5).
+/// Returns the Allan variance of a first-order Markov process (IEEE Std 952, annex C.1.1.5).
 double allan_variance(const MarkovProcess& process, double tau_s) {
   const double x = tau_s / process.correlation_time_s;
   return 2 * process.sigma * process.sigma / x * (1 - (3 - 4 * std::exp(-x) + std::exp(-2 * x)) / (2 * x));

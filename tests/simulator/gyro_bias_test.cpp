@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bias physics, each contribution by what its source says of it.
+/// Tests the contributions to the bias against the statements of their sources.
 #include "simulator/gyro_bias.hpp"
 
 #include <gtest/gtest.h>
@@ -99,7 +99,7 @@ TEST(GyroBias, HysteresisSeparatesHeatingFromCooling) {
   EXPECT_NEAR(bias.parts().hysteresis, -1.5e-3, 1e-15) << "fully turned after more than both widths";
 }
 
-/// What the analysis reads must not be what the bias is made of.
+/// The analysis must not read the temperatures that determine the bias.
 TEST(GyroBias, DoesNotSeeTheThermometersPlaces) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, RandomPurpose::bias_spread);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the hard rig has and the linear one has not, each term alone by its own law.
+/// Tests each term that the hard rig has in addition to the linear one.
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
@@ -19,7 +19,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// All inner temperatures alike.
+/// Returns equal inner temperatures.
 std::array<double, thermal::kThermalOutputs> even_c(double celsius) {
   std::array<double, thermal::kThermalOutputs> inner{};
   inner.fill(celsius);
@@ -82,7 +82,7 @@ TEST(CurrentControl, UnbalancesTheFlowWithItsElectronicsTemperature) {
   EXPECT_NEAR(bias.total().value, 40 * 3e-5 * 4.4 * 1.5, 1e-12) << "at once";
 }
 
-/// Means over 100 s of what thermometers without faults show, and of the bias.
+/// Means over 100 s of thermometers without faults, and of the bias.
 struct Means {
   std::vector<std::array<double, kThermalPlaces>> places_c;
   std::vector<double> bias;
@@ -106,7 +106,7 @@ Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
   return means;
 }
 
-/// RMS of what least squares on all nine temperatures leaves, with inputs so many means too late.
+/// Returns the RMS residual of least squares on all nine temperatures. The inputs are delayed by `late` means.
 double left_over(const Means& means, std::size_t late) {
   const auto rows = static_cast<Eigen::Index>(means.bias.size() - late);
   Eigen::MatrixXd inputs(rows, kThermalPlaces + 1);
@@ -130,7 +130,8 @@ TEST(CurrentControl, ShowsInputsThatAreThreeClustersLate) {
   EXPECT_GT(left_over(fast, 3), 1.3 * left_over(fast, 0));
 }
 
-/// The thermometers of a linear gyro show what it does; of a hard gyro, whose coefficients grow and lag, they do not.
+/// Thermometers of a linear gyro represent the wind. Those of a hard gyro do not, because its coefficients grow and
+/// lag.
 TEST(SideWind, LeavesMoreOfAHardGyroAlone) {
   auto linear = reduced_of_rig("virtual"), hard = reduced_of_rig("virtual-hard");
   linear.wind = hard.wind;
@@ -190,7 +191,7 @@ TEST(HardGyro, HopsWhereverItIsSwitchedOnAtTheSameTemperatures) {
   EXPECT_EQ(cold.mode(), warm.mode());
 }
 
-/// Over the cycle at 1 °C/min in the chamber's air.
+/// Runs the cycle at 1 °C/min in the chamber's air.
 TEST(HardGyro, HopsInACycle) {
   const auto laboratory = laboratory_of_rig("virtual-hard");
   ChamberPlant plant(laboratory.plant);
@@ -251,7 +252,7 @@ TEST(ColdStart, IsWhereTheProfileBegins) {
   EXPECT_EQ(laboratory.set_point().value, -40);
 }
 
-/// White rate noise of 60 N in a second.
+/// White rate noise of 60 N per second.
 TEST(LockIn, RaisesTheAngleRandomWalkInTheCold) {
   const ReadoutParameters parameters{
       .arcsec_per_pulse = 1e-6, .angle_random_walk_deg_per_sqrt_h = 3e-4, .walk_growth = 0.35};
@@ -317,7 +318,7 @@ TEST(DeadBand, IsReadOutInTheColdAlone) {
   EXPECT_NEAR(hourly_rate(parameters, 20), 0.5, 1e-9);
 }
 
-/// What the shipped rig loses of Earth's rate.
+/// Loss of Earth rate on the shipped rig.
 TEST(HardGyro, ItsDeadBandLeavesTwoThousandthsInTheCold) {
   auto parameters = laboratory_of_rig("virtual-hard").gyro;
   parameters.arcsec_per_pulse = 1e-6;

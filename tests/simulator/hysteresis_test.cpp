@@ -63,7 +63,7 @@ TEST(Play, RemembersTurningPointsAlone) {
   }
 }
 
-/// An excursion that returns where it began leaves no trace once it has stayed within the last turning points.
+/// An excursion that returns to its start leaves no trace if it stays within the last turning points.
 TEST(Play, ForgetsAnInnerExcursion) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     auto random = drawn_by(seed);

@@ -12,7 +12,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// A shipped rig file with one piece of its text replaced.
+/// Returns a shipped rig with one part of its text replaced.
 Result<LaboratoryParameters> rig_with(const std::string& rig, const std::string& piece,
                                       const std::string& replacement) {
   auto text = rig_text(rig);
@@ -127,8 +127,8 @@ Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// The fixture's x, y, z by north, west and up: azimuth turns x to the east, elevation raises it, roll turns y and z
-/// about it.
+/// Returns the fixture's x, y, z in north, west and up. Azimuth turns x to the east, elevation raises it, roll turns y
+/// and z about it.
 std::array<Vector, 3> attitude_of(const TomlTable& fixture) {
   const auto radians = [&](const char* key) { return fixture.number(key) * std::numbers::pi / 180; };
   const double azimuth = radians("azimuth"), elevation = radians("elevation"), roll = radians("roll");
@@ -265,7 +265,7 @@ how = "dead"
 from = "5 h"
 )";
 
-/// The default rig in a world of units, with one piece of their text replaced.
+/// Returns the default rig in a world of units, with one part of its text replaced.
 Result<LaboratoryParameters> units_with(const std::string& piece = "", const std::string& replacement = "") {
   auto text = rig_text("virtual");
   const auto earth = text.find("earth_rate_deg_per_h");
@@ -312,7 +312,7 @@ TEST(LaboratoryFile, NamesMistakesOfUnits) {
   expect_mistake(units_with("u1.y.C", "C"), "u1.x.A");
 }
 
-/// Nobody may believe that it counts.
+/// The key would have no effect, so it is an error.
 TEST(LaboratoryFile, TheTypeOfAWorldOfUnitsHasNoEarthRate) {
   expect_mistake(rig_with("virtual-triad", "[virtual.gyro]", "[virtual.gyro]\nearth_rate_deg_per_h = 10"),
                  "earth_rate_deg_per_h");

@@ -18,7 +18,7 @@
 
 namespace gyrotherm::simulator {
 
-/// A client of nothing but the socket interface; every wait ends after five seconds.
+/// A client that uses only the socket interface. Each wait ends after five seconds.
 class Client {
  public:
   explicit Client(std::uint16_t port) : descriptor_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -34,12 +34,12 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// False once the other end has closed.
+  /// Returns false after the other end has closed.
   bool send(std::span<const std::byte> bytes) const {
     return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) >= 0;
   }
   bool send(std::string_view text) const { return send(std::as_bytes(std::span(text))); }
-  /// Exactly `size` bytes, or what came before the end.
+  /// Returns exactly `size` bytes, or all bytes up to the end.
   [[nodiscard]] std::vector<std::byte> receive(std::size_t size) const {
     std::vector<std::byte> bytes(size);
     std::size_t got = 0;

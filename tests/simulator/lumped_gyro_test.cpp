@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The reference simulation's bias, free of noise, at scale 1.
+/// Tests the bias of the reference simulation, noise-free, at scale 1.
 #include "simulator/lumped_gyro.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,8 @@ struct Anchor {
   double all_cycles;
   std::vector<double> by_cycle;
   double at_rest;
-  double random_profile;  ///< with the file's own scale
+  /// At the scale of the file.
+  double random_profile;
 };
 
 class ReferenceBiasLaw : public testing::TestWithParam<Anchor> {};

@@ -53,7 +53,7 @@ TEST(ReducedGyro, AStrongerLeftArmIsWarmerAndKeepsTheSumOfThePowers) {
   EXPECT_GT(gyro.bias_parts().gas_flow, 0);
 }
 
-/// At rest the heat through the film is what all sources give, wherever it passes on its way.
+/// At rest the heat through the film equals the sum of all sources, regardless of its path.
 TEST(ReducedGyro, ALeadCarriesHeatAndLosesNone) {
   auto type = small_type();
   const ReducedGyro without(type);
@@ -108,7 +108,7 @@ TEST(DrawGyro, KeepsTheFilesTwinForSeedZero) {
   EXPECT_EQ(drawn.thermometers.time_constant_s, type.thermometers.time_constant_s);
 }
 
-/// Wherever heat leaves the block, all of it leaves through the film: leads and spread do not disturb the balance.
+/// All heat leaves through the film: leads and spread do not change the balance.
 TEST(DrawGyro, KeepsTheBalanceOfHeat) {
   auto type = small_laboratory();
   auto without_leads = type;

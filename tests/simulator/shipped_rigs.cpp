@@ -13,7 +13,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// A shipped file that cannot be read is the end of the test program.
+/// Ends the test program if a shipped file cannot be read.
 template <class T>
 T must(Result<T> result) {
   if (result) return std::move(*result);
@@ -21,7 +21,7 @@ T must(Result<T> result) {
   std::abort();
 }
 
-/// Set points one a second; that of a second is where the program stands at its beginning.
+/// Set points, one per second. The set point of a second is the program's at its beginning.
 struct Program {
   double at_c = 20;
   std::vector<double> set_points_c;

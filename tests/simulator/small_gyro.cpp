@@ -8,7 +8,8 @@ namespace {
 
 constexpr Eigen::Index kShell = 8;
 constexpr Eigen::Index kNodes = 9;
-constexpr std::array<Eigen::Index, 9> kRing{1, 0, 2, 4, 7, 6, 5, 3, 1};  // B A C E H G F D B
+// B A C E H G F D B.
+constexpr std::array<Eigen::Index, 9> kRing{1, 0, 2, 4, 7, 6, 5, 3, 1};
 
 void conduct(Eigen::MatrixXd& matrix, Eigen::Index a, Eigen::Index b, double w_per_k) {
   matrix(a, a) += w_per_k;
@@ -17,7 +18,7 @@ void conduct(Eigen::MatrixXd& matrix, Eigen::Index a, Eigen::Index b, double w_p
   matrix(b, a) -= w_per_k;
 }
 
-/// The nodes whose mean each output is, in the order of ThermalOutput.
+/// Nodes of each output, in the order of ThermalOutput. The output is their mean.
 Eigen::MatrixXd means() {
   const std::vector<std::vector<Eigen::Index>> nodes{{0}, {1}, {2}, {3},    {4},    {5},
                                                      {6}, {7}, {8}, {1, 3}, {2, 4}, {5, 6, 7},
@@ -33,8 +34,9 @@ Eigen::MatrixXd means() {
 }  // namespace
 
 thermal::ReducedModel small_gyro() {
-  constexpr double kFilmArea = 0.09;    // m²
-  constexpr double kGapPerNode = 0.24;  // m: area over width, of each of the three gaps
+  constexpr double kFilmArea = 0.09;  // m²
+  // Area over width of each of the three gaps, m.
+  constexpr double kGapPerNode = 0.24;
   Eigen::VectorXd root_capacity = Eigen::VectorXd::Constant(kNodes, std::sqrt(50.0));
   root_capacity[kShell] = std::sqrt(670.0);
   const Eigen::VectorXd scale = root_capacity.cwiseInverse();

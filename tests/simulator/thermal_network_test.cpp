@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The anchors of the reference simulation: set point = air, each cycle started at rest at 20 °C, the value of a second
-/// taken before its step.
+/// Reference values of the reference simulation: set point = air, each cycle started at rest at 20 °C, the value of a
+/// second taken before its step.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -18,7 +18,7 @@ constexpr double kSecondDecimal = 0.5e-2 + 1e-9;
 
 NetworkEquations reference() { return equations_of(lumped_of_rig("virtual-reference").network); }
 
-/// One series per place.
+/// Returns one series per location.
 std::vector<std::vector<double>> driven_by(const std::vector<double>& air_c) {
   ThermalNetwork network(lumped_of_rig("virtual-reference").network);
   std::vector<std::vector<double>> series(kThermalPlaces);

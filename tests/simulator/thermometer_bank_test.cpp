@@ -57,7 +57,7 @@ TEST(ThermometerBank, HasItsErrorOfGainAbout20Degrees) {
   EXPECT_NEAR(hot.readings_c()[2], 59.96, 1e-12);
 }
 
-/// A random walk: its variance is that of the days since the calibration, and grows by that of the days of the run.
+/// A random walk: its variance is proportional to the days since the calibration, and grows with the days of the run.
 TEST(ThermometerBank, DriftsFromItsCalibrationOn) {
   const ThermometerParameters parameters{.drift_k_per_sqrt_day = each(0.01), .days_since_calibration = 4};
   std::vector<double> at_start_k;

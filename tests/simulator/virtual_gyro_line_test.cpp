@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyro lines of a chamber full of units: what is on them, at which pace, and who is silent.
+/// Tests the gyro lines of a chamber with many units: content, pace and silence.
 #include "simulator/virtual_gyro_line.hpp"
 
 #include <gtest/gtest.h>
@@ -16,9 +16,10 @@
 namespace gyrotherm::simulator {
 namespace {
 
-constexpr std::size_t kFrameBytes = 28;  // of pulse-count-xyz
+// Frame of pulse-count-xyz.
+constexpr std::size_t kFrameBytes = 28;
 
-/// A shipped rig's world with small bodies.
+/// Returns the world of a shipped rig with small bodies.
 LaboratoryParameters small_rig(const std::string& rig) {
   auto world = laboratory_of_rig(rig);
   auto& body = std::get<ReducedGyroParameters>(world.body);
@@ -36,7 +37,7 @@ std::unique_ptr<VirtualInstruments> serve(const LaboratoryParameters& world, std
   return std::move(*started);
 }
 
-/// One line of the lot with the axes of several units behind it.
+/// Returns a line of the lot with the axes of several units.
 VirtualGyroLine shared_line(std::vector<VirtualGyroLine::Axis> axes) {
   auto line = gyro_lines_of_rig("virtual-lot").front();
   line.axes = std::move(axes);
@@ -129,7 +130,7 @@ TEST(VirtualGyroLine, RefusesWhatTheWorldOrTheFrameDoesNotHave) {
   EXPECT_NE(mistake({}).find("0 axes"), std::string::npos) << "there are several units";
 }
 
-/// Two lines at rates that have no frame but the second's last in common.
+/// Two lines have only the last frame of a second in common.
 TEST(VirtualGyroLine, KeepsItsOwnPace) {
   const auto world = small_rig("virtual-lot");
   auto lines = gyro_lines_of_rig("virtual-lot");
@@ -162,7 +163,7 @@ TEST(VirtualGyroLine, WithoutAnyTheWorldMovesAllTheSame) {
     EXPECT_EQ(instruments->true_bias(unit), std::vector(same.true_bias(unit).begin(), same.true_bias(unit).end()));
 }
 
-/// Its frames are lost, and the counts go on; its neighbour's line is as before.
+/// Frames of the silent unit are lost, and its counts continue; the line of its neighbour is unchanged.
 TEST(VirtualGyroLine, OfASilentUnitSendsNothing) {
   const auto world = small_rig("virtual-triad");
   const auto lines = gyro_lines_of_rig("virtual-triad");

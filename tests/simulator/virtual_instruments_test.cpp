@@ -20,7 +20,7 @@ namespace {
 
 std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
 
-/// What has come on a line.
+/// Returns the received bytes of a line.
 std::string heard_on(drivers::ByteStream& line) {
   std::array<std::byte, 4096> buffer{};
   const auto size = line.read(buffer, {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A chamber full of units: what is each axis' own, and what they share.
+/// Tests a chamber with many units: properties of each axis, and shared ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ UnitParameters unit_named(const std::string& name, const std::vector<std::string
   return unit;
 }
 
-/// The default rig's type with a small body, in a chamber whose air stays at 20 °C while it is switched off.
+/// Returns the default rig's type with a small body, in a chamber with constant air of 20 °C while it is switched off.
 LaboratoryParameters small_world(std::vector<UnitParameters> units) {
   auto world = laboratory_of_rig("virtual");
   auto& body = std::get<ReducedGyroParameters>(world.body);
@@ -34,7 +34,7 @@ LaboratoryParameters small_world(std::vector<UnitParameters> units) {
   return world;
 }
 
-/// All that is seen of one axis, after each of some steps towards a set point.
+/// Returns everything that one axis shows after each of some steps towards a set point.
 std::string seen_of(VirtualLaboratory& laboratory, const std::string& unit, const std::string& axis, int seconds) {
   const auto& names = laboratory.units();
   const auto u = static_cast<std::size_t>(std::ranges::find(names, unit) - names.begin());
@@ -63,7 +63,7 @@ VirtualLaboratory cooling(const LaboratoryParameters& world, LaboratorySeed seed
   return laboratory;
 }
 
-/// SHA-256 of everything that can be seen of a plain world while its gyro is switched off and turned around.
+/// Returns the SHA-256 of everything that a plain world shows while its gyro is switched off and turned around.
 std::string plain_world(const std::string& rig, LaboratorySeed seed) {
   VirtualLaboratory laboratory(laboratory_of_rig(rig), seed);
   laboratory.change_set_point({40});
@@ -82,7 +82,7 @@ std::string plain_world(const std::string& rig, LaboratorySeed seed) {
   return sha256(all);
 }
 
-/// As they were before there were units.
+/// Hashes recorded before units existed.
 TEST(PlainWorld, IsWhatItAlwaysWas) {
   const std::map<std::string, std::pair<const char*, const char*>> worlds{
       {"virtual",
@@ -123,7 +123,7 @@ TEST(VirtualUnits, NameTheirThermometersAfterThemselves) {
   EXPECT_EQ(laboratory.thermometers_as_measured_c().size(), names.size());
 }
 
-/// Beside other axes, in another order, with the whole body of the default rig.
+/// Compares with an axis among others, in another order, with the whole body of the default rig.
 TEST(VirtualUnits, AnAxisAloneIsTheSameAxisInALot) {
   auto type = laboratory_of_rig("virtual");
   type.own_temperature = OwnThermometer{.time_constant_s = 30, .noise_k = 0.02};
@@ -149,7 +149,7 @@ TEST(VirtualUnits, AreReproducedByTheirSeed) {
   }
 }
 
-/// Of every pair of axes, with the seed 0 too: bodies, biases and noise.
+/// Compares each pair of axes, also for seed 0: bodies, biases and noise.
 TEST(VirtualUnits, EachAxisIsAnotherGyro) {
   for (const std::uint64_t seed : {0U, 1U}) {
     const auto world = small_world({unit_named("u1", {"x", "y"}), unit_named("u2", {"x", "y"})});
@@ -164,7 +164,7 @@ TEST(VirtualUnits, EachAxisIsAnotherGyro) {
   }
 }
 
-/// The hash is FNV-1a, whose published value for "a" this is; no other place of a name's parts gives the same seed.
+/// The hash is FNV-1a; this is its published value for "a". Another split of a name gives another seed.
 TEST(VirtualUnits, AreDrawnByTheirNames) {
   EXPECT_EQ(seed_of({.gyro = 7}, "a").gyro, splitmix64(splitmix64(7) ^ 0xaf63dc4c8601ec8cU));
   EXPECT_NE(seed_of({}, "u1.x").gyro, seed_of({}, "u1x").gyro);
@@ -205,7 +205,7 @@ TEST(VirtualUnits, ASilentOneGoesOnLivingAsItsNeighboursDo) {
   EXPECT_EQ(seen_of(silenced, "b", "", 100), seen_of(speaking, "b", "", 100));
 }
 
-/// It is in the output and the drift, not in the true bias; the axis beside it has none.
+/// A hop affects output and drift, not the true bias. The other axis is unchanged.
 TEST(OutputHop, IsWhatNoTemperatureTells) {
   auto world = small_world({unit_named("u", {"x", "y"})});
   auto hopping = world;

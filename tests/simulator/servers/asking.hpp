@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A text session in a test's hand.
+/// A text session with direct access for tests.
 #pragma once
 
 #include <gtest/gtest.h>

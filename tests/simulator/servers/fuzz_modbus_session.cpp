@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes, in any pieces, to the virtual chamber: no crash, and the set point stays one that the plant can hold.
+/// Feeds any bytes, in any pieces, to the virtual chamber: no crash, and the set point remains in the range of the
+/// plant.
 #include <cstdlib>
 
 #include "simulator/chamber_registers.hpp"
@@ -19,7 +20,7 @@ FUZZ_TARGET(modbus_session, const std::uint8_t* data, std::size_t size) {
   if (session.feed(bytes.first(first_piece), reply)) (void)session.feed(bytes.subspan(first_piece), reply);
   if (!laboratory.accepts(laboratory.set_point())) std::abort();
 
-  // The same bytes as the body of a well-formed frame reach what lies behind the header.
+  // Send the same bytes also as the body of a valid frame, to reach the code behind the header.
   const auto body = bytes.first(std::min<std::size_t>(size, 252));
   std::vector<std::byte> frame{std::byte{0}, std::byte{1},
                                std::byte{0}, std::byte{0},

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any report to the virtual USB-TEMP: no crash, and a reply is one of its own commands and no longer than it may be.
+/// Feeds any report to the virtual USB-TEMP: no crash, and a reply belongs to a known command and does not exceed its
+/// length.
 #include <cstdlib>
 
 #include "simulator/servers/virtual_thermometers.hpp"

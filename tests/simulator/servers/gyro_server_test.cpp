@@ -31,7 +31,7 @@ std::string receive(drivers::ByteStream& line) {
   return {reinterpret_cast<const char*>(buffer.data()), size.value_or(0)};
 }
 
-/// What comes out of a pseudo-terminal, up to `count` bytes: the system hands them over a little later.
+/// Returns the output of a pseudo-terminal, up to `count` bytes. Waits, because the system delivers them with a delay.
 std::string take(int descriptor, std::size_t count) {
   std::string taken;
   const Deadline deadline(kSoon);
@@ -77,7 +77,8 @@ TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
   EXPECT_EQ(frame.size(), stream.frame.length);
   EXPECT_EQ(receive(*line), frame);
   for (int i = 0; i < 1000; ++i)
-    server.send(std::array{1000.0 + i}, 2'000'000 + i);  // nobody listens: the line fills, nothing breaks
+    // The line fills because nothing reads it; nothing breaks.
+    server.send(std::array{1000.0 + i}, 2'000'000 + i);
   while (!take(other_end, 1).empty()) continue;
   server.send(std::array{3000.0}, 4'000'000);
   EXPECT_EQ(take(other_end, stream.frame.length).size(), stream.frame.length);

@@ -177,7 +177,7 @@ TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
   EXPECT_FALSE(ChamberRegisters(map, laboratory).read(drivers::ReadFunction::holding_registers, 100, 12, words));
 }
 
-/// What a unit answers on one of its links to a read of `count` registers.
+/// Returns the answer of a unit on one of its links to a read of `count` registers.
 Result<Words> read_on(ChamberRegisters& registers, drivers::LinkKind kind, std::uint16_t address, std::uint16_t count) {
   const drivers::ModbusRequest request{1, registers.unit(), drivers::ModbusFunction::read_holding, address, count, {}};
   std::vector<std::byte> reply;
@@ -206,7 +206,7 @@ TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
   }
 }
 
-/// An item of several registers that lies elsewhere, read together with what stands before and behind it there.
+/// Reads an item of several registers that has another address on this link, together with the adjacent registers.
 TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
   auto map = chamber_map("virtual");
   drivers::MapLink rtu = map.links.front();

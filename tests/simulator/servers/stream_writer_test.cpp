@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Every shipped gyro stream from both ends: what the virtual gyro writes, the driver adds up to the same angle.
+/// Tests both ends of each shipped gyro stream: the driver adds the frames of the virtual gyro to the same angle.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,10 +17,10 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// What a pulse of each axis is.
+/// Pulse of each axis.
 constexpr double kArcsecPerPulse[] = {0.1, 0.25, -0.125};
 
-/// A gyro of one stream that turns at about 10, 20 and -5 °/h with noise, written to a driver on a line in memory.
+/// A gyro of one stream that turns at about 10, 20 and -5 °/h with noise, written to a driver on an in-memory line.
 class BothEnds {
  public:
   BothEnds(const drivers::FrameFormat& format, double frames_a_second)
@@ -35,18 +35,18 @@ class BothEnds {
     for (std::size_t i = 0; i + 2 < housekeeping_of(format).size(); ++i) values_.push_back(0);
   }
 
-  /// Lets a second pass, which ends with the origin.
+  /// Advances by one second, which ends with the origin.
   Result<void> first_second() {
     pass_second();
     return gyro_->take_origin();
   }
-  /// Lets a second pass, and reads it.
+  /// Advances by one second and reads it.
   Result<GyroCount> second() {
     pass_second();
     return gyro_->read(kSecond);
   }
 
-  /// Of each axis.
+  /// Returns the angle of each axis.
   [[nodiscard]] std::vector<double> angles_arcsec() const {
     std::vector<double> angles;
     for (std::size_t i = 0; i < pulses_.size(); ++i)
@@ -57,9 +57,9 @@ class BothEnds {
     return gyrotherm::drivers::arcsec_per_count(format_, axis).value_or(kArcsecPerPulse[axis]);
   }
   [[nodiscard]] FrameCount frames() const { return gyro_->frames(); }
-  /// The housekeeping of the second that has passed last.
+  /// Returns the housekeeping of the last second.
   [[nodiscard]] const std::vector<double>& values() const { return values_; }
-  /// What one step of an axis's field is, in arcsec of one frame.
+  /// Returns the resolution of an axis' field in arcsec of one frame.
   [[nodiscard]] double resolution_arcsec(std::size_t axis) const {
     const auto& field = *format_.gyros()[axis];
     if (is_real(field.type)) return 1e-5;
@@ -84,7 +84,7 @@ class BothEnds {
     }
     ++seconds_;
   }
-  /// Temperatures from -20 °C, everything else within the width of its field.
+  /// Sets temperatures from -20 °C and all other values within the width of their fields.
   void tell_itself() {
     const auto fields = format_.values();
     for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -108,7 +108,7 @@ class BothEnds {
   double seconds_{};
 };
 
-/// What the driver averaged is what was sent in that second, if the stream sends it at all at this rate.
+/// Checks that the driver's mean equals the values sent in that second, if the stream sends them at this rate.
 void expect_values(const BothEnds& ends, const drivers::FrameFormat& format, const GyroCount& count,
                    double frames_a_second) {
   const auto names = housekeeping_of(format);
@@ -198,7 +198,8 @@ TEST(StreamWriter, WhereNothingIsSaidTemperaturesAreUsual) {
     const std::vector<double> first_is_none(fields.empty() ? 0 : 1, no_number);
     decoder.feed(writer.next(still, 1'000'000, 1, first_is_none));
     const auto* frame = decoder.take();
-    if (!frame) continue;  // a lock waits for more
+    // A lock needs more frames.
+    if (!frame) continue;
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (frame->values[i]) {
         EXPECT_EQ(*frame->values[i], fields[i]->role == drivers::FieldRole::temperature ? 25 : 0) << name;

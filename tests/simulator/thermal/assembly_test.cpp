@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The finite elements against known answers.
+/// Tests the finite elements against known solutions.
 #include "simulator/thermal/assembly.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ Eigen::VectorXd solved(const SparseMatrix& matrix, const Eigen::VectorXd& right)
   return factor.solve(right);
 }
 
-/// T − T_amb = P/(2 h A) + q/(2k) (L²/4 − (x − L/2)²), q = P/(A L): quadratic, so that the elements have it exactly.
+/// T − T_amb = P/(2 h A) + q/(2k) (L²/4 − (x − L/2)²), q = P/(A L): quadratic, so the elements represent it exactly.
 TEST(Slab, WithASourceAndFilmOnBothSidesIsExact) {
   const double length = 0.02;
   const double film = 7;
@@ -43,7 +43,7 @@ TEST(Slab, WithASourceAndFilmOnBothSidesIsExact) {
   EXPECT_TRUE(std::isnan(field.temperature_at(-0.001, 0.004, 0.011)));
 }
 
-/// A body much more conductive than its film cools as one: T = e^(−h A t / (ρ c V)). Trapezoidal rule, dt and dt/2.
+/// A body much more conductive than its film cools uniformly: T = e^(−h A t / (ρ c V)). Trapezoidal rule, dt and dt/2.
 TEST(Lump, CoolsWithItsTimeConstant) {
   const MaterialProperties copper{8900, 385, 4e5};
   const auto mesh =
@@ -68,7 +68,8 @@ TEST(Lump, CoolsWithItsTimeConstant) {
   EXPECT_NEAR(error[0] / error[1], 4, 0.1) << "second order in time";
 }
 
-/// (K + s C) T = f with T = cos πx cos πy cos πz on the unit cube, no heat through its faces: error in the L2 norm.
+/// Returns the error in the L2 norm of (K + s C) T = f with T = cos πx cos πy cos πz on the unit cube, without heat
+/// through its faces.
 double manufactured_error(int pieces) {
   const auto lines = even_lines(1, pieces);
   const auto mesh = box_of(GyroPart::block, lines, lines, lines, {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The product without a matrix against the assembled matrix, and the solver that stands on it.
+/// Tests the matrix-free product against the assembled matrix, and the solver based on it.
 #include "simulator/thermal/brick_solver.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ struct Body {
   GyroMesh mesh;
 };
 
-/// With slanted bricks, with empty ones, and rows of one brick and of whole lines.
+/// Returns bodies with slanted bricks, with empty ones, and with rows of one brick and of whole vectors.
 std::vector<Body> bodies() {
   std::vector<Body> all;
   const auto full = shipped_gyro("fast-film");
@@ -66,8 +66,8 @@ TEST(BrickOperator, IsTheAssembledMatrix) {
   }
 }
 
-/// K itself must have no eigenvalue above the smoother's end of the spectrum; a power iteration from a random field
-/// finds the largest from below.
+/// K must have no eigenvalue above the upper end of the smoother's spectrum. A power iteration from a random field
+/// approaches the largest from below.
 TEST(BrickOperator, NoEigenvalueIsAboveWhatTheSmootherIsMadeFor) {
   for (const auto& body : bodies()) {
     const auto matrix = conduction_matrix(body.model, body.mesh, kCoefficients);

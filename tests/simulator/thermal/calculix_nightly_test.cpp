@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The solver against CalculiX on the identical mesh, and the meshes against each other. These take minutes.
+/// Compares the solver with CalculiX on the identical mesh, and the meshes with each other. Takes minutes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ class Folder {
   fs::path path_;
 };
 
-/// Largest difference of a run of CalculiX from the field, K; every node is in its list.
+/// Returns the largest difference between a CalculiX run and the field, K. Each node must be in its list.
 double largest_difference(const fs::path& dat, const Eigen::VectorXd& field_c) {
   std::ifstream file(dat);
   double largest = 0;

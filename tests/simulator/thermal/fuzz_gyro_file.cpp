@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text is either a gyro whose parts fit together or refused with a place.
+/// Feeds any text: it is a consistent gyro, or refused with a position.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -37,7 +37,8 @@ void run(const std::string& text) {
 FUZZ_TARGET(gyro_file, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   run(bytes);
-  if (size < 4 || data[2] % 16 != 0) return 0;  // a whole gyro takes longer
+  // A whole gyro takes longer.
+  if (size < 4 || data[2] % 16 != 0) return 0;
   auto text = shipped();
   require(!text.empty());
   const std::size_t at = (data[0] * 256U + data[1]) % text.size();

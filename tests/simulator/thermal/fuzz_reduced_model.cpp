@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text is either a reduced model that a twin can live on, or refused with a place.
+/// Feeds any text: it is a usable reduced model, or refused with a position.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -50,14 +50,14 @@ constexpr std::string_view kInputs[] = {"ambient",      "gain_left",    "gain_ri
                                         "preamplifier", "ballast_left", "ballast_right"};
 constexpr std::string_view kConduction[] = {"fixed", "air_lid", "air_side", "air_base", "film"};
 
-/// A number from a byte: small ones that make sense, some that do not.
+/// Returns a number for a byte: small reasonable values and some invalid ones.
 std::string number(std::uint8_t byte) {
   constexpr std::string_view kOdd[] = {"-0.0", "1e308", "5e-324", "inf", "nan", "\"x\"", "[1.0]", "-1.0"};
   if (byte >= 248) return std::string(kOdd[byte - 248]);
   return fmt::format("{}.0", byte % 4);
 }
 
-/// A model of one state from bytes, so that random input reaches the laws behind the grammar.
+/// Returns the text of a model with one state, so that random input reaches the checks behind the grammar.
 std::string spelled(const std::uint8_t* data, std::size_t size) {
   std::size_t at = 0;
   const auto next = [&] { return at < size ? number(data[at++]) : std::string("1.0"); };

@@ -9,7 +9,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// The calibrated gyro with one piece of its text replaced.
+/// Returns the calibrated gyro with one part of its text replaced.
 Result<GyroModel> with(const std::string& piece, const std::string& replacement) {
   auto text = gyro_text("calibrated");
   const auto at = text.find(piece);

@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kMm3 = 1e-9;  // m³
 
-/// Octagon less hole, mm².
+/// Octagon minus hole, mm².
 const double kPlan = 110 * 110 - 2 * 30 * 30 - std::numbers::pi * 900;
-/// Corners of the ring that the bores take from the mirrors instead of the block, mm²: each corner square less its
+/// Corners of the ring that the bores take from the mirrors instead of the block, mm²: each corner square minus its
 /// half.
 const double kBoreSide = std::sqrt(1126.0 / 160);
 
@@ -56,13 +56,15 @@ TEST_P(EveryEdge, PartsFillTheCabinet) {
   EXPECT_NEAR(sum / kMm3, 150 * 150 * 80, 1e-4);
 }
 
-/// Top and bottom, mirrors' too; lateral walls less what mirrors, cathode and ballasts cover, and with what they add.
+/// Checks the film area: top and bottom including mirrors; side walls without the area covered by mirrors, cathode and
+/// ballasts, and with the area that these add.
 void expect_the_film_of_the_block(double edge_mm) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   const auto mesh = make_mesh(model, edge_mm);
   const double walls = (4 * 50 + 4 * 30 * std::numbers::sqrt2) * 25;
-  const double mirrors = 4 * (2 * 24 * 6 + 2 * 24 * 6);  // the front replaces what the back covers
+  // The front replaces the area covered by the back.
+  const double mirrors = 4 * (2 * 24 * 6 + 2 * 24 * 6);
   const double ballast = std::cbrt(295.0);
   const double boxes = 2 * 4 * ballast * ballast + 4 * 20 * 16;
   EXPECT_NEAR(assemble_film_ambient(mesh).sum() * 1e6, 2 * kPlan + walls + mirrors + boxes, 1e-6);
@@ -70,7 +72,7 @@ void expect_the_film_of_the_block(double edge_mm) {
 
 TEST_P(EveryEdge, TheFilmOnTheBlockAloneHasItsTrueArea) { expect_the_film_of_the_block(GetParam()); }
 
-/// The strip of a 45° face above its mirror lies five bricks behind the mirror's face.
+/// The strip of a 45° face above its mirror is five bricks behind the mirror's face.
 TEST(Mesh, TheFilmHasItsTrueAreaWhereBricksAreMuchSmallerThanAMirror) { expect_the_film_of_the_block(1.1); }
 
 TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {

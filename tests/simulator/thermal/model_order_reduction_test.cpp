@@ -69,7 +69,8 @@ TEST(ReducedBasis, IsOrthonormalInTheHeatCapacityAndDropsWhatItHas) {
   EXPECT_EQ(basis.grow(fields), 7);
   EXPECT_EQ(basis.grow(fields.leftCols(2) * 3), 0);
   EXPECT_EQ(basis.grow(Eigen::MatrixXd::Constant(n, 1, 5)), 0);
-  EXPECT_EQ(basis.grow(Eigen::MatrixXd::Random(n, 30)), 12);  // it is full
+  // The basis is full.
+  EXPECT_EQ(basis.grow(Eigen::MatrixXd::Random(n, 30)), 12);
   const Eigen::MatrixXd gram = basis.basis().transpose() * system.capacity * basis.basis();
   EXPECT_LE((gram - Eigen::MatrixXd::Identity(20, 20)).cwiseAbs().maxCoeff(), 1e-12);
   const Eigen::MatrixXd direct = basis.basis().transpose() * system.conduction_per[1] * basis.basis();
@@ -94,7 +95,8 @@ TEST(ReducedBasis, EstimatesItsResidual) {
     const Eigen::VectorXd estimate = basis.residuals(p, Eigen::MatrixXd::Identity(kThermalInputs, kThermalInputs));
     for (Eigen::Index j = 0; j < truth.size(); ++j) {
       if (p.rate_per_s == 0 && j == 0)
-        EXPECT_LE(estimate[j], 1e-12);  // the ambient's answer at rest is the constant field
+        // The ambient's response is the constant field.
+        EXPECT_LE(estimate[j], 1e-12);
       else
         EXPECT_NEAR(estimate[j] / truth[j], 1, 0.25);
     }
@@ -110,7 +112,8 @@ TEST(ModelOrderReduction, AnswersAlikeWhereItWasNotMade) {
   std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 12; ++i) {
     auto p = some_point(random);
-    if (i < 6) {  // along the air's own law, and gaps alike
+    // Air coefficients first, then equal gaps.
+    if (i < 6) {
       p.coefficients = coefficients_at(model, -60.0 + 25 * i, i % 2 == 0 ? GyroFilm::still : GyroFilm::chamber);
     } else {
       p.coefficients[1] = p.coefficients[2] = p.coefficients[0];

@@ -25,7 +25,7 @@ TEST(PlanShapes, WhatDoesNotMeetSharesNothing) {
   EXPECT_EQ(area(intersection(outline_of({0, 1, 0, 1}), outline_of({1, 2, 0, 1}))), 0);
 }
 
-/// Cut into rectangles at random lines, a shape keeps its area.
+/// A shape that is cut into rectangles at random lines keeps its area.
 TEST(PlanShapes, PiecesAddUpToTheWhole) {
   for (unsigned seed = 1; seed <= 50; ++seed) {
     std::mt19937 engine(seed);

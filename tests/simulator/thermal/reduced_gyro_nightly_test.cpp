@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The reduced model against the finite elements it is made of, in time and over coefficients. Minutes.
+/// Compares the reduced model with its finite elements, in time and over coefficients. Takes minutes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ TEST(ReducedGyro, FollowsTheLinearModelInTime) {
   }
 }
 
-/// +5 °C/min from 20 to 60 °C, half an hour there, −5 °C/min to −40, 20 min there, +1 °C/min to −10.
+/// Returns the air: +5 °C/min from 20 to 60 °C, half an hour there, −5 °C/min to −40, 20 min there, +1 °C/min to −10.
 double program_c(double t_s) {
   if (t_s < 480) return 20 + t_s / 12;
   if (t_s < 2280) return 60;
@@ -69,7 +69,8 @@ double program_c(double t_s) {
 }
 constexpr int kProgram_s = 6480;
 
-/// The full model's rest with the air's coefficients at its own temperature: the twin's is its first guess.
+/// Returns the full model's steady state with the air coefficients at its own temperature. The twin's state is the
+/// starting point.
 Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model, double air_c) {
   AffineMatrix matrices(system);
   const Eigen::VectorXd load = system.inputs * switched_on(model, 0);
@@ -85,7 +86,8 @@ Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model
   return above.array() + air_c;
 }
 
-/// Largest difference over A…H between the twin and the full model whose coefficients follow its own air each 10 s.
+/// Returns the largest difference over A…H between the twin and the full model. The full model updates its coefficients
+/// every 10 s.
 double largest_difference(const ThermalSystem& system, const ReducedModel& model, int step_s) {
   constexpr int kUpdate_s = 10;
   FullTransient full(system, full_rest(system, model, program_c(0)), 1e-7);
@@ -116,7 +118,7 @@ TEST(ReducedGyro, ADrawnGyroIsTheFullModelDrawnAlike) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     RandomStream random(seed, RandomPurpose::film_spread);
     const auto drawn = perturbed(type, {.gap = 0.1, .film = 0.2, .power = 0.05, .arms = 0.1}, random);
-    // Without a spread of the capacity the factors of the gaps are those of their matrices.
+    // If the capacity has no spread, the factors of the gaps are the ratios of their matrices.
     auto c = coefficients_at(drawn, 10, GyroFilm::chamber);
     const auto drawn_c = c;
     for (std::size_t m = 0; m < 3; ++m) c[m] *= drawn.conduction_per[m].norm() / type.conduction_per[m].norm();
@@ -141,7 +143,7 @@ TEST(ReducedGyro, TheShippedFileIsWhatTheModelGives) {
     const auto made = reduce(system, about(gyro, sha256(*source)), {}, multigrid_solver());
     ASSERT_TRUE(made) << text(made.error());
     EXPECT_EQ(shipped->source_sha256, made->model.source_sha256);
-    // The basis may turn from machine to machine; what it answers may not.
+    // The basis may differ between machines, but its responses may not.
     for (const double air_c : {-60.0, -10.0, 40.0, 80.0}) {
       for (const double s : {0.0, 3e-4, 3e-3}) {
         const auto c = coefficients_at(*shipped, air_c, GyroFilm::chamber);

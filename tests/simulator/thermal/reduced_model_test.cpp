@@ -39,7 +39,7 @@ void expect_same(const ReducedModel& a, const ReducedModel& b) {
   EXPECT_TRUE(same_bits(a.outputs, b.outputs));
 }
 
-/// The text with the first `from` replaced, which must be there.
+/// Returns the text with the first `from` replaced, which must exist.
 std::string with(std::string text, std::string_view from, std::string_view to) {
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -69,7 +69,7 @@ TEST(ReducedModel, NumbersOfAnySizeReadBackBitForBit) {
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> exponent(-300, 300);
   auto model = reduced_box_gyro();
-  // Columns of B₀ after the ambient's are free where no power comes in.
+  // Columns of B₀ after the ambient's are arbitrary without power.
   model.powers_w = {};
   for (Eigen::Index i = 0; i < model.inputs.rows(); ++i)
     for (Eigen::Index j = 1; j < model.inputs.cols(); ++j)

@@ -19,7 +19,7 @@ namespace {
 
 constexpr unsigned kReducedSeed = 61;
 
-/// One second by the exponential of the system extended by its inputs, which are ramps.
+/// Computes one second by the exponential of the system extended by its inputs, which are ramps.
 OneSecond by_exponential(const ReducedModel& model, const ThermalCoefficients& c) {
   const auto r = model.conduction.rows();
   Eigen::MatrixXd inputs(r, 2);
@@ -41,7 +41,7 @@ void expect_alike(const OneSecond& a, const OneSecond& b, double tolerance) {
   EXPECT_LE((a.powers - b.powers.head(r)).cwiseAbs().maxCoeff(), tolerance * scale(a.powers));
 }
 
-/// A chamber's day in little: ramps of several rates between −40 and 60 °C.
+/// Returns the air of a short test program: ramps of several rates between −40 and 60 °C.
 double program_c(int second) {
   const double t = second % 9000;
   if (t < 600) return 20 + t / 15;
@@ -97,7 +97,7 @@ TEST(ReducedTransient, StaysWhereItRests) {
   }
 }
 
-/// Powers that are added all the time are those of a model that has them.
+/// Permanently added powers are equivalent to a model with larger powers.
 TEST(ReducedTransient, TakesPowersAboveTheModels) {
   constexpr ThermalPowers kAddedW{0.1, -0.05, 0.2, 0.03, -0.01};
   const auto more = with_added(reduced_box_gyro(), kAddedW);
@@ -113,7 +113,7 @@ TEST(ReducedTransient, TakesPowersAboveTheModels) {
   }
 }
 
-/// A watt to a place for a second, and then none.
+/// Adds 1 W at one location for one second.
 TEST(ReducedTransient, ForgetsAPowerThatIsGone) {
   ReducedTransient pulsed(reduced_box_gyro(), {.start = {20}, .added_w = ThermalPowers{}});
   const double rest_c = pulsed.outputs_c()[0];
@@ -143,7 +143,8 @@ TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {
   }
 }
 
-/// The other way to step: diagonalise anew at each update and carry the state from the old modes into the new ones.
+/// Compares with another integration: diagonalise again at each update, and convert the state from the old modes to the
+/// new ones.
 TEST(ReducedTransient, FollowsModesThatAreFoundAnewAtEachUpdate) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd outputs = model.outputs * rest_of(model, GyroFilm::chamber, 20);
@@ -194,7 +195,7 @@ TEST(ReducedTransient, WarmAirConductsBetterThanTheStartsCoefficientsSay) {
   EXPECT_GT(constant.outputs_c()[0], following.outputs_c()[0] + 0.5);
 }
 
-/// Largest difference of any output between the full model by the trapezoidal rule and the twin of it.
+/// Returns the largest difference of any output between the full model by the trapezoidal rule and its twin.
 double largest_difference(const ThermalSystem& system, const ReducedModel& model, double step_s) {
   const auto c =
       coefficients_at(model, gap_air_c(model.outputs * rest_of(model, GyroFilm::chamber, 20)), GyroFilm::chamber);
@@ -223,7 +224,7 @@ TEST(FullTransient, ErrorFallsWithTheSquareOfTheStep) {
   EXPECT_NEAR(coarse / fine, 4, 1.2);
 }
 
-/// Largest difference over the outputs from the first minute on, after all powers came on at once.
+/// Returns the largest difference over the outputs from the first minute on, after all powers were switched on at once.
 double difference_after_jump(const ThermalSystem& system, const ReducedModel& model, int step_s) {
   const auto c = coefficients_at(model, 20, GyroFilm::chamber);
   const auto second = one_second(model, c);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// profiles/gyros/*.reduced.toml, each beside the gyro file it was made from.
+/// Tests profiles/gyros/*.reduced.toml and the gyro files from which they were made.
 #include <gtest/gtest.h>
 
 #include <filesystem>

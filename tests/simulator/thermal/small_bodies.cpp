@@ -113,7 +113,8 @@ void conduct(Triplets& to, int i, int j, double w_per_k) {
   to.emplace_back(j, i, -w_per_k);
 }
 
-/// Conduction between neighbours, with that of solid beside air neglected so that all stays affine.
+/// Adds the conduction between neighbours. Between solid and air the resistance of the solid is neglected, so that the
+/// system is affine.
 void connect(const Cell& a, const Cell& b, Triplets& fixed, std::array<Triplets, kThermalCoefficients>& per) {
   const bool air_a = a.matter() == Matter::air;
   const bool air_b = b.matter() == Matter::air;
@@ -136,7 +137,7 @@ int outer_faces(const Cell& c) {
   return (c.x == 0) + (c.x == kX - 1) + (c.y == 0) + (c.y == kY - 1) + (c.z == 0) + (c.z == kZ - 1);
 }
 
-/// The mean over the cells that `belongs` accepts.
+/// Adds the mean over the cells that `belongs` accepts.
 template <class Belongs>
 void mean(Triplets& outputs, ThermalOutput row, Belongs belongs) {
   const auto all = cells();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What is written for other programs: ParaView's and CalculiX's files.
+/// Tests the files for other programs: ParaView and CalculiX.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -15,7 +15,7 @@ namespace {
 
 GyroMesh two_bricks() { return box_of(GyroPart::gain_left, {0, 0.01, 0.03}, {0, 0.01}, {0, 0.02}, {0, 5}); }
 
-/// A block of the appended data by the name of its array.
+/// Returns a block of the appended data by the name of its array.
 template <class T>
 std::vector<T> appended(const std::string& file, const std::string& name) {
   std::smatch match;

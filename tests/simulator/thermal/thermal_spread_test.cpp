@@ -34,7 +34,8 @@ TEST(ThermalSpread, EveryGyroIsABodyThatCoolsToItsSurroundings) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     auto random = stream(seed);
     const auto other = perturbed(reduced_box_gyro(), kWide, random);
-    const auto back = parse_reduced_model(reduced_model_text(other), "x.toml");  // which checks just that
+    // Parsing checks this property.
+    const auto back = parse_reduced_model(reduced_model_text(other), "x.toml");
     ASSERT_TRUE(back) << text(back.error());
     EXPECT_EQ(other.conduction, other.conduction.transpose());
   }

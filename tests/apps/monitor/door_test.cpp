@@ -41,14 +41,14 @@ class AtTheDoor : public ::testing::Test {
     sent.body = fmt::format(R"({{"name":"{}","password":"{}"}})", name, password);
     return door_.log_in(sent);
   }
-  /// What a browser has to show after it has logged in.
+  /// Logs in and returns the cookie of the answer.
   std::string cookie_of(const std::string& name, const std::string& password) {
     const auto answer = log_in(name, password);
     EXPECT_EQ(answer.status, 200);
     const auto& header = answer.headers.front().second;
     return header.substr(0, header.find(';'));
   }
-  /// The name with which a cookie lets in; empty: it does not.
+  /// Returns the name of the user that a cookie identifies, or an empty text.
   static std::string let_in_by(Door& door, const std::string& cookie) {
     auto sent = request("/api/v1/runs");
     sent.head.headers["cookie"] = cookie;
@@ -104,7 +104,8 @@ TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
   for (int i = 0; i < 12; ++i) EXPECT_EQ(log_in("ada", "", fmt::format("10.0.1.{}", i)).status, 401);
   EXPECT_EQ(log_in("ada", kPassword, "10.0.2.1").status, 200);
   int tried = 0;
-  const std::string too_long(kLongestPassword + 1, 'x');  // which is known to be wrong at once
+  // Rejected without hashing.
+  const std::string too_long(kLongestPassword + 1, 'x');
   for (int i = 0; i < 600; ++i)
     tried += log_in("eve", too_long, fmt::format("10.1.{}.{}", i / 200, i % 200)).status == 401;
   EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
@@ -114,7 +115,8 @@ TEST_F(AtTheDoor, TwoMonitorsOfOneNameDoNotTakeEachOthersCookieAway) {
   put("ada", Role::viewer, kPassword);
   Sessions others(folder_ / "others.json", clock_);
   Door other({.control = true, .open = false}, users_, others, clock_);
-  std::map<std::string, std::string> kept;  // as a browser does, which looks at the name of the host alone
+  // Like a browser, by host name without port.
+  std::map<std::string, std::string> kept;
   const auto calls = [&](Door& door, const std::string& host, const std::string& path) {
     auto sent = request(path);
     sent.head.headers["host"] = host;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as the head of a request: it is understood as one that can mean nothing else, or refused.
+/// Feeds any bytes as the head of a request: the head is refused, or it has a single interpretation.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

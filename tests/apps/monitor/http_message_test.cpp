@@ -30,7 +30,7 @@ TEST(RequestHead, HasPathQueryAndHeaders) {
   EXPECT_TRUE(head.keep_alive);
 }
 
-/// As of a proxy that adds a line of its own behind that of the proxy before it.
+/// A proxy appends a line of its own after the line of the previous proxy.
 TEST(RequestHead, TakesTheLinesOfAListForOne) {
   const auto read =
       read_head(head_with("GET / HTTP/1.1", "X-Forwarded-For: 192.0.2.7\r\nX-Forwarded-For: 198.51.100.3\r\n"));
@@ -64,7 +64,7 @@ TEST(RequestHead, IsRefusedWhereTwoReadersCouldDiffer) {
   EXPECT_EQ(refused_with("GET / HTTP/1.1\nHost: page\n\n"), 400);
 }
 
-/// Beast alone would join the lines of a folded header, take a list of equal lengths for one, and end a length of 2^64.
+/// Beast alone would join the lines of a folded header, accept a list of equal lengths, and wrap a length of 2^64.
 TEST(RequestHead, IsRefusedWhereBeastIsLaxer) {
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X:\r\n y\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X: y\r\n\tz\r\n")), 400);

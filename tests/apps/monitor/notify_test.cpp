@@ -67,7 +67,7 @@ class Told : public ::testing::Test {
                   .alarms = {},
                   .free_bytes = 10'000'000'000}};
   }
-  /// Who is told now, "ADDRESS: SUBJECT" each; each delivery succeeds.
+  /// Returns the due messages as "ADDRESS: SUBJECT" and records them as delivered.
   std::vector<std::string> told() {
     std::vector<std::string> all;
     for (const auto& message : due_messages(site_, now_, utc_, memory_)) {

@@ -57,7 +57,7 @@ TEST(RunCatalogue, LeavesTheRestOfALookOnceItIsToStop) {
   EXPECT_EQ(catalogue.runs().size(), 3u);
 }
 
-/// The status file of a program that has written nothing since; the record is not there.
+/// Writes the status file of a program that has been silent for `age`, without a record.
 void write_old_status(const std::string& record, Duration age) {
   record::RunStatus status;
   status.path = record;
@@ -73,7 +73,8 @@ TEST(RunCatalogue, ARunFallsSilentAlsoWhileItsFolderDoesNotAnswer) {
   const tests::TestFolder folder;
   RunCatalogue catalogue({folder / ""});
   write_old_status(folder / "run.db", 3s);
-  catalogue.look();  // … and no more
+  // A second check changes nothing.
+  catalogue.look();
   ASSERT_EQ(catalogue.runs().size(), 1u);
   const auto before = catalogue.runs().front();
   ASSERT_TRUE(before.is_running());
@@ -103,8 +104,8 @@ TEST(RunCatalogue, EachFolderIsLookedAtByItself) {
   EXPECT_TRUE(catalogue.runs().empty());
 }
 
-/// Writes a real run, as another program does: its first second comes, `late`, once `told` is readable, and it goes on
-/// until nobody can tell it anything.
+/// Writes a real run like a separate program. Its first second is delayed by `late` after `told` becomes readable. It
+/// continues until the other end of `told` is closed.
 [[noreturn]] void write_real_run(const std::string& path, Duration late, int told) {
   auto info = small_run_info();
   info.simulated = false;
@@ -151,7 +152,7 @@ TEST(RunCatalogue, LearnsWhenARealRunStartedFromItsFirstSecond) {
   ::waitpid(writer, nullptr, 0);
 }
 
-/// What a watcher is told until nothing more comes.
+/// Returns all messages for a watcher until no more arrive.
 std::string told_to(RunFeed::Watch& watch, RunFeed& feed, FeedPlace& place) {
   std::string told;
   for (int i = 0; i < 20; ++i) {
@@ -234,7 +235,7 @@ TEST(RunFeed, BeginsAnewWhereAnotherRunsRecordLies) {
   }
 }
 
-/// A status file as a program that fell silent so long ago has left it, beside no record that could tell more.
+/// Writes the status file of a program that has been silent since `ago`, without a readable record.
 void leave_status(const std::string& path, Duration ago) {
   record::RunStatus status;
   status.path = path;
@@ -275,7 +276,7 @@ TEST(RunFeed, TellsWhoComesLaterForHowLongARunIsSilentNow) {
   EXPECT_GE(age_told(), then + 0.05);
 }
 
-/// Before a run's first second, and where it goes on in another file before that has a row.
+/// Covers a run before its first second, and a run continued in another file before that file has a row.
 TEST(RunFeed, TellsWhatCameBeforeTheFirstRowOfAFile) {
   const tests::TestFolder folder;
   const auto path = folder / "run.db";
@@ -306,7 +307,7 @@ TEST(RunFeed, TellsWhatCameBeforeTheFirstRowOfAFile) {
   EXPECT_EQ(rows->size(), 2u) << "each once";
 }
 
-/// A run that is over, whose record has this text.
+/// Writes a record file with this text and returns it as a run that has ended.
 FoundRun run_of(const std::string& path, const std::string& text) {
   std::ofstream(path) << text;
   FoundRun run;
@@ -332,7 +333,7 @@ TEST(Files, AreSavedUnderTheirName) {
   EXPECT_EQ(answer.headers.front().second, R"(attachment; filename="a\"b _.db"; filename*=UTF-8''a%22b%20%C3%BC.db)");
 }
 
-/// The names of the files that may be saved.
+/// Returns the names of the downloadable files.
 std::set<std::string> names_of(const FoundRun& run) {
   std::set<std::string> names;
   const auto told = Json::parse(files_answer(run).body);
@@ -382,7 +383,7 @@ TEST(Files, OneThatBecomesShorterIsNotSentWhole) {
   EXPECT_TRUE(whole.stream([](std::string_view) { return true; }));
 }
 
-/// A run on a rig, as it is found while a program carries it out.
+/// Returns an active run on a rig.
 FoundRun run_on(const std::string& rig, const std::string& name) {
   auto info = small_run_info();
   info.rig_name = rig;
@@ -397,7 +398,7 @@ FoundRun run_on(const std::string& rig, const std::string& name) {
   return run;
 }
 
-/// … once it is over.
+/// Returns an ended run on a rig.
 FoundRun ended_on(const std::string& rig, const std::string& name, RunState state, std::size_t alarms) {
   auto run = run_on(rig, name);
   run.status.being_written = false;
@@ -410,7 +411,7 @@ FoundRun ended_on(const std::string& rig, const std::string& name, RunState stat
 
 std::string figures_of(const std::vector<FoundRun>& runs) { return metrics_text(runs, {}); }
 
-/// The names of the figures that a run has.
+/// Returns the names of the metrics of a run.
 std::set<std::string> figures_with(const std::string& text, const std::string& run) {
   std::set<std::string> names;
   std::istringstream lines(text);

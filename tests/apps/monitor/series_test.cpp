@@ -14,7 +14,8 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr std::size_t kThermometer = 3;  // behind the set point and the chamber's own two
+// After the set point and the chamber's two channels.
+constexpr std::size_t kThermometer = 3;
 constexpr std::size_t kRate = 4;
 
 TEST(Buckets, HaveTheLowestAndTheHighestOfTheirValues) {

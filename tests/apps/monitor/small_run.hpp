@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A closed record of one thermometer and a counting gyro, whose values are known functions of the second.
+/// A closed record of one thermometer and a counting gyro. Their values are known functions of the second.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,7 +26,8 @@ inline record::RunInfo small_run_info() {
   return info;
 }
 
-/// The thermometer reads slot / 100 °C; in seconds that `silent` names it does not. The gyro counts 50 pulses in 2 s.
+/// Returns the sample of a second. The thermometer reads slot / 100 °C, or has a fault if `silent`. The gyro counts 50
+/// pulses in 2 s.
 inline Sample small_sample(std::int64_t slot, bool silent) {
   const Instant at{std::chrono::seconds(slot), kVirtualEpoch + std::chrono::seconds(slot)};
   const auto value = Celsius{static_cast<double>(slot) / 100};
@@ -41,7 +42,7 @@ inline Sample small_sample(std::int64_t slot, bool silent) {
   return sample;
 }
 
-/// Seconds 0 to `seconds` − 1 but those from `gap_first` to `gap_last`, finished.
+/// Writes a finished record with the seconds 0 to `seconds` − 1 except `gap_first` to `gap_last`.
 inline void write_small_run(const std::string& path, std::int64_t seconds, std::int64_t gap_first = -1,
                             std::int64_t gap_last = -1, const std::vector<std::int64_t>& silent = {}) {
   auto store = record::Store::create(path, small_run_info());

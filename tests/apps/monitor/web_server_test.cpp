@@ -23,7 +23,7 @@ namespace {
 using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
-/// A server with a thread of its own.
+/// A server on its own thread.
 class Served {
  public:
   explicit Served(WebServer::Answer answer, std::vector<std::string> hosts = {})
@@ -41,7 +41,8 @@ class Served {
   Served& operator=(const Served&) = delete;
 
   [[nodiscard]] int port() const { return port_; }
-  /// What comes for a request until the connection ends; nothing if it does not within 2 s.
+  /// Sends a request and returns the bytes received until the connection ends, or nothing if it does not end within 2
+  /// s.
   [[nodiscard]] std::optional<std::string> ask(const std::string& line, const std::string& host,
                                                const std::string& headers = "Connection: close\r\n",
                                                const std::string& version = "HTTP/1.1") const {

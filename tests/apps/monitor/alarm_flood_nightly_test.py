@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Half an hour of a starved machine and a flaky cable, seen in a browser: at most one row per cause and instrument, a
-comment, a selection and the focus that survive every change, and two clicks that acknowledge all of it.
+"""Half an hour of an overloaded machine and an intermittent cable, observed in a browser: at most one row per cause and
+instrument; comment, selection and focus survive each update; two clicks acknowledge everything.
 
-GYROTHERM_FLOOD_MINUTES shortens it; GYROTHERM_PICTURES names a folder for screenshots."""
+GYROTHERM_FLOOD_MINUTES changes the duration; GYROTHERM_PICTURES is a folder for screenshots."""
 import os
 import pathlib
 import random
@@ -41,7 +41,7 @@ time = "2 h"
 
 
 class Cable:
-    """Carries the bytes of one TCP line while it is whole; cut, it carries none and ends what was open."""
+    """Forwards the bytes of one TCP line. While it is cut, it forwards none and closes open connections."""
 
     def __init__(self, port: str) -> None:
         self.far, self.whole = int(port), True
@@ -106,7 +106,7 @@ class AlarmFlood(WatchedRun):
         self.assertTrue(until(lambda: self.browser.find_elements(By.ID, "alarm-comment"), 20))
 
     def flood(self, over: threading.Event) -> None:
-        """The run stands still for 1 to 4 s, as on a machine without time for it, and the cable is cut for 1 to 9 s."""
+        """Stops the run for 1 to 4 s, as on an overloaded machine, and cuts the cable for 1 to 9 s."""
         chance = random.Random(49)
         while not over.is_set():
             self.run_.run.send_signal(signal.SIGSTOP)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Operators speak to a run through the page, and the record has each of them by name; an alarm at night reaches a mail
-server, the next address after a while, and nobody any more once it is acknowledged."""
+"""Operators send commands to a run through the page, and the record contains their names. An alarm reaches a mail
+server, and later the next address; after an acknowledgement it causes no more messages."""
 import http.client
 import json
 import os
@@ -34,7 +34,7 @@ from programs import (
 
 
 class MailServer(threading.Thread):
-    """Takes mail by SMTP; so much of it as a client needs."""
+    """Receives mail. Implements the part of SMTP that a client needs."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
@@ -187,7 +187,7 @@ class Control(unittest.TestCase):
 
 
 class Starts(unittest.TestCase):
-    """What would let in whom nobody knows is refused before anything is listened at."""
+    """Options that would admit unknown clients are refused before the monitor listens."""
 
     def starts(self, *options: str) -> tuple[int, str]:
         with Folder() as folder:
@@ -412,7 +412,7 @@ class Starts(unittest.TestCase):
             self.assertEqual(monitor.stop(), 0)
 
     def expect_a_goodbye(self, monitor: Monitor, certificate: pathlib.Path) -> None:
-        """Whoever cuts the connection cannot make an answer seem whole: its end is said by TLS."""
+        """A cut connection cannot make an answer seem complete: TLS marks its end."""
         trusted = ssl.create_default_context(cafile=str(certificate))
         trusted.options &= ~ssl.OP_IGNORE_UNEXPECTED_EOF
         with socket.create_connection(("localhost", monitor.port), timeout=5) as plain:

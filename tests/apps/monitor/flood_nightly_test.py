@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page that is flooded while a run goes on: ten thousand connections, senders that never end, bodies of a gigabyte,
-watchers that never read; the run keeps its seconds, the page its memory, and it answers again at once."""
+"""Floods the page during a run: ten thousand connections, endless senders, bodies of a gigabyte, watchers that never
+read. The run loses no second, the page stays within its memory, and it answers again at once."""
 import socket
 import threading
 import time

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests of strangers: each is refused, none changes anything, and the run does not notice."""
+"""Hostile requests: each is refused, none changes anything, and the run is not affected."""
 import http.client
 import socket
 import threading
@@ -45,7 +45,7 @@ class Hostile(WatchedRun):
         return b"Host: 127.0.0.1:%d\r\n" % self.monitor.port
 
     def heads(self) -> list[tuple[str, bytes, set[int]]]:
-        """Bytes of a whole request, and the answers that it may have; 0: none, the connection is closed."""
+        """Returns whole requests with their permitted answers; 0: no answer and a closed connection."""
         host, run = self.host(), b"/api/v1/runs/" + self.key.encode()
         cookie = b"Cookie: " + self.ada.headers["Cookie"].encode() + b"\r\n"
         post = b"POST " + run + b"/pause HTTP/1.1\r\n" + host + cookie

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run is watched: every second comes once and in order, also when the monitor is killed again and again; the answers are
-what openapi.json says; and nothing comes or goes beside the record."""
+"""Watches a run: each second arrives once and in order, also when the monitor is killed repeatedly. The answers conform
+to openapi.json, and no files appear or disappear next to the record."""
 import http.client
 import json
 import pathlib
@@ -20,7 +20,7 @@ except ImportError:
 
 
 class Watcher(threading.Thread):
-    """As a browser's EventSource: goes on with Last-Event-ID when the stream breaks off."""
+    """Behaves like a browser's EventSource: resumes with Last-Event-ID after an interruption."""
 
     def __init__(
         self, monitor: Monitor, key: str, after: int, acknowledged: Callable[[], int] = lambda: 0
@@ -79,7 +79,7 @@ class Watcher(threading.Thread):
 
 
 def schemas() -> dict:
-    """Those of the interface, as JSON Schema has them: "nullable" is OpenAPI's own."""
+    """Returns the schemas of the interface as JSON Schema, which does not have the keyword "nullable" of OpenAPI."""
 
     def plain(value):
         if isinstance(value, list):

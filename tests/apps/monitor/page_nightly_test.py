@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a browser, on a run that takes real time: a ramp is seen, the run is held and goes on, a note is added, an
-alarm acknowledged, a chart zoomed; no width is too small, nothing is complained of, and, where axe-core is there
-(GYROTHERM_AXE=…/axe.min.js), it finds nothing. Pictures go to GYROTHERM_PICTURES, if that is set."""
+"""The page in a browser, on a run in real time: a ramp is shown, the run is held and resumed, a note is added, an alarm
+acknowledged, a chart zoomed. The page fits each width and the browser logs no errors. If axe-core is available
+(GYROTHERM_AXE=…/axe.min.js), it finds no problems. Screenshots are written to GYROTHERM_PICTURES, if set."""
 import os
 import pathlib
 import sys
@@ -139,7 +139,7 @@ class Page(WatchedRun):
         self.assertIn("acknowledged", kinds)
 
     def expect_no_hole(self) -> None:
-        """Samples that come while a chart is asked for are in it: the chart's rows are read from the library's own."""
+        """Samples that arrive during the request of a chart are in it. Reads the rows from the library."""
         for _ in range(3):
             self.browser.refresh()
             self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
@@ -148,7 +148,7 @@ class Page(WatchedRun):
             self.assertEqual(holes, 0)
 
     def expect_labels_apart(self) -> None:
-        """Each tick of a narrow scale reads as itself."""
+        """The ticks of a narrow scale have different labels."""
         labels = self.browser.execute_script("""
             const put = (id, value) => {
               document.getElementById(id).value = value;
@@ -239,14 +239,14 @@ class Page(WatchedRun):
             self.assertIn(words, reached)
 
     def says(self, script: str):
-        """What the page's own functions make of it."""
+        """Returns the result of the page's own functions."""
         return self.browser.execute_script(f"return {script}")
 
     def connection(self) -> str:
         return self.browser.find_element(By.ID, "connection").text
 
     def put_in_place_of_runs(self, answer: str) -> None:
-        """Of each later question for all runs; `answer` is made of what the monitor said, `json`."""
+        """Replaces later answers to requests for all runs. `answer` is computed from the monitor's answer, `json`."""
         self.browser.execute_script(f"""
             window.own_fetch ??= window.fetch;
             window.fetch = async (path, options) => {{

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A monitor, a run on a virtual laboratory that takes real time, and who speaks to both: for the tests of the page."""
+"""A monitor, a run on a virtual laboratory in real time, and their clients, for the tests of the page."""
 from __future__ import annotations
 
 import http.client
@@ -27,7 +27,7 @@ EVENT_LIMIT = 60.0  # s, after which an event that only a busy machine delays is
 
 
 def until(condition: Callable[[], Any], seconds: float = EVENT_LIMIT, every: float = 0.05) -> Any:
-    """Waits until the condition holds and returns what it returned; its last answer after `seconds`."""
+    """Waits until the condition holds. Returns its result, or its last result after `seconds`."""
     end = time.monotonic() + seconds
     while not (answer := condition()) and time.monotonic() < end:
         time.sleep(every)
@@ -64,7 +64,7 @@ class Answer:
 
 
 class Monitor:
-    """The program on any free port; `again()` starts it anew on the same one."""
+    """The program on a free port. `again()` restarts it on the same port."""
 
     def __init__(
         self, folder: pathlib.Path, *options: str, runs: pathlib.Path | None = None, program: str = MONITOR
@@ -122,8 +122,7 @@ class Monitor:
             connection.close()
 
     def raw(self, text: bytes, seconds: float = 3) -> bytes:
-        """Returns what comes back for these bytes until the connection ends, or until nothing more has come for
-        `seconds`."""
+        """Returns the answer to these bytes until the connection ends, or until nothing has arrived for `seconds`."""
         with socket.create_connection(("127.0.0.1", self.port), timeout=EVENT_LIMIT) as line:
             reply = b""
             try:
@@ -142,7 +141,7 @@ class Monitor:
 
 
 class Browser:
-    """A logged-in user: the cookie, the second secret, and the headers that a browser sends."""
+    """A logged-in user with its cookie, its second secret, and the headers of a browser."""
 
     def __init__(self, monitor: Monitor, name: str, password: str = PASSWORD) -> None:
         self.monitor = monitor
@@ -164,7 +163,7 @@ def gyrotherm(*words: str) -> subprocess.CompletedProcess[str]:
 
 
 class RealTimeRun:
-    """A run whose instruments are served by `simulate`, so that a second of it takes a second."""
+    """A run on instruments served by `simulate`, in real time."""
 
     def __init__(
         self,
@@ -174,8 +173,8 @@ class RealTimeRun:
         pace: str = "real",
         cables: Callable[[list[str]], list[str]] = lambda ports: ports,
     ) -> None:
-        """`cables` may put something between the instruments and the run: it is given the ports of the chamber, two
-        thermometers and the gyro, and returns those that the run connects to."""
+        """Starts the run. `cables` may insert proxies: it receives the ports of the chamber, two thermometers and the
+        gyro, and returns the ports for the run."""
         self.record = folder / f"{name}.db"
         self.log = folder / "laboratory.log"
         with open(self.log, "w", encoding="utf-8") as log:
@@ -230,14 +229,14 @@ class RealTimeRun:
         self.laboratory.wait(timeout=20)
 
     def move_set_point(self, celsius: float) -> None:
-        """As a second client of the chamber would: Modbus function 16, register 103."""
+        """Writes a set point like a second client of the chamber: Modbus function 16, register 103."""
         request = struct.pack(">HHHBBHHBf", 1, 0, 11, 1, 16, 103, 2, 4, celsius)
         with socket.create_connection(("127.0.0.1", self.chamber), timeout=5) as line:
             line.sendall(request)
             assert line.recv(64)[7] == 16
 
     def events(self) -> list[tuple[str, str]]:
-        """Of the closed record."""
+        """Returns kind and text of the events of the closed record."""
         import sqlite3
 
         with sqlite3.connect(f"file:{self.record}?immutable=1", uri=True) as database:
@@ -253,7 +252,7 @@ def key_of(monitor: Monitor, headers: dict[str, str] | None = None, name: str = 
 
 
 class WatchedRun(unittest.TestCase):
-    """A folder, a run in it and its monitor, for all tests of a class: its begin() makes run_ and monitor."""
+    """A folder with a run and its monitor for all tests of a class. begin() creates run_ and monitor."""
 
     @classmethod
     def setUpClass(cls) -> None:

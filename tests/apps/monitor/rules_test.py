@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The alert rules fire at what the monitor tells of a run, as promtool judges them; of what it tells tests/apps/monitor/
-run_answers_test.cpp is the judge."""
+"""Checks with promtool that the alert rules fire on the metrics of a run. run_answers_test.cpp checks the metrics."""
 import json
 import pathlib
 import re
@@ -20,7 +19,7 @@ def series(name: str, values: str, **more: str) -> dict[str, str]:
 
 
 def fires(at: str, alert: str, severity: str = "", of: dict[str, str] | None = None, **annotations: str) -> dict:
-    """That the alert stands at that time, or without a severity that it does not."""
+    """Expects the alert at that time, or without a severity no alert."""
     labels = (OF_RUN if of is None else of) | {"severity": severity}
     alerts = [{"exp_labels": labels, "exp_annotations": annotations}] if severity else []
     return {"eval_time": at, "alertname": alert, "exp_alerts": alerts}
@@ -28,7 +27,7 @@ def fires(at: str, alert: str, severity: str = "", of: dict[str, str] | None = N
 
 class Rules(unittest.TestCase):
     def judge(self, input_series: list[dict], *alerts: dict) -> None:
-        """Every 15 s is a value of each series; "_" is none."""
+        """Runs promtool. Each series has a value every 15 s; "_" is no value."""
         if not shutil.which("promtool"):
             self.skipTest("promtool (prometheus) is not installed")
         test = {"interval": "15s", "input_series": input_series, "alert_rule_test": list(alerts)}

@@ -10,7 +10,7 @@ namespace {
 constexpr double kPowersGivenAtC = 20;
 
 /// Returns w. The films of the halves are 1 + w and 1 − w.
-double wind_of(const SideWind& wind, double output) {
+double relative_wind(const SideWind& wind, double output) {
   return wind.steady + (output > 0 ? wind.heating * output : -wind.cooling * output);
 }
 
@@ -22,14 +22,14 @@ thermal::ThermalPowers growth_w(const thermal::ThermalPowers& powers_w, const Po
   const auto above_k = [&](Output output) { return inner_c[static_cast<std::size_t>(output)] - kPowersGivenAtC; };
   auto added_w = powers_w;
   const double over_w = growth.split_per_k * above_k(Output::block) *
-                        (power_of(added_w, Input::gain_left) + power_of(added_w, Input::gain_right)) / 2;
-  power_of(added_w, Input::gain_left) *= growth.gain_per_k * above_k(Output::gain_left);
-  power_of(added_w, Input::gain_right) *= growth.gain_per_k * above_k(Output::gain_right);
-  power_of(added_w, Input::preamplifier) *= growth.preamplifier_per_k * above_k(Output::preamplifier);
-  power_of(added_w, Input::ballast_left) *= growth.ballast_per_k * above_k(Output::block);
-  power_of(added_w, Input::ballast_right) *= growth.ballast_per_k * above_k(Output::block);
-  power_of(added_w, Input::gain_left) += over_w;
-  power_of(added_w, Input::gain_right) -= over_w;
+                        (input_power(added_w, Input::gain_left) + input_power(added_w, Input::gain_right)) / 2;
+  input_power(added_w, Input::gain_left) *= growth.gain_per_k * above_k(Output::gain_left);
+  input_power(added_w, Input::gain_right) *= growth.gain_per_k * above_k(Output::gain_right);
+  input_power(added_w, Input::preamplifier) *= growth.preamplifier_per_k * above_k(Output::preamplifier);
+  input_power(added_w, Input::ballast_left) *= growth.ballast_per_k * above_k(Output::block);
+  input_power(added_w, Input::ballast_right) *= growth.ballast_per_k * above_k(Output::block);
+  input_power(added_w, Input::gain_left) += over_w;
+  input_power(added_w, Input::gain_right) -= over_w;
   return added_w;
 }
 
@@ -39,7 +39,7 @@ Celsius mixed(double share, Celsius air, Celsius bracket) { return {air.value + 
 }  // namespace
 
 AddedHeat::AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth)
-    : powers_w_(powers_w), wind_(wind), growth_(growth), closes_(closes_in_a_second(wind.time_constant_s)) {}
+    : powers_w_(powers_w), wind_(wind), growth_(growth), closing_share_(closing_share(wind.time_constant_s)) {}
 
 bool AddedHeat::is_any() const {
   return wind_.gap_w_per_k != 0 || growth_.gain_per_k != 0 || growth_.preamplifier_per_k != 0 ||
@@ -47,30 +47,31 @@ bool AddedHeat::is_any() const {
 }
 
 void AddedHeat::rest(Celsius air, double shell_c) {
-  parted_k_ = wind_.share * wind_of(wind_, 0) * (air.value - shell_c);
+  separation_k_ = wind_.share * relative_wind(wind_, 0) * (air.value - shell_c);
 }
 
 void AddedHeat::follow(Celsius air, double shell_c, double output) {
-  parted_k_ += closes_ * (wind_.share * wind_of(wind_, output) * (air.value - shell_c) - parted_k_);
+  separation_k_ +=
+      closing_share_ * (wind_.share * relative_wind(wind_, output) * (air.value - shell_c) - separation_k_);
 }
 
 thermal::ThermalPowers AddedHeat::watts(InnerTemperatures inner_c) const {
   using Input = thermal::ThermalInput;
   auto added_w = on_ ? growth_w(powers_w_, growth_, inner_c) : thermal::ThermalPowers{};
-  const double half_w = wind_.gap_w_per_k * parted_k_ / 2;
-  for (const auto left : {Input::gain_left, Input::ballast_left}) power_of(added_w, left) += half_w;
-  for (const auto right : {Input::gain_right, Input::ballast_right}) power_of(added_w, right) -= half_w;
+  const double half_w = wind_.gap_w_per_k * separation_k_ / 2;
+  for (const auto left : {Input::gain_left, Input::ballast_left}) input_power(added_w, left) += half_w;
+  for (const auto right : {Input::gain_right, Input::ballast_right}) input_power(added_w, right) -= half_w;
   return added_w;
 }
 
 Bracket::Bracket(const BracketParameters& parameters, Celsius start)
-    : share_(parameters.share), closes_(closes_in_a_second(parameters.time_constant_s)), at_(start) {
+    : share_(parameters.share), closing_share_(closing_share(parameters.time_constant_s)), at_(start) {
   assert(0 <= share_ && share_ <= kMostBracketShare && parameters.time_constant_s >= 1);
 }
 
-Celsius Bracket::seen_by_a_body(Celsius air) const { return mixed(share_, air, at_); }
+Celsius Bracket::effective_air(Celsius air) const { return mixed(share_, air, at_); }
 
-void Bracket::follow(Celsius cabinets) { at_.value += closes_ * (cabinets.value - at_.value); }
+void Bracket::follow(Celsius cabinets) { at_.value += closing_share_ * (cabinets.value - at_.value); }
 
 Celsius bracket_at_rest(double share, Celsius air, const std::function<Celsius(Celsius)>& cabinets) {
   constexpr int kMostRounds = 50;

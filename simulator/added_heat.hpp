@@ -73,8 +73,8 @@ class AddedHeat {
   SideWind wind_;
   PowerGrowth growth_;
   /// Share of the difference from its final value that θ closes in one second.
-  double closes_;
-  double parted_k_{};  ///< θ
+  double closing_share_;
+  double separation_k_{};  ///< θ
   bool on_ = true;
 };
 
@@ -97,7 +97,7 @@ class Bracket {
   Bracket(const BracketParameters& parameters, Celsius start);
 
   /// Returns the effective air temperature of a body on it: air + share · (bracket − air).
-  [[nodiscard]] Celsius seen_by_a_body(Celsius air) const;
+  [[nodiscard]] Celsius effective_air(Celsius air) const;
   /// Advances by one second. `cabinets` is the mean temperature of the cabinets.
   void follow(Celsius cabinets);
   [[nodiscard]] Celsius temperature() const { return at_; }
@@ -105,7 +105,7 @@ class Bracket {
  private:
   double share_;
   /// Share of the difference that is closed in one second.
-  double closes_;
+  double closing_share_;
   Celsius at_;
 };
 

@@ -39,7 +39,7 @@ Result<AnalogueRegisters> AnalogueRegisters::make(VirtualAnalogueInput wired, co
   return AnalogueRegisters(std::move(wired.map), std::move(sources), laboratory);
 }
 
-std::vector<std::uint16_t> AnalogueRegisters::words_of(const drivers::RegisterItem& item) const {
+std::vector<std::uint16_t> AnalogueRegisters::encode_words(const drivers::RegisterItem& item) const {
   if (const auto source = sources_.find(item.name); source != sources_.end()) {
     const auto& [unit, value, scale, offset] = source->second;
     return encode_as_read(item, (laboratory_->values(unit)[value].value - offset) / scale);
@@ -65,7 +65,7 @@ tl::expected<void, ModbusException> AnalogueRegisters::read(drivers::ReadFunctio
   for (const auto& item : map_.registers.items) {
     const int from = item.address - address, to = from + word_count(item);
     if (!item.readable || drivers::span_of(item).function != function || to <= 0 || from >= count) continue;
-    const auto own = words_of(item);
+    const auto own = encode_words(item);
     for (int at = std::max(from, 0); at < std::min<int>(to, count); ++at) {
       words[base + static_cast<std::size_t>(at)] = own[static_cast<std::size_t>(at - from)];
       served[static_cast<std::size_t>(at)] = true;

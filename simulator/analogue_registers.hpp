@@ -68,7 +68,7 @@ class AnalogueRegisters final : public ServedRegisters {
                     const VirtualLaboratory& laboratory)
       : map_(std::move(map)), sources_(std::move(sources)), laboratory_(&laboratory) {}
 
-  [[nodiscard]] std::vector<std::uint16_t> words_of(const drivers::RegisterItem& item) const;
+  [[nodiscard]] std::vector<std::uint16_t> encode_words(const drivers::RegisterItem& item) const;
 
   drivers::AnalogueMap map_;
   std::map<std::string, Source> sources_;

@@ -18,7 +18,7 @@ bool any_holds(const std::vector<drivers::Condition>& conditions, const drivers:
   return std::ranges::any_of(conditions, [&](const auto& c) { return c.item == item.name && holds(c, value); });
 }
 
-SimulatedUnit unit_of(const TomlTable& table, const drivers::RegisterMap& map) {
+SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map) {
   SimulatedUnit unit;
   const auto conditions = [&](const char* key, std::vector<drivers::Condition>& all) {
     for (const auto& one : table.tables(key)) all.push_back(drivers::read_condition(one, map));
@@ -68,7 +68,7 @@ Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const
   if (!parsed) return failure(parsed.error());
   for (const auto& key : parsed->keys())
     if (key != "simulated") parsed->ignore(key);
-  auto unit = unit_of(parsed->table("simulated"), map);
+  auto unit = parse_unit(parsed->table("simulated"), map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   return unit;
 }

@@ -103,8 +103,8 @@ class RegisterImage {
   /// Returns the words of `item` at `value`. Keeps the other bits of a bit field.
   [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const {
     // Copying an item that needs no context would cost time every second.
-    const bool as_it_is = item.decimals.empty() && item.unit.empty();
-    auto words = as_it_is ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
+    const bool has_no_context = item.decimals.empty() && item.unit.empty();
+    auto words = has_no_context ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
     if (item.type != drivers::RegisterType::bits) return words;
     words[0] = with_other_bits(item, words[0], word(image_address(item)));
     return words;
@@ -140,18 +140,18 @@ class MemoryImage {
   [[nodiscard]] Result<drivers::ChamberProgram> program(Celsius from) const {
     if (!map_.memory) return failure(FaultKind::refused, "profile memory", "this controller has none");
     const auto& memory = *map_.memory;
-    const auto words_of = [&](const drivers::MemoryBlock& block, int step) -> Result<std::vector<std::uint16_t>> {
+    const auto read_words = [&](const drivers::MemoryBlock& block, int step) -> Result<std::vector<std::uint16_t>> {
       const bool window = memory.stride == 0 && step >= 0;
       std::vector<std::uint16_t> words;
       const int first = block.address + std::max(step, 0) * memory.stride;
       for (int i = 0; i < block.count; ++i) words.push_back(word_at({window ? step : 0, first + i}));
       return words;
     };
-    const auto value_of = [&](const drivers::RegisterItem& item) -> Result<double> { return registers_.value(item); };
+    const auto read_value = [&](const drivers::RegisterItem& item) -> Result<double> { return registers_.value(item); };
     const auto context = [&](const drivers::RegisterItem& form) {
-      return context_of(map_, form, value_of).value_or(drivers::ItemContext{});
+      return context_of(map_, form, read_value).value_or(drivers::ItemContext{});
     };
-    return decode_program(memory, from, words_of, context);
+    return decode_program(memory, from, read_words, context);
   }
 
  private:

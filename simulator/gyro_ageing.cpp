@@ -47,7 +47,7 @@ LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed) {
   return gyro;
 }
 
-GyroPast past_of(const Storage& storage, LaboratorySeed seed) {
+GyroPast make_past(const Storage& storage, LaboratorySeed seed) {
   GyroPast past{.turning_points_c = {}, .run = noise_seed(seed)};
   if (storage.turns == 0) return past;
   RandomStream turns(seed.gyro, RandomPurpose::storage);

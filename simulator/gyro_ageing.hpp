@@ -28,6 +28,6 @@ namespace gyrotherm::simulator {
 
 /// Returns the storage history of the gyro before the run of that day, and the seed of the run. Each turning point of
 /// the storage temperature is uniform between lowest and highest.
-[[nodiscard]] GyroPast past_of(const Storage& storage, LaboratorySeed seed);
+[[nodiscard]] GyroPast make_past(const Storage& storage, LaboratorySeed seed);
 
 }  // namespace gyrotherm::simulator

@@ -108,25 +108,24 @@ double ModeLock::deg_per_h() const {
   return hops_.step_deg_per_h * (mode_ - left * (mode_ - before_)) + hops_.transient_deg_per_h * left;
 }
 
-double closes_in_a_second(double time_constant_s) { return -std::expm1(-1 / time_constant_s); }
+double closing_share(double time_constant_s) { return -std::expm1(-1 / time_constant_s); }
 
-LaggingPart::LaggingPart(const HiddenLag& lag) : lag_(lag), closes_(closes_in_a_second(lag.time_constant_s)) {}
+LaggingPart::LaggingPart(const HiddenLag& lag) : lag_(lag), closing_share_(closing_share(lag.time_constant_s)) {}
 
 double LaggingPart::follow(double now) {
   if (!std::exchange(began_, true)) lagged_ = now;
-  lagged_ += closes_ * (now - lagged_);
+  lagged_ += closing_share_ * (now - lagged_);
   return now + lag_.share * (lagged_ - now);
 }
 
 RelaxingBias::RelaxingBias(const std::vector<Relaxation>& terms, double start_c) {
-  for (const auto& term : terms)
-    terms_.push_back({term.deg_per_h_per_k, closes_in_a_second(term.time_constant_s), start_c});
+  for (const auto& term : terms) terms_.push_back({term.deg_per_h_per_k, closing_share(term.time_constant_s), start_c});
 }
 
 void RelaxingBias::follow(double now_c) {
   deg_per_h_ = 0;
   for (auto& term : terms_) {
-    term.relaxed_c += term.closes * (now_c - term.relaxed_c);
+    term.relaxed_c += term.closing_share * (now_c - term.relaxed_c);
     deg_per_h_ += term.deg_per_h_per_k * (now_c - term.relaxed_c);
   }
 }

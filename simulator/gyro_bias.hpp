@@ -167,7 +167,7 @@ class ModeLock {
 };
 
 /// Returns the share of a difference that a first-order lag closes in a second. The time constant must be above 0.
-[[nodiscard]] double closes_in_a_second(double time_constant_s);
+[[nodiscard]] double closing_share(double time_constant_s);
 
 /// A contribution with its lag. Exact if the input is constant during each second.
 class LaggingPart {
@@ -180,7 +180,7 @@ class LaggingPart {
 
  private:
   HiddenLag lag_;
-  double closes_;
+  double closing_share_;
   double lagged_{};
   bool began_ = false;
 };
@@ -197,7 +197,7 @@ class RelaxingBias {
 
  private:
   struct Term {
-    double deg_per_h_per_k, closes, relaxed_c;
+    double deg_per_h_per_k, closing_share, relaxed_c;
   };
   std::vector<Term> terms_;
   double deg_per_h_{};
@@ -252,7 +252,7 @@ class GyroBias {
   /// Advances by one second to these temperatures.
   void step(InnerTemperatures now_c);
   /// Restarts the warm-up: the gyro is switched on again.
-  void start_anew() { seconds_on_ = 0; }
+  void restart() { seconds_on_ = 0; }
 
   [[nodiscard]] const BiasParts& parts() const { return parts_; }
   [[nodiscard]] DegreesPerHour total() const;

@@ -86,10 +86,10 @@ void GyroReadout::step(DegreesPerHour bias, Celsius block, bool turned) {
   if (loses_a_pulse()) angle_arcsec_ -= std::copysign(p.arcsec_per_pulse, rate.value);
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));
   ++seconds_;
-  wander();
+  advance_drift();
 }
 
-void GyroReadout::wander() {
+void GyroReadout::advance_drift() {
   const double fresh = parameters_.drift_deg_per_h * std::sqrt(1 - drift_memory_ * drift_memory_);
   drift_deg_per_h_ = drift_memory_ * drift_deg_per_h_ + fresh * drift_noise_.normal();
   instability_.step();

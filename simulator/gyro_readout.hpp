@@ -66,7 +66,7 @@ class GyroReadout {
   /// Advances by one second at this bias and block temperature. A turned gyro measures −Ω.
   void step(DegreesPerHour bias, Celsius block = {20}, bool turned = false);
   /// Draws another turn-on offset: the gyro is switched on again.
-  void start_anew() { turn_on_deg_per_h_ = turn_on(); }
+  void restart() { turn_on_deg_per_h_ = turn_on(); }
 
   /// Returns the sum of everything added to bias and Earth rate in the next second.
   [[nodiscard]] DegreesPerHour drift() const;
@@ -76,7 +76,7 @@ class GyroReadout {
 
  private:
   [[nodiscard]] bool loses_a_pulse();
-  void wander();
+  void advance_drift();
   [[nodiscard]] double turn_on();
 
   ReadoutParameters parameters_;

@@ -16,7 +16,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-Eigen::Index node_of(const NetworkParameters& network, std::string_view name) {
+Eigen::Index find_node(const NetworkParameters& network, std::string_view name) {
   const auto found = std::ranges::find(network.nodes, name);
   assert(found != network.nodes.end());
   return found - network.nodes.begin();
@@ -27,10 +27,10 @@ void conduct(Eigen::MatrixXd& conductance, Eigen::Index a, Eigen::Index b, doubl
   conductance(b, a) += w_per_k;
 }
 
-Eigen::MatrixXd conductances_of(const NetworkParameters& network) {
+Eigen::MatrixXd make_conductances(const NetworkParameters& network) {
   const auto count = static_cast<Eigen::Index>(network.nodes.size());
   Eigen::MatrixXd conductance = Eigen::MatrixXd::Zero(count, count);
-  const auto air = node_of(network, "air");
+  const auto air = find_node(network, "air");
   for (Eigen::Index i = 0; i < count; ++i) {
     if (i != air) conduct(conductance, i, air, network.film_w_per_k[static_cast<std::size_t>(i)]);
   }
@@ -48,12 +48,12 @@ enum Place : std::size_t { A, B, C, D, E };
 
 /// Returns the mean of A…H.
 double block_mean_c(BlockTemperatures block_c) {
-  return std::accumulate(block_c.begin(), block_c.end(), 0.0) / kBlockPlaces;
+  return std::accumulate(block_c.begin(), block_c.end(), 0.0) / kBlockLocations;
 }
 
 double gradient_part(const LumpedBias& bias, BlockTemperatures t) {
   double sum = 0;
-  for (std::size_t x = 1; x < kBlockPlaces; ++x) sum += bias.gradient_deg_per_h_per_k[x - 1] * (t[A] - t[x]);
+  for (std::size_t x = 1; x < kBlockLocations; ++x) sum += bias.gradient_deg_per_h_per_k[x - 1] * (t[A] - t[x]);
   return sum;
 }
 
@@ -75,9 +75,9 @@ std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<st
   return links;
 }
 
-void expect_places(const TomlTable& table, const std::vector<std::string>& nodes) {
+void expect_locations(const TomlTable& table, const std::vector<std::string>& nodes) {
   for (std::size_t i = 0; i < kThermalPlaces; ++i) {
-    const std::string_view name = i < kBlockPlaces ? kPlaceNames[i] : "air";
+    const std::string_view name = i < kBlockLocations ? kLocationNames[i] : "air";
     if (std::ranges::count(nodes, name) != 1) table.mistake("nodes", fmt::format("expected \"{}\" once", name));
   }
 }
@@ -89,7 +89,7 @@ struct Connections {
   std::vector<bool> anchored;
 };
 
-Connections connections_of(const NetworkParameters& n) {
+Connections find_connections(const NetworkParameters& n) {
   const auto air = static_cast<std::size_t>(std::ranges::find(n.nodes, "air") - n.nodes.begin());
   auto links = n.links;
   for (std::size_t i = 0; i < n.nodes.size(); ++i) {
@@ -111,7 +111,7 @@ Connections connections_of(const NetworkParameters& n) {
 }
 
 void expect_sound_network(const TomlTable& table, const NetworkParameters& n) {
-  const auto connections = connections_of(n);
+  const auto connections = find_connections(n);
   for (std::size_t i = 0; i < n.nodes.size(); ++i) {
     if (!connections.anchored[i]) {
       table.mistake("nodes", fmt::format("node \"{}\" has no way to the chamber", n.nodes[i]));
@@ -129,7 +129,7 @@ NetworkParameters read_network(const TomlTable& table) {
   NetworkParameters n;
   n.start_c = table.celsius("start").value;
   n.nodes = table.texts("nodes");
-  expect_places(table, n.nodes);
+  expect_locations(table, n.nodes);
   const auto count = n.nodes.size();
   n.capacity_j_per_k = numbers(table, "capacity_j_per_k", count, 0);
   n.power_w = numbers(table, "power_w", count, 0);
@@ -156,10 +156,10 @@ LumpedBias read_bias(const TomlTable& table) {
 
 }  // namespace
 
-NetworkEquations equations_of(const NetworkParameters& network) {
+NetworkEquations make_equations(const NetworkParameters& network) {
   const Eigen::VectorXd per_capacity = as_vector(network.capacity_j_per_k).cwiseInverse();
   const auto to_chamber = as_vector(network.chamber_w_per_k);
-  Eigen::MatrixXd balance = conductances_of(network);
+  Eigen::MatrixXd balance = make_conductances(network);
   balance.diagonal() -= (balance.rowwise().sum() + to_chamber).eval();
   return {.rates = per_capacity.asDiagonal() * balance,
           .chamber = per_capacity.cwiseProduct(to_chamber),
@@ -171,7 +171,7 @@ Eigen::VectorXd at_rest(const NetworkEquations& equations, Celsius air) {
 }
 
 ThermalNetwork::ThermalNetwork(const NetworkParameters& network) {
-  const auto equations = equations_of(network);
+  const auto equations = make_equations(network);
   const auto count = equations.chamber.size();
   transition_ = Eigen::MatrixXd::Identity(count, count) + equations.rates;
   chamber_ = equations.chamber;
@@ -179,7 +179,7 @@ ThermalNetwork::ThermalNetwork(const NetworkParameters& network) {
   state_c_ = at_rest(equations, {network.start_c});
   next_c_.resize(count);
   for (std::size_t i = 0; i < kThermalPlaces; ++i) {
-    place_nodes_[i] = node_of(network, i < kBlockPlaces ? kPlaceNames[i] : "air");
+    location_nodes_[i] = find_node(network, i < kBlockLocations ? kLocationNames[i] : "air");
   }
   publish();
 }
@@ -193,7 +193,7 @@ void ThermalNetwork::step(Celsius air) {
 }
 
 void ThermalNetwork::publish() {
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) places_c_[i] = state_c_[place_nodes_[i]];
+  for (std::size_t i = 0; i < kThermalPlaces; ++i) locations_c_[i] = state_c_[location_nodes_[i]];
 }
 
 DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures t) {
@@ -205,7 +205,7 @@ DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures t) {
   return {bias.scale * (absolute + gradient_part(bias, t) + arms + wave)};
 }
 
-Celsius LumpedGyro::block() const { return {block_mean_c(places_c().first<kBlockPlaces>())}; }
+Celsius LumpedGyro::block() const { return {block_mean_c(locations_c().first<kBlockLocations>())}; }
 
 LumpedGyroParameters read_lumped_gyro(const TomlTable& table) {
   return {.network = read_network(table.table("network")), .bias = read_bias(table.table("bias"))};

@@ -18,7 +18,7 @@ struct NetworkEquations {
   Eigen::VectorXd heating;
 };
 
-[[nodiscard]] NetworkEquations equations_of(const NetworkParameters& network);
+[[nodiscard]] NetworkEquations make_equations(const NetworkParameters& network);
 
 /// Returns the temperatures of the network at rest in chamber air of `air`.
 [[nodiscard]] Eigen::VectorXd at_rest(const NetworkEquations& equations, Celsius air);
@@ -31,7 +31,7 @@ class ThermalNetwork final {
 
   void step(Celsius air);
   void switch_on(bool on) { on_ = on; }
-  [[nodiscard]] PlaceTemperatures temperatures_c() const { return places_c_; }
+  [[nodiscard]] LocationTemperatures temperatures_c() const { return locations_c_; }
 
  private:
   void publish();
@@ -42,8 +42,8 @@ class ThermalNetwork final {
   bool on_ = true;
   Eigen::VectorXd state_c_;
   Eigen::VectorXd next_c_;
-  std::array<Eigen::Index, kThermalPlaces> place_nodes_{};
-  std::array<double, kThermalPlaces> places_c_{};
+  std::array<Eigen::Index, kThermalPlaces> location_nodes_{};
+  std::array<double, kThermalPlaces> locations_c_{};
 };
 
 /// Returns the bias of the reference simulation: b = s·{ k1·x + k2·x² + Σ_{X=B…H} g_X (T_A − T_X) + arm·(T_B + T_D −
@@ -55,16 +55,19 @@ class ThermalNetwork final {
 class LumpedGyro final : public VirtualGyro {
  public:
   /// Starts at rest at the network's start temperature. The preconditions of ThermalNetwork apply.
-  explicit LumpedGyro(const LumpedGyroParameters& parameters) : law_(parameters.bias), network_(parameters.network) {}
+  explicit LumpedGyro(const LumpedGyroParameters& parameters)
+      : bias_parameters_(parameters.bias), network_(parameters.network) {}
 
   void step(Celsius air, double /*output*/) override { network_.step(air); }
   void switch_on(bool on) override { network_.switch_on(on); }
-  [[nodiscard]] PlaceTemperatures places_c() const override { return network_.temperatures_c(); }
-  [[nodiscard]] DegreesPerHour bias() const override { return reference_bias(law_, places_c().first<kBlockPlaces>()); }
+  [[nodiscard]] LocationTemperatures locations_c() const override { return network_.temperatures_c(); }
+  [[nodiscard]] DegreesPerHour bias() const override {
+    return reference_bias(bias_parameters_, locations_c().first<kBlockLocations>());
+  }
   [[nodiscard]] Celsius block() const override;
 
  private:
-  LumpedBias law_;
+  LumpedBias bias_parameters_;
   ThermalNetwork network_;
 };
 

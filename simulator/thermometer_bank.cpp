@@ -65,10 +65,10 @@ void scatter_hard(ReducedGyroParameters& gyro, const HardSpread& spread, RandomS
   const auto redraw = [&](double& amplitude) {
     amplitude *= random.log_normal(spread.amplitude) * (random.uniform() < 0.5 ? -1 : 1);
   };
-  const auto draw_anew = [&](double& value, double deviation) { value = deviation * random.normal(); };
+  const auto draw_new = [&](double& value, double deviation) { value = deviation * random.normal(); };
   auto& bias = gyro.bias;
-  for (double* gamma : {&bias.growth.gas_flow, &bias.growth.backscatter}) draw_anew(*gamma, spread.growth);
-  for (double& gamma : bias.growth.mirrors) draw_anew(gamma, spread.growth);
+  for (double* gamma : {&bias.growth.gas_flow, &bias.growth.backscatter}) draw_new(*gamma, spread.growth);
+  for (double& gamma : bias.growth.mirrors) draw_new(gamma, spread.growth);
   for (double* lag_s : {&bias.lags.gas_flow.time_constant_s, &bias.lags.deformation.time_constant_s})
     *lag_s = std::max(1.0, *lag_s * random.log_normal(spread.amplitude));
   redraw(bias.flow.unbalance_per_k);
@@ -76,9 +76,9 @@ void scatter_hard(ReducedGyroParameters& gyro, const HardSpread& spread, RandomS
   for (auto& phase : bias.warm_up) redraw(phase.deg_per_h);
   redraw(bias.mode_hops.transient_deg_per_h);
   if (bias.mode_hops.phase_modes) bias.mode_hops.phase_modes = random.uniform() - 0.5;
-  draw_anew(gyro.ageing.gas_flow, spread.ageing_per_year);
-  for (double& per_year : gyro.ageing.mirrors) draw_anew(per_year, spread.ageing_per_year);
-  draw_anew(gyro.ageing.gas_balance, spread.ageing_per_year);
+  draw_new(gyro.ageing.gas_flow, spread.ageing_per_year);
+  for (double& per_year : gyro.ageing.mirrors) draw_new(per_year, spread.ageing_per_year);
+  draw_new(gyro.ageing.gas_balance, spread.ageing_per_year);
 }
 
 void scatter_hard(LumpedGyroParameters& /*has nothing of it*/, const HardSpread& /*spread*/, RandomStream& /*random*/) {
@@ -149,16 +149,16 @@ double to_resolution(double value, double resolution) {
   return resolution > 0 ? std::round(value / resolution) * resolution : value;
 }
 
-ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, PlaceTemperatures places_c,
+ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, LocationTemperatures locations_c,
                                  std::uint64_t seed)
     : parameters_(parameters),
       noise_(seed, RandomPurpose::thermometer_noise),
       drift_noise_(seed, RandomPurpose::thermometer_drift),
       spikes_(seed, RandomPurpose::thermometer_spikes) {
   const auto& p = parameters_;
-  std::ranges::copy(places_c, sensed_c_.begin());
+  std::ranges::copy(locations_c, sensed_c_.begin());
   for (std::size_t i = 0; i < kThermalPlaces; ++i) {
-    follow_[i] = p.time_constant_s[i] > 0 ? closes_in_a_second(p.time_constant_s[i]) : 1;
+    follow_[i] = p.time_constant_s[i] > 0 ? closing_share(p.time_constant_s[i]) : 1;
     drift_per_sqrt_s_[i] = p.drift_k_per_sqrt_day[i] / std::sqrt(kSecondsPerDay);
     drifts_ = drifts_ || p.drift_k_per_sqrt_day[i] > 0;
     drift_k_[i] = p.drift_k_per_sqrt_day[i] * std::sqrt(p.days_since_calibration) * drift_noise_.normal();
@@ -166,8 +166,8 @@ ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, PlaceT
   read();
 }
 
-void ThermometerBank::step(PlaceTemperatures places_c) {
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) sensed_c_[i] += follow_[i] * (places_c[i] - sensed_c_[i]);
+void ThermometerBank::step(LocationTemperatures locations_c) {
+  for (std::size_t i = 0; i < kThermalPlaces; ++i) sensed_c_[i] += follow_[i] * (locations_c[i] - sensed_c_[i]);
   if (drifts_) drift();
   ++seconds_;
   const auto before_c = readings_c_;

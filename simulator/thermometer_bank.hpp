@@ -29,13 +29,13 @@ namespace gyrotherm::simulator {
 /// failing thermometer reads a wrong value from its failure time on; a dead one reads NaN.
 class ThermometerBank {
  public:
-  /// Starts in equilibrium with `places_c` and reads it once.
-  ThermometerBank(const ThermometerParameters& parameters, PlaceTemperatures places_c, std::uint64_t seed);
+  /// Starts in equilibrium with `locations_c` and reads it once.
+  ThermometerBank(const ThermometerParameters& parameters, LocationTemperatures locations_c, std::uint64_t seed);
 
   /// Follows the locations for one second, then reads them.
-  void step(PlaceTemperatures places_c);
+  void step(LocationTemperatures locations_c);
 
-  [[nodiscard]] PlaceTemperatures readings_c() const { return readings_c_; }
+  [[nodiscard]] LocationTemperatures readings_c() const { return readings_c_; }
 
  private:
   void drift();

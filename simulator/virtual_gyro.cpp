@@ -12,7 +12,7 @@ namespace gyrotherm::simulator {
 
 namespace {
 
-static_assert(static_cast<std::size_t>(thermal::ThermalOutput::h) + 1 == kBlockPlaces);
+static_assert(static_cast<std::size_t>(thermal::ThermalOutput::h) + 1 == kBlockLocations);
 static_assert(static_cast<std::size_t>(thermal::ThermalOutput::shell) + 1 == kThermalPlaces);
 
 void share(double& left_w, double& right_w, double left_over_right) {
@@ -162,10 +162,10 @@ thermal::ThermalSpread read_thermal_spread(const TomlTable& table) {
 }  // namespace
 
 thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms) {
-  share(power_of(model.powers_w, thermal::ThermalInput::gain_left),
-        power_of(model.powers_w, thermal::ThermalInput::gain_right), arms.gain_left_over_right);
-  share(power_of(model.powers_w, thermal::ThermalInput::ballast_left),
-        power_of(model.powers_w, thermal::ThermalInput::ballast_right), arms.ballast_left_over_right);
+  share(input_power(model.powers_w, thermal::ThermalInput::gain_left),
+        input_power(model.powers_w, thermal::ThermalInput::gain_right), arms.gain_left_over_right);
+  share(input_power(model.powers_w, thermal::ThermalInput::ballast_left),
+        input_power(model.powers_w, thermal::ThermalInput::ballast_right), arms.ballast_left_over_right);
   add_lead(model, thermal::ThermalOutput::gain_left, arms.left_lead_w_per_k);
   add_lead(model, thermal::ThermalOutput::gain_right, arms.right_lead_w_per_k);
   return model;
@@ -183,7 +183,7 @@ thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedMod
   thermal::ThermalPowers added_w{};
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::VectorXd inner_c =
-        model.outputs * rest_of(with_added(model, added_w), parameters.film, parameters.start_c);
+        model.outputs * states_at_rest(with_added_powers(model, added_w), parameters.film, parameters.start_c);
     const InnerTemperatures at_rest_c(inner_c.data(), thermal::kThermalOutputs);
     heat.rest({parameters.start_c}, shell_c(at_rest_c));
     added_w = heat.watts(at_rest_c);
@@ -191,8 +191,8 @@ thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedMod
   return added_w;
 }
 
-thermal::ReducedTransientOptions options_of(AddedHeat& heat, const thermal::ReducedModel& model,
-                                            const ReducedGyroParameters& parameters) {
+thermal::ReducedTransientOptions transient_options(AddedHeat& heat, const thermal::ReducedModel& model,
+                                                   const ReducedGyroParameters& parameters) {
   thermal::ReducedTransientOptions options{.start = {parameters.start_c},
                                            .cold = parameters.cold,
                                            .film = parameters.film,
@@ -210,7 +210,7 @@ ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast
 ReducedGyro::ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters,
                          const GyroPast& past)
     : heat_(model.powers_w, parameters.wind, parameters.power_growth),
-      reduced_(model, options_of(heat_, model, parameters)),
+      reduced_(model, transient_options(heat_, model, parameters)),
       bias_(parameters.bias, reduced_.outputs_c(), past) {}
 
 void ReducedGyro::step(Celsius air, double output) {
@@ -226,7 +226,7 @@ void ReducedGyro::step(Celsius air, double output) {
 void ReducedGyro::switch_on(bool on) {
   reduced_.switch_on(on);
   heat_.switch_on(on);
-  if (on) bias_.start_anew();
+  if (on) bias_.restart();
 }
 
 Celsius cabinet_at_rest(const ReducedGyroParameters& parameters) {
@@ -235,7 +235,7 @@ Celsius cabinet_at_rest(const ReducedGyroParameters& parameters) {
   AddedHeat heat(model.powers_w, parameters.wind, parameters.power_growth);
   const auto added_w = heat.is_any() ? heat_at_rest_w(heat, model, parameters) : thermal::ThermalPowers{};
   const Eigen::VectorXd inner_c =
-      model.outputs * rest_of(with_added(model, added_w), parameters.film, parameters.start_c);
+      model.outputs * states_at_rest(with_added_powers(model, added_w), parameters.film, parameters.start_c);
   return {shell_c(InnerTemperatures(inner_c.data(), thermal::kThermalOutputs))};
 }
 

@@ -16,15 +16,15 @@
 namespace gyrotherm::simulator {
 
 /// Locations on the block, A…H, and with "shell", the cabinet or the air in it.
-inline constexpr std::size_t kBlockPlaces = 8;
+inline constexpr std::size_t kBlockLocations = 8;
 inline constexpr std::size_t kThermalPlaces = 9;
 
 /// Names of the thermal locations, in the order that all simulator interfaces use.
-inline constexpr std::array<std::string_view, kThermalPlaces> kPlaceNames{"A", "B", "C", "D",    "E",
-                                                                          "F", "G", "H", "shell"};
+inline constexpr std::array<std::string_view, kThermalPlaces> kLocationNames{"A", "B", "C", "D",    "E",
+                                                                             "F", "G", "H", "shell"};
 
-using BlockTemperatures = std::span<const double, kBlockPlaces>;    ///< °C
-using PlaceTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
+using BlockTemperatures = std::span<const double, kBlockLocations>;    ///< °C
+using LocationTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
 
 class VirtualGyro {
  public:
@@ -35,7 +35,7 @@ class VirtualGyro {
   /// Switches the gyro's power. A gyro without power produces no heat. Its warm-up begins when it is switched on again.
   virtual void switch_on(bool on) = 0;
   /// Returns the present true temperatures of the locations, without the thermometers' errors.
-  [[nodiscard]] virtual PlaceTemperatures places_c() const = 0;
+  [[nodiscard]] virtual LocationTemperatures locations_c() const = 0;
   /// Returns the bias caused by present and past temperatures and by the warm-up, without noise, turn-on offset and
   /// rotation.
   [[nodiscard]] virtual DegreesPerHour bias() const = 0;
@@ -59,7 +59,9 @@ class ReducedGyro final : public VirtualGyro {
 
   void step(Celsius air, double output) override;
   void switch_on(bool on) override;
-  [[nodiscard]] PlaceTemperatures places_c() const override { return reduced_.outputs_c().first<kThermalPlaces>(); }
+  [[nodiscard]] LocationTemperatures locations_c() const override {
+    return reduced_.outputs_c().first<kThermalPlaces>();
+  }
   [[nodiscard]] DegreesPerHour bias() const override { return bias_.total(); }
   [[nodiscard]] Celsius block() const override {
     return {inner_c()[static_cast<std::size_t>(thermal::ThermalOutput::block)]};

@@ -11,7 +11,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-Result<GyroLineSources::Axis> source_of(const VirtualGyroLine::Axis& wanted, const VirtualLaboratory& laboratory) {
+Result<GyroLineSources::Axis> find_source(const VirtualGyroLine::Axis& wanted, const VirtualLaboratory& laboratory) {
   const auto& units = laboratory.units();
   const auto unit = static_cast<std::size_t>(std::ranges::find(units, wanted.unit) - units.begin());
   if (unit == units.size())
@@ -35,8 +35,9 @@ std::vector<VirtualGyroLine::Axis> all_axes(const VirtualLaboratory& laboratory)
   return all;
 }
 
-std::optional<GyroLineSources::Value> value_of(const drivers::FrameField& field, const std::vector<std::size_t>& units,
-                                               const VirtualLaboratory& laboratory) {
+std::optional<GyroLineSources::Value> find_value(const drivers::FrameField& field,
+                                                 const std::vector<std::size_t>& units,
+                                                 const VirtualLaboratory& laboratory) {
   const auto find = [&](std::size_t unit, const std::string& prefix, const std::string& name) {
     const auto values = laboratory.values(unit);
     const auto found = std::ranges::find_if(values, [&](const auto& one) { return prefix + one.name == name; });
@@ -51,19 +52,19 @@ std::optional<GyroLineSources::Value> value_of(const drivers::FrameField& field,
 
 }  // namespace
 
-Result<GyroLineSources> sources_of(const VirtualGyroLine& line, const VirtualLaboratory& laboratory) {
+Result<GyroLineSources> find_sources(const VirtualGyroLine& line, const VirtualLaboratory& laboratory) {
   const auto wanted = line.axes.empty() ? all_axes(laboratory) : line.axes;
   if (wanted.empty() || wanted.size() != line.frame.gyros().size())
     return failure(FaultKind::usage, "virtual gyro",
                    fmt::format("{} axes on a line whose frames have {}", wanted.size(), line.frame.gyros().size()));
   GyroLineSources sources;
   for (const auto& axis : wanted) {
-    const auto found = source_of(axis, laboratory);
+    const auto found = find_source(axis, laboratory);
     if (!found) return failure(found.error());
     sources.axes.push_back(*found);
     if (std::ranges::find(sources.units, found->unit) == sources.units.end()) sources.units.push_back(found->unit);
   }
-  for (const auto* field : line.frame.values()) sources.values.push_back(value_of(*field, sources.units, laboratory));
+  for (const auto* field : line.frame.values()) sources.values.push_back(find_value(*field, sources.units, laboratory));
   return sources;
 }
 
@@ -79,10 +80,10 @@ PacedGyroLine::PacedGyroLine(VirtualGyroLine line, GyroLineSources sources, Fram
       lost_(sources_.axes.size()),
       values_(sources_.values.size(), std::numeric_limits<double>::quiet_NaN()) {}
 
-PacedGyroLine::Stand PacedGyroLine::stand(const VirtualLaboratory& laboratory) const {
-  Stand stand{.device_time_us = laboratory.device_time_us(sources_.units.front())};
-  for (const auto& axis : sources_.axes) stand.pulses.push_back(laboratory.pulses(axis.unit)[axis.axis]);
-  return stand;
+PacedGyroLine::AxisCounts PacedGyroLine::read_counts(const VirtualLaboratory& laboratory) const {
+  AxisCounts counts{.device_time_us = laboratory.device_time_us(sources_.units.front())};
+  for (const auto& axis : sources_.axes) counts.pulses.push_back(laboratory.pulses(axis.unit)[axis.axis]);
+  return counts;
 }
 
 /// Returns whether all units of the line are silent.
@@ -123,7 +124,7 @@ void PacedGyroLine::send(const VirtualLaboratory& laboratory, double share) {
 }
 
 void PacedGyroLine::skip(const VirtualLaboratory& laboratory) {
-  before_ = after_ = stand(laboratory);
+  before_ = after_ = read_counts(laboratory);
   count(laboratory, 1);
   server_.skip(sent_);
 }

@@ -56,7 +56,7 @@ struct GyroLineSources {
 
 /// Finds the sources of a line. Fails with usage if the laboratory does not have an axis, or if the frame has another
 /// number of axes.
-[[nodiscard]] Result<GyroLineSources> sources_of(const VirtualGyroLine& line, const VirtualLaboratory& laboratory);
+[[nodiscard]] Result<GyroLineSources> find_sources(const VirtualGyroLine& line, const VirtualLaboratory& laboratory);
 
 class PacedGyroLine {
  public:
@@ -70,8 +70,8 @@ class PacedGyroLine {
   /// Returns the time at which the next frame is due, in seconds since the start.
   [[nodiscard]] double next_s() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
   /// Record the counts at the beginning and at the end of a second.
-  void begin_second(const VirtualLaboratory& laboratory) { before_ = stand(laboratory); }
-  void end_second(const VirtualLaboratory& laboratory) { after_ = stand(laboratory); }
+  void begin_second(const VirtualLaboratory& laboratory) { before_ = read_counts(laboratory); }
+  void end_second(const VirtualLaboratory& laboratory) { after_ = read_counts(laboratory); }
   /// Sends the next frame at fraction `share` of the second. If all units of the line are silent the frame is lost. If
   /// some are silent their counts do not change, and their pulses of that time are lost. Nothing is sent while the
   /// units have no power.
@@ -81,11 +81,11 @@ class PacedGyroLine {
 
  private:
   /// Counts and clock of the axes at one end of the current second.
-  struct Stand {
+  struct AxisCounts {
     std::vector<std::int64_t> pulses{};
     std::int64_t device_time_us{};
   };
-  [[nodiscard]] Stand stand(const VirtualLaboratory& laboratory) const;
+  [[nodiscard]] AxisCounts read_counts(const VirtualLaboratory& laboratory) const;
   void count(const VirtualLaboratory& laboratory, double share);
   [[nodiscard]] bool is_silent(const VirtualLaboratory& laboratory) const;
   void gather_values(const VirtualLaboratory& laboratory);
@@ -94,7 +94,7 @@ class PacedGyroLine {
   GyroServer server_;
   double frames_a_second_;
   std::int64_t frames_{};
-  Stand before_, after_;
+  AxisCounts before_, after_;
   /// Pulses of each axis.
   std::vector<double> sent_, lost_;
   std::vector<double> values_;

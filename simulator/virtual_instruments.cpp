@@ -22,15 +22,15 @@ namespace {
 /// Indices of the laboratory's thermometers, in the order of an instrument's inputs.
 using Places = std::vector<std::size_t>;
 
-std::size_t inputs_of(const VirtualThermometer& thermometer) {
+std::size_t input_count(const VirtualThermometer& thermometer) {
   const auto modules = thermometer.kind == drivers::ThermometerKind::dcon ? thermometer.addresses.size() : 1;
   return row_of(thermometer.kind).inputs * modules;
 }
 
-Result<Places> places_of(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
-  if (thermometer.channels.size() > inputs_of(thermometer))
+Result<Places> find_thermometers(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
+  if (thermometer.channels.size() > input_count(thermometer))
     return failure(FaultKind::bad_file, "virtual thermometer",
-                   fmt::format("more than {} channels", inputs_of(thermometer)));
+                   fmt::format("more than {} channels", input_count(thermometer)));
   const auto& names = laboratory.thermometer_names();
   Places places;
   for (const auto& channel : thermometer.channels) {
@@ -51,7 +51,7 @@ OnInputs on_inputs(const Places& places, std::size_t first = 0) {
   return inputs;
 }
 
-std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const Places& places) {
+std::vector<DconModule> make_modules(const VirtualThermometer& thermometer, const Places& places) {
   std::vector<DconModule> modules;
   for (const auto address : thermometer.addresses)
     modules.push_back(
@@ -63,8 +63,8 @@ std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const 
 }
 
 /// Returns the factory of an instrument's sessions, or an empty one if the instrument is not a server.
-MakeSession session_of(const VirtualThermometer& thermometer, const Places& places,
-                       const VirtualLaboratory& laboratory) {
+MakeSession session_factory(const VirtualThermometer& thermometer, const Places& places,
+                            const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
     case drivers::ThermometerKind::lakeshore_218:
       return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
@@ -75,7 +75,7 @@ MakeSession session_of(const VirtualThermometer& thermometer, const Places& plac
         return std::make_unique<Pt12Session>(laboratory, inputs);
       };
     case drivers::ThermometerKind::dcon:
-      return [&laboratory, modules = modules_of(thermometer, places)] {
+      return [&laboratory, modules = make_modules(thermometer, places)] {
         return std::make_unique<DconSession>(laboratory, modules);
       };
     case drivers::ThermometerKind::process:
@@ -111,7 +111,7 @@ Result<std::vector<Pty>> open_ptys(std::size_t count) {
 }
 
 /// Returns "gyro", or with several lines "gyro" and the names of the units.
-std::string name_of(const GyroLineSources& sources, const VirtualLaboratory& laboratory, std::size_t lines) {
+std::string line_name(const GyroLineSources& sources, const VirtualLaboratory& laboratory, std::size_t lines) {
   if (lines == 1) return "gyro";
   std::vector<std::string> units;
   for (const auto unit : sources.units) units.push_back(laboratory.units()[unit]);
@@ -125,15 +125,15 @@ struct Sources {
   std::vector<AnalogueRegisters> analogue;
 };
 
-Result<Sources> sources_in(const VirtualLaboratory& laboratory, const VirtualInstrumentsOptions& options) {
+Result<Sources> find_instrument_sources(const VirtualLaboratory& laboratory, const VirtualInstrumentsOptions& options) {
   Sources sources;
   for (const auto& thermometer : options.thermometers) {
-    auto found = places_of(thermometer, laboratory);
+    auto found = find_thermometers(thermometer, laboratory);
     if (!found) return failure(std::move(found.error()));
     sources.thermometers.push_back(std::move(*found));
   }
   for (const auto& gyro : options.gyros) {
-    auto found = sources_of(gyro, laboratory);
+    auto found = find_sources(gyro, laboratory);
     if (!found) return failure(std::move(found.error()));
     sources.gyros.push_back(std::move(*found));
   }
@@ -234,7 +234,7 @@ class Servers final : public VirtualInstruments {
   }
 
   /// Removes and returns the next listener. Returns a closed one if the instruments are attended.
-  static Descriptor next_of(std::vector<Descriptor>& listeners) {
+  static Descriptor take_listener(std::vector<Descriptor>& listeners) {
     if (listeners.empty()) return {};
     auto next = std::move(listeners.front());
     listeners.erase(listeners.begin());
@@ -256,7 +256,7 @@ class Servers final : public VirtualInstruments {
 
   void serve_gyro(VirtualGyroLine line, const GyroLineSources& sources, const VirtualInstrumentsOptions& options,
                   Descriptor listener, std::optional<Pty> pty) {
-    const auto name = name_of(sources, laboratory_, options.gyros.size());
+    const auto name = line_name(sources, laboratory_, options.gyros.size());
     gyro_ports_.push_back(listener.is_open() ? port_of(listener) : std::uint16_t{0});
     if (listener.is_open()) lines_.push_back({name, fmt::format("tcp://127.0.0.1:{}", gyro_ports_.back())});
     gyros_.emplace_back(std::move(line), sources, options.frames, laboratory_.arcsec_per_pulse(), std::move(listener));
@@ -293,26 +293,26 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
   auto pty = ptys.begin();
   const MakeSession chamber = [this] { return make_modbus_session(chamber_); };
   sessions_[InstrumentKind::chamber] = {chamber};
-  chamber_port_ = serve("chamber", next_of(listeners), chamber);
+  chamber_port_ = serve("chamber", take_listener(listeners), chamber);
   if (options.ptys)
     serve("chamber", std::move(*pty++),
           [this] { return std::make_unique<ModbusRtuSession>(chamber_, drivers::LinkKind::rtu); });
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
-    const auto session = session_of(options.thermometers[i], places_[i], laboratory_);
+    const auto session = session_factory(options.thermometers[i], places_[i], laboratory_);
     sessions_[InstrumentKind::thermometer].push_back(session);
-    thermometer_ports_.push_back(session ? serve(instrument, next_of(listeners), session) : std::uint16_t{0});
+    thermometer_ports_.push_back(session ? serve(instrument, take_listener(listeners), session) : std::uint16_t{0});
     if (session && options.ptys) serve(instrument, std::move(*pty++), session);
   }
   for (std::size_t i = 0; i < options.gyros.size(); ++i)
-    serve_gyro(std::move(options.gyros[i]), sources.gyros[i], options, next_of(listeners),
+    serve_gyro(std::move(options.gyros[i]), sources.gyros[i], options, take_listener(listeners),
                options.ptys ? std::optional(std::move(*pty++)) : std::nullopt);
   for (std::size_t i = 0; i < analogue_.size(); ++i) {
     analogue_[i].watch(laboratory_);
     const auto instrument = fmt::format("analogue input {}", i + 1);
     const MakeSession session = [this, i] { return make_modbus_session(analogue_[i]); };
     sessions_[InstrumentKind::analogue_input].push_back(session);
-    analogue_ports_.push_back(serve(instrument, next_of(listeners), session));
+    analogue_ports_.push_back(serve(instrument, take_listener(listeners), session));
     if (options.ptys)
       serve(instrument, std::move(*pty++),
             [this, i] { return std::make_unique<ModbusRtuSession>(analogue_[i], drivers::LinkKind::rtu); });
@@ -324,7 +324,7 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
 
 Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLaboratory laboratory,
                                                                       VirtualInstrumentsOptions options) {
-  auto sources = sources_in(laboratory, options);
+  auto sources = find_instrument_sources(laboratory, options);
   if (!sources) return failure(std::move(sources.error()));
   const auto on_wires =
       std::ranges::count(options.thermometers, drivers::ThermometerKind::mcc_usb_temp, &VirtualThermometer::kind);

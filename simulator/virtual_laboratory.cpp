@@ -75,7 +75,7 @@ Celsius start_on_a_bracket(std::vector<DrawnUnit>& units, const BracketParameter
     return Celsius{sum_c / static_cast<double>(bodies.size())};
   });
   for (auto* body : bodies)
-    body->gyro = soaked_at(std::move(body->gyro), Bracket(bracket, rests_at).seen_by_a_body(air));
+    body->gyro = soaked_at(std::move(body->gyro), Bracket(bracket, rests_at).effective_air(air));
   return rests_at;
 }
 
@@ -98,7 +98,7 @@ struct VirtualLaboratory::Parts {
   std::vector<char> silent;
   std::vector<BracketParameters> on_brackets;
   std::vector<Bracket> brackets;
-  std::vector<std::optional<std::size_t>> bracket_of;
+  std::vector<std::optional<std::size_t>> bracket_indices;
   std::vector<std::string> thermometer_names;
   /// Readings without and with faults.
   std::vector<double> sound_c, shown_c;
@@ -127,9 +127,9 @@ VirtualLaboratory::Parts::Parts(const LaboratoryParameters& type, LaboratorySeed
 
 void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, LaboratorySeed seed) {
   auto drawn = drawn_units(type, seed);
-  bracket_of.resize(drawn.size());
+  bracket_indices.resize(drawn.size());
   for (const auto& bracket : on_brackets) {
-    for (const auto on_it : bracket.units) bracket_of[on_it] = brackets.size();
+    for (const auto on_it : bracket.units) bracket_indices[on_it] = brackets.size();
     brackets.emplace_back(bracket, start_on_a_bracket(drawn, bracket));
   }
   for (auto& one : drawn) {
@@ -168,7 +168,7 @@ Celsius VirtualLaboratory::Parts::mean_of_cabinets(const BracketParameters& brac
 }
 
 Celsius VirtualLaboratory::Parts::air_around(std::size_t one) const {
-  return bracket_of[one] ? brackets[*bracket_of[one]].seen_by_a_body(plant.air()) : plant.air();
+  return bracket_indices[one] ? brackets[*bracket_indices[one]].effective_air(plant.air()) : plant.air();
 }
 
 VirtualLaboratory::VirtualLaboratory(const LaboratoryParameters& parameters, LaboratorySeed seed)
@@ -248,7 +248,7 @@ std::vector<DegreesPerHour> VirtualLaboratory::drift(std::size_t unit) const {
 }
 
 std::optional<Celsius> VirtualLaboratory::bracket(std::size_t unit) const {
-  const auto bracket = parts_->bracket_of.at(unit);
+  const auto bracket = parts_->bracket_indices.at(unit);
   if (!bracket) return {};
   return parts_->brackets[*bracket].temperature();
 }

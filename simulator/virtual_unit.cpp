@@ -17,14 +17,16 @@ std::unique_ptr<VirtualGyro> make_gyro(const LumpedGyroParameters& p, Laboratory
   return std::make_unique<LumpedGyro>(p);
 }
 std::unique_ptr<VirtualGyro> make_gyro(const ReducedGyroParameters& p, LaboratorySeed seed) {
-  return std::make_unique<ReducedGyro>(p, past_of(p.storage, seed));
+  return std::make_unique<ReducedGyro>(p, make_past(p.storage, seed));
 }
 
 std::unique_ptr<VirtualGyro> make_gyro(const DrawnAxis& axis) {
   return std::visit([&](const auto& body) { return make_gyro(body, axis.seed); }, axis.gyro.body);
 }
 
-Celsius cabinet_at_rest(const LumpedGyroParameters& parameters) { return {LumpedGyro(parameters).places_c().back()}; }
+Celsius cabinet_at_rest(const LumpedGyroParameters& parameters) {
+  return {LumpedGyro(parameters).locations_c().back()};
+}
 
 std::uint64_t fnv1a(std::string_view text) {
   std::uint64_t hash = 0xcbf29ce484222325U;
@@ -39,11 +41,11 @@ std::string axis_name(std::string_view unit, std::string_view axis) {
 }
 
 std::vector<std::string> thermometer_names_of(const std::vector<UnitParameters>& units) {
-  if (units.empty()) return {kPlaceNames.begin(), kPlaceNames.end()};
+  if (units.empty()) return {kLocationNames.begin(), kLocationNames.end()};
   std::vector<std::string> names;
   for (const auto& unit : units)
     for (const auto& axis : unit.axes)
-      for (const auto place : kPlaceNames) names.push_back(axis_name(axis_name(unit.name, axis.name), place));
+      for (const auto place : kLocationNames) names.push_back(axis_name(axis_name(unit.name, axis.name), place));
   return names;
 }
 
@@ -60,19 +62,19 @@ VirtualAxis::VirtualAxis(const DrawnAxis& drawn)
     : gyro_(make_gyro(drawn)),
       hop_(drawn.hop),
       true_bias_(gyro_->bias()),
-      thermometers_(drawn.gyro.thermometers, gyro_->places_c(), noise_seed(drawn.seed)),
+      thermometers_(drawn.gyro.thermometers, gyro_->locations_c(), noise_seed(drawn.seed)),
       readout_(drawn.gyro.gyro, noise_seed(drawn.seed)) {}
 
 void VirtualAxis::switch_on(bool on) {
   gyro_->switch_on(on);
-  if (on) readout_.start_anew();
+  if (on) readout_.restart();
 }
 
 void VirtualAxis::step(Celsius air, double output, const UnitState& state) {
   true_bias_ = gyro_->bias();
   if (!state.off) readout_.step(true_bias_ + hopped(), gyro_->block(), state.turned);
   gyro_->step(air, output);
-  thermometers_.step(gyro_->places_c());
+  thermometers_.step(gyro_->locations_c());
   ++seconds_;
 }
 
@@ -83,12 +85,12 @@ DegreesPerHour VirtualAxis::hopped() const {
 
 Housekeeping::Housekeeping(const LaboratoryParameters& type, Celsius block, std::uint64_t seed)
     : thermometer_(type.own_temperature),
-      laws_(type.values),
+      value_parameters_(type.values),
       thermometer_noise_(seed, RandomPurpose::own_temperature),
       value_noise_(seed, RandomPurpose::own_values),
       sensed_c_(block.value) {
   if (thermometer_) values_.push_back({.name = kOwnTemperature, .value = 0});
-  for (const auto& law : laws_) values_.push_back({.name = law.name, .value = 0});
+  for (const auto& law : value_parameters_) values_.push_back({.name = law.name, .value = 0});
   read(block);
 }
 
@@ -104,7 +106,7 @@ void Housekeeping::read(Celsius block) {
     const double shown_c = sensed_c_ + t.offset_k + t.noise_k * thermometer_noise_.normal();
     (value++)->value = to_resolution(shown_c, t.resolution_k);
   }
-  for (const auto& law : laws_)
+  for (const auto& law : value_parameters_)
     (value++)->value = law.at_20_c + law.per_k * (block.value - 20) + law.noise * value_noise_.normal();
 }
 

@@ -53,8 +53,8 @@ class VirtualAxis {
   /// Advances by one second in this air, with heater and cooler at `output` (VirtualGyro::step).
   void step(Celsius air, double output, const UnitState& state);
 
-  [[nodiscard]] PlaceTemperatures thermometers_c() const { return thermometers_.readings_c(); }
-  [[nodiscard]] Celsius cabinet() const { return {gyro_->places_c().back()}; }
+  [[nodiscard]] LocationTemperatures thermometers_c() const { return thermometers_.readings_c(); }
+  [[nodiscard]] Celsius cabinet() const { return {gyro_->locations_c().back()}; }
   [[nodiscard]] Celsius block() const { return gyro_->block(); }
   [[nodiscard]] const GyroReadout& readout() const { return readout_; }
   /// Returns the true bias of the past second.
@@ -88,7 +88,7 @@ class Housekeeping {
   void read(Celsius block);
 
   std::optional<OwnThermometer> thermometer_;
-  std::vector<OwnValue> laws_;
+  std::vector<OwnValue> value_parameters_;
   RandomStream thermometer_noise_, value_noise_;
   double sensed_c_;
   std::vector<UnitValue> values_;

@@ -34,7 +34,7 @@ struct FigureArguments {
 };
 
 /// Returns the rows of the paper's Table 1. Air has a conductivity per gap and none of its own.
-std::vector<report::ReportedMaterial> materials_of(const thermal::GyroModel& model) {
+std::vector<report::ReportedMaterial> material_rows(const thermal::GyroModel& model) {
   std::vector<report::ReportedMaterial> all;
   for (std::size_t k = 0; k < thermal::kGyroMaterials; ++k) {
     const thermal::MaterialProperties& one = model.materials[k];
@@ -54,10 +54,10 @@ report::ReportedHeatSource source(const char* name, double power_w, double volum
 }
 
 /// Returns the rows of the paper's Table 2: both gain arms together, the preamplifier, each ballast.
-std::vector<report::ReportedHeatSource> sources_of(const thermal::GyroModel& model) {
+std::vector<report::ReportedHeatSource> heat_source_rows(const thermal::GyroModel& model) {
   using thermal::ThermalInput;
   thermal::ThermalPowers powers = model.powers_w;
-  const auto power = [&](ThermalInput input) { return power_of(powers, input); };
+  const auto power = [&](ThermalInput input) { return input_power(powers, input); };
   const auto& [length, width, thickness] = model.geometry.preamplifier;
   return {
       source("gain_area", power(ThermalInput::gain_left) + power(ThermalInput::gain_right), model.geometry.gain_volume),
@@ -74,13 +74,13 @@ void round_off(plot::ThermalImage& image) {
 }
 
 /// Returns the image at steady state on the coarse mesh, with the mesh and the air temperature.
-Result<report::ReportedThermalImage> image_of(const thermal::GyroModel& model, double ambient_c) {
+Result<report::ReportedThermalImage> compute_image(const thermal::GyroModel& model, double ambient_c) {
   const bool is_block = model.mode == thermal::GyroMode::block;
   const double film = is_block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
   const auto mesh = make_mesh(model, thermal::MeshSize::coarse);
   const auto state = steady_state(model, mesh, {.ambient_c = ambient_c, .film_w_per_m2_k = film});
   if (!state) return failure(state.error());
-  plot::ThermalImage image = top_face_of(model, mesh, *state, kColumns);
+  plot::ThermalImage image = make_top_face(model, mesh, *state, kColumns);
   round_off(image);
   return report::ReportedThermalImage{.mesh = "coarse",
                                       .elements = static_cast<int>(mesh.element_count),
@@ -99,15 +99,15 @@ Result<Exit> figure(Console& console, const FigureArguments& options) {
   const auto model = thermal::parse_gyro(*text, *path);
   if (!model) return failure(model.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  auto image = image_of(*model, options.ambient_c);
+  auto image = compute_image(*model, options.ambient_c);
   if (!image) return failure(image.error());
   const report::ReportedThermalModel reported{
       .gyro = model->name,
       .title = model->title,
       .gyro_sha256 = sha256(*text),
       .ballast_reading = std::string(thermal::kBallastReadingNames[static_cast<std::size_t>(model->ballast_reading)]),
-      .materials = materials_of(*model),
-      .sources = sources_of(*model),
+      .materials = material_rows(*model),
+      .sources = heat_source_rows(*model),
       .image = std::move(*image)};
   Json json{{"schema", report::kThermalFigureSchema}, {"simulated", true}};
   json.update(json_of(reported));

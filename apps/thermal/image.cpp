@@ -49,7 +49,7 @@ std::string describe(const std::vector<thermal::FittedDifference>& family, doubl
   for (const auto& fit : family)
     text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
                         thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
-                        fit.difference_k, fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
+                        fit.difference_k, fit.warmest_location_c, fit.reached ? "" : "  (cannot give it)");
   return text;
 }
 
@@ -63,7 +63,7 @@ std::string json(const std::vector<thermal::FittedDifference>& family, const Fit
     json["calibration"].push_back({{"parameter", thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
                                    {"value", fit.value},
                                    {"difference_k", fit.difference_k},
-                                   {"warmest_place_c", fit.warmest_place_c},
+                                   {"warmest_place_c", fit.warmest_location_c},
                                    {"reached", fit.reached}});
   return json.dump(2) + "\n";
 }
@@ -109,7 +109,7 @@ double used_film(const thermal::GyroModel& model, const ThermalArguments& option
 
 /// Reports progress and fails with interrupted after an interrupt. Called between the parts of the work, because a mesh
 /// is solved in one piece.
-Result<void> go_on(Console& console, std::string_view stage, double fraction) {
+Result<void> check_interrupt(Console& console, std::string_view stage, double fraction) {
   if (keep_going(console.sink(), stage, fraction)) return {};
   return failure(FaultKind::interrupted, "thermal", "stopped");
 }
@@ -128,7 +128,7 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
       console.say(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
                               thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
   }
-  if (auto goes_on = go_on(console, "steady state", 0); !goes_on) return failure(goes_on.error());
+  if (auto running = check_interrupt(console, "steady state", 0); !running) return failure(running.error());
   solved.film_w_per_m2_k = used_film(solved.model, options);
   solved.mesh = make_mesh(solved.model, static_cast<thermal::MeshSize>(size));
   auto state = steady_state(solved.model, solved.mesh,
@@ -143,7 +143,7 @@ struct Means {
   double gain_c{}, non_gain_c{};
 };
 
-Means means_of(const thermal::SteadyState& state) {
+Means gain_means(const thermal::SteadyState& state) {
   const auto& t = state.outputs_c;
   return {(t[0] + t[1] + t[2]) / 3, (t[5] + t[6] + t[7]) / 3};
 }
@@ -156,7 +156,7 @@ std::string describe_point(const char* what, const thermal::ExtremePoint& point)
 
 std::string describe(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
-  const auto [gain_c, non_gain_c] = means_of(state);
+  const auto [gain_c, non_gain_c] = gain_means(state);
   auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
   for (std::size_t k = 0; k < 8; ++k)
     text += fmt::format("  {} {:.3f}", thermal::kThermalOutputNames[k], state.outputs_c[k]);
@@ -182,7 +182,7 @@ Json json_of(const thermal::ExtremePoint& point) {
 /// Returns the results without values that vary from run to run.
 Json json(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
-  const auto [gain_c, non_gain_c] = means_of(state);
+  const auto [gain_c, non_gain_c] = gain_means(state);
   Json json{{"schema", kThermalSchema},
             {"simulated", true},
             {"gyro", solved.model.name},
@@ -225,7 +225,7 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
                         (folder / (view + ".png")).string()});
     const auto fraction = static_cast<double>(i + 1) / static_cast<double>(views.size());
     // Ctrl-C also ends that program.
-    if (auto goes_on = go_on(console, "pictures", fraction); !goes_on) return goes_on;
+    if (auto running = check_interrupt(console, "pictures", fraction); !running) return running;
     if (code && *code == 0) continue;
     const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
     console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
@@ -238,7 +238,7 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   const std::filesystem::path folder = options.out;
   std::vector<std::string> views;
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& view : views_of(solved.model, solved.mesh, solved.state)) {
+  for (const auto& view : make_views(solved.model, solved.mesh, solved.state)) {
     files.emplace_back(view.file + ".svg", plot::svg_of(view.image));
     views.push_back(view.file);
   }
@@ -267,7 +267,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   watch_for_interrupts(SecondInterrupt::ends);
   const auto solved = solve(console, std::move(*model), options);
   if (!solved) return failure(solved.error());
-  auto written = go_on(console, "pictures", 0).and_then([&] { return write_all(console, *solved, options); });
+  auto written = check_interrupt(console, "pictures", 0).and_then([&] { return write_all(console, *solved, options); });
   if (!written) return failure(written.error());
   if (!console.json) {
     console.data(describe(*solved, options));

@@ -44,7 +44,7 @@ Plane top_face(const thermal::GyroGeometry& geometry) {
           {0, 1, 0}};
 }
 
-std::vector<Plane> planes_of(const thermal::GyroGeometry& geometry) {
+std::vector<Plane> view_planes(const thermal::GyroGeometry& geometry) {
   const auto [x, y, z] = geometry.cabinet;
   return {top_face(geometry),
           {"bores",
@@ -74,7 +74,7 @@ bool is_drawn(thermal::GyroPart part) {
          part == thermal::GyroPart::ballast_right || part == thermal::GyroPart::cathode;
 }
 
-plot::ThermalImage image_of(const Plane& plane, const thermal::ThermalField& field, std::size_t columns) {
+plot::ThermalImage sample_plane(const Plane& plane, const thermal::ThermalField& field, std::size_t columns) {
   const double per_mm = static_cast<double>(columns) / (plane.right_mm.high - plane.right_mm.low);
   const auto rows = static_cast<std::size_t>(std::lround((plane.up_mm.high - plane.up_mm.low) * per_mm));
   plot::ThermalImage image{.title = plane.title,
@@ -101,7 +101,7 @@ plot::ThermalImage image_of(const Plane& plane, const thermal::ThermalField& fie
   return image;
 }
 
-std::vector<plot::ThermalMark> thermometers_of(const thermal::GyroModel& model, const thermal::SteadyState& state) {
+std::vector<plot::ThermalMark> thermometer_marks(const thermal::GyroModel& model, const thermal::SteadyState& state) {
   std::vector<plot::ThermalMark> marks;
   for (std::size_t k = 0; k < model.thermometers.size(); ++k) {
     const auto [u, v] = model.thermometers[k];
@@ -112,7 +112,7 @@ std::vector<plot::ThermalMark> thermometers_of(const thermal::GyroModel& model, 
 }
 
 /// Reduces a level plane to its intersection with the block and its parts, in whole millimetres.
-void leave_cabinet_out(Plane& plane, const thermal::GyroParts& parts) {
+void crop_to_block(Plane& plane, const thermal::GyroParts& parts) {
   thermal::PlanRectangle all = bounds(parts.block.plan);
   const auto add = [&](const thermal::Prism& prism) {
     const bool is_met = prism.z0 <= plane.origin_mm[2] && plane.origin_mm[2] <= prism.z1;
@@ -128,26 +128,26 @@ void leave_cabinet_out(Plane& plane, const thermal::GyroParts& parts) {
 
 }  // namespace
 
-std::vector<ThermalView> views_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
-                                  const thermal::SteadyState& state, std::size_t columns) {
+std::vector<ThermalView> make_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                    const thermal::SteadyState& state, std::size_t columns) {
   const thermal::ThermalField field(model, mesh, state.field_c);
   std::vector<ThermalView> views;
   plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const auto& plane : planes_of(model.geometry)) {
-    views.push_back({plane.file, image_of(plane, field, columns)});
+  for (const auto& plane : view_planes(model.geometry)) {
+    views.push_back({plane.file, sample_plane(plane, field, columns)});
     colours = joined(colours, plot::range_of(views.back().image.celsius.values));
   }
-  views.front().image.marks = thermometers_of(model, state);
+  views.front().image.marks = thermometer_marks(model, state);
   for (auto& view : views) view.image.colours_c = rounded_out(colours, 10);
   return views;
 }
 
-plot::ThermalImage top_face_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
-                               const thermal::SteadyState& state, std::size_t columns) {
+plot::ThermalImage make_top_face(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                 const thermal::SteadyState& state, std::size_t columns) {
   Plane plane = top_face(model.geometry);
-  leave_cabinet_out(plane, parts_of(model));
-  auto image = image_of(plane, thermal::ThermalField(model, mesh, state.field_c), columns);
-  image.marks = thermometers_of(model, state);
+  crop_to_block(plane, make_parts(model));
+  auto image = sample_plane(plane, thermal::ThermalField(model, mesh, state.field_c), columns);
+  image.marks = thermometer_marks(model, state);
   image.colours_c = rounded_out(plot::range_of(image.celsius.values), 10);
   return image;
 }

@@ -21,12 +21,12 @@ struct ThermalView {
 /// Returns three views: the block's top face with the thermometers, the plane of the bores, and the upright section
 /// from G to A. The block and its parts are coloured, on one scale in all views. Air is white. The cabinet and its
 /// parts are drawn as outlines. `columns` is the number of samples from left to right.
-[[nodiscard]] std::vector<ThermalView> views_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
-                                                const thermal::SteadyState& state, std::size_t columns = 900);
+[[nodiscard]] std::vector<ThermalView> make_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                                  const thermal::SteadyState& state, std::size_t columns = 900);
 
 /// Returns the block's top face with the thermometers, without the cabinet around it, on its own scale. `columns` is
 /// the number of samples from left to right.
-[[nodiscard]] plot::ThermalImage top_face_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
-                                             const thermal::SteadyState& state, std::size_t columns);
+[[nodiscard]] plot::ThermalImage make_top_face(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                               const thermal::SteadyState& state, std::size_t columns);
 
 }  // namespace gyrotherm::app

@@ -146,7 +146,7 @@ _KINDS = {
     "texts_at": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
-    "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "node_of": None,
+    "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,
     "has_role": None,
 }  # fmt: skip
 _LEFT_OUT = {

@@ -25,7 +25,7 @@ double as_sent(const drivers::FrameField& field, double value) {
 }
 
 /// Returns the frame's field for this value.
-drivers::AxisReading reading_of(const drivers::FrameField& field, double value) {
+drivers::AxisReading make_reading(const drivers::FrameField& field, double value) {
   drivers::AxisReading reading{.value = value};
   if (!is_real(field.type)) reading.pulses = unscaled(field, value).whole;
   return reading;
@@ -80,7 +80,7 @@ drivers::GyroFrame StreamWriter::frame(std::int64_t number, std::int64_t device_
   const auto* time = format_.find(drivers::FieldRole::timestamp);
   const double unit_us = time ? time->unit_s * 1e6 : 1;
   frame.timestamp = static_cast<std::uint64_t>(std::llround(static_cast<double>(device_time_us) / unit_us));
-  for (const auto& axis : axes_) frame.axes.push_back(reading_of(axis.field, 0));
+  for (const auto& axis : axes_) frame.axes.push_back(make_reading(axis.field, 0));
   frame.values.assign(usual_.begin(), usual_.end());
   return frame;
 }
@@ -117,7 +117,7 @@ drivers::AxisReading StreamWriter::put_angle(double pulses, double seconds, Axis
   const double read = as_sent(field, value);
   if (field.role == drivers::FieldRole::rate) axis.angle += read * seconds;
   if (field.role == drivers::FieldRole::increment) axis.angle += read;
-  return reading_of(field, value);
+  return make_reading(field, value);
 }
 
 std::vector<std::byte> StreamWriter::next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,

@@ -10,14 +10,14 @@
 namespace gyrotherm::simulator {
 namespace {
 
-constexpr const char* kPlaceInMemory = "virtual line";
+constexpr const char* kLineName = "virtual line";
 
 tl::unexpected<Fault> nothing_came(Duration within) {
-  return failure(FaultKind::timeout, kPlaceInMemory, fmt::format("nothing came in {:.3f} s", to_seconds(within)));
+  return failure(FaultKind::timeout, kLineName, fmt::format("nothing came in {:.3f} s", to_seconds(within)));
 }
 
 tl::unexpected<Fault> was_closed() {
-  return failure(FaultKind::disconnected, kPlaceInMemory, "the other end closed the line");
+  return failure(FaultKind::disconnected, kLineName, "the other end closed the line");
 }
 
 class SendingLine final : public drivers::ByteStream {
@@ -81,8 +81,8 @@ class AnsweringLine final : public drivers::ByteStream {
 }  // namespace
 
 bool MemoryPipe::put(std::span<const std::byte> bytes) {
-  if (size() + bytes.size() > kRoom) return false;
-  if (taken_ == bytes_.size() || taken_ >= kRoom) {
+  if (size() + bytes.size() > kCapacity) return false;
+  if (taken_ == bytes_.size() || taken_ >= kCapacity) {
     bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(taken_));
     taken_ = 0;
   }

@@ -18,7 +18,7 @@ namespace gyrotherm::simulator {
 class MemoryPipe {
  public:
   /// Capacity, like that of a socket.
-  static constexpr std::size_t kRoom = std::size_t{1} << 18;
+  static constexpr std::size_t kCapacity = std::size_t{1} << 18;
 
   [[nodiscard]] std::size_t size() const { return bytes_.size() - taken_; }
   /// Appends all bytes. Returns false and appends nothing if they do not fit.

@@ -33,7 +33,7 @@ struct Run {
 };
 
 /// Returns `count` registers from `address` on as such runs, or nothing if the link does not have one of them.
-std::optional<std::vector<Run>> runs_of(const LinkAddresses& addresses, std::uint16_t address, std::uint16_t count) {
+std::optional<std::vector<Run>> split_runs(const LinkAddresses& addresses, std::uint16_t address, std::uint16_t count) {
   if (address + count > 0x10000) return std::nullopt;
   std::vector<Run> runs;
   for (std::uint16_t i = 0; i < count; ++i) {
@@ -52,7 +52,7 @@ tl::expected<void, ModbusException> read_registers(const ServedRegisters& regist
                                                    std::vector<std::uint16_t>& words) {
   if (request.count == 0 || request.count > addresses.read_at_most())
     return tl::unexpected(ModbusException::illegal_value);
-  const auto runs = runs_of(addresses, request.address, request.count);
+  const auto runs = split_runs(addresses, request.address, request.count);
   if (!runs) return tl::unexpected(ModbusException::illegal_address);
   for (const auto& run : *runs)
     if (auto done = registers.read(static_cast<drivers::ReadFunction>(request.function), run.address, run.count, words);
@@ -66,7 +66,7 @@ tl::expected<void, ModbusException> write_registers(ServedRegisters& registers, 
                                                     drivers::WriteFunction function,
                                                     const drivers::ModbusRequest& request) {
   if (request.words.empty()) return tl::unexpected(ModbusException::illegal_value);
-  const auto runs = runs_of(addresses, request.address, static_cast<std::uint16_t>(request.words.size()));
+  const auto runs = split_runs(addresses, request.address, static_cast<std::uint16_t>(request.words.size()));
   if (!runs || runs->size() != 1) return tl::unexpected(ModbusException::illegal_address);
   return registers.write(function, runs->front().address, request.words);
 }

@@ -98,7 +98,7 @@ std::string DconSession::readings(const DconModule& module, std::string_view whi
 namespace {
 
 /// Returns n of "TN?", from 1, or 0 for another command.
-std::size_t input_of(std::string_view command) {
+std::size_t parse_input(std::string_view command) {
   if (command.size() < 3 || command.front() != 'T' || command.back() != '?') return 0;
   const auto digits = command.substr(1, command.size() - 2);
   std::size_t input{};
@@ -124,7 +124,7 @@ std::string Pt12Session::answer(std::string_view command) const {
   std::array<std::optional<double>, drivers::kPt12Inputs> shown;
   for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = read_at(inputs_[i], laboratory_);
   if (upper == "T?") return drivers::encode_pt12_temperatures(shown) + "\r\n";
-  if (const auto input = input_of(upper); input > 0)
+  if (const auto input = parse_input(upper); input > 0)
     return drivers::encode_pt12_temperatures(std::span(shown).subspan(input - 1, 1)) + "\r\n";
   return {};
 }

@@ -37,10 +37,10 @@ Around make_around() {
   Around around;
   around.node_at.fill(-1);
   for (int n = 0; n < kHex20; ++n) {
-    const auto& from = kHex20Places[n];
+    const auto& from = kHex20Positions[n];
     around.node_at[from[0] + 3 * from[1] + 9 * from[2]] = n;
     for (int m = 0; m < kHex20; ++m) {
-      const auto& to = kHex20Places[m];
+      const auto& to = kHex20Positions[m];
       around.of[n][m] = (to[0] - from[0] + 2) + 5 * (to[1] - from[1] + 2) + 25 * (to[2] - from[2] + 2);
       around.reached[n].set(around.of[n][m]);
     }
@@ -139,7 +139,7 @@ void each_film_entry(const GyroMesh& mesh, Visit visit) {
   const auto& reference = hex20_integrals();
   for (const auto& face : mesh.film) {
     const auto [i, j, k] = mesh.place(face.brick);
-    const auto nodes = nodes_of(mesh, i, j, k);
+    const auto nodes = brick_nodes(mesh, i, j, k);
     const double scale = face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     for (int n = 0; n < kHex20; ++n)
       for (int m = 0; m < kHex20; ++m)
@@ -159,7 +159,7 @@ constexpr std::array<GyroPart, kThermalInputs - 1> kHeated{
     GyroPart::gain_left, GyroPart::gain_right, GyroPart::preamplifier, GyroPart::ballast_left, GyroPart::ballast_right};
 
 const MaterialProperties& properties(const GyroModel& model, GyroPart part) {
-  return model.materials[static_cast<std::size_t>(material_of(part))];
+  return model.materials[static_cast<std::size_t>(part_material(part))];
 }
 
 /// One value as c₀ + Σ c_m k_m over the conductivities of the gaps.
@@ -236,14 +236,14 @@ SparseMatrix assemble_film(const GyroMesh& mesh) {
 template <class Add>
 void each_mean(const GyroMesh& mesh, const std::vector<GyroPart>& parts, Add add) {
   std::array<double, kGyroParts> volume{};
-  for (const auto part : parts) volume[index(part)] = volume_of(mesh, part);
+  for (const auto part : parts) volume[index(part)] = part_volume(mesh, part);
   const auto& load = hex20_integrals().load;
   each_brick(mesh, [&](int i, int j, int k, const BrickClass& brick) {
     for (std::size_t p = 0; p < parts.size(); ++p) {
-      const double share = share_of(brick, parts[p]);
+      const double share = part_share(brick, parts[p]);
       if (share == 0) continue;
       const double scale = share * edges(mesh, i, j, k).volume() / 8 / volume[index(parts[p])];
-      const auto nodes = nodes_of(mesh, i, j, k);
+      const auto nodes = brick_nodes(mesh, i, j, k);
       for (int n = 0; n < kHex20; ++n) add(p, nodes[n], scale * load[n]);
     }
   });
@@ -264,10 +264,10 @@ double heat_capacity(const GyroModel& model, const BrickClass& brick) {
   return sum;
 }
 
-std::array<std::int32_t, 20> nodes_of(const GyroMesh& mesh, int i, int j, int k) {
+std::array<std::int32_t, 20> brick_nodes(const GyroMesh& mesh, int i, int j, int k) {
   std::array<std::int32_t, 20> nodes{};
   for (int n = 0; n < kHex20; ++n) {
-    const auto& place = kHex20Places[n];
+    const auto& place = kHex20Positions[n];
     nodes[n] = mesh.nodes[mesh.point(2 * i + place[0], 2 * j + place[1], 2 * k + place[2])];
   }
   return nodes;
@@ -305,7 +305,7 @@ Eigen::VectorXd assemble_film_ambient(const GyroMesh& mesh) {
   const auto& load = hex20_integrals().face_load;
   for (const auto& face : mesh.film) {
     const auto [i, j, k] = mesh.place(face.brick);
-    const auto nodes = nodes_of(mesh, i, j, k);
+    const auto nodes = brick_nodes(mesh, i, j, k);
     const double scale = face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     for (int n = 0; n < kHex20; ++n) area[nodes[n]] += scale * load[face.face][n];
   }
@@ -319,7 +319,7 @@ SparseMatrix assemble_outputs(const GyroModel& model, const GyroMesh& mesh) {
     const auto& [u, v] = model.thermometers[t];
     const auto at = locate(mesh, 1e-3 * (g.cabinet[0] / 2 + u), 1e-3 * (g.cabinet[1] / 2 + v),
                            1e-3 * (g.cabinet[2] / 2 + g.block_thickness / 2));
-    const auto nodes = nodes_of(mesh, at.i, at.j, at.k);
+    const auto nodes = brick_nodes(mesh, at.i, at.j, at.k);
     const auto shape = hex20_shape(at.xi, at.eta, at.zeta);
     // The mesh does not contain this location.
     if (std::ranges::count(nodes, -1) > 0) continue;
@@ -354,7 +354,7 @@ ThermalSystem assemble(const GyroModel& model, const GyroMesh& mesh) {
 }
 
 ThermalField::ThermalField(const GyroModel& model, const GyroMesh& mesh, const Eigen::VectorXd& field_c)
-    : model_(model), mesh_(mesh), field_c_(field_c), parts_(parts_of(model)) {}
+    : model_(model), mesh_(mesh), field_c_(field_c), parts_(make_parts(model)) {}
 
 double ThermalField::temperature_at(double x, double y, double z) const {
   constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
@@ -365,7 +365,7 @@ double ThermalField::temperature_at(double x, double y, double z) const {
   if (off(mesh_.x, x) || off(mesh_.y, y) || off(mesh_.z, z)) return kNowhere;
   const auto at = locate(mesh_, x, y, z);
   if (mesh_.bricks[mesh_.brick(at.i, at.j, at.k)] == 0) return kNowhere;
-  const auto nodes = nodes_of(mesh_, at.i, at.j, at.k);
+  const auto nodes = brick_nodes(mesh_, at.i, at.j, at.k);
   const auto shape = hex20_shape(at.xi, at.eta, at.zeta);
   double sum = 0;
   for (int n = 0; n < kHex20; ++n) sum += shape[n] * field_c_[nodes[n]];

@@ -39,7 +39,7 @@ struct Conductivity {
 [[nodiscard]] double heat_capacity(const GyroModel& model, const BrickClass& brick);
 
 /// Returns the nodes of brick (i, j, k) in the element's order.
-[[nodiscard]] std::array<std::int32_t, 20> nodes_of(const GyroMesh& mesh, int i, int j, int k);
+[[nodiscard]] std::array<std::int32_t, 20> brick_nodes(const GyroMesh& mesh, int i, int j, int k);
 
 /// A point in the mesh's axes, m: its brick and its position there, −1 … 1. A point on a face belongs to the lower
 /// brick.

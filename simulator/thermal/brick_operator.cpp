@@ -220,7 +220,7 @@ template <class Pointer>
 struct RowsAround {
   Pointer corner[4], x_edge[4], y_edge[2], z_edge[2];
 
-  RowsAround(const BrickPlaces& places, int j, int k, Pointer field) {
+  RowsAround(const FieldLayout& places, int j, int k, Pointer field) {
     for (int n = 0; n < 4; ++n) {
       corner[n] = field + places.corner(0, j + n % 2, k + n / 2);
       x_edge[n] = field + places.x_edge(0, j + n % 2, k + n / 2);
@@ -329,7 +329,7 @@ GYROTHERM_BRICK_INLINE void add_ends(RowEnds<Real>& ends, int bricks, const Rows
 }
 
 template <class Real>
-GYROTHERM_BRICK_INLINE void multiply_rows(const BrickPlaces& places, const BrickWeights<Real>& weights,
+GYROTHERM_BRICK_INLINE void multiply_rows(const FieldLayout& places, const BrickWeights<Real>& weights,
                                           const Real* field, Real* product) {
   std::fill_n(product, places.padded(), Real(0));
   RowEnds<Real> ends(places.nx());
@@ -350,11 +350,11 @@ GYROTHERM_BRICK_INLINE void multiply_rows(const BrickPlaces& places, const Brick
   }
 }
 
-GYROTHERM_BRICK_CLONES void multiply_bricks(const BrickPlaces& places, const BrickWeights<double>& weights,
+GYROTHERM_BRICK_CLONES void multiply_bricks(const FieldLayout& places, const BrickWeights<double>& weights,
                                             const double* field, double* product) {
   multiply_rows(places, weights, field, product);
 }
-GYROTHERM_BRICK_CLONES void multiply_bricks(const BrickPlaces& places, const BrickWeights<float>& weights,
+GYROTHERM_BRICK_CLONES void multiply_bricks(const FieldLayout& places, const BrickWeights<float>& weights,
                                             const float* field, float* product) {
   multiply_rows(places, weights, field, product);
 }
@@ -367,7 +367,7 @@ template <class Real>
 FaceMatrices<Real> face_matrices() {
   FaceMatrices<Real> all{};
   for (int face = 0; face < kBrickFaces; ++face) {
-    const auto nodes = nodes_of_face(face);
+    const auto nodes = face_nodes(face);
     const auto& mass = hex20_integrals().face_mass[face];
     for (std::size_t n = 0; n < 8; ++n)
       for (std::size_t m = 0; m < 8; ++m) all[face][n][m] = static_cast<Real>(mass(nodes[n], nodes[m]));
@@ -390,56 +390,56 @@ void multiply_film(const BrickWeights<Real>& weights, const Real* field, Real* p
 
 }  // namespace
 
-BrickPlaces::BrickPlaces(const GyroMesh& mesh) : nx_(mesh.nx()), ny_(mesh.ny()), nz_(mesh.nz()) {
+FieldLayout::FieldLayout(const GyroMesh& mesh) : nx_(mesh.nx()), ny_(mesh.ny()), nz_(mesh.nz()) {
   const auto count = [](int a, int b, int c) { return static_cast<Eigen::Index>(a) * b * c; };
   x_edges_ = count(nx_ + 1, ny_ + 1, nz_ + 1);
   y_edges_ = x_edges_ + count(nx_, ny_ + 1, nz_ + 1);
   z_edges_ = y_edges_ + count(nx_ + 1, ny_, nz_ + 1);
   count_ = z_edges_ + count(nx_ + 1, ny_ + 1, nz_);
-  place_of_node_.resize(mesh.node_count);
+  node_positions_.resize(mesh.node_count);
   each_node(mesh, [&](int node, int I, int J, int K) {
-    place_of_node_[static_cast<std::size_t>(node)] = static_cast<std::int32_t>(of_point(I, J, K));
+    node_positions_[static_cast<std::size_t>(node)] = static_cast<std::int32_t>(point_position(I, J, K));
   });
 }
 
-Eigen::Index BrickPlaces::of_point(int I, int J, int K) const {
+Eigen::Index FieldLayout::point_position(int I, int J, int K) const {
   const int i = I / 2, j = J / 2, k = K / 2;
   if (I % 2 != 0) return x_edge(i, j, k);
   if (J % 2 != 0) return y_edge(i, j, k);
   return K % 2 != 0 ? z_edge(i, j, k) : corner(i, j, k);
 }
 
-Eigen::Index BrickPlaces::of_node(int i, int j, int k, int node) const {
-  const auto& at = kHex20Places[node];
-  return of_point(2 * i + at[0], 2 * j + at[1], 2 * k + at[2]);
+Eigen::Index FieldLayout::node_position(int i, int j, int k, int node) const {
+  const auto& at = kHex20Positions[node];
+  return point_position(2 * i + at[0], 2 * j + at[1], 2 * k + at[2]);
 }
 
-Eigen::VectorXd BrickPlaces::from_nodes(const Eigen::VectorXd& field) const {
-  assert(field.size() == static_cast<Eigen::Index>(place_of_node_.size()));
+Eigen::VectorXd FieldLayout::from_nodes(const Eigen::VectorXd& field) const {
+  assert(field.size() == static_cast<Eigen::Index>(node_positions_.size()));
   Eigen::VectorXd placed = Eigen::VectorXd::Zero(padded());
-  for (std::size_t node = 0; node < place_of_node_.size(); ++node)
-    placed[place_of_node_[node]] = field[static_cast<Eigen::Index>(node)];
+  for (std::size_t node = 0; node < node_positions_.size(); ++node)
+    placed[node_positions_[node]] = field[static_cast<Eigen::Index>(node)];
   return placed;
 }
 
-Eigen::VectorXd BrickPlaces::to_nodes(const Eigen::VectorXd& field) const {
-  Eigen::VectorXd by_node(static_cast<Eigen::Index>(place_of_node_.size()));
-  for (std::size_t node = 0; node < place_of_node_.size(); ++node)
-    by_node[static_cast<Eigen::Index>(node)] = field[place_of_node_[node]];
+Eigen::VectorXd FieldLayout::to_nodes(const Eigen::VectorXd& field) const {
+  Eigen::VectorXd by_node(static_cast<Eigen::Index>(node_positions_.size()));
+  for (std::size_t node = 0; node < node_positions_.size(); ++node)
+    by_node[static_cast<Eigen::Index>(node)] = field[node_positions_[node]];
   return by_node;
 }
 
-std::array<int, 8> nodes_of_face(int face) {
+std::array<int, 8> face_nodes(int face) {
   std::array<int, 8> nodes{};
   std::size_t found = 0;
   for (int n = 0; n < kHex20; ++n)
-    if (kHex20Places[n][face / 2] == (face % 2 == 0 ? 0 : 2)) nodes[found++] = n;
+    if (kHex20Positions[n][face / 2] == (face % 2 == 0 ? 0 : 2)) nodes[found++] = n;
   assert(found == nodes.size());
   return nodes;
 }
 
 template <class Real>
-BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, const BrickPlaces& places,
+BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, const FieldLayout& places,
                                  const ThermalCoefficients& coefficients)
     : stride((mesh.nx() + kLanes<float> - 1) / kLanes<float> * kLanes<float>) {
   const auto rows = static_cast<std::size_t>(mesh.ny()) * static_cast<std::size_t>(mesh.nz());
@@ -462,29 +462,30 @@ BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, c
     const auto [i, j, k] = mesh.place(face.brick);
     const double scale = film_w_per_m2_k * face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     Face made{{}, face.face, static_cast<Real>(scale)};
-    const auto nodes = nodes_of_face(face.face);
-    for (std::size_t n = 0; n < 8; ++n) made.places[n] = static_cast<std::int32_t>(places.of_node(i, j, k, nodes[n]));
+    const auto nodes = face_nodes(face.face);
+    for (std::size_t n = 0; n < 8; ++n)
+      made.places[n] = static_cast<std::int32_t>(places.node_position(i, j, k, nodes[n]));
     film.push_back(made);
   }
 }
 
 template <class Real>
-void multiply(const BrickPlaces& places, const BrickWeights<Real>& weights, const Real* field, Real* product) {
+void multiply(const FieldLayout& places, const BrickWeights<Real>& weights, const Real* field, Real* product) {
   multiply_bricks(places, weights, field, product);
   multiply_film(weights, field, product);
 }
 
 template <class Real>
-Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const BrickPlaces& places, const BrickWeights<Real>& weights) {
+Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& places, const BrickWeights<Real>& weights) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(places.padded());
   const auto& r = hex20_integrals();
   each_weighted_brick(places, weights, [&](int i, int j, int k, std::size_t at) {
     for (int n = 0; n < kHex20; ++n)
-      sum[places.of_node(i, j, k, n)] += weights.x[at] * r.slopes[0](n, n) + weights.y[at] * r.slopes[1](n, n) +
-                                         weights.z[at] * r.slopes[2](n, n) + weights.xy[at] * r.cross(n, n);
+      sum[places.node_position(i, j, k, n)] += weights.x[at] * r.slopes[0](n, n) + weights.y[at] * r.slopes[1](n, n) +
+                                               weights.z[at] * r.slopes[2](n, n) + weights.xy[at] * r.cross(n, n);
   });
   for (const auto& face : weights.film) {
-    const auto nodes = nodes_of_face(face.face);
+    const auto nodes = face_nodes(face.face);
     for (std::size_t n = 0; n < 8; ++n) sum[face.places[n]] += face.film * r.face_mass[face.face](nodes[n], nodes[n]);
   }
   return sum.cast<Real>();
@@ -492,9 +493,9 @@ Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const BrickPlaces& places, const
 
 template struct BrickWeights<float>;
 template struct BrickWeights<double>;
-template void multiply(const BrickPlaces&, const BrickWeights<float>&, const float*, float*);
-template void multiply(const BrickPlaces&, const BrickWeights<double>&, const double*, double*);
-template Eigen::VectorXf diagonal(const BrickPlaces&, const BrickWeights<float>&);
-template Eigen::VectorXd diagonal(const BrickPlaces&, const BrickWeights<double>&);
+template void multiply(const FieldLayout&, const BrickWeights<float>&, const float*, float*);
+template void multiply(const FieldLayout&, const BrickWeights<double>&, const double*, double*);
+template Eigen::VectorXf diagonal(const FieldLayout&, const BrickWeights<float>&);
+template Eigen::VectorXd diagonal(const FieldLayout&, const BrickWeights<double>&);
 
 }  // namespace gyrotherm::thermal

@@ -20,9 +20,9 @@ namespace gyrotherm::thermal {
 /// Positions of the values of a field for vector arithmetic: all corners of the grid, then the midpoints of the edges
 /// along x, along y and along z, each with x running fastest. Positions without a node of the mesh are included; their
 /// values are 0.
-class BrickPlaces final {
+class FieldLayout final {
  public:
-  explicit BrickPlaces(const GyroMesh& mesh);
+  explicit FieldLayout(const GyroMesh& mesh);
 
   [[nodiscard]] int nx() const { return nx_; }
   [[nodiscard]] int ny() const { return ny_; }
@@ -40,9 +40,9 @@ class BrickPlaces final {
     return z_edges_ + (static_cast<Eigen::Index>(k) * (ny_ + 1) + j) * (nx_ + 1) + i;
   }
   /// Returns the position of a point of the doubled grid. At most one of its coordinates is odd.
-  [[nodiscard]] Eigen::Index of_point(int I, int J, int K) const;
+  [[nodiscard]] Eigen::Index point_position(int I, int J, int K) const;
   /// Returns the position of a node of brick (i, j, k), in the element's order.
-  [[nodiscard]] Eigen::Index of_node(int i, int j, int k, int node) const;
+  [[nodiscard]] Eigen::Index node_position(int i, int j, int k, int node) const;
   [[nodiscard]] Eigen::Index corners() const { return x_edges_; }
   [[nodiscard]] Eigen::Index count() const { return count_; }
   /// Returns the length of a field's vector. Vector arithmetic may read and rewrite elements behind the last position.
@@ -56,7 +56,7 @@ class BrickPlaces final {
   static constexpr Eigen::Index kPadding = 32;
   int nx_, ny_, nz_;
   Eigen::Index x_edges_, y_edges_, z_edges_, count_;
-  std::vector<std::int32_t> place_of_node_;
+  std::vector<std::int32_t> node_positions_;
 };
 
 /// Conductances of the bricks: for each brick k_dd·v/8·4/h_d² and k_xy·v/8·4/(h_x h_y), W/K, 0 for an empty one, and
@@ -75,7 +75,7 @@ struct BrickWeights {
   std::vector<bool> slanted;
   std::vector<Face> film;
 
-  BrickWeights(const GyroModel& model, const GyroMesh& mesh, const BrickPlaces& places,
+  BrickWeights(const GyroModel& model, const GyroMesh& mesh, const FieldLayout& places,
                const ThermalCoefficients& coefficients);
   [[nodiscard]] std::size_t row(int j, int k, int ny) const {
     return (static_cast<std::size_t>(k) * ny + j) * static_cast<std::size_t>(stride);
@@ -83,11 +83,11 @@ struct BrickWeights {
 };
 
 /// Returns the 8 nodes of a brick's face in the element's order, the 4 corners first.
-[[nodiscard]] std::array<int, 8> nodes_of_face(int face);
+[[nodiscard]] std::array<int, 8> face_nodes(int face);
 
 /// Calls visit(i, j, k, index of the brick's weights) for every brick, including empty ones.
 template <class Real, class Visit>
-void each_weighted_brick(const BrickPlaces& places, const BrickWeights<Real>& weights, Visit visit) {
+void each_weighted_brick(const FieldLayout& places, const BrickWeights<Real>& weights, Visit visit) {
   for (int k = 0; k < places.nz(); ++k)
     for (int j = 0; j < places.ny(); ++j)
       for (int i = 0; i < places.nx(); ++i)
@@ -96,11 +96,11 @@ void each_weighted_brick(const BrickPlaces& places, const BrickWeights<Real>& we
 
 /// Computes product = K field, both of padded() numbers. Elements behind the last position must be finite.
 template <class Real>
-void multiply(const BrickPlaces& places, const BrickWeights<Real>& weights, const Real* field, Real* product);
+void multiply(const FieldLayout& places, const BrickWeights<Real>& weights, const Real* field, Real* product);
 
 /// Returns the diagonal of K; 0 at positions without a node.
 template <class Real>
-[[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const BrickPlaces& places,
+[[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& places,
                                                               const BrickWeights<Real>& weights);
 
 }  // namespace gyrotherm::thermal

@@ -27,7 +27,7 @@ Interpolation from_corners() {
     for (int c = 0; c < kCorners; ++c) {
       double share = 1;
       for (int d = 0; d < 3; ++d) {
-        const int apart = std::abs(kHex20Places[n][d] - kHex20Places[c][d]);
+        const int apart = std::abs(kHex20Positions[n][d] - kHex20Positions[c][d]);
         share *= 1 - 0.5 * apart;
       }
       interpolation(n, c) = share;
@@ -38,14 +38,14 @@ Interpolation from_corners() {
 
 /// Returns the index of corner `to` among the 27 around corner `from`, which is in the middle; x runs fastest.
 int towards(int from, int to) {
-  const auto step = [&](int d) { return (kHex20Places[to][d] - kHex20Places[from][d]) / 2 + 1; };
+  const auto step = [&](int d) { return (kHex20Positions[to][d] - kHex20Positions[from][d]) / 2 + 1; };
   return step(0) + 3 * step(1) + 9 * step(2);
 }
 
 /// Matrix rows of the corners: the entries for the 27 corners around each.
 using Stencils = std::vector<std::array<double, 27>>;
 
-void add_bricks(const BrickPlaces& places, const BrickWeights<double>& weights, Stencils& stencils) {
+void add_bricks(const FieldLayout& places, const BrickWeights<double>& weights, Stencils& stencils) {
   const auto p = from_corners();
   const auto& r = hex20_integrals();
   std::array<CornerMatrix, 3> slopes;
@@ -56,7 +56,7 @@ void add_bricks(const BrickPlaces& places, const BrickWeights<double>& weights, 
     CornerMatrix matrix = weights.x[at] * slopes[0] + weights.y[at] * slopes[1] + weights.z[at] * slopes[2];
     if (weights.xy[at] != 0) matrix += weights.xy[at] * cross;
     for (int n = 0; n < kCorners; ++n) {
-      auto& stencil = stencils[static_cast<std::size_t>(places.of_node(i, j, k, n))];
+      auto& stencil = stencils[static_cast<std::size_t>(places.node_position(i, j, k, n))];
       for (int m = 0; m < kCorners; ++m) stencil[towards(n, m)] += matrix(n, m);
     }
   });
@@ -67,7 +67,7 @@ void add_film(const BrickWeights<double>& weights, Stencils& stencils) {
   std::array<CornerMatrix, kBrickFaces> faces;
   for (int face = 0; face < kBrickFaces; ++face) faces[face] = p.transpose() * hex20_integrals().face_mass[face] * p;
   for (const auto& face : weights.film) {
-    const auto nodes = nodes_of_face(face.face);
+    const auto nodes = face_nodes(face.face);
     for (std::size_t n = 0; n < 4; ++n)
       for (std::size_t m = 0; m < 4; ++m)
         stencils[static_cast<std::size_t>(face.places[n])][towards(nodes[n], nodes[m])] +=
@@ -77,7 +77,7 @@ void add_film(const BrickWeights<double>& weights, Stencils& stencils) {
 
 /// Calls visit(middle, end, other end) with the positions of every edge of the grid.
 template <class Visit>
-void each_edge(const BrickPlaces& places, Visit visit) {
+void each_edge(const FieldLayout& places, Visit visit) {
   for (int k = 0; k <= places.nz(); ++k) {
     for (int j = 0; j <= places.ny(); ++j) {
       for (int i = 0; i < places.nx(); ++i)
@@ -92,7 +92,7 @@ void each_edge(const BrickPlaces& places, Visit visit) {
 
 }  // namespace
 
-CornerLevel::CornerLevel(const BrickPlaces& places, const Eigen::VectorXf& diagonal) {
+CornerLevel::CornerLevel(const FieldLayout& places, const Eigen::VectorXf& diagonal) {
   number_.assign(static_cast<std::size_t>(places.corners()), -1);
   has_node_.resize(static_cast<std::size_t>(places.count()));
   for (Eigen::Index place = 0; place < places.count(); ++place) {
@@ -103,7 +103,7 @@ CornerLevel::CornerLevel(const BrickPlaces& places, const Eigen::VectorXf& diago
   }
 }
 
-SparseMatrix CornerLevel::matrix(const BrickPlaces& places, const BrickWeights<double>& weights) const {
+SparseMatrix CornerLevel::matrix(const FieldLayout& places, const BrickWeights<double>& weights) const {
   Stencils stencils(number_.size());
   add_bricks(places, weights, stencils);
   add_film(weights, stencils);
@@ -126,7 +126,7 @@ SparseMatrix CornerLevel::matrix(const BrickPlaces& places, const BrickWeights<d
   return matrix;
 }
 
-Eigen::VectorXd CornerLevel::down(const BrickPlaces& places, const Eigen::VectorXf& field) const {
+Eigen::VectorXd CornerLevel::down(const FieldLayout& places, const Eigen::VectorXf& field) const {
   Eigen::VectorXf sums = field.head(places.corners());
   each_edge(places, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
     const float half = 0.5F * field[middle];
@@ -138,7 +138,7 @@ Eigen::VectorXd CornerLevel::down(const BrickPlaces& places, const Eigen::Vector
   return corners;
 }
 
-void CornerLevel::up(const BrickPlaces& places, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
+void CornerLevel::up(const FieldLayout& places, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
   field.setZero();
   for (std::size_t c = 0; c < place_.size(); ++c)
     field[place_[c]] = static_cast<float>(corners[static_cast<Eigen::Index>(c)]);
@@ -152,12 +152,12 @@ struct BrickSolver::Parts {
         const BrickSolverOptions& with);
 
   void weigh(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients);
-  void smooth(bool leave_rest);
+  void smooth(bool update_residual);
   void correct();
   void precondition(const Eigen::VectorXd& right, Eigen::VectorXd& answer);
 
   BrickSolverOptions options;
-  BrickPlaces places;
+  FieldLayout places;
   std::optional<BrickWeights<double>> weights;
   std::optional<BrickWeights<float>> rounded_weights;
   /// Inverse diagonal; 0 at positions without a node.
@@ -184,8 +184,8 @@ void BrickSolver::Parts::weigh(const GyroModel& model, const GyroMesh& mesh, con
 }
 
 /// Computes left ← left + p(D⁻¹K) D⁻¹ rest, with p of the degree of lowest total cost, and updates the residual `rest`
-/// if `leave_rest`.
-void BrickSolver::Parts::smooth(bool leave_rest) {
+/// if `update_residual`.
+void BrickSolver::Parts::smooth(bool update_residual) {
   constexpr int kDegree = 3;
   // Upper bound of the eigenvalues of D⁻¹K: the largest of D⁻¹K of any single brick. It occurs for a brick that
   // conducts in one direction alone, 45° to its edges (8.51). It is 6.07 for a brick that conducts along its edges and
@@ -197,7 +197,7 @@ void BrickSolver::Parts::smooth(bool leave_rest) {
     const float take = static_cast<float>(8 * i - 4) / static_cast<float>(2 * i + 1) / kLargest;
     step = keep * step + take * inverse.cwiseProduct(rest);
     left += step;
-    if (i == kDegree && !leave_rest) return;
+    if (i == kDegree && !update_residual) return;
     multiply(places, *rounded_weights, step.data(), image.data());
     rest -= image;
   }

@@ -99,7 +99,7 @@ class Session {
 /// do not change.
 void start_message_passing() { static const Session session; }
 
-HYPRE_IJVector vector_of(int size, HYPRE_ParVector& parallel) {
+HYPRE_IJVector make_vector(int size, HYPRE_ParVector& parallel) {
   HYPRE_IJVector vector{};
   HYPRE_IJVectorCreate(MPI_COMM_SELF, 0, size - 1, &vector);
   HYPRE_IJVectorSetObjectType(vector, HYPRE_PARCSR);
@@ -171,8 +171,8 @@ void ConjugateGradients::Parts::create(const SparseMatrix& values) {
   void* object = nullptr;
   HYPRE_IJMatrixGetObject(matrix, &object);
   parallel_matrix = static_cast<HYPRE_ParCSRMatrix>(object);
-  left = vector_of(size, parallel_left);
-  right = vector_of(size, parallel_right);
+  left = make_vector(size, parallel_left);
+  right = make_vector(size, parallel_right);
 }
 
 void ConjugateGradients::Parts::fill(const SparseMatrix& values) {

@@ -44,7 +44,7 @@ struct FittedDifference {
   double difference_k{};
   bool reached = false;
   /// Warmest of A…H: the level, which the difference does not determine.
-  double warmest_place_c{};
+  double warmest_location_c{};
   /// Number of computed steady states.
   int steps{};
 };

@@ -13,7 +13,7 @@
 
 namespace gyrotherm::thermal {
 
-GyroMaterial material_of(GyroPart part) {
+GyroMaterial part_material(GyroPart part) {
   using enum GyroMaterial;
   constexpr std::array<GyroMaterial, kGyroParts> kOf{{zerodur, zerodur, zerodur, zerodur, zerodur, gain_gas, gain_gas,
                                                       passive_bore, ballast, ballast, preamplifier, cathode, dither,
@@ -45,18 +45,18 @@ struct Solid {
   const char* key;
 };
 
-const char* table_of(GyroPart part) {
+const char* table_name(GyroPart part) {
   if (part == GyroPart::cathode) return "cathode";
   return part == GyroPart::preamplifier ? "preamplifier" : "ballasts";
 }
 
-std::vector<Solid> solids_of(const GyroParts& parts) {
+std::vector<Solid> list_solids(const GyroParts& parts) {
   std::vector<Solid> solids{{parts.block, "block", "width_mm"}};
   for (const auto& mirror : parts.mirrors) solids.push_back({mirror, "mirrors", "thickness_mm"});
   for (const auto& box : parts.boxes) {
     if (is_gas(box.part)) continue;
     const bool ballast = box.part == GyroPart::ballast_left || box.part == GyroPart::ballast_right;
-    solids.push_back({box, table_of(box.part), ballast ? "top_v_mm" : "size_mm"});
+    solids.push_back({box, table_name(box.part), ballast ? "top_v_mm" : "size_mm"});
   }
   solids.push_back({parts.dither, "dither", "height_mm"});
   solids.push_back({parts.hub, "hub", "top_w_mm"});
@@ -72,8 +72,8 @@ bool may_share_space(GyroPart a, GyroPart b) {
 void check_space(const TomlTable& root, const GyroModel& model) {
   auto full = model;
   full.mode = GyroMode::full;
-  const auto parts = parts_of(full);
-  const auto solids = solids_of(parts);
+  const auto parts = make_parts(full);
+  const auto solids = list_solids(parts);
   for (const auto& solid : solids) {
     const auto b = bounds(solid.prism.plan);
     const auto& in = parts.inside;
@@ -129,7 +129,7 @@ void check_block(const TomlTable& root, const GyroGeometry& g) {
 }
 
 void check_thermometers(const TomlTable& root, const GyroModel& model) {
-  const auto parts = parts_of(model);
+  const auto parts = make_parts(model);
   const auto& g = model.geometry;
   for (std::size_t t = 0; t < model.thermometers.size(); ++t) {
     const auto& [u, v] = model.thermometers[t];
@@ -199,7 +199,7 @@ GyroGeometry read_geometry(const TomlTable& root) {
   g.ballast_top = between(ballasts, "top_v_mm", -kLargest, kLargest);
   g.cathode = numbers<3>(root.table("cathode"), "size_mm", true);
   const auto preamplifier = root.table("preamplifier");
-  g.preamplifier_place = static_cast<PreamplifierPlace>(one_of(preamplifier, "place", kPreamplifierPlaceNames));
+  g.preamplifier_mount = static_cast<PreamplifierMount>(one_of(preamplifier, "place", kPreamplifierMountNames));
   g.preamplifier = numbers<3>(preamplifier, "size_mm", true);
   g.dither_height = positive(root.table("dither"), "height_mm");
   const auto hub = root.table("hub");

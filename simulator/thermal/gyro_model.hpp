@@ -64,7 +64,7 @@ enum class GyroMaterial : std::uint8_t {
 inline constexpr std::size_t kGyroMaterials = 10;
 inline constexpr std::array<std::string_view, kGyroMaterials> kGyroMaterialNames{
     "zerodur", "gain_gas", "passive_bore", "ballast", "preamplifier", "cathode", "dither", "hub", "cabinet", "air"};
-[[nodiscard]] GyroMaterial material_of(GyroPart part);
+[[nodiscard]] GyroMaterial part_material(GyroPart part);
 
 struct MaterialProperties {
   double density_kg_per_m3{};
@@ -75,8 +75,8 @@ struct MaterialProperties {
 
 /// Mounting of the preamplifier: upright on the wall at G, under the lid, or on the base next to the hub on the side of
 /// G.
-enum class PreamplifierPlace { wall, lid, base };
-inline constexpr std::array<std::string_view, 3> kPreamplifierPlaceNames{"wall", "lid", "base"};
+enum class PreamplifierMount { wall, lid, base };
+inline constexpr std::array<std::string_view, 3> kPreamplifierMountNames{"wall", "lid", "base"};
 
 /// Geometry in mm and mm³.
 struct GyroGeometry {
@@ -98,7 +98,7 @@ struct GyroGeometry {
   double ballast_top = -12;
   /// Sizes along x, out of the block, and along z.
   std::array<double, 3> cathode{20, 16, 20};
-  PreamplifierPlace preamplifier_place = PreamplifierPlace::wall;
+  PreamplifierMount preamplifier_mount = PreamplifierMount::wall;
   /// Length, width, and thickness perpendicular to its mounting face.
   std::array<double, 3> preamplifier{70, 50, 10};
   double dither_height = 30;

@@ -10,7 +10,9 @@ namespace gyrotherm::thermal {
 namespace {
 
 /// Returns twice the signed area of a, b, p: above 0 if p is left of the line from a to b.
-double left_of(PlanPoint a, PlanPoint b, PlanPoint p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
+double doubled_area(PlanPoint a, PlanPoint b, PlanPoint p) {
+  return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+}
 
 /// Returns the part of an outline left of the line from a to b.
 Outline cut(const Outline& outline, PlanPoint a, PlanPoint b) {
@@ -19,8 +21,8 @@ Outline cut(const Outline& outline, PlanPoint a, PlanPoint b) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const auto from = outline[i];
     const auto to = outline[(i + 1) % outline.size()];
-    const double from_side = left_of(a, b, from);
-    const double to_side = left_of(a, b, to);
+    const double from_side = doubled_area(a, b, from);
+    const double to_side = doubled_area(a, b, to);
     if (from_side >= 0) kept.push_back(from);
     if ((from_side > 0 && to_side < 0) || (from_side < 0 && to_side > 0)) {
       const double t = from_side / (from_side - to_side);
@@ -34,11 +36,11 @@ struct Centre {
   double x, y, z;
 };
 
-Centre centre_of(const GyroGeometry& g) { return {g.cabinet[0] / 2, g.cabinet[1] / 2, g.cabinet[2] / 2}; }
+Centre cabinet_centre(const GyroGeometry& g) { return {g.cabinet[0] / 2, g.cabinet[1] / 2, g.cabinet[2] / 2}; }
 
 /// Returns a box from its offsets from the centre.
 Prism box(GyroPart part, const Centre& c, PlanRectangle uv, double w0, double w1) {
-  return {part, outline_of({c.x + uv.x0, c.x + uv.x1, c.y + uv.y0, c.y + uv.y1}), c.z + w0, c.z + w1};
+  return {part, to_outline({c.x + uv.x0, c.x + uv.x1, c.y + uv.y0, c.y + uv.y1}), c.z + w0, c.z + w1};
 }
 
 /// Returns the square around a centre with its corners cut at |u| + |v| = `chamfer`.
@@ -50,7 +52,7 @@ Outline octagon(const Centre& c, double half, double chamfer) {
 
 /// Returns the plate on the 45° face towards (sign_x, sign_y).
 Prism mirror(GyroPart part, const GyroGeometry& g, double sign_x, double sign_y) {
-  const auto c = centre_of(g);
+  const auto c = cabinet_centre(g);
   const double near = g.block_chamfer / std::numbers::sqrt2;
   const double far = near + g.mirror_thickness;
   const double half = g.mirror_width / 2;
@@ -66,7 +68,7 @@ Prism mirror(GyroPart part, const GyroGeometry& g, double sign_x, double sign_y)
 /// Adds the bores. Each gain arm is half the top side, corner included, and the upper half of a lateral side; the other
 /// bores are passive.
 void add_bores(const GyroGeometry& g, std::vector<Prism>& boxes) {
-  const auto c = centre_of(g);
+  const auto c = cabinet_centre(g);
   const double b = bore_half_width(g);
   const double near = g.ring_side / 2 - b;
   const double far = g.ring_side / 2 + b;
@@ -83,17 +85,17 @@ void add_bores(const GyroGeometry& g, std::vector<Prism>& boxes) {
 
 Prism preamplifier(const GyroGeometry& g) {
   const auto [length, width, thickness] = g.preamplifier;
-  const auto c = centre_of(g);
-  if (g.preamplifier_place == PreamplifierPlace::wall) {
+  const auto c = cabinet_centre(g);
+  if (g.preamplifier_mount == PreamplifierMount::wall) {
     const double v0 = g.wall - c.y;
     return box(GyroPart::preamplifier, c, {-length / 2, length / 2, v0, v0 + thickness}, -width / 2, width / 2);
   }
-  if (g.preamplifier_place == PreamplifierPlace::lid) {
+  if (g.preamplifier_mount == PreamplifierMount::lid) {
     const double w1 = c.z - g.wall;
     return box(GyroPart::preamplifier, c, {-width / 2, width / 2, -length / 2, length / 2}, w1 - thickness, w1);
   }
-  constexpr double kBesideHub = 2;  // mm
-  const double v1 = -g.hub_diameter / 2 - kBesideHub;
+  constexpr double kHubClearance = 2;  // mm
+  const double v1 = -g.hub_diameter / 2 - kHubClearance;
   const double w0 = g.wall - c.z;
   return box(GyroPart::preamplifier, c, {-length / 2, length / 2, v1 - width, v1}, w0, w0 + thickness);
 }
@@ -102,11 +104,11 @@ Prism preamplifier(const GyroGeometry& g) {
 
 double area(const Outline& outline) {
   double twice = 0;
-  for (std::size_t i = 2; i < outline.size(); ++i) twice += left_of(outline[0], outline[i - 1], outline[i]);
+  for (std::size_t i = 2; i < outline.size(); ++i) twice += doubled_area(outline[0], outline[i - 1], outline[i]);
   return twice / 2;
 }
 
-Outline outline_of(const PlanRectangle& r) { return {{r.x0, r.y0}, {r.x1, r.y0}, {r.x1, r.y1}, {r.x0, r.y1}}; }
+Outline to_outline(const PlanRectangle& r) { return {{r.x0, r.y0}, {r.x1, r.y0}, {r.x1, r.y1}, {r.x0, r.y1}}; }
 
 Outline circle(PlanPoint centre, double radius) {
   constexpr int kSides = 256;
@@ -135,14 +137,14 @@ PlanRectangle bounds(const Outline& outline) {
 
 bool contains(const Outline& outline, PlanPoint point) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
-    if (left_of(outline[i], outline[(i + 1) % outline.size()], point) < 0) return false;
+    if (doubled_area(outline[i], outline[(i + 1) % outline.size()], point) < 0) return false;
   }
   return !outline.empty();
 }
 
-GyroParts parts_of(const GyroModel& model) {
+GyroParts make_parts(const GyroModel& model) {
   const auto& g = model.geometry;
-  const auto c = centre_of(g);
+  const auto c = cabinet_centre(g);
   const double half = g.block_width / 2;
   const double thick = g.block_thickness / 2;
   GyroParts parts;

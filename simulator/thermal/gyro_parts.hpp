@@ -21,7 +21,7 @@ struct PlanRectangle {
 };
 
 [[nodiscard]] double area(const Outline& outline);
-[[nodiscard]] Outline outline_of(const PlanRectangle& rectangle);
+[[nodiscard]] Outline to_outline(const PlanRectangle& rectangle);
 /// Returns a regular polygon of 256 sides with the area of the circle.
 [[nodiscard]] Outline circle(PlanPoint centre, double radius);
 /// Returns the intersection of two convex outlines (Sutherland and Hodgman, Comm. ACM 17, 1974, 32).
@@ -56,7 +56,7 @@ struct GyroParts {
 
 /// Returns all parts in the model's mode. Block mode has no preamplifier, dither, hub and cabinet, but uses the same
 /// axes.
-[[nodiscard]] GyroParts parts_of(const GyroModel& model);
+[[nodiscard]] GyroParts make_parts(const GyroModel& model);
 
 /// Returns the part at a point in mm, or nothing outside all parts.
 [[nodiscard]] std::optional<GyroPart> part_at(const GyroModel& model, const GyroParts& parts, double x, double y,

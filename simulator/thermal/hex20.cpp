@@ -8,7 +8,7 @@ namespace gyrotherm::thermal {
 
 namespace {
 
-std::vector<int> places_in(const SparseMatrix& sum, const SparseMatrix& part) {
+std::vector<int> find_positions(const SparseMatrix& sum, const SparseMatrix& part) {
   std::vector<int> places(static_cast<std::size_t>(part.nonZeros()));
   for (Eigen::Index row = 0; row < part.rows(); ++row) {
     auto place = sum.outerIndexPtr()[row];
@@ -78,11 +78,11 @@ AffineMatrix::AffineMatrix(const ThermalSystem& system) {
   sum_ = system.capacity + system.conduction;
   for (const auto& matrix : system.conduction_per) sum_ = (sum_ + matrix).eval();
   sum_.makeCompressed();
-  parts_[0] = {&system.capacity, places_in(sum_, system.capacity)};
-  parts_[1] = {&system.conduction, places_in(sum_, system.conduction)};
+  parts_[0] = {&system.capacity, find_positions(sum_, system.capacity)};
+  parts_[1] = {&system.conduction, find_positions(sum_, system.conduction)};
   for (std::size_t m = 0; m < kThermalCoefficients; ++m) {
     assert(system.conduction_per[m].isCompressed());
-    parts_[2 + m] = {&system.conduction_per[m], places_in(sum_, system.conduction_per[m])};
+    parts_[2 + m] = {&system.conduction_per[m], find_positions(sum_, system.conduction_per[m])};
   }
 }
 
@@ -103,9 +103,9 @@ const SparseMatrix& AffineMatrix::sum(double capacity, double conduction, const 
 Hex20Vector hex20_shape(double xi, double eta, double zeta) {
   Hex20Vector shape;
   for (int n = 0; n < kHex20; ++n) {
-    const int a = kHex20Places[n][0] - 1;
-    const int b = kHex20Places[n][1] - 1;
-    const int c = kHex20Places[n][2] - 1;
+    const int a = kHex20Positions[n][0] - 1;
+    const int b = kHex20Positions[n][1] - 1;
+    const int c = kHex20Positions[n][2] - 1;
     const double product = factor(a, xi).value * factor(b, eta).value * factor(c, zeta).value;
     shape[n] = n < 8 ? product * (a * xi + b * eta + c * zeta - 2) / 8 : product / 4;
   }
@@ -115,9 +115,9 @@ Hex20Vector hex20_shape(double xi, double eta, double zeta) {
 Eigen::Matrix<double, 3, kHex20> hex20_slopes(double xi, double eta, double zeta) {
   Eigen::Matrix<double, 3, kHex20> slopes;
   for (int n = 0; n < kHex20; ++n) {
-    const int a = kHex20Places[n][0] - 1;
-    const int b = kHex20Places[n][1] - 1;
-    const int c = kHex20Places[n][2] - 1;
+    const int a = kHex20Positions[n][0] - 1;
+    const int b = kHex20Positions[n][1] - 1;
+    const int c = kHex20Positions[n][2] - 1;
     const auto x = factor(a, xi);
     const auto y = factor(b, eta);
     const auto z = factor(c, zeta);

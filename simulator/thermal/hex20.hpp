@@ -38,7 +38,7 @@ class AffineMatrix final {
 inline constexpr int kHex20 = 20;
 
 /// Positions on the doubled grid of a brick: 0, 1 or 2 along x, y, z.
-inline constexpr std::array<std::array<int, 3>, kHex20> kHex20Places{
+inline constexpr std::array<std::array<int, 3>, kHex20> kHex20Positions{
     {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}, {1, 0, 0}, {2, 1, 0},
      {1, 2, 0}, {0, 1, 0}, {1, 0, 2}, {2, 1, 2}, {1, 2, 2}, {0, 1, 2}, {0, 0, 1}, {2, 0, 1}, {2, 2, 1}, {0, 2, 1}}};
 

@@ -40,25 +40,25 @@ struct GridLines {
   [[nodiscard]] int ny() const { return static_cast<int>(y.size()) - 1; }
   [[nodiscard]] int nz() const { return static_cast<int>(z.size()) - 1; }
   [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx()) * ny() * nz(); }
-  [[nodiscard]] BrickPlace place(std::size_t brick) const { return place_of(brick, nx(), ny()); }
-  [[nodiscard]] bool holds(BrickPlace p) const {
+  [[nodiscard]] BrickIndex place(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
+  [[nodiscard]] bool holds(BrickIndex p) const {
     return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx() && p.j < ny() && p.k < nz();
   }
-  [[nodiscard]] std::size_t brick(BrickPlace p) const {
+  [[nodiscard]] std::size_t brick(BrickIndex p) const {
     return (static_cast<std::size_t>(p.k) * ny() + p.j) * nx() + p.i;
   }
-  [[nodiscard]] PlanRectangle plan(BrickPlace p) const { return {x[p.i], x[p.i + 1], y[p.j], y[p.j + 1]}; }
-  [[nodiscard]] double height(BrickPlace p) const { return z[p.k + 1] - z[p.k]; }
-  [[nodiscard]] double plan_area(BrickPlace p) const {
+  [[nodiscard]] PlanRectangle plan(BrickIndex p) const { return {x[p.i], x[p.i + 1], y[p.j], y[p.j + 1]}; }
+  [[nodiscard]] double height(BrickIndex p) const { return z[p.k + 1] - z[p.k]; }
+  [[nodiscard]] double plan_area(BrickIndex p) const {
     const auto r = plan(p);
     return (r.x1 - r.x0) * (r.y1 - r.y0);
   }
-  [[nodiscard]] double face_area(BrickPlace p, int face) const {
+  [[nodiscard]] double face_area(BrickIndex p, int face) const {
     const auto r = plan(p);
     return face < 2 ? (r.y1 - r.y0) * height(p) : face < 4 ? (r.x1 - r.x0) * height(p) : plan_area(p);
   }
   /// Returns the brick of layer k that contains a point.
-  [[nodiscard]] BrickPlace at(PlanPoint point, int k) const {
+  [[nodiscard]] BrickIndex at(PlanPoint point, int k) const {
     const auto find = [](const std::vector<double>& lines, double value) {
       return static_cast<int>(std::ranges::upper_bound(lines, value) - lines.begin()) - 1;
     };
@@ -102,7 +102,7 @@ struct Cover {
 Cover covered(const PlanRectangle& r, const Prism& prism) {
   const auto box = bounds(prism.plan);
   if (box.x1 <= r.x0 || box.x0 >= r.x1 || box.y1 <= r.y0 || box.y0 >= r.y1) return {};
-  const auto shared = intersection(prism.plan, outline_of(r));
+  const auto shared = intersection(prism.plan, to_outline(r));
   Cover cover{area(shared) / ((r.x1 - r.x0) * (r.y1 - r.y0)), {}};
   for (std::size_t i = 0; i < shared.size(); ++i) {
     const auto a = shared[i];
@@ -129,7 +129,7 @@ struct Column {
   bool inside{};
 };
 
-Column column_of(const GyroParts& parts, const PlanRectangle& r) {
+Column make_column(const GyroParts& parts, const PlanRectangle& r) {
   Column column;
   column.area_mm2 = (r.x1 - r.x0) * (r.y1 - r.y0);
   const auto hole = covered(r, parts.hole);
@@ -204,7 +204,7 @@ BrickContents mixed(const GyroModel& model, const GyroParts& parts, const Column
   return contents;
 }
 
-constexpr std::array<BrickPlace, kBrickFaces> kBeside{
+constexpr std::array<BrickIndex, kBrickFaces> kNeighbours{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
 double filled(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
@@ -229,7 +229,7 @@ void add_slanted(const Wall& face, const Prism& mirror, std::vector<Wall>& walls
   walls.push_back({to, face.b, face.z0, face.z1});
 }
 
-std::vector<Wall> walls_of(const GyroParts& parts) {
+std::vector<Wall> make_walls(const GyroParts& parts) {
   std::vector<Wall> walls;
   const auto& plan = parts.block.plan;
   // The 45° faces, counter-clockwise from +x +y.
@@ -300,18 +300,18 @@ class FilmOfWalls {
   }
 
  private:
-  [[nodiscard]] bool kept(BrickPlace p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
-  [[nodiscard]] static BrickPlace beside(BrickPlace p, int face) {
-    return {p.i + kBeside[face].i, p.j + kBeside[face].j, p.k + kBeside[face].k};
+  [[nodiscard]] bool kept(BrickIndex p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
+  [[nodiscard]] static BrickIndex neighbour(BrickIndex p, int face) {
+    return {p.i + kNeighbours[face].i, p.j + kNeighbours[face].j, p.k + kNeighbours[face].k};
   }
-  [[nodiscard]] bool exposed(BrickPlace p, int face) const { return kept(p) && !kept(beside(p, face)); }
+  [[nodiscard]] bool exposed(BrickIndex p, int face) const { return kept(p) && !kept(neighbour(p, face)); }
 
   /// Adds a piece of wall with its middle and outward direction.
   void put(double area, PlanPoint middle, PlanPoint out, int k) {
     const auto brick = grid_.at({middle.x - 1e-6 * out.x, middle.y - 1e-6 * out.y}, k);
     int flat = -1;
     for (int face = 0; face < 4; ++face)
-      if (out.x * kBeside[face].i + out.y * kBeside[face].j > 1 - 1e-9) flat = face;
+      if (out.x * kNeighbours[face].i + out.y * kNeighbours[face].j > 1 - 1e-9) flat = face;
     if (flat >= 0 && kept(brick)) {
       // Otherwise two parts touch there.
       if (exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
@@ -322,7 +322,7 @@ class FilmOfWalls {
     assert(false && "a wall far from every brick that stays");
   }
 
-  bool spread(double area, PlanPoint middle, PlanPoint out, BrickPlace around, int reach) {
+  bool spread(double area, PlanPoint middle, PlanPoint out, BrickIndex around, int reach) {
     struct Candidate {
       std::size_t face;
       double weight;
@@ -331,14 +331,14 @@ class FilmOfWalls {
     double sum = 0;
     for (int dj = -reach; dj <= reach; ++dj) {
       for (int di = -reach; di <= reach; ++di) {
-        const BrickPlace p{around.i + di, around.j + dj, around.k};
+        const BrickIndex p{around.i + di, around.j + dj, around.k};
         if (!kept(p)) continue;
         const auto r = grid_.plan(p);
         for (int face = 0; face < 4; ++face) {
-          const double facing = out.x * kBeside[face].i + out.y * kBeside[face].j;
+          const double facing = out.x * kNeighbours[face].i + out.y * kNeighbours[face].j;
           if (facing < 0.1 || !exposed(p, face)) continue;
-          const PlanPoint centre{(r.x0 + r.x1 + kBeside[face].i * (r.x1 - r.x0)) / 2,
-                                 (r.y0 + r.y1 + kBeside[face].j * (r.y1 - r.y0)) / 2};
+          const PlanPoint centre{(r.x0 + r.x1 + kNeighbours[face].i * (r.x1 - r.x0)) / 2,
+                                 (r.y0 + r.y1 + kNeighbours[face].j * (r.y1 - r.y0)) / 2};
           const double d = distance(centre, middle);
           const double scale = (r.x1 - r.x0) * (r.x1 - r.x0) + (r.y1 - r.y0) * (r.y1 - r.y0);
           const double weight = facing * grid_.face_area(p, face) * std::exp(-8 * d * d / (scale * reach * reach));
@@ -377,7 +377,7 @@ int direction_step(const std::array<double, 3>& across) {
 
 /// Rounds shares to whole steps. If the shares fill the brick, so do the steps. The small addend rounds shares on a
 /// rounding boundary in the same direction on both sides of the gyro.
-Steps steps_of(const BrickContents& contents, bool fills) {
+Steps round_shares(const BrickContents& contents, bool fills) {
   Steps steps{};
   int sum = 0;
   for (std::size_t part = 0; part < kGyroParts; ++part) {
@@ -404,7 +404,7 @@ void classify(const std::vector<BrickContents>& contents, bool fills, GyroMesh& 
   mesh.classes.assign(1, {});
   mesh.bricks.reserve(contents.size());
   for (const auto& brick : contents) {
-    const auto steps = steps_of(brick, fills);
+    const auto steps = round_shares(brick, fills);
     const auto [entry, added] = known.try_emplace(steps, static_cast<std::uint16_t>(mesh.classes.size()));
     if (added) {
       BrickClass made;
@@ -481,7 +481,7 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
     for (std::size_t i = 0; i < nx; ++i) {
       const PlanRectangle r{lines.x[i], lines.x[i + 1], lines.y[j], lines.y[j + 1]};
       const PlanPoint middle{(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2};
-      const auto column = column_of(parts, r);
+      const auto column = make_column(parts, r);
       std::vector<const Prism*> here;
       for (const auto& box : parts.boxes)
         if (contains(box.plan, middle)) here.push_back(&box);
@@ -516,7 +516,7 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
     std::size_t best = b;
     double fullest = kLeastSolid - 1e-9;
     for (int face = 0; face < 4; ++face) {
-      const BrickPlace p{here.i + kBeside[face].i, here.j + kBeside[face].j, here.k};
+      const BrickIndex p{here.i + kNeighbours[face].i, here.j + kNeighbours[face].j, here.k};
       if (!grid.holds(p)) continue;
       const auto& neighbour = before[grid.brick(p)];
       double glass = 0;
@@ -540,7 +540,7 @@ std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
                                  const std::vector<BrickContents>& contents) {
   FilmOfWalls film(lines, contents);
   film.add_levels();
-  for (const auto& wall : walls_of(parts)) film.add(wall);
+  for (const auto& wall : make_walls(parts)) film.add(wall);
   return film.faces();
 }
 
@@ -554,7 +554,7 @@ double edge_mm(MeshSize size) {
 GyroMesh make_mesh(const GyroModel& model, MeshSize size) { return make_mesh(model, edge_mm(size)); }
 
 GyroMesh make_mesh(const GyroModel& model, double edge_mm) {
-  const auto parts = parts_of(model);
+  const auto parts = make_parts(model);
   const auto lines = grid_lines(model, parts, edge_mm);
   auto contents = brick_contents(model, parts, lines);
   const bool full = model.mode == GyroMode::full;
@@ -576,7 +576,7 @@ void number_nodes(GyroMesh& mesh) {
   each_brick(mesh, [&](int i, int j, int k, const BrickClass&) {
     if (mesh.bricks[mesh.brick(i, j, k)] == 0) return;
     ++mesh.element_count;
-    for (const auto& place : kHex20Places)
+    for (const auto& place : kHex20Positions)
       mesh.nodes[mesh.point(2 * i + place[0], 2 * j + place[1], 2 * k + place[2])] = 0;
   });
   std::int32_t number = 0;
@@ -585,15 +585,15 @@ void number_nodes(GyroMesh& mesh) {
   mesh.node_count = static_cast<std::size_t>(number);
 }
 
-double volume_of(const GyroMesh& mesh, GyroPart part) {
+double part_volume(const GyroMesh& mesh, GyroPart part) {
   double volume = 0;
   each_brick(mesh, [&](int i, int j, int k, const BrickClass& brick) {
-    volume += share_of(brick, part) * edges(mesh, i, j, k).volume();
+    volume += part_share(brick, part) * edges(mesh, i, j, k).volume();
   });
   return volume;
 }
 
-double share_of(const BrickClass& brick, GyroPart part) {
+double part_share(const BrickClass& brick, GyroPart part) {
   const auto found = std::ranges::find(brick.shares, part, &PartShare::part);
   return found == brick.shares.end() ? 0 : found->share;
 }

@@ -51,11 +51,11 @@ struct FilmFace {
   double factor = 1;
 };
 
-struct BrickPlace {
+struct BrickIndex {
   int i, j, k;
 };
 /// Returns the position of brick (k·ny + j)·nx + i.
-[[nodiscard]] inline BrickPlace place_of(std::size_t brick, int nx, int ny) {
+[[nodiscard]] inline BrickIndex brick_index(std::size_t brick, int nx, int ny) {
   const auto b = static_cast<int>(brick);
   return {b % nx, b / nx % ny, b / nx / ny};
 }
@@ -83,7 +83,7 @@ struct GyroMesh {
   [[nodiscard]] std::size_t brick(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * ny() + j) * nx() + i;
   }
-  [[nodiscard]] BrickPlace place(std::size_t brick) const { return place_of(brick, nx(), ny()); }
+  [[nodiscard]] BrickIndex place(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
   [[nodiscard]] std::size_t point(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * (2 * ny() + 1) + j) * (2 * nx() + 1) + i;
   }
@@ -130,10 +130,10 @@ void each_node(const GyroMesh& mesh, Visit visit) {
 void number_nodes(GyroMesh& mesh);
 
 /// Returns the volume of a part in the mesh, m³.
-[[nodiscard]] double volume_of(const GyroMesh& mesh, GyroPart part);
+[[nodiscard]] double part_volume(const GyroMesh& mesh, GyroPart part);
 
 /// Returns the share of a part in a brick class.
-[[nodiscard]] double share_of(const BrickClass& brick, GyroPart part);
+[[nodiscard]] double part_share(const BrickClass& brick, GyroPart part);
 /// Returns the part with the largest share of a non-empty brick.
 [[nodiscard]] GyroPart main_part(const BrickClass& brick);
 

@@ -64,7 +64,7 @@ void put_nodes(Writer& writer, const GyroMesh& mesh) {
 double density(const GyroModel& model, const BrickClass& brick) {
   double sum = 0;
   for (const auto& [part, share] : brick.shares)
-    sum += share * model.materials[static_cast<std::size_t>(material_of(part))].density_kg_per_m3;
+    sum += share * model.materials[static_cast<std::size_t>(part_material(part))].density_kg_per_m3;
   return sum;
 }
 
@@ -78,7 +78,7 @@ void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std
   writer.put("\n*ELEMENT,TYPE=DC3D20,ELSET=C{}\n", number);
   for (const auto& element : elements) {
     writer.put("{}", element.number);
-    const auto nodes = nodes_of(mesh, element.i, element.j, element.k);
+    const auto nodes = brick_nodes(mesh, element.i, element.j, element.k);
     for (int n = 0; n < 20; ++n) writer.put(",{}{}", n == kOnFirstLine ? "\n" : "", nodes[n] + 1);
     writer.put("\n");
   }
@@ -102,8 +102,8 @@ void put_sources(Writer& writer, const GyroModel& model, const GyroMesh& mesh) {
   for (std::size_t c = 1; c < mesh.classes.size(); ++c) {
     double density_w_per_m3 = 0;
     for (std::size_t s = 0; s < kSourceParts.size(); ++s)
-      if (const double share = share_of(mesh.classes[c], kSourceParts[s]); share > 0)
-        density_w_per_m3 += model.powers_w[s] * share / volume_of(mesh, kSourceParts[s]);
+      if (const double share = part_share(mesh.classes[c], kSourceParts[s]); share > 0)
+        density_w_per_m3 += model.powers_w[s] * share / part_volume(mesh, kSourceParts[s]);
     if (density_w_per_m3 > 0) writer.put("C{},BF,{:.15g}\n", c, density_w_per_m3);
   }
 }
@@ -115,7 +115,7 @@ struct Cells {
   std::vector<std::uint8_t> parts;
 };
 
-std::vector<float> points_of(const GyroMesh& mesh) {
+std::vector<float> node_points(const GyroMesh& mesh) {
   std::vector<float> points(3 * mesh.node_count);
   each_node(mesh, [&](int node, int I, int J, int K) {
     points[3 * node] = static_cast<float>(doubled(mesh.x, I));
@@ -125,12 +125,12 @@ std::vector<float> points_of(const GyroMesh& mesh) {
   return points;
 }
 
-Cells cells_of(const GyroMesh& mesh) {
+Cells make_cells(const GyroMesh& mesh) {
   constexpr std::uint8_t kQuadraticHexahedron = 25;
   Cells cells;
   each_brick(mesh, [&](int i, int j, int k, const BrickClass& brick) {
     if (brick.shares.empty()) return;
-    const auto nodes = nodes_of(mesh, i, j, k);
+    const auto nodes = brick_nodes(mesh, i, j, k);
     cells.connectivity.insert(cells.connectivity.end(), nodes.begin(), nodes.end());
     cells.offsets.push_back(static_cast<std::int32_t>(cells.connectivity.size()));
     cells.types.push_back(kQuadraticHexahedron);
@@ -179,8 +179,8 @@ void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroM
 }
 
 void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& field_c) {
-  const auto points = points_of(mesh);
-  const auto cells = cells_of(mesh);
+  const auto points = node_points(mesh);
+  const auto cells = make_cells(mesh);
   std::vector<float> temperatures(mesh.node_count);
   for (std::size_t n = 0; n < mesh.node_count; ++n)
     temperatures[n] = static_cast<float>(field_c[static_cast<Eigen::Index>(n)]);

@@ -53,14 +53,14 @@ Interval alike(const ReducedModel& about) {
   return {std::min({cold[0], cold[1], cold[2]}), std::max(kHighest, std::min({hot[0], hot[1], hot[2]}))};
 }
 
-double film_of(const ReducedModel& about, GyroFilm film) {
+double film_coefficient(const ReducedModel& about, GyroFilm film) {
   return film == GyroFilm::still ? about.still_film_w_per_m2_k : about.chamber_film_w_per_m2_k;
 }
 
 /// Returns the point with equal gaps at `share` of their range.
 ThermalPoint gaps_alike(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
   const double k = alike(about).at(share);
-  return {{k, k, k, film_of(about, film)}, rate_per_s};
+  return {{k, k, k, film_coefficient(about, film)}, rate_per_s};
 }
 
 /// Returns points under both films: the air coefficients at these temperatures, and equal gaps at these shares of their
@@ -127,8 +127,8 @@ std::string place(const ThermalPoint& p) {
 }
 
 /// Returns the residual of the basis' response to each of `loads`.
-Eigen::MatrixXd residual_of(const ThermalSystem& system, const SparseMatrix& matrix, const ReducedBasis& basis,
-                            const ThermalPoint& p, const Eigen::MatrixXd& loads) {
+Eigen::MatrixXd compute_residual(const ThermalSystem& system, const SparseMatrix& matrix, const ReducedBasis& basis,
+                                 const ThermalPoint& p, const Eigen::MatrixXd& loads) {
   const double film = p.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
   const Eigen::MatrixXd states = states_at(basis.model(), p.coefficients, p.rate_per_s) * loads;
   const Eigen::MatrixXd answer = basis.basis() * states;
@@ -238,7 +238,7 @@ Result<void> ModelOrderReduction::find_fields() {
     if (room == 0 || (found > 0 && worst.error_k.maxCoeff() < kMargin * options_.goal_k)) return {};
     const auto loads = worst_loads(loads_, worst.error_k, room);
     const auto& matrix = matrix_at(worst.point);
-    auto missing = solve_(matrix, residual_of(system_, matrix, basis_, worst.point, loads));
+    auto missing = solve_(matrix, compute_residual(system_, matrix, basis_, worst.point, loads));
     if (!missing) return failure(missing.error());
     const Eigen::MatrixXd outputs = system_.outputs * *missing;
     choice.learn(worst.point, worst.error_k.maxCoeff(), outputs.cwiseAbs().maxCoeff());
@@ -275,13 +275,13 @@ struct Grams {
   Eigen::MatrixXd outputs;
 };
 
-Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points, const Loads& usual) {
+Grams compute_grams(const ReducedModel& rich, const std::vector<ThermalPoint>& points, const Loads& usual) {
   // The chamber's ramps contain little power above this rate.
   constexpr double kCorner_per_s = 4e-3;
   const auto states = rich.conduction.rows();
   Grams grams{Eigen::MatrixXd::Zero(states, states), Eigen::MatrixXd::Zero(states, states)};
   for (const auto& p : points) {
-    const auto modes = modes_of(rich, p.coefficients);
+    const auto modes = compute_modes(rich, p.coefficients);
     const OscillatingAnswer answer(modes, p.rate_per_s);
     Loads loads = usual;
     if (p.rate_per_s > kCorner_per_s) loads.col(0) *= kCorner_per_s / p.rate_per_s;
@@ -296,10 +296,10 @@ Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points
 /// Returns orthonormal directions, the most important first. An output's error is the product of the missing parts of
 /// the response to the input and of the response to the output, so both count. Their weights were found by trial
 /// (errors in time at equal numbers of states).
-Eigen::MatrixXd telling_directions(const ReducedModel& rich, const std::vector<ThermalPoint>& points,
-                                   const Loads& loads) {
+Eigen::MatrixXd principal_directions(const ReducedModel& rich, const std::vector<ThermalPoint>& points,
+                                     const Loads& loads) {
   constexpr double kOutputShare = 1e-4;
-  const auto grams = grams_of(rich, points, loads);
+  const auto grams = compute_grams(rich, points, loads);
   // All but the constant field, the first state, which is kept.
   const auto varying = rich.conduction.rows() - 1;
   const Eigen::MatrixXd answers = grams.loads.bottomRightCorner(varying, varying) / grams.loads.trace();
@@ -340,7 +340,7 @@ ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directi
 
 ReducedSystem ModelOrderReduction::compress(const std::vector<ThermalPoint>& points) const {
   const auto& rich = basis_.model();
-  const auto directions = telling_directions(rich, points, loads_);
+  const auto directions = principal_directions(rich, points, loads_);
   const auto largest = std::min<Eigen::Index>(options_.states, rich.conduction.rows());
   const double limit_k = kMargin * options_.goal_k;
   for (auto kept = std::min<Eigen::Index>(kFewestStates, largest);; kept = std::min(kept + 4, largest)) {
@@ -364,7 +364,7 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
     // At rest the response to the ambient is the constant field, which the basis contains.
     const Eigen::MatrixXd loads = both.leftCols(p.rate_per_s == 0 ? 1 : 2);
     const auto& matrix = matrix_at(p);
-    const auto missing = solve_(matrix, residual_of(system_, matrix, basis_, p, loads));
+    const auto missing = solve_(matrix, compute_residual(system_, matrix, basis_, p, loads));
     if (!missing) return failure(missing.error());
     const Eigen::MatrixXd rich = basis_.model().outputs * states_at(basis_.model(), p.coefficients, p.rate_per_s);
     const Eigen::MatrixXd small = model.outputs * states_at(model, p.coefficients, p.rate_per_s);

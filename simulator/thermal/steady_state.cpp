@@ -23,9 +23,9 @@ void mark_extremes(const GyroMesh& mesh, SteadyState& state) {
     if (brick.shares.empty()) return;
     const auto part = main_part(brick);
     if (is_gas(part) || is_air(part)) return;
-    const auto nodes = nodes_of(mesh, i, j, k);
+    const auto nodes = brick_nodes(mesh, i, j, k);
     for (int n = 0; n < kHex20; ++n) {
-      const auto& place = kHex20Places[n];
+      const auto& place = kHex20Positions[n];
       const double t = state.field_c[nodes[n]];
       const auto point = [&] {
         return ExtremePoint{

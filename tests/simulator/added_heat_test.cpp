@@ -124,7 +124,7 @@ TEST(AddedHeat, StaysAtRestWhereTheGyroDoes) {
 /// At rest the heat through the film equals the sum of all sources; the wind contributes nothing.
 TEST(AddedHeat, LeavesThroughTheFilm) {
   auto type = windy_type();
-  const double shell_c = ReducedGyro(type).places_c()[8];
+  const double shell_c = ReducedGyro(type).locations_c()[8];
   const auto inner_c = [&] {
     InnerC inner{};
     std::ranges::copy(ReducedGyro(type).inner_c(), inner.begin());
@@ -257,7 +257,7 @@ TEST(Bracket, FollowsTheCabinetsWithItsTimeConstant) {
   Bracket bracket(kFirst, {20});
   for (int t = 0; t < 600; ++t) bracket.follow({30});
   EXPECT_NEAR(bracket.temperature().value, 30 - 10 * std::exp(-1), 1e-9);
-  EXPECT_NEAR(bracket.seen_by_a_body({10}).value, 10 + 0.3 * (bracket.temperature().value - 10), 1e-12);
+  EXPECT_NEAR(bracket.effective_air({10}).value, 10 + 0.3 * (bracket.temperature().value - 10), 1e-12);
 }
 
 /// The cabinet is 2 K above its effective air, and 1 % more per 10 K.

@@ -84,7 +84,7 @@ TEST(CurrentControl, UnbalancesTheFlowWithItsElectronicsTemperature) {
 
 /// Means over 100 s of thermometers without faults, and of the bias.
 struct Means {
-  std::vector<std::array<double, kThermalPlaces>> places_c;
+  std::vector<std::array<double, kThermalPlaces>> locations_c;
   std::vector<double> bias;
 };
 
@@ -95,10 +95,10 @@ Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
   int second = 0;
   for (const double set_point_c : rate_cycle_c(5)) {
     if (second++ % 100 == 0) {
-      means.places_c.push_back({});
+      means.locations_c.push_back({});
       means.bias.push_back(0);
     }
-    for (std::size_t i = 0; i < kThermalPlaces; ++i) means.places_c.back()[i] += gyro.places_c()[i] / 100;
+    for (std::size_t i = 0; i < kThermalPlaces; ++i) means.locations_c.back()[i] += gyro.locations_c()[i] / 100;
     means.bias.back() += gyro.bias().value / 100;
     gyro.step(plant.air(), plant.output_percent() / 100);
     plant.step({set_point_c}, true);
@@ -112,8 +112,8 @@ double left_over(const Means& means, std::size_t late) {
   Eigen::MatrixXd inputs(rows, kThermalPlaces + 1);
   Eigen::VectorXd bias(rows);
   for (Eigen::Index k = 0; k < rows; ++k) {
-    const auto& places_c = means.places_c[static_cast<std::size_t>(k)];
-    for (std::size_t i = 0; i < kThermalPlaces; ++i) inputs(k, static_cast<Eigen::Index>(i)) = places_c[i] - 20;
+    const auto& locations_c = means.locations_c[static_cast<std::size_t>(k)];
+    for (std::size_t i = 0; i < kThermalPlaces; ++i) inputs(k, static_cast<Eigen::Index>(i)) = locations_c[i] - 20;
     inputs(k, kThermalPlaces) = 1;
     bias(k) = means.bias[static_cast<std::size_t>(k) + late];
   }
@@ -240,9 +240,10 @@ TEST(ColdStart, BeginsAsWarmAsTheAirAndEndsWhereItRestsSwitchedOn) {
   ReducedGyro gyro(cold);
   const ReducedGyro at_rest(warm);
   for (const double celsius : gyro.inner_c()) EXPECT_NEAR(celsius, -40, 1e-6);
-  EXPECT_GT(at_rest.places_c()[0], -39);
+  EXPECT_GT(at_rest.locations_c()[0], -39);
   for (int t = 0; t < 72000; ++t) gyro.step({-40}, 0);
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) EXPECT_NEAR(gyro.places_c()[i], at_rest.places_c()[i], 0.01) << i;
+  for (std::size_t i = 0; i < kThermalPlaces; ++i)
+    EXPECT_NEAR(gyro.locations_c()[i], at_rest.locations_c()[i], 0.01) << i;
 }
 
 TEST(ColdStart, IsWhereTheProfileBegins) {

@@ -26,11 +26,11 @@ double at(const ReducedGyro& gyro, thermal::ThermalOutput output) {
 
 TEST(ReducedGyro, StaysAtRest) {
   ReducedGyro gyro(small_type());
-  const double rest_c = gyro.places_c()[0];
+  const double rest_c = gyro.locations_c()[0];
   const double rest_bias = gyro.bias().value;
   EXPECT_GT(rest_c, 22) << "it is switched on";
   for (int t = 0; t < 3600; ++t) gyro.step({20}, 0);
-  EXPECT_NEAR(gyro.places_c()[0], rest_c, 1e-6);
+  EXPECT_NEAR(gyro.locations_c()[0], rest_c, 1e-6);
   EXPECT_NEAR(gyro.bias().value, rest_bias, 1e-9);
 }
 
@@ -79,7 +79,7 @@ TEST(ReducedGyro, TheFilmOfTheFanKeepsItCooler) {
   auto type = small_type();
   const ReducedGyro in_chamber(type);
   type.film = thermal::GyroFilm::still;
-  EXPECT_GT(ReducedGyro(type).places_c()[8], in_chamber.places_c()[8] + 1);
+  EXPECT_GT(ReducedGyro(type).locations_c()[8], in_chamber.locations_c()[8] + 1);
 }
 
 LaboratoryParameters small_laboratory() {

@@ -16,7 +16,7 @@ namespace {
 constexpr double kThirdDecimal = 0.5e-3 + 1e-9;
 constexpr double kSecondDecimal = 0.5e-2 + 1e-9;
 
-NetworkEquations reference() { return equations_of(lumped_of_rig("virtual-reference").network); }
+NetworkEquations reference() { return make_equations(lumped_of_rig("virtual-reference").network); }
 
 /// Returns one series per location.
 std::vector<std::vector<double>> driven_by(const std::vector<double>& air_c) {
@@ -73,20 +73,20 @@ TEST(ThermalNetwork, SpansTheReferencesTemperaturesInEachCycle) {
 }
 
 TEST(ThermalNetwork, ReachesTheReferencesGradients) {
-  std::vector<std::vector<double>> clusters(kBlockPlaces);
+  std::vector<std::vector<double>> clusters(kBlockLocations);
   for (const double rate : {1.0, 2.0, 3.0, 5.0}) {
     const auto series = driven_by(rate_cycle_c(rate));
-    for (std::size_t i = 0; i < kBlockPlaces; ++i)
+    for (std::size_t i = 0; i < kBlockLocations; ++i)
       std::ranges::copy(tests::clusters_of(series[i]), std::back_inserter(clusters[i]));
   }
   ASSERT_EQ(clusters[0].size(), 2216U);
   const std::vector<double> lowest_k{-0.398, -2.599, -2.127, -4.301, 0.268, -0.309, -0.022};
   const std::vector<double> highest_k{0.687, 2.684, 4.882, 6.492, 3.390, 3.863, 2.232};
-  for (std::size_t x = 1; x < kBlockPlaces; ++x) {
+  for (std::size_t x = 1; x < kBlockLocations; ++x) {
     std::vector<double> gradient_k;
     std::ranges::transform(clusters[0], clusters[x], std::back_inserter(gradient_k), std::minus<>());
-    EXPECT_NEAR(std::ranges::min(gradient_k), lowest_k[x - 1], kThirdDecimal) << kPlaceNames[x];
-    EXPECT_NEAR(std::ranges::max(gradient_k), highest_k[x - 1], kThirdDecimal) << kPlaceNames[x];
+    EXPECT_NEAR(std::ranges::min(gradient_k), lowest_k[x - 1], kThirdDecimal) << kLocationNames[x];
+    EXPECT_NEAR(std::ranges::max(gradient_k), highest_k[x - 1], kThirdDecimal) << kLocationNames[x];
   }
 }
 

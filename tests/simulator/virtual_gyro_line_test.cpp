@@ -119,7 +119,7 @@ TEST(VirtualGyroLine, AValueMayBeCalledByItsUnit) {
 TEST(VirtualGyroLine, RefusesWhatTheWorldOrTheFrameDoesNotHave) {
   const VirtualLaboratory laboratory(small_rig("virtual-lot"), {});
   const auto mistake = [&](std::vector<VirtualGyroLine::Axis> axes) {
-    const auto sources = sources_of(shared_line(std::move(axes)), laboratory);
+    const auto sources = find_sources(shared_line(std::move(axes)), laboratory);
     EXPECT_FALSE(sources);
     EXPECT_EQ(sources.error().kind, FaultKind::usage);
     return sources.error().what;

@@ -118,10 +118,10 @@ TEST_F(VirtualInstrumentsTest, AGyroThatNobodyReadsClosesItsLineAndSendsOnANewOn
           .value();
   const auto gyro = attended->line(InstrumentKind::gyro);
   EXPECT_EQ(heard_on(*gyro), "");
-  attended->advance(static_cast<int>(MemoryPipe::kRoom / 16 + 100));
+  attended->advance(static_cast<int>(MemoryPipe::kCapacity / 16 + 100));
   std::size_t heard = 0;
   while (const auto size = heard_on(*gyro).size()) heard += size;
-  EXPECT_EQ(heard, MemoryPipe::kRoom) << "whole frames, as many as there was room for";
+  EXPECT_EQ(heard, MemoryPipe::kCapacity) << "whole frames, as many as there was room for";
   attended->advance(1);
   EXPECT_EQ(heard_on(*gyro), "") << "opened again, after a gap";
   attended->advance(1);

@@ -244,7 +244,7 @@ TEST(OwnTemperature, FollowsTheBlockOfTheFirstAxis) {
     EXPECT_EQ(shown_c, to_resolution(shown_c, 0.5));
     double block_c = 0;
     const std::size_t first = unit == 0 ? 0 : 2 * kThermalPlaces;
-    for (std::size_t i = 0; i < kBlockPlaces; ++i) block_c += laboratory.thermometers_as_measured_c()[first + i] / 8;
+    for (std::size_t i = 0; i < kBlockLocations; ++i) block_c += laboratory.thermometers_as_measured_c()[first + i] / 8;
     EXPECT_NEAR(shown_c, block_c + 3, 0.25 + 0.1) << unit;
   }
 }

@@ -28,16 +28,16 @@ Eigen::Map<const Eigen::VectorXd> as_vector(std::span<const double> values) {
   return {values.data(), std::ssize(values)};
 }
 
-Eigen::VectorXd start_of(const ReducedModel& model, const ReducedTransientOptions& options) {
+Eigen::VectorXd initial_states(const ReducedModel& model, const ReducedTransientOptions& options) {
   const double air_c = options.start.value;
-  if (options.cold) return cold_rest_of(model, options.film, air_c);
-  if (options.added_w) return rest_of(with_added(model, *options.added_w), options.film, air_c);
-  return rest_of(model, options.film, air_c);
+  if (options.cold) return cold_states_at_rest(model, options.film, air_c);
+  if (options.added_w) return states_at_rest(with_added_powers(model, *options.added_w), options.film, air_c);
+  return states_at_rest(model, options.film, air_c);
 }
 
 }  // namespace
 
-ThermalModes modes_of(const ReducedModel& model, const ThermalCoefficients& c) {
+ThermalModes compute_modes(const ReducedModel& model, const ThermalCoefficients& c) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(conduction_at(model, c));
   assert(eigen.info() == Eigen::Success && eigen.eigenvalues()[0] > 0);
   return {eigen.eigenvalues(), eigen.eigenvectors()};
@@ -60,7 +60,7 @@ ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s) {
 }
 
 ModalSecond::ModalSecond(const ReducedModel& model, const ThermalCoefficients& c) {
-  auto modes = modes_of(model, c);
+  auto modes = compute_modes(model, c);
   const auto weights = modal_weights(modes.rates_per_s, 1);
   const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
   decay = weights.decay;
@@ -129,7 +129,7 @@ double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c) {
          2;
 }
 
-Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) {
+Eigen::VectorXd states_at_rest(const ReducedModel& model, GyroFilm film, double air_c) {
   constexpr int kMostRounds = 100;
   constexpr double kSettled_k = 1e-10;
   double gap_c = air_c;
@@ -143,18 +143,18 @@ Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) 
   return states;
 }
 
-ReducedModel with_added(ReducedModel model, const ThermalPowers& added_w) {
+ReducedModel with_added_powers(ReducedModel model, const ThermalPowers& added_w) {
   for (std::size_t i = 0; i < added_w.size(); ++i) model.powers_w[i] += added_w[i];
   return model;
 }
 
-Eigen::VectorXd cold_rest_of(const ReducedModel& model, GyroFilm film, double air_c) {
+Eigen::VectorXd cold_states_at_rest(const ReducedModel& model, GyroFilm film, double air_c) {
   auto inputs = switched_on(model, air_c);
   inputs.tail(inputs.size() - 1).setZero();
   return states_at(model, coefficients_at(model, air_c, film), 0) * inputs;
 }
 
-std::variant<ModalSecond, StepTable> ReducedTransient::law_of(const ReducedModel& model) {
+std::variant<ModalSecond, StepTable> ReducedTransient::make_stepper(const ReducedModel& model) {
   if (!options_.linear) return StepTable(model, options_.film, options_.added_w.has_value());
   ModalSecond modal(model, coefficients_at(model, gap_air_c(outputs_ * states_), options_.film));
   states_ = (modal.shapes.transpose() * states_).eval();
@@ -165,20 +165,20 @@ std::variant<ModalSecond, StepTable> ReducedTransient::law_of(const ReducedModel
 ReducedTransient::ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options)
     : options_(options),
       air_c_(options.start.value),
-      states_(start_of(model, options)),
+      states_(initial_states(model, options)),
       outputs_(model.outputs),
-      law_(law_of(model)),
+      stepper_(make_stepper(model)),
       outputs_c_(outputs_ * states_) {
   assert(options.seconds_per_update >= 1);
 }
 
 void ReducedTransient::step(Celsius air, std::span<const double> added_w) {
   assert(added_w.empty() || (options_.added_w && added_w.size() == options_.added_w->size()));
-  if (auto* table = std::get_if<StepTable>(&law_)) {
+  if (auto* table = std::get_if<StepTable>(&stepper_)) {
     if (seconds_ % options_.seconds_per_update == 0) table->update(gap_air_c(outputs_c_));
     table->step(states_, air_c_, air.value, added_w, on_);
   } else {
-    std::get<ModalSecond>(law_).step(states_, air_c_, air.value, added_w, on_);
+    std::get<ModalSecond>(stepper_).step(states_, air_c_, air.value, added_w, on_);
   }
   air_c_ = air.value;
   ++seconds_;

@@ -21,7 +21,7 @@ struct ThermalModes {
   Eigen::MatrixXd shapes;
 };
 
-[[nodiscard]] ThermalModes modes_of(const ReducedModel& model, const ThermalCoefficients& c);
+[[nodiscard]] ThermalModes compute_modes(const ReducedModel& model, const ThermalCoefficients& c);
 
 /// Weights per mode, exact for an input that changes linearly from u to u⁺ within a step h (first-order hold):
 ///   m⁺ = decay m + before u + after u⁺.
@@ -94,13 +94,13 @@ struct ReducedTransientOptions {
 
 /// Returns the states of the switched-on gyro at rest in air of `air_c`, with the gap air at the mean of block and
 /// shell.
-[[nodiscard]] Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c);
+[[nodiscard]] Eigen::VectorXd states_at_rest(const ReducedModel& model, GyroFilm film, double air_c);
 
 /// Returns the model with these powers added to its own.
-[[nodiscard]] ReducedModel with_added(ReducedModel model, const ThermalPowers& added_w);
+[[nodiscard]] ReducedModel with_added_powers(ReducedModel model, const ThermalPowers& added_w);
 
 /// Returns the states of the switched-off gyro at rest: all temperatures equal the air's.
-[[nodiscard]] Eigen::VectorXd cold_rest_of(const ReducedModel& model, GyroFilm film, double air_c);
+[[nodiscard]] Eigen::VectorXd cold_states_at_rest(const ReducedModel& model, GyroFilm film, double air_c);
 
 /// Returns the temperature of the gap air: the mean of block and shell.
 [[nodiscard]] double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c);
@@ -121,7 +121,7 @@ class ReducedTransient final {
 
  private:
   /// Selects the integration method. For constant coefficients it converts the states to amplitudes of modes.
-  std::variant<ModalSecond, StepTable> law_of(const ReducedModel& model);
+  std::variant<ModalSecond, StepTable> make_stepper(const ReducedModel& model);
 
   ReducedTransientOptions options_;
   double air_c_;
@@ -130,7 +130,7 @@ class ReducedTransient final {
   Eigen::VectorXd states_;
   /// Outputs of the states in the basis of the method.
   Eigen::MatrixXd outputs_;
-  std::variant<ModalSecond, StepTable> law_;
+  std::variant<ModalSecond, StepTable> stepper_;
   Eigen::Vector<double, kThermalOutputs> outputs_c_;
 };
 

@@ -28,7 +28,7 @@ inline constexpr std::array<std::string_view, kThermalInputs> kThermalInputNames
 using ThermalPowers = std::array<double, kThermalInputs - 1>;
 
 /// Returns the power of an input other than the ambient.
-[[nodiscard]] inline double& power_of(ThermalPowers& powers_w, ThermalInput input) {
+[[nodiscard]] inline double& input_power(ThermalPowers& powers_w, ThermalInput input) {
   return powers_w[static_cast<std::size_t>(input) - 1];
 }
 

@@ -19,7 +19,7 @@ TEST(ThermalViews, TopFaceShowsTheBlockWithoutItsCabinet) {
   const thermal::GyroMesh mesh = make_mesh(model, kEdge_mm);
   const auto state = steady_state(model, mesh);
   ASSERT_TRUE(state) << text(state.error());
-  const plot::ThermalImage image = top_face_of(model, mesh, *state, 114);
+  const plot::ThermalImage image = make_top_face(model, mesh, *state, 114);
   // A block of 110 mm about 75 mm, and 2 mm around it; mirrors, cathode and ballasts are lower than its face.
   for (const plot::Range& range : {image.x_mm, image.y_mm}) {
     EXPECT_EQ(range.low, 18);

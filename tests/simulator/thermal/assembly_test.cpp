@@ -87,7 +87,7 @@ double manufactured_error(int pieces) {
     for (int k = 0; k < pieces; ++k)
       for (int j = 0; j < pieces; ++j)
         for (int i = 0; i < pieces; ++i) {
-          const auto nodes = nodes_of(mesh, i, j, k);
+          const auto nodes = brick_nodes(mesh, i, j, k);
           for (int p = 0; p < 4; ++p)
             for (int q = 0; q < 4; ++q)
               for (int r = 0; r < 4; ++r)
@@ -153,9 +153,9 @@ TEST_F(Assembly, MatricesAreSymmetric) {
 TEST_F(Assembly, HeatCapacityIsThatOfTheParts) {
   double expected = 0;
   for (std::size_t part = 0; part < kGyroParts; ++part) {
-    const auto& material = model_.materials[static_cast<std::size_t>(material_of(static_cast<GyroPart>(part)))];
-    expected +=
-        volume_of(mesh_, static_cast<GyroPart>(part)) * material.density_kg_per_m3 * material.specific_heat_j_per_kg_k;
+    const auto& material = model_.materials[static_cast<std::size_t>(part_material(static_cast<GyroPart>(part)))];
+    expected += part_volume(mesh_, static_cast<GyroPart>(part)) * material.density_kg_per_m3 *
+                material.specific_heat_j_per_kg_k;
   }
   const Eigen::VectorXd one = Eigen::VectorXd::Ones(system_.film_ambient.size());
   EXPECT_NEAR(one.dot(system_.capacity * one) / expected, 1, 1e-12);

@@ -41,7 +41,7 @@ std::vector<Body> bodies() {
 template <class Real>
 Eigen::VectorXd product(const Body& body, const Eigen::VectorXd& field) {
   using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
-  const BrickPlaces places(body.mesh);
+  const FieldLayout places(body.mesh);
   const BrickWeights<Real> weights(body.model, body.mesh, places, kCoefficients);
   const Vector placed = places.from_nodes(field).template cast<Real>();
   Vector result(places.padded());
@@ -58,7 +58,7 @@ TEST(BrickOperator, IsTheAssembledMatrix) {
       EXPECT_LT((product<double>(body, field) - expected).norm(), 1e-14 * expected.norm()) << body.name << ' ' << seed;
       EXPECT_LT((product<float>(body, field) - expected).norm(), 1e-5 * expected.norm()) << body.name << ' ' << seed;
     }
-    const BrickPlaces places(body.mesh);
+    const FieldLayout places(body.mesh);
     const BrickWeights<double> weights(body.model, body.mesh, places, kCoefficients);
     const auto own = diagonal(places, weights);
     EXPECT_LT((places.to_nodes(own) - matrix.diagonal()).norm(), 1e-14 * matrix.diagonal().norm()) << body.name;
@@ -86,7 +86,7 @@ TEST(BrickOperator, NoEigenvalueIsAboveWhatTheSmootherIsMadeFor) {
 /// uᵀ (Pᵀ K P) v = (P u)ᵀ K (P v).
 TEST(CornerLevel, HasTheEnergyOfTheInterpolatedField) {
   for (const auto& body : bodies()) {
-    const BrickPlaces places(body.mesh);
+    const FieldLayout places(body.mesh);
     const BrickWeights<double> weights(body.model, body.mesh, places, kCoefficients);
     const CornerLevel level(places, diagonal(places, weights).cast<float>());
     const auto matrix = level.matrix(places, weights);

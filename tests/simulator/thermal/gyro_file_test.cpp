@@ -53,7 +53,7 @@ TEST(GyroFile, ThePreamplifierHasThreePlaces) {
   for (const char* place : {"wall", "lid", "base"}) {
     const auto model = with("place = \"wall\"", std::string("place = \"") + place + "\"");
     ASSERT_TRUE(model) << text(model.error());
-    EXPECT_EQ(kPreamplifierPlaceNames[static_cast<std::size_t>(model->geometry.preamplifier_place)], place);
+    EXPECT_EQ(kPreamplifierMountNames[static_cast<std::size_t>(model->geometry.preamplifier_mount)], place);
   }
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 TEST(Hex20, IsOneAtItsNodeAndZeroAtTheOthers) {
   for (int n = 0; n < kHex20; ++n) {
-    const auto& p = kHex20Places[n];
+    const auto& p = kHex20Positions[n];
     const auto shape = hex20_shape(p[0] - 1, p[1] - 1, p[2] - 1);
     for (int m = 0; m < kHex20; ++m) EXPECT_NEAR(shape[m], n == m ? 1 : 0, 1e-15) << n << ' ' << m;
   }
@@ -22,7 +22,7 @@ TEST(Hex20, CarriesEveryQuadratic) {
   };
   Hex20Vector values;
   for (int n = 0; n < kHex20; ++n)
-    values[n] = f(kHex20Places[n][0] - 1, kHex20Places[n][1] - 1, kHex20Places[n][2] - 1);
+    values[n] = f(kHex20Positions[n][0] - 1, kHex20Positions[n][1] - 1, kHex20Positions[n][2] - 1);
   for (unsigned seed = 1; seed <= 100; ++seed) {
     std::mt19937 engine(seed);
     std::uniform_real_distribution<double> place(-1, 1);

@@ -24,7 +24,7 @@ class EveryEdge : public testing::TestWithParam<double> {};
 
 TEST_P(EveryEdge, BoxesHaveTheirVolumesExactly) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
-  const auto mm3 = [&](GyroPart part) { return volume_of(mesh, part) / kMm3; };
+  const auto mm3 = [&](GyroPart part) { return part_volume(mesh, part) / kMm3; };
   EXPECT_NEAR(mm3(GyroPart::gain_left), 563, 1e-6);
   EXPECT_NEAR(mm3(GyroPart::gain_right), 563, 1e-6);
   EXPECT_NEAR(mm3(GyroPart::passive_bore), 1126, 1e-6);
@@ -37,7 +37,7 @@ TEST_P(EveryEdge, BoxesHaveTheirVolumesExactly) {
 
 TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesButForRounding) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
-  const auto mm3 = [&](GyroPart part) { return volume_of(mesh, part) / kMm3; };
+  const auto mm3 = [&](GyroPart part) { return part_volume(mesh, part) / kMm3; };
   const double hub = std::numbers::pi * 100 * (80.0 / 2 + 15 - 3);
   const double dither = std::numbers::pi * (900 - 100) * 30;
   const double bores_in_mirrors = 4 * kBoreSide * kBoreSide * kBoreSide / 2;
@@ -52,7 +52,7 @@ TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesButForRounding) {
 TEST_P(EveryEdge, PartsFillTheCabinet) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
   double sum = 0;
-  for (std::size_t part = 0; part < kGyroParts; ++part) sum += volume_of(mesh, static_cast<GyroPart>(part));
+  for (std::size_t part = 0; part < kGyroParts; ++part) sum += part_volume(mesh, static_cast<GyroPart>(part));
   EXPECT_NEAR(sum / kMm3, 150 * 150 * 80, 1e-4);
 }
 
@@ -77,9 +77,9 @@ TEST(Mesh, TheFilmHasItsTrueAreaWhereBricksAreMuchSmallerThanAMirror) { expect_t
 
 TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
   auto model = shipped_gyro("calibrated");
-  const double full = volume_of(make_mesh(model, GetParam()), GyroPart::block);
+  const double full = part_volume(make_mesh(model, GetParam()), GyroPart::block);
   model.mode = GyroMode::block;
-  EXPECT_NEAR(volume_of(make_mesh(model, GetParam()), GyroPart::block) / full, 1, 5e-4);
+  EXPECT_NEAR(part_volume(make_mesh(model, GetParam()), GyroPart::block) / full, 1, 5e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Mesh, EveryEdge, testing::Values(9.0, 4.6, 2.9));

@@ -17,12 +17,12 @@ TEST(PlanShapes, OfASquareAndItsTurnedTwinTheOctagonIsShared) {
   const double half = 1;
   const double diagonal = half * std::numbers::sqrt2;
   const Outline turned{{0, -diagonal}, {diagonal, 0}, {0, diagonal}, {-diagonal, 0}};
-  EXPECT_NEAR(area(intersection(outline_of({-half, half, -half, half}), turned)), 8 * (std::numbers::sqrt2 - 1), 1e-12);
+  EXPECT_NEAR(area(intersection(to_outline({-half, half, -half, half}), turned)), 8 * (std::numbers::sqrt2 - 1), 1e-12);
 }
 
 TEST(PlanShapes, WhatDoesNotMeetSharesNothing) {
-  EXPECT_EQ(area(intersection(outline_of({0, 1, 0, 1}), outline_of({2, 3, 0, 1}))), 0);
-  EXPECT_EQ(area(intersection(outline_of({0, 1, 0, 1}), outline_of({1, 2, 0, 1}))), 0);
+  EXPECT_EQ(area(intersection(to_outline({0, 1, 0, 1}), to_outline({2, 3, 0, 1}))), 0);
+  EXPECT_EQ(area(intersection(to_outline({0, 1, 0, 1}), to_outline({1, 2, 0, 1}))), 0);
 }
 
 /// A shape that is cut into rectangles at random lines keeps its area.
@@ -38,7 +38,7 @@ TEST(PlanShapes, PiecesAddUpToTheWhole) {
     double sum = 0;
     for (std::size_t i = 1; i < x.size(); ++i)
       for (std::size_t j = 1; j < y.size(); ++j)
-        sum += area(intersection(shape, outline_of({x[i - 1], x[i], y[j - 1], y[j]})));
+        sum += area(intersection(shape, to_outline({x[i - 1], x[i], y[j - 1], y[j]})));
     EXPECT_NEAR(sum, area(shape), 1e-9) << "seed " << seed;
   }
 }

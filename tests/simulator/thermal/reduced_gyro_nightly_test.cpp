@@ -74,7 +74,7 @@ constexpr int kProgram_s = 6480;
 Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model, double air_c) {
   AffineMatrix matrices(system);
   const Eigen::VectorXd load = system.inputs * switched_on(model, 0);
-  double gap_c = gap_air_c(model.outputs * rest_of(model, GyroFilm::chamber, air_c));
+  double gap_c = gap_air_c(model.outputs * states_at_rest(model, GyroFilm::chamber, air_c));
   Eigen::VectorXd above = Eigen::VectorXd::Zero(load.size());
   for (int round = 0; round < 5; ++round) {
     const auto& matrix = matrices.sum(0, 1, coefficients_at(model, gap_c, GyroFilm::chamber));

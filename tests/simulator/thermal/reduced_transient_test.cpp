@@ -100,7 +100,7 @@ TEST(ReducedTransient, StaysWhereItRests) {
 /// Permanently added powers are equivalent to a model with larger powers.
 TEST(ReducedTransient, TakesPowersAboveTheModels) {
   constexpr ThermalPowers kAddedW{0.1, -0.05, 0.2, 0.03, -0.01};
-  const auto more = with_added(reduced_box_gyro(), kAddedW);
+  const auto more = with_added_powers(reduced_box_gyro(), kAddedW);
   for (const bool linear : {true, false}) {
     ReducedTransient added(reduced_box_gyro(), {.start = {-15}, .added_w = kAddedW, .linear = linear});
     ReducedTransient own(more, {.start = {-15}, .linear = linear});
@@ -127,7 +127,7 @@ TEST(ReducedTransient, ForgetsAPowerThatIsGone) {
 
 TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {
   const auto& model = reduced_box_gyro();
-  Eigen::VectorXd states = rest_of(model, GyroFilm::still, 20);
+  Eigen::VectorXd states = states_at_rest(model, GyroFilm::still, 20);
   const auto c = coefficients_at(model, gap_air_c(model.outputs * states), GyroFilm::still);
   const auto second = by_exponential(model, c);
   const auto r = states.size();
@@ -147,16 +147,16 @@ TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {
 /// new ones.
 TEST(ReducedTransient, FollowsModesThatAreFoundAnewAtEachUpdate) {
   const auto& model = reduced_box_gyro();
-  Eigen::VectorXd outputs = model.outputs * rest_of(model, GyroFilm::chamber, 20);
-  auto modes = modes_of(model, coefficients_at(model, 20, GyroFilm::chamber));
-  Eigen::VectorXd amplitudes = modes.shapes.transpose() * rest_of(model, GyroFilm::chamber, 20);
+  Eigen::VectorXd outputs = model.outputs * states_at_rest(model, GyroFilm::chamber, 20);
+  auto modes = compute_modes(model, coefficients_at(model, 20, GyroFilm::chamber));
+  Eigen::VectorXd amplitudes = modes.shapes.transpose() * states_at_rest(model, GyroFilm::chamber, 20);
   ReducedTransient reduced(model, {});
   ModalWeights weights;
   Eigen::MatrixXd inputs;
   for (int i = 1; i <= 9000; ++i) {
     const auto c = coefficients_at(model, gap_air_c(outputs), GyroFilm::chamber);
     if ((i - 1) % 10 == 0) {
-      const auto next = modes_of(model, c);
+      const auto next = compute_modes(model, c);
       amplitudes = (next.shapes.transpose() * (modes.shapes * amplitudes)).eval();
       modes = next;
       weights = modal_weights(modes.rates_per_s, 1);
@@ -197,8 +197,8 @@ TEST(ReducedTransient, WarmAirConductsBetterThanTheStartsCoefficientsSay) {
 
 /// Returns the largest difference of any output between the full model by the trapezoidal rule and its twin.
 double largest_difference(const ThermalSystem& system, const ReducedModel& model, double step_s) {
-  const auto c =
-      coefficients_at(model, gap_air_c(model.outputs * rest_of(model, GyroFilm::chamber, 20)), GyroFilm::chamber);
+  const auto c = coefficients_at(model, gap_air_c(model.outputs * states_at_rest(model, GyroFilm::chamber, 20)),
+                                 GyroFilm::chamber);
   AffineMatrix matrices(system);
   auto above = direct_solver()(matrices.sum(0, 1, c), system.inputs * switched_on(model, 0));
   FullTransient full(system, (above->col(0).array() + 20).matrix());

@@ -69,7 +69,7 @@ TEST(ShippedGyros, ReducedModelsAreAlikeLeftAndRight) {
   for (const auto& name : gyro_names()) {
     const auto model = parse_reduced_model(text_of(name + ".reduced.toml"), name);
     ASSERT_TRUE(model);
-    const Eigen::VectorXd rest = model->outputs * rest_of(*model, GyroFilm::still, 20);
+    const Eigen::VectorXd rest = model->outputs * states_at_rest(*model, GyroFilm::still, 20);
     constexpr Eigen::Index kPairs[][2] = {{1, 2}, {3, 4}, {5, 7}, {9, 10}, {13, 14}, {15, 16}};
     for (const auto& [left, right] : kPairs) EXPECT_NEAR(rest[left], rest[right], 2e-3) << name;
   }

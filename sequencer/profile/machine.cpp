@@ -15,8 +15,8 @@ const Segment& segment_at(const Profile& profile, int index) {
   return profile.segments[static_cast<std::size_t>(index)];
 }
 
-/// The state `elapsed` into a segment, or into a later one if it is over by then. A soak not yet observed has not
-/// begun.
+/// Returns the state `elapsed` into a segment, or into a later one if the segment is over by then. A guaranteed soak
+/// starts with its first observation, so it is never skipped.
 ProfileState enter(const Profile& profile, int index, Duration elapsed) {
   const int count = static_cast<int>(profile.segments.size());
   for (; index < count; ++index) {
@@ -34,20 +34,20 @@ bool inside_band(const Segment& segment, const std::optional<Celsius>& air) {
   return air && abs(*air - segment.target) <= segment.soak_band;
 }
 
-/// The sensor is where it is to be, and has come to rest.
+/// Returns true if the sensor is inside its band, its dwell is over and its slope is within the limit.
 bool counts(const Segment& segment, Duration inside_before, const Observation& seen) {
   if (!inside_band(segment, seen.air) || inside_before < segment.soak_dwell) return false;
   if (segment.soak_slope == CelsiusPerMinute{0}) return true;
   return seen.slope && std::abs(seen.slope->value) <= segment.soak_slope.value;
 }
 
-/// How long the hold is over by: negative while it has time to go.
+/// Returns the time since the end of the hold; negative while time is left.
 Duration over_by(const Segment& hold, Duration elapsed, Duration soaked) {
   const auto time = elapsed - hold.duration;
   return hold.guaranteed_soak ? std::min(time, soaked - hold.soak_time) : time;
 }
 
-/// One law for a hold, whether its soak counts at the moment or waits.
+/// Advances a hold. The same rules apply while its soak counts and while it waits.
 template <class Hold>
 ProfileState hold_on(const Profile& profile, Hold hold, const Observation& seen) {
   const auto& segment = segment_at(profile, hold.segment);
@@ -100,7 +100,7 @@ SegmentPhase segment_phase(const Profile&, const Overdue& s) {
   return {Phase::overdue, s.segment, s.elapsed, s.soaked};
 }
 
-/// A complete profile stands at the end of its last segment.
+/// A complete profile is stored as the end of its last segment.
 SegmentPhase segment_phase(const Profile& profile, const Complete&) {
   const auto& last = profile.segments.back();
   const auto soaked = last.guaranteed_soak ? last.soak_time : Duration::zero();
@@ -147,7 +147,7 @@ ProfileState stand(const Profile& profile, ProfileState state, const Observation
 ProfileState with_its_deadline_anew(ProfileState state) {
   const auto* overdue = std::get_if<Overdue>(&state);
   if (!overdue) return state;
-  // Its first second is over: a prompt that was answered is not asked again.
+  // The soak time is at least one second, so that a prompt that was answered is not repeated.
   return Holding{overdue->segment, std::max(overdue->soaked, kSecond), overdue->soaked, {}};
 }
 

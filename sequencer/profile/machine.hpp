@@ -9,9 +9,9 @@
 ///                                        └──────────────────────────────────▶ WaitingForSoak
 // clang-format on
 ///
-/// A soak counts while its sensor is inside the band, has been there for the dwell without leaving it, and moves no
-/// faster than the slope. Leaving the band stops its clock and begins the dwell anew. A segment that passes its
-/// deadline is Overdue: the rig's interlocks end the run.
+/// A soak counts while its sensor is inside the band, has been inside for the dwell without a break, and moves no
+/// faster than the slope. Leaving the band stops the soak's clock and restarts the dwell. A segment that passes its
+/// deadline is Overdue, and the rig's interlocks end the run.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,8 @@ struct Holding {
   int segment{};
   Duration elapsed{};
   Duration soaked{};
-  Duration inside{};  ///< how long the sensor has been in the band without leaving it
+  /// Time since the sensor last entered the band.
+  Duration inside{};
 };
 struct WaitingForSoak {
   int segment{};
@@ -46,42 +47,42 @@ struct Overdue {
 struct Complete {};
 using ProfileState = std::variant<Ramping, Holding, WaitingForSoak, Overdue, Complete>;
 
-/// What a second brought: how long it was, and the sensor on which the segment soaks, if it is known: the air, or
-/// what soak_sensor() names; and by how much it has moved over the last minute.
+/// One second as the state machine sees it: its length, the sensor on which the segment soaks, and the change of that
+/// sensor over the last minute. The sensor is the air or the thermometer that soak_sensor() names.
 struct Observation {
   Duration elapsed{};
   std::optional<Celsius> air;
   std::optional<CelsiusPerMinute> slope{};
 };
 
-/// The state at the first second of the profile.
+/// Returns the state at the first second of the profile.
 [[nodiscard]] ProfileState begin(const Profile& profile);
 
-/// The state one observation later.
+/// Returns the state after one observation.
 [[nodiscard]] ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation);
 
-/// … in which the clock stood: a sensor that has left its band has to dwell in it anew.
+/// Returns the state after one observation in which the profile's clock was stopped. A sensor outside its band restarts
+/// its dwell.
 [[nodiscard]] ProfileState stand(const Profile& profile, ProfileState state, const Observation& observation);
 
-/// A segment that has passed its deadline has all of it before it once more, and what was soaked stays; any other state
-/// stays as it is.
+/// Restarts the deadline of an overdue segment and keeps its soak time. Returns every other state unchanged.
 [[nodiscard]] ProfileState with_its_deadline_anew(ProfileState state);
 
-/// The set point that the state asks for: a function of the state alone.
+/// Returns the set point of a state. Depends on the state alone.
 [[nodiscard]] Celsius demanded_set_point(const Profile& profile, const ProfileState& state);
 
-/// Whether the unit is switched off by the profile's wish, or people may not have switched it on yet.
+/// Returns true if the profile requires the unit to be off, or if people may not have switched it on yet.
 [[nodiscard]] bool unit_may_be_off(const Profile& profile, const ProfileState& state);
 
-/// "air", or the channel of the thermometer that the present segment soaks on.
+/// Returns "air", or the channel of the thermometer that the current segment soaks on.
 [[nodiscard]] const std::string& soak_sensor(const Profile& profile, const ProfileState& state);
 
-/// The state as a record keeps it, and back: `state_of(profile, position_of(profile, s))` is `s`, but that a dwell
-/// under way begins anew.
+/// Converts a state to its stored form and back. `state_of(profile, position_of(profile, s))` is `s`, except that a
+/// dwell in progress starts again.
 [[nodiscard]] ProfilePosition position_of(const Profile& profile, const ProfileState& state);
 [[nodiscard]] Result<ProfileState> state_of(const Profile& profile, const ProfilePosition& progress);
 
-/// Time left if every soak counts from now on.
+/// Returns the remaining time if every soak counts from now on.
 [[nodiscard]] Duration time_left(const Profile& profile, const ProfileState& state);
 
 }  // namespace gyrotherm::profile

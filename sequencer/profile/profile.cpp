@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kSchema = "gyrotherm-profile/1";
 
-/// `prefix.key = number`, however deep the tables: both "a.b" = 1 and a.b = 1 are the path a.b.
+/// Reads `prefix.key = number` at any depth: both "a.b" = 1 and a.b = 1 are the path a.b.
 void read_accept(const TomlTable& table, const std::string& prefix, std::vector<AcceptLimit>& limits) {
   for (const auto& key : table.keys()) {
     if (table.is_table(key))
@@ -28,9 +28,9 @@ void read_accept(const TomlTable& table, const std::string& prefix, std::vector<
 
 constexpr CelsiusPerMinute kRounding{1e-9};
 
-constexpr std::size_t kMostMistakes = 100;  ///< that are told of one profile
+constexpr std::size_t kMostMistakes = 100;  ///< reported for one profile
 
-/// The mistakes found so far; the passes of a repeat make each but once.
+/// The errors found so far. Each is listed once, also if several passes of a repeat have it.
 class Mistakes {
  public:
   void note(const Segment& segment, std::string what) {
@@ -72,7 +72,8 @@ void check_deadline(const Segment& segment, Mistakes& mistakes) {
                             to_seconds(segment.deadline), to_seconds(shortest(segment))));
 }
 
-/// No set point jumps: a hold that does not wait for it would run its time while the set point is on its way.
+/// Finds a hold whose time would run while the set point is still on its way: no ramp leads to it, and it does not
+/// wait.
 void check_step(const Segment& segment, Celsius from, Mistakes& mistakes) {
   if (segment.kind == SegmentKind::ramp || segment.guaranteed_soak || segment.target == from) return;
   mistakes.note(segment, fmt::format("the set point is {:g} °C before this hold at {:g} °C, whose time would run while "
@@ -166,7 +167,7 @@ void count(const Segment& segment, CycleTotal& total) {
   total.clusters = (total.ramps + total.holds) / kCluster;
 }
 
-/// "2:00:00": hours, minutes, seconds.
+/// Returns hours, minutes and seconds as "2:00:00".
 std::string hms(Duration d) {
   const auto s = std::chrono::round<std::chrono::seconds>(d).count();
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
@@ -178,7 +179,7 @@ std::string soak_of(const Segment& segment) {
                      hms(segment.deadline));
 }
 
-/// Columns that are as wide as their widest cell: `<` to the left, `>` to the right.
+/// A text table. Each column is as wide as its widest cell; `<` aligns it to the left, `>` to the right.
 class Table {
  public:
   explicit Table(std::string alignment) : alignment_(std::move(alignment)) {}
@@ -205,7 +206,7 @@ class Table {
     return alignment_[column] == '>' ? space + cell : cell + space;
   }
 
-  /// The columns that UTF-8 text takes: one for each byte that begins a character.
+  /// Counts the columns of UTF-8 text: one for each byte that begins a character.
   [[nodiscard]] static std::size_t columns_of(const std::string& text) {
     return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The plan of an experiment: a TOML file, checked and expanded into a flat list of holds and ramps before anything
-/// moves.
+/// The plan of an experiment. parse_profile() reads a TOML file and expands it into a flat list of holds and ramps; the
+/// check functions compare it with the rig before anything moves.
 #pragma once
 
 #include <cstddef>
@@ -18,36 +18,49 @@ namespace gyrotherm::profile {
 
 enum class SegmentKind { hold, ramp };
 
-/// One step of the expanded profile. A ramp moves the set point from the previous segment's target to its own in a
-/// straight line over `duration`; a hold keeps it there for `duration`.
+/// One step of the expanded profile. A ramp moves the set point in a straight line over `duration`, from the previous
+/// segment's target to its own. A hold keeps the set point for `duration`.
 struct Segment {
   SegmentKind kind{};
   std::string name;
   Celsius target;
-  CelsiusPerMinute rate{};          ///< magnitude; 0 for a hold
-  Duration duration{};              ///< whole seconds, by set point
-  bool guaranteed_soak{};           ///< the hold's time counts only while the air is inside the band
-  Kelvins soak_band{};              ///< |sensor − set point| that counts as soaked
-  std::string soak_sensor = "air";  ///< the chamber's air, or a thermometer's channel
-  Duration soak_dwell{};            ///< how long the sensor must be inside the band before the soak counts
-  CelsiusPerMinute soak_slope{};    ///< the fastest that the sensor may move over a minute then; 0: however fast
-  Duration
-      soak_time{};  ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
-  Duration deadline{};     ///< longest time the segment may take, waiting included
-  std::string prompt{};    ///< what people are asked to do before it begins: the run waits for them; empty: nothing
-  UnitState unit{};        ///< how the unit under test is in it
-  int cycle{-1};           ///< index into Profile::cycles, or -1
-  std::string unheeded{};  ///< keys of a soak that stand on it though it is none, in words; empty: none do
-  std::string place{};     ///< "file:line:column" it was written at
+  /// Magnitude; 0 for a hold.
+  CelsiusPerMinute rate{};
+  /// Whole seconds, by set point.
+  Duration duration{};
+  /// The hold's time counts only while the soak sensor is inside the band.
+  bool guaranteed_soak{};
+  /// |sensor − set point| that counts as soaked.
+  Kelvins soak_band{};
+  /// Air, or a thermometer's channel.
+  std::string soak_sensor = "air";
+  /// Time that the sensor must be inside the band before the soak counts.
+  Duration soak_dwell{};
+  /// Largest change of the sensor over a minute while the soak counts; 0: no limit.
+  CelsiusPerMinute soak_slope{};
+  /// Time required inside the band by a guaranteed soak (default: the hold's duration).
+  Duration soak_time{};
+  /// Longest duration, waiting included.
+  Duration deadline{};
+  /// Task for people before the segment begins. The run waits until they confirm; empty: no task.
+  std::string prompt{};
+  /// Required state of the unit.
+  UnitState unit{};
+  /// Index into Profile::cycles, or -1.
+  int cycle{-1};
+  /// Soak keys of a segment without a guaranteed soak, as text; empty: none.
+  std::string unheeded{};
+  std::string place{};  ///< "file:line:column" in the profile
 };
 
-/// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the
-/// hold's duration, and counts only after its dwell.
+/// Returns the time that a segment takes if its soak counts from the first second. A guaranteed soak counts only after
+/// its dwell, and is never shorter than the hold's duration.
 [[nodiscard]] Duration shortest(const Segment& segment);
 
-/// Limits of the profile's `[accept]` table; a result beyond one is exit code 1. Absent keys accept anything.
+/// A limit of the profile's `[accept]` table. A result above it gives exit code 1. Absent keys accept anything.
 struct AcceptLimit {
-  std::string key;  ///< a path of the report, like "random.multi_point_t.std_deg_per_h"
+  /// A path of the report, such as "random.multi_point_t.std_deg_per_h".
+  std::string key;
   double at_most{};
 };
 
@@ -55,20 +68,22 @@ struct Profile {
   std::string name;
   std::string title;
   std::map<std::string, std::string> metadata;
-  std::vector<std::string> cycles;  ///< names, in order
+  std::vector<std::string> cycles;  ///< names
   std::vector<Segment> segments;
   std::vector<AcceptLimit> accept;
-  std::string text;  ///< the file, as read
+  /// The file, as read.
+  std::string text;
 };
 
-/// The set point that a segment starts from: the target of the one before it, or its own if it is the first.
+/// Returns the set point at the start of a segment: the target of the previous segment, or its own target if it is the
+/// first.
 [[nodiscard]] Celsius set_point_before(const Profile& profile, std::size_t segment);
 
-/// Reads and expands. Fails with bad_file, every mistake with its place (empty repeat, zero or negative times, unknown
-/// keys, a hold or ramp without what it needs, more than 20,000 segments …).
+/// Reads a profile and expands it. Fails with bad_file and lists every error with its position (empty repeat, zero or
+/// negative times, unknown keys, a hold or ramp with missing keys, more than 20,000 segments …).
 [[nodiscard]] Result<Profile> parse_profile(std::string_view text, const std::string& file);
 
-/// What a chamber can do; from the rig file.
+/// Limits of a chamber, from the rig file.
 struct ChamberLimits {
   Celsius lowest{-273.15};
   Celsius highest{1000};
@@ -76,21 +91,22 @@ struct ChamberLimits {
   CelsiusPerMinute fastest_cooling{1000};  ///< magnitude
 };
 
-/// Refuses what the chamber cannot do (temperatures and rates beyond it, deadlines shorter than the segment), and what
-/// the profile would not do as it says (a hold at another temperature that nothing leads to or waits for, keys of a
-/// soak where there is none); every mistake with the place of its segment.
+/// Fails if the chamber cannot carry out the profile (temperatures or rates outside its limits, deadlines shorter than
+/// the segment), or if the profile contradicts itself (a hold at a temperature that no ramp leads to and no soak waits
+/// for, soak keys without a guaranteed soak). Lists every error with the position of its segment.
 [[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
 
-/// Refuses what would end the run by the limits of the chamber's air, with the place of its segment.
+/// Fails if a segment would end the run by the limits of the chamber's air. Lists the position of each such segment.
 [[nodiscard]] Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest);
 
-/// Refuses a soak on a sensor that is neither "air" nor one of `channels`, with the place of its segment.
+/// Fails if a segment soaks on a sensor that is neither "air" nor one of `channels`. Lists the position of each such
+/// segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
 
-/// Refuses to turn the unit where the rig cannot, with the place of the segment.
+/// Fails if a segment turns the unit and the rig cannot. Lists the position of each such segment.
 [[nodiscard]] Result<void> check_turns(const Profile& profile, bool can_turn);
 
-// The profile laid out in time, as it would run if every soak counted from its first second.
+// The timeline of a profile if every soak counts from its first second.
 
 struct PlannedSegment {
   Duration start{};
@@ -112,10 +128,11 @@ struct Timeline {
   CycleTotal all;
 };
 
+/// Computes the timeline of a profile.
 [[nodiscard]] Timeline plan(const Profile& profile);
 
-/// The table that `gyrotherm check` prints: each segment with start, duration, from, to, rate; then per cycle and in
-/// all, and what people will be asked to do.
+/// Returns the table that `gyrotherm check` prints: each segment with start, duration, from, to and rate, the totals of
+/// each cycle and of the profile, and the tasks for people.
 [[nodiscard]] std::string describe(const Profile& profile, const Timeline& timeline);
 
 }  // namespace gyrotherm::profile

@@ -42,7 +42,7 @@ void check(const TomlTable& table, std::string_view key, Duration d) {
   if (d <= Duration::zero()) table.mistake(key, fmt::format("\"{}\" is zero, expected a time longer than zero", key));
 }
 
-/// The range that two values make; anything else is a mistake, and the neutral range stands in.
+/// Returns the range of two values. Records an error for any other list and returns the neutral range.
 template <class T>
 WrittenRange<T> range_of(const TomlTable& table, std::string_view key, const std::vector<T>& values,
                          WrittenRange<T> neutral) {
@@ -55,9 +55,9 @@ WrittenRange<T> range_of(const TomlTable& table, std::string_view key, const std
   return {values[0], values[1]};
 }
 
-/// Reads a time longer than zero; it is rounded up to whole seconds.
+/// Reads a time above zero, rounded up to whole seconds.
 Duration read_time(const TomlTable& table, std::string_view key) {
-  if (!table.has(key)) return table.duration(key);  // notes that it is missing
+  if (!table.has(key)) return table.duration(key);  // records that the key is missing
   const auto time = table.duration(key, kSecond);
   check(table, key, time);
   return whole_seconds(time);
@@ -99,7 +99,7 @@ Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback
   return band;
 }
 
-/// Reads two rates or times, the first not above the second.
+/// Reads two rates, the first not above the second.
 WrittenRange<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key) {
   return range_of(table, key, table.rates(key), {kFastest, kFastest});
 }
@@ -109,7 +109,7 @@ WrittenRange<Duration> read_time_range(const TomlTable& table, std::string_view 
   return {whole_seconds(range.low), whole_seconds(range.high)};
 }
 
-/// Reads rows of two temperatures, the first not above the second; there is at least one row.
+/// Reads one or more rows of two temperatures, the first not above the second.
 std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& table, std::string_view key) {
   std::vector<WrittenRange<Celsius>> ranges;
   for (const auto& row : table.number_rows(key)) {
@@ -123,7 +123,7 @@ std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& tabl
 
 constexpr std::size_t kLongestPrompt = 500;  ///< bytes
 
-/// One line of text for people.
+/// Reads one line of text for people.
 std::string read_prompt(const TomlTable& table) {
   auto prompt = table.text("prompt", "");
   if (table.has("prompt") && prompt.empty())
@@ -135,7 +135,7 @@ std::string read_prompt(const TomlTable& table) {
   return prompt;
 }
 
-/// Which of two words stands there: whether it is the second; nothing if neither.
+/// Reads a choice of two keywords. Returns true for the second, or nothing if the key is absent.
 std::optional<bool> read_either(const TomlTable& table, const char* key, const char* usual, const char* other) {
   if (!table.has(key)) return std::nullopt;
   return table.choice(key, {usual, other}) == other;
@@ -143,21 +143,21 @@ std::optional<bool> read_either(const TomlTable& table, const char* key, const c
 
 constexpr int kDeepestNesting = 8;
 
-/// What a segment has around it.
+/// The context of a segment.
 struct Surroundings {
   int depth{1};
   bool in_cycle{};
   bool pass_has_rate{};
 };
 
-/// On which sensor a soak counts, and what more it needs; what is not written stays as it is.
+/// Reads the sensor, dwell and slope of a soak. Absent keys leave the rule unchanged.
 void read_soak_conditions(const TomlTable& table, SoakRule& rule) {
   rule.sensor = table.text("soak_sensor", rule.sensor);
   if (const auto dwell = read_time_if_any(table, "soak_dwell")) rule.dwell = *dwell;
   if (const auto slope = read_rate_if_any(table, "soak_slope")) rule.slope = *slope;
 }
 
-/// The keys that say something of a soak, where there is none.
+/// Returns the soak keys of a segment without a guaranteed soak, separated by commas.
 std::string unheeded_of(const TomlTable& table, const SoakRule& rule) {
   std::vector<std::string> keys;
   for (const char* key : {"soak_time", "soak_band", "soak_sensor", "soak_dwell", "soak_slope"})
@@ -165,7 +165,7 @@ std::string unheeded_of(const TomlTable& table, const SoakRule& rule) {
   return fmt::format("{}", fmt::join(keys, ", "));
 }
 
-/// Reads segments in the order they will run in, and so knows whether the set point is known.
+/// Reads segments in the order in which they run, to check that each has a known set point to start from.
 class SegmentReader {
  public:
   explicit SegmentReader(const SoakRule& defaults) : defaults_(defaults) {}
@@ -182,7 +182,8 @@ class SegmentReader {
   void read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into) {
     const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
     if (kind.empty() || table.text("kind") != kind) {
-      (void)table.keys();  // what they mean depends on the kind: none of them is called unknown
+      // The meaning of the keys depends on the kind, so that none of them is unknown here.
+      (void)table.keys();
       set_point_known_ = true;
       return;
     }
@@ -260,7 +261,8 @@ class SegmentReader {
     const auto seed = table.integer("seed");
     if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
     random.seed = static_cast<std::uint64_t>(seed);
-    random.soak.time.reset();  // a drawn hold is soaked as long as it is drawn
+    // The soak of a drawn hold lasts for the whole hold.
+    random.soak.time.reset();
     random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
     random.soak.band = read_band(table, "soak_band", defaults_.band);
     read_soak_conditions(table, random.soak);
@@ -268,7 +270,7 @@ class SegmentReader {
     return random;
   }
 
-  /// Notes a segment that starts from nowhere, once.
+  /// Records an error if no set point is known before this segment; reports only the first such segment.
   void expect_set_point(const TomlTable& table, std::string_view kind) {
     if (!set_point_known_)
       table.mistake("", fmt::format("nothing says where this {} starts, expected a hold with \"at\" before it", kind));
@@ -299,24 +301,25 @@ namespace {
 
 constexpr int kMostRedraws = 1000;
 
-/// The top 53 bits as a fraction of [0, 1): std::uniform_real_distribution differs between standard libraries, this
-/// does not.
+/// Returns the top 53 bits as a fraction in [0, 1). std::uniform_real_distribution would differ between standard
+/// libraries.
 double fraction(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
 
-/// A ramp to a target, and the hold there.
+/// A ramp to a target and the hold there.
 struct RandomStep {
   Celsius to;
   CelsiusPerMinute rate;
   Duration hold{};
 };
 
-/// Targets are drawn uniformly from the rows in turn, in steps of 0.1 °C; rates in steps of 0.01 °C/min; holds in whole
+/// Draws targets uniformly from the rows in turn, in steps of 0.1 °C; rates in steps of 0.01 °C/min; holds in whole
 /// seconds.
 class RandomProgram {
  public:
   explicit RandomProgram(const WrittenRandom& program) : program_(program), engine_(program.seed) {}
 
-  /// The next step from a set point. Nothing if the next row has no target that is `least_step` away from it.
+  /// Returns the next step from a set point, or nothing if the next row has no target that is `least_step` away from
+  /// it.
   [[nodiscard]] std::optional<RandomStep> next(Celsius from) {
     const auto to = draw_target(from);
     if (!to) return std::nullopt;
@@ -326,7 +329,7 @@ class RandomProgram {
   }
 
  private:
-  /// Uniform over [low, high], rounded to `per_unit` values in one unit.
+  /// Draws uniformly from [low, high] and rounds to `per_unit` values in one unit.
   double draw(double low, double high, double per_unit) {
     const double drawn = low + (high - low) * fraction(engine_);
     return std::clamp(std::round(drawn * per_unit) / per_unit, low, high);
@@ -346,7 +349,7 @@ class RandomProgram {
   std::size_t row_ = 0;
 };
 
-/// A hold as its soak rule makes it; `deadline` absent: the rule's own.
+/// Returns the segment of a hold. An absent `deadline` takes the default of the soak rule.
 Segment hold_at(Celsius target, Duration time, const SoakRule& soak, std::optional<Duration> deadline) {
   Segment segment{.kind = SegmentKind::hold,
                   .name = fmt::format("hold {:g} °C", target.value),
@@ -373,13 +376,13 @@ Segment ramp_to(Celsius target, CelsiusPerMinute rate, Duration time, std::optio
           .deadline = deadline.value_or(time)};
 }
 
-/// Whole seconds, rounded up, at least one; nothing if longer than any profile.
+/// Returns the duration of a ramp in whole seconds, rounded up, at least one; nothing if it is longer than any profile.
 std::optional<Duration> ramp_time(Kelvins distance, CelsiusPerMinute rate) {
   if (60.0 * distance.value / rate.value > to_seconds(kLongestProfile)) return std::nullopt;
   return std::max(kSecond, Duration(std::chrono::ceil<std::chrono::seconds>(distance / rate)));
 }
 
-/// What people are asked to do to bring the unit from one state to another; empty: nothing.
+/// Returns the task for people that changes the state of the unit; empty if it does not change.
 std::string change_in_words(const UnitState& from, const UnitState& to) {
   std::string words;
   if (from.off != to.off) words = to.off ? "switch the unit off" : "switch the unit on";
@@ -390,7 +393,7 @@ std::string change_in_words(const UnitState& from, const UnitState& to) {
   return words;
 }
 
-/// The pass of a repeat that a segment is expanded in.
+/// The pass of a repeat in which a segment is expanded.
 struct Pass {
   std::optional<CelsiusPerMinute> rate;
   int cycle{-1};
@@ -441,8 +444,8 @@ class Expansion {
     }
   }
 
-  /// The last ramp or hold is cut where the program's duration ends; a cut ramp ends where its set point stands by
-  /// then.
+  /// Cuts the last ramp or hold at the end of the program's duration. A cut ramp ends at the set point that it has
+  /// reached.
   void append(const WrittenSegment& written, const WrittenRandom& random, const Pass& pass) {
     RandomProgram program(random);
     for (auto left = random.duration; left > Duration::zero() && !at_limit_;) {

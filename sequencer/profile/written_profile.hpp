@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The profile as it is written, a tree of segments, and its expansion to the flat list of holds and ramps that runs.
+/// The tree of segments in a profile file, and its expansion to the flat list of holds and ramps that runs.
 #pragma once
 
 #include <cstdint>
@@ -14,29 +14,35 @@
 
 namespace gyrotherm::profile {
 
-/// What makes a soak: of a hold, or the `[defaults]` that it falls back to.
+/// The soak keys of a hold, or of `[defaults]`, which a hold inherits.
 struct SoakRule {
   bool guaranteed{};
   Kelvins band{2};
   std::string sensor = "air";
   Duration dwell{};
-  CelsiusPerMinute slope{};                 ///< 0: none
-  std::optional<Duration> time;             ///< absent: the hold's own time
-  Duration margin = std::chrono::hours(2);  ///< a guaranteed soak may take 3 times as long as it must, plus this
-  std::string unheeded{};                   ///< its keys that stand on a segment without a guaranteed soak, in words
+  CelsiusPerMinute slope{};  ///< 0: no limit
+  /// Absent: the hold's own time.
+  std::optional<Duration> time;
+  /// Added to three times the shortest duration to give the default deadline of a guaranteed soak.
+  Duration margin = std::chrono::hours(2);
+  /// Soak keys of a segment without a guaranteed soak, as text.
+  std::string unheeded{};
 };
 
 struct WrittenHold {
-  std::optional<Celsius> at;  ///< absent: where the segment before left the set point
+  /// Absent: the set point that the previous segment ended at.
+  std::optional<Celsius> at;
   Duration time{};
   SoakRule soak;
   std::optional<Duration> deadline;
-  std::string prompt{};          ///< empty: none of its own
-  std::optional<bool> off{};     ///< the unit's power; absent: as in the segment before
-  std::optional<bool> turned{};  ///< its axis; absent: as in the segment before
+  std::string prompt{};  ///< empty: none
+  /// Absent: power as in the previous segment.
+  std::optional<bool> off{};
+  /// Absent: axis as in the previous segment.
+  std::optional<bool> turned{};
 };
 
-/// With neither rate nor time, the ramp takes the rate of the pass that it is repeated in.
+/// A ramp. If neither rate nor time is given, it takes the rate of the repeat's current pass.
 struct WrittenRamp {
   Celsius to;
   std::optional<CelsiusPerMinute> rate;
@@ -50,7 +56,7 @@ struct WrittenRange {
   T high{};
 };
 
-/// Ramps to drawn targets and holds of drawn lengths, until `duration` is filled exactly.
+/// A random program: ramps to drawn targets and holds of drawn lengths, until `duration` is filled exactly.
 struct WrittenRandom {
   std::uint64_t seed{};
   Duration duration{};
@@ -63,7 +69,7 @@ struct WrittenRandom {
 
 struct WrittenSegment;
 
-/// Either `count` passes, or one for each of `rates`.
+/// A repeat: `count` passes, or one pass for each of `rates`.
 struct WrittenRepeat {
   std::int64_t count{};
   std::vector<CelsiusPerMinute> rates;
@@ -72,24 +78,24 @@ struct WrittenRepeat {
 };
 
 struct WrittenSegment {
-  TomlTable table;  ///< for the places of mistakes found later
+  /// Locates errors found later.
+  TomlTable table;
   std::string name;
   std::variant<WrittenHold, WrittenRamp, WrittenRepeat, WrittenRandom> what;
 };
 
-/// Reads `[defaults]`. Mistakes are noted in the table.
+/// Reads `[defaults]`. Records errors in the table.
 [[nodiscard]] SoakRule read_defaults(const TomlTable& defaults);
 
-/// Reads every `[[segment]]` of a file's root. Mistakes are noted in the tables; a segment that could not be understood
-/// is left out.
+/// Reads every `[[segment]]` of a file's root. Records errors in the tables and leaves out segments of an unknown kind.
 [[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
 
 inline constexpr int kMostSegments = 20'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 
-/// Appends the segments of `written` to the profile, and the cycles they make; a random program is drawn on the way,
-/// the same one from the same seed on every machine. Mistakes that only the expansion shows (a ramp that goes nowhere,
-/// a profile beyond the limits above) are noted in the tables; expansion ends at a limit.
+/// Appends the segments of `written` to the profile, and the cycles that they make. Draws random programs; a seed gives
+/// the same program on every machine. Records the errors that only the expansion reveals (a ramp to its own start, a
+/// profile above the limits) in the tables, and stops at a limit.
 void expand(const std::vector<WrittenSegment>& written, Profile& profile);
 
 }  // namespace gyrotherm::profile

@@ -22,7 +22,7 @@ constexpr const char *kDrop = "drop", *kReturn = "return", *kAcknowledge = "ackn
                      *kTold = "told", *kNote = "note";
 constexpr std::string_view kForUser = "for=";
 
-/// The first word of a text, and what stands behind the blanks after it.
+/// Returns the first token of a text, and the text after the blanks that follow it.
 std::pair<std::string, std::string> first_word(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
   const auto end = std::min(text.find(' '), text.size());
@@ -36,7 +36,7 @@ ControlRequest request_of_unit(bool drop, std::string_view text) {
   return {.note = std::move(reason), .unit = UnitRequest{.drop = drop, .unit = std::move(unit)}};
 }
 
-/// Reads "12" or "12,15,40"; nothing if one of them is not a number above 0.
+/// Parses "12" or "12,15,40"; returns nothing if an item is not a number above 0.
 std::optional<std::vector<std::int64_t>> numbers_in(std::string_view text) {
   std::vector<std::int64_t> numbers;
   for (bool more = true; more;) {
@@ -71,7 +71,7 @@ Result<ControlRequest> acknowledgement_of(std::string_view text) {
   return ControlRequest{.note = std::move(comment), .acknowledgement = std::move(acknowledgement)};
 }
 
-/// What is wrong with a text, whatever it is for.
+/// Returns the reason why a text is not valid in a request; empty if it is valid.
 std::string objection_to(const std::string& text) {
   if (text.size() > kLongestNote) return fmt::format("a note has at most {} bytes", kLongestNote);
   if (!is_utf8(text)) return "a note is text in UTF-8";
@@ -79,7 +79,7 @@ std::string objection_to(const std::string& text) {
   return {};
 }
 
-/// A message is "gyrotherm-tell/1 WORD TEXT": its word and its text.
+/// Splits a message "gyrotherm-tell/1 COMMAND TEXT" into command and text.
 Result<std::pair<std::string_view, std::string_view>> split(std::string_view message) {
   const auto wrong = [](const char* why) { return failure(FaultKind::corrupted, "tell", why); };
   if (message.size() > kLongestRequest) return wrong("a message that is too long");
@@ -134,7 +134,7 @@ std::string text_of(const ControlRequest& request) {
 
 namespace {
 
-/// `told` is for programs, and not offered.
+/// Returns the error for an unknown command. Omits `told`, which is for programs.
 std::string none_of_them(const std::string& word) {
   const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
   const auto near = nearest(word, words);

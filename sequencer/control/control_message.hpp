@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What others may ask of a run and what it answers, and the messages that this travels in. Pure.
+/// Requests that other programs send to a run, its answers, and the messages that carry them. Pure.
 ///
-/// A message is one line of text in UTF-8: "gyrotherm-tell/1 WORD TEXT", or "gyrotherm-tell/1 for=USER WORD TEXT" where
-/// the speaker asks for somebody else; the answer is "gyrotherm-tell/1 done TEXT" or "gyrotherm-tell/1 refused TEXT".
+/// A message is one line of text in UTF-8: "gyrotherm-tell/1 COMMAND TEXT", or "gyrotherm-tell/1 for=USER COMMAND TEXT"
+/// if a client acts for one of its own users. The answer is "gyrotherm-tell/1 done TEXT" or "gyrotherm-tell/1 refused
+/// TEXT".
 #pragma once
 
 #include <cstddef>
@@ -16,15 +17,17 @@
 
 namespace gyrotherm::control {
 
-/// The milder first.
+/// Commands of an operator, from the mildest to the most severe.
 enum class OperatorCommand { resume, pause, stop, abort };
 
 [[nodiscard]] const char* name(OperatorCommand command);
 
-inline constexpr std::size_t kLongestNote = 2000;  ///< bytes of a note, and of any other text of a request
-inline constexpr std::size_t kLongestUser = 64;    ///< bytes of the name of a monitor's user
+/// Longest note, and longest other text of a request, in bytes.
+inline constexpr std::size_t kLongestNote = 2000;
+/// Longest name of a monitor's user, in bytes.
+inline constexpr std::size_t kLongestUser = 64;
 
-/// A unit under test is to be dropped from the run, or returned to it.
+/// Drops a unit under test from the run, or returns it.
 struct UnitRequest {
   bool drop{};
   std::string unit;
@@ -33,52 +36,57 @@ struct UnitRequest {
 
 /// Acknowledges alarms. The comment is the request's note.
 struct Acknowledgement {
-  std::vector<std::int64_t> alarms{};  ///< numbers of rows; empty: all
+  std::vector<std::int64_t> alarms{};  ///< row numbers; empty: all
   bool operator==(const Acknowledgement&) const = default;
 };
 
-/// A command, a wish for one unit, an acknowledgement, a word of who was told of an alarm, or a note for the record.
+/// One request: a command, a request for one unit, an acknowledgement, a report of a sent notification, or a note for
+/// the record.
 struct ControlRequest {
-  std::optional<OperatorCommand> command{};  ///< nothing: one of those below, or a note
+  /// Absent: another kind of request.
+  std::optional<OperatorCommand> command{};
   /// The answer of a resume, the reason of a stop, an abort or a unit's request, or the comment of an acknowledgement.
-  /// In a report of a message sent: its address, its rule and its alarm.
+  /// In a report of a sent notification: its address, its rule and its alarm.
   std::string note{};
   std::optional<UnitRequest> unit{};
   std::optional<Acknowledgement> acknowledgement{};
-  bool told{};             ///< the note says who was told
-  std::string for_user{};  ///< whom a monitor asks for; empty: the speaker asks for themselves
+  /// The note reports a notification that was sent.
+  bool told{};
+  /// The monitor's user for whom the client acts; empty: the client acts for itself.
+  std::string for_user{};
   bool operator==(const ControlRequest&) const = default;
 };
 
-/// What was made of it.
+/// The result of a request.
 struct ControlAnswer {
   bool done{};
-  std::string text;  ///< what was done, or why not
+  /// The action that was carried out, or the reason of the refusal.
+  std::string text;
   bool operator==(const ControlAnswer&) const = default;
 };
 
-/// Whether it has no control characters.
+/// Returns true if the text has no control characters.
 [[nodiscard]] bool is_one_line(std::string_view text);
-/// Whether a user of a monitor may be called so: 1 to 64 of [A-Za-z0-9_.@-].
+/// Returns true for a valid name of a monitor's user: 1 to 64 of [A-Za-z0-9_.@-].
 [[nodiscard]] bool is_user_name(std::string_view name);
 
-/// Reads a command and its text. "pause" has no text. "resume", "stop" and "abort" may have one: the answer or the
+/// Parses a command and its text. "pause" has no text. "resume", "stop" and "abort" may have one: the answer or the
 /// reason. "drop" and "return" have the unit's name and may have a reason. "acknowledge" has alarm numbers, separated
-/// by commas, or "all", and a comment. "told" and "note" have a text. A text is one line in UTF-8. Fails with
-/// usage.
+/// by commas, or "all", and a comment. "told" and "note" have a text. A text is one line in UTF-8. Fails with usage.
 [[nodiscard]] Result<ControlRequest> request_of(const std::string& word, const std::string& text);
 
-/// The word and the text that request_of() made it of.
+/// Return the command and the text that request_of() would parse.
 [[nodiscard]] std::string word_of(const ControlRequest& request);
 [[nodiscard]] std::string text_of(const ControlRequest& request);
 
 inline constexpr std::string_view kControlSchema = "gyrotherm-tell/1";
 inline constexpr std::size_t kLongestRequest = 4096;  ///< bytes of a message
 
-/// The name of `for_user` must be one.
+/// Writes a request. `for_user` must be empty or a valid name.
 [[nodiscard]] std::string to_message(const ControlRequest& request);
+/// Writes an answer, cut at kLongestRequest.
 [[nodiscard]] std::string to_message(const ControlAnswer& answer);
-/// Both fail with corrupted if the message is not what to_message() writes.
+/// Parse a message. Both fail with corrupted if the message has a form that to_message() does not write.
 [[nodiscard]] Result<ControlRequest> parse_request(std::string_view message);
 [[nodiscard]] Result<ControlAnswer> parse_answer(std::string_view message);
 

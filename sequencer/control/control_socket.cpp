@@ -23,12 +23,12 @@ namespace gyrotherm::control {
 namespace {
 
 constexpr std::size_t kMostSpeakers = 8;
-constexpr int kMostNewSpeakers = 64;  ///< heard at once; the others wait for the next time
+constexpr int kMostNewSpeakers = 64;  ///< accepted in one call
 constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
 constexpr Duration kNamedWithin = std::chrono::seconds(1), kLookAgain = std::chrono::milliseconds(50);
 constexpr const char* kStatusEnding = ".status";  ///< "RUN.db.status" names the writer of RUN.db
 
-/// The address of a socket in a folder, however long the folder's path is: through the open folder.
+/// Address of a socket in a folder. It goes through the open folder, so that the folder's path may have any length.
 struct Address {
   Descriptor folder;
   sockaddr_un text{};
@@ -64,8 +64,8 @@ std::string who_is(int speaker, const std::string& for_user) {
   return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
 }
 
-/// Sets the mode of the socket at that path, if it is a socket of this user's and no link. Excludes the group where the
-/// umask does, as replace_own_file() does.
+/// Sets the mode of the socket at that path. Fails if it is a link, or not a socket of this user. Excludes the group if
+/// the umask does, as replace_own_file() does.
 bool open_to_owner_and_group(const Address& address, const std::string& name) {
   const Descriptor made(::openat(address.folder.number(), name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
@@ -81,7 +81,7 @@ ControlAnswer answer_to(std::string_view message, int speaker, const Listener& l
                  : ControlAnswer{.done = false, .text = request.error().what};
 }
 
-/// Hears one speaker; false once there is no more to hear.
+/// Answers one client. Returns false once the client is done.
 bool hear(int speaker, const Listener& listener) {
   std::array<char, kLongestRequest + 1> message{};
   const auto size = ::recv(speaker, message.data(), message.size(), MSG_DONTWAIT);
@@ -106,7 +106,8 @@ Result<ControlSocket> ControlSocket::open(const std::string& record) {
   auto socket = new_socket(SOCK_NONBLOCK);
   struct stat found {};
   if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
-  ::fchmod(socket.number(), kOwnerAndGroup);  // what bind() makes has no wider mode even for a moment
+  // bind() then never creates a socket with a wider mode, not even for a moment.
+  ::fchmod(socket.number(), kOwnerAndGroup);
   if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(*address), sizeof address->text) != 0 ||
       !open_to_owner_and_group(*address, std::filesystem::path(path).filename().string()) ||
       ::listen(socket.number(), kMostSpeakers) != 0)
@@ -134,7 +135,8 @@ void ControlSocket::listen(const Listener& listener) {
     if (!spare_.is_open()) spare_ = spare_descriptor();
     auto speaker = accept();
     if (!speaker.is_open()) break;
-    if (!hear(speaker.number(), listener)) continue;  // who has spoken makes room for nobody who has not
+    // A client that has sent its message does not push out a silent one.
+    if (!hear(speaker.number(), listener)) continue;
     if (speakers_.size() >= kMostSpeakers) speakers_.erase(speakers_.begin());
     speakers_.push_back(std::move(speaker));
   }
@@ -142,7 +144,7 @@ void ControlSocket::listen(const Listener& listener) {
 
 namespace {
 
-/// A connection, as soon as it is this speaker's turn: where too many wait already the kernel says so at once.
+/// Connects, and retries until the deadline while the listen queue is full; the kernel reports that at once (EAGAIN).
 Result<Descriptor> connected(const std::string& record, const Deadline& deadline) {
   const auto path = control_socket_path(record);
   const auto address = address_of(path);
@@ -169,7 +171,7 @@ std::string in_words(const Writer& writer) {
   return fmt::format("process {} of {}", writer.pid, user_in_words(writer.uid));
 }
 
-/// Returns the process that the status file beside the record names, with the owner of that file as its user.
+/// Returns the process that the status file next to the record names. The owner of that file is its user.
 Result<Writer> writer_of(const std::string& record) {
   const auto path = record + kStatusEnding;
   const auto unknown = [&](const std::string& why) {
@@ -213,7 +215,7 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
                              in_words(*expected)));
 }
 
-/// A run that begins or is resumed listens a moment before its status file names it.
+/// Waits until the status file names the listener: a run that starts or resumes listens shortly before that.
 Result<void> await_listener(const Descriptor& socket, const std::string& record) {
   auto known = check_listener(socket, record);
   for (const Deadline limit(kNamedWithin); !known && !limit.over(); known = check_listener(socket, record))
@@ -221,8 +223,8 @@ Result<void> await_listener(const Descriptor& socket, const std::string& record)
   return known;
 }
 
-/// Sends a message and returns the answer. Returns nothing where the listener hung up before it took the message, as it
-/// does with a silent speaker when its descriptors are used up.
+/// Sends a message and returns the answer. Returns nothing if the listener closed the connection before it read the
+/// message, as it does with a silent client when its descriptors are used up.
 Result<std::optional<ControlAnswer>> ask(const Descriptor& socket, const std::string& message, const std::string& path,
                                          const Deadline& deadline) {
   if (::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL) < 0) {
@@ -233,7 +235,8 @@ Result<std::optional<ControlAnswer>> ask(const Descriptor& socket, const std::st
     return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
   std::array<char, kLongestRequest> answer{};
   const auto size = ::recv(socket.number(), answer.data(), answer.size(), 0);
-  if (size < 0 && errno == ECONNRESET) return std::nullopt;  // the listener closed it with the message unread (unix(7))
+  // The listener closed the connection with the message unread (unix(7)).
+  if (size < 0 && errno == ECONNRESET) return std::nullopt;
   if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
   return parse_answer({answer.data(), static_cast<std::size_t>(size)});
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The socket beside a record by which other programs of this machine speak to the one that carries the run out: one
-/// message each way.
+/// The socket next to a record. Other programs of this machine send requests through it to the program that carries the
+/// run out: one message each way.
 #pragma once
 
 #include <functional>
@@ -15,44 +15,45 @@
 
 namespace gyrotherm::control {
 
-/// "RUN.db" → "RUN.db.socket".
+/// Returns the socket's path: "RUN.db" → "RUN.db.socket".
 [[nodiscard]] std::string control_socket_path(const std::string& record);
 
-/// Carries one out, told by `who`: as the kernel says, "ada (uid 1000)"; of one who speaks for a user of their own,
-/// both: "anna (through ada, uid 1000)".
+/// Carries out one request. `who` is the client's user as the kernel reports it, "ada (uid 1000)"; if the client acts
+/// for one of its own users, both: "anna (through ada, uid 1000)".
 using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& who)>;
 
-/// The listening end. Everyone who may write to the socket may speak: mode 0660, or 0600 if the umask excludes the
-/// group. The kernel reports the speaker.
+/// The listening end. Every user with write permission may connect: mode 0660, or 0600 if the umask excludes the group.
+/// The kernel reports the client's user.
 class ControlSocket {
  public:
-  /// A socket that a dead program left is replaced. Fails with storage.
+  /// Opens the socket and replaces one that a dead program left. Fails with storage.
   [[nodiscard]] static Result<ControlSocket> open(const std::string& record);
   ~ControlSocket();
   ControlSocket(ControlSocket&&) noexcept = default;
   ControlSocket& operator=(ControlSocket&&) = delete;
 
-  /// Hears who is there now, one message and one answer each, and never waits. Whoever connects and says nothing is
-  /// shut out as soon as eight wait. Call it when descriptor() is readable, and now and then.
+  /// Answers one message of each waiting client and returns at once. Drops the oldest client that has sent nothing as
+  /// soon as more than eight wait. Call it when descriptor() is readable, and also at intervals.
   void listen(const Listener& listener);
   [[nodiscard]] int descriptor() const { return socket_.number(); }
 
  private:
   ControlSocket(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
 
-  /// Accepts the next speaker, also if the process has used up its descriptors.
+  /// Accepts the next client, also if the process has used up its descriptors.
   [[nodiscard]] Descriptor accept();
 
   Descriptor socket_;
-  Descriptor spare_;  ///< given up for a speaker
+  /// Closed to accept a client if no descriptor is left.
+  Descriptor spare_;
   std::string path_;
   std::vector<Descriptor> speakers_;
 };
 
-/// Sends a request to the program that carries the run of `record` out, and waits at most `within` for its answer.
-/// Nothing is sent unless the process that listens (SO_PEERCRED) is the one that RUN.db.status names, and its user owns
-/// that file and is this user, root, or the owner of the record or its folder. Fails with usage if no program listens
-/// there, refused if this user may not speak to it or another process listens, timeout or corrupted.
+/// Sends a request to the program that carries out the run of `record`, and waits at most `within` for its answer.
+/// Sends nothing unless the listening process (SO_PEERCRED) is the one that RUN.db.status names, and its user owns that
+/// file and is this user, root, or the owner of the record or its folder. Fails with usage if no program listens there,
+/// refused if this user has no permission or another process listens, timeout, disconnected or corrupted.
 [[nodiscard]] Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within);
 
 }  // namespace gyrotherm::control

@@ -11,8 +11,8 @@ namespace {
 
 constexpr Kelvins kChange{0.001};
 
-/// Air moves through the degrees, a sensor that breaks skips them: what it skips adds up, and is forgotten where it is
-/// little. What its controller then does about the air does not hide it.
+/// Adds up changes of the air that are too fast to be real: real air passes through every degree, a broken sensor skips
+/// them. Forgets a sum within the limit. The sum remains if the controller then heats or cools in response.
 void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, Duration elapsed,
               InterlockMemory& memory) {
   constexpr double kTimesTheFastest = 3;
@@ -28,7 +28,7 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
     memory.air_jumped = {};
 }
 
-/// The air as it would follow the set point that the controller holds; `elapsed` since it was last read.
+/// Predicts the air from the controller's set point as a first-order lag. `elapsed`: time since the last reading.
 void expect_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed, InterlockMemory& memory) {
   if (std::isnan(chamber.set_point.value)) return;
   memory.set_point = chamber.set_point;

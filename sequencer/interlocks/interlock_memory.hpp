@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the interlocks remember from second to second: how temperatures have moved, and how long each interlock has
-/// stood. Values; any thread.
+/// The state of the interlocks between seconds: the changes of the temperatures, and the duration of each interlock's
+/// cause. Values; any thread.
 #pragma once
 
 #include <array>
@@ -16,36 +16,36 @@
 
 namespace gyrotherm::interlocks {
 
-/// How one temperature has moved: over the last minute, and whether it moves at all.
+/// The change of one temperature over the last minute, and the time since its last change.
 class Trend {
  public:
-  /// Adds one second's value, or that there was none.
+  /// Adds one second's value; nothing if it was not read.
   void add(std::optional<Celsius> value);
-  /// Forgets everything, for time has passed unseen.
+  /// Clears the trend after a time without samples.
   void forget();
 
-  /// The change over the last minute; nothing where one of its ends is not known.
+  /// Returns the change over the last minute, or nothing if its first or last value is unknown.
   [[nodiscard]] std::optional<CelsiusPerMinute> rate() const;
 
-  /// Compares with what the other thermometers show now, after add().
+  /// Compares the value with the other thermometers. Call it after add().
   void compare(std::optional<Celsius> others);
-  /// For how many samples the value has not changed by a millikelvin.
+  /// Counts the latest samples in which the value changed by less than a millikelvin.
   [[nodiscard]] int unchanged_samples() const { return unchanged_; }
-  /// How far the others have moved since the value stopped changing.
+  /// Returns the change of the other thermometers since the value last changed.
   [[nodiscard]] Kelvins others_moved() const { return others_moved_; }
 
  private:
   static constexpr int kSeconds = 60;
-  std::array<double, kSeconds + 1> ring_{};  ///< NaN: not known
+  std::array<double, kSeconds + 1> ring_{};  ///< NaN: unknown
   int filled_ = 0, newest_ = -1;
-  std::optional<Celsius> still_;  ///< the value that does not change
+  std::optional<Celsius> still_;  ///< the unchanged value
   int unchanged_ = 0;
   std::optional<Celsius> others_then_;
   Kelvins others_moved_{};
 };
 
-/// Counts in how many of the last samples a cause was there, and for how long, so that a cause that comes and goes with
-/// every second sample acts, too.
+/// Counts the recent samples with the cause, and the time that they cover. An intermittent cause, present in every
+/// second sample, thus still acts.
 class RecentCauses {
  public:
   /// Adds a sample that was read and that covers `elapsed`. The window keeps at least the last `samples` samples and at
@@ -61,7 +61,7 @@ class RecentCauses {
   void forget() { *this = {}; }
 
   [[nodiscard]] int samples() const { return samples_; }
-  /// Returns the time covered by the samples in which the cause was there.
+  /// Returns the time covered by the samples with the cause.
   [[nodiscard]] Duration time() const { return time_; }
 
  private:
@@ -82,57 +82,72 @@ class RecentCauses {
 };
 
 struct InterlockMemory {
-  /// Holds what is remembered of one subject of an interlock.
+  /// The state of one subject of an interlock.
   struct Watch {
-    std::string subject{};                ///< channel, unit, instrument; may be empty
-    Duration standing{};                  ///< how long its cause is there
-    int samples{};                        ///< in how many samples it was there
-    Duration unseen{};                    ///< since what shows it was last read
-    Duration gone{};                      ///< how long it is not there, or not seen to be
-    bool raised{};                        ///< its alarm
-    RecentCauses recent{};                ///< its last samples
-    Reaction reaction{};                  ///< what it asks for, of what cannot be seen as it was last seen
-    std::optional<std::size_t> column{};  ///< which thermometer showed it
-    std::string text{};                   ///< as last seen
+    /// Channel, unit, instrument; may be empty.
+    std::string subject{};
+    /// Duration of the cause.
+    Duration standing{};
+    /// Number of samples with the cause.
+    int samples{};
+    /// Time since the quantity that shows the cause was last read.
+    Duration unseen{};
+    /// Time since the cause was last found.
+    Duration gone{};
+    /// The alarm is raised.
+    bool raised{};
+    RecentCauses recent{};  ///< the last samples
+    /// Current reaction; the last known one while the cause is unread.
+    Reaction reaction{};
+    /// Thermometer that showed the cause.
+    std::optional<std::size_t> column{};
+    std::string text{};  ///< latest finding
   };
   /// The watches of each interlock, one for each subject that has, or had, a cause.
   std::array<std::vector<Watch>, kInterlocks> watches{};
-  /// Returns the watch of the subject that is affected most; an empty watch if there is none.
+  /// Returns the watch of the most affected subject, or an empty watch if there is none.
   [[nodiscard]] Watch of(InterlockId id) const;
-  /// Returns true if its cause is there in the last second, of any subject or of one; stands(): and acts besides.
+  /// Return true if the cause was present in the last second, for any subject or for one. stands() also requires a
+  /// raised alarm.
   [[nodiscard]] bool is_seen(InterlockId id) const;
   [[nodiscard]] bool is_seen(InterlockId id, const std::string& subject) const;
   [[nodiscard]] bool stands(InterlockId id) const;
   LivenessMemory liveness{};
-  bool chamber_answered = true;  ///< in the sample before
-  bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
+  /// The chamber answered in the previous sample.
+  bool chamber_answered = true;
+  /// The chamber has reported its activity since it was last silent.
+  bool activity_seen = true;
   Trend air;
   std::vector<Trend> thermometers;
-  std::optional<Celsius> expected{};  ///< the air, as it would follow the set point
-  Kelvins lag{};                      ///< how far that is behind the set point; fades three times as slowly
+  /// The air predicted from the set point.
+  std::optional<Celsius> expected{};
+  /// The predicted air's distance from the set point; decays three times as slowly as the distance itself.
+  Kelvins lag{};
   std::optional<Celsius> set_point{};
-  std::optional<Celsius> air_seen{};  ///< the last that was known
-  Duration air_unseen{};              ///< since then
-  Kelvins air_jumped{};               ///< in all, over degrees that it did not pass through
+  /// The last known value.
+  std::optional<Celsius> air_seen{};
+  Duration air_unseen{};  ///< time since then
+  /// Sum of the air's changes that were too fast to be real.
+  Kelvins air_jumped{};
   std::optional<Duration> utc_minus_run{};
 };
 
-/// Air that moves faster is no air; where a rig has faster air, three times as fast as that.
+/// Air that changes faster is a sensor fault. A rig with faster air uses three times its own limit.
 inline constexpr CelsiusPerMinute kNoAir{120};
 
-/// The thermometers that answer, by size.
+/// The readings of the answering thermometers, sorted.
 class Ranks {
  public:
   explicit Ranks(const Sample& sample);
   [[nodiscard]] std::optional<Celsius> median() const;
-  /// The median of the others; `own` is one of the thermometers if it is known.
+  /// Returns the median of the other thermometers. `own` is the reading to leave out, if it is known.
   [[nodiscard]] std::optional<Celsius> median_without(const std::optional<Celsius>& own) const;
 
  private:
   std::vector<double> sorted_;
 };
 
-/// Takes a sample that covers `elapsed` into the trends; `after_a_pause`: the program stood still before it.
+/// Adds a sample that covers `elapsed` to the trends. `after_a_pause`: the program did not run before it.
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
               InterlockMemory& memory);
 

@@ -15,7 +15,7 @@ namespace gyrotherm::interlocks {
 namespace {
 
 using std::chrono::seconds;
-using Found = std::vector<CheckResult>;  ///< one for each subject
+using Found = std::vector<CheckResult>;  ///< one result per subject
 
 constexpr int kStuckSamples = 120;
 constexpr Kelvins kOthersMoved{0.5};
@@ -55,7 +55,8 @@ Found thermometer_limit(const CheckInputs& in) {
   return beyond;
 }
 
-/// The chamber's own sensor against the thermometers in the air or, without these, against itself before it jumped.
+/// Compares the chamber's own sensor with the thermometers in the air. Without such thermometers, checks the sensor for
+/// jumps.
 Found chamber_sensor(const CheckInputs& in) {
   if (!in.chamber()) return {};
   const auto air = in.chamber()->air;
@@ -86,7 +87,7 @@ Found thermometer_rate(const CheckInputs& in) {
   return fast;
 }
 
-/// The air follows its set point like a first-order lag, and three times as slowly at the worst.
+/// Compares the air with its prediction: a first-order lag behind the set point, three times as slow at the worst.
 Found following(const CheckInputs& in) {
   if (!in.chamber() || !in.memory.expected || !in.memory.set_point) return {};
   const auto air = in.chamber()->air;
@@ -98,15 +99,15 @@ Found following(const CheckInputs& in) {
                       .grave = near_a_limit}};
 }
 
-/// Measures how far a reading lies outside the range between the other thermometers and the chamber's air. Between them
-/// each part of the article lies by itself while heat flows through it.
+/// Returns the distance of a reading from the range between the other thermometers and the chamber's air. While heat
+/// flows through the unit, each part of it lies in that range.
 Kelvins unexplained(const CheckInputs& in, Celsius value, Celsius others) {
   const auto air = in.chamber() ? in.chamber()->air : others;
   const auto [lowest, highest] = std::minmax(air, others);
   return std::max({Kelvins{}, lowest - value, value - highest});
 }
 
-/// Finds the thermometer that is farthest from air and median of the others among those that are not in `found` yet.
+/// Finds the thermometer that is farthest from air and median of the others, among those that are not in `found` yet.
 std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   Sample left = in.sample;
   for (const auto& one : found) left.thermometers[*one.column].value = failure(FaultKind::out_of_range, "", "");
@@ -126,8 +127,8 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   return farthest;
 }
 
-/// A thermometer that is wrong draws the median away from those that are right: the farthest is taken out before the
-/// next one is looked for.
+/// Finds the thermometers that disagree. A wrong one shifts the median, so that the farthest is excluded before the
+/// next search.
 Found disagreement(const CheckInputs& in) {
   Found all;
   while (auto one = farthest(in, all)) all.push_back(std::move(*one));
@@ -166,7 +167,7 @@ SilentUnits silent_units(const CheckInputs& in) {
   return units;
 }
 
-/// "gyro silent", or "gyro u1 silent" of several.
+/// Describes silent units: "gyro silent", or "gyro u1 silent" if there are several units.
 Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
   const bool is_only_one = in.sample.units.size() < 2;
   Found all;
@@ -176,7 +177,7 @@ Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
   return all;
 }
 
-/// The units whose silence stops the run; each of them, where none is left that speaks.
+/// Finds the units whose silence stops the run. If every unit is silent, these are all of them.
 Found gyro_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return silent(in, units.silent);
@@ -184,7 +185,7 @@ Found gyro_silent(const CheckInputs& in) {
   return silent(in, units.silent);
 }
 
-/// Those without which it goes on.
+/// Finds the silent units without which the run continues.
 Found unit_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return {};
@@ -201,8 +202,8 @@ Found thermometers_lost(const CheckInputs& in) {
                            : fmt::format("{} thermometers answer, {} are needed", answer, needed));
 }
 
-/// Finds the thermometers that are not read, of those that `counts`. An instrument with several of them, none of which
-/// is read, is one subject; a channel that was lost before its instrument stays one of its own.
+/// Finds the unread thermometers among those that `counts` accepts. An instrument with several such thermometers, all
+/// unread, is one subject; a channel that was lost before its instrument remains a subject of its own.
 Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
   const auto is_lost = [&](std::size_t i) { return counts(i) && !in.sample.thermometers[i].value; };
   const auto text = [&](const std::vector<std::string>& lost) {
@@ -224,7 +225,7 @@ Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, cons
   return all;
 }
 
-/// The analogue channels of the units are among them.
+/// Finds unread thermometers and unread analogue channels of the units.
 Found channel_lost(const CheckInputs& in) {
   const auto is_counted = [&](std::size_t i) { return !in.is_frozen(i); };
   auto lost = lost_thermometers(in, InterlockId::channel_lost, is_counted, "");
@@ -273,7 +274,7 @@ Found not_taken(const CheckInputs& in) {
   return found(fmt::format("the chamber does not take set points: {}", in.around.refusal));
 }
 
-/// In what the chamber is not as it was left; nothing where it is, or may be otherwise.
+/// Describes how the chamber differs from the state that it was left in; nothing if it does not, or may.
 std::optional<std::string> altered(const CheckInputs& in) {
   if (!in.chamber() || in.around.led_by_controller) return std::nullopt;
   const auto& chamber = *in.chamber();
@@ -284,7 +285,7 @@ std::optional<std::string> altered(const CheckInputs& in) {
   return fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value, sent->value);
 }
 
-/// An altered chamber was restarted if it was silent before, unless somebody had altered it before that.
+/// Returns true if an altered chamber was restarted: it was silent before, and was not altered before that silence.
 bool was_restarted(const CheckInputs& in) {
   const bool off = in.chamber()->activity == ChamberActivity::off;
   const bool silent_before = !in.memory.chamber_answered || (off && !in.memory.activity_seen);
@@ -292,8 +293,9 @@ bool was_restarted(const CheckInputs& in) {
          in.stood(InterlockId::restarted_off);
 }
 
-/// Somebody else's set point is not known to be gone while the chamber is silent: afterwards it is still that, and no
-/// restart. A set point that is sent again explains another one, and no program: a chamber refuses it while one runs.
+/// Finds a change that another program or a person made. A foreign set point remains one while the chamber is silent,
+/// and is not taken for a restart afterwards. A set point that is sent again explains a different set point, but not a
+/// program: a chamber refuses set points while a program runs.
 Found foreign_set_point(const CheckInputs& in) {
   if (!in.chamber())
     return in.stood(InterlockId::foreign_set_point) ? found(in.memory.of(InterlockId::foreign_set_point).text)
@@ -311,20 +313,20 @@ Found restarted_and(const CheckInputs& in, bool off) {
   return is_it ? found("the chamber was restarted: it " + *what) : Found{};
 }
 Found restarted(const CheckInputs& in) { return restarted_and(in, false); }
-/// People may have taken it off the mains to reach inside.
+/// The reaction is more severe, because people may have disconnected the chamber to reach inside.
 Found restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
 
 // ---- the program and its record -------------------------------------------------------------------------------------
 
 Found where_told(const std::string& text) { return text.empty() ? Found{} : found(text); }
 Found program(const CheckInputs& in) { return where_told(in.around.program); }
-/// Each instrument that another one answers for is a subject.
+/// Each instrument in whose place another one answers is a subject.
 Found another_instrument(const CheckInputs& in) {
   Found all;
   for (const auto& text : in.around.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
   return all;
 }
-/// Each file that is damaged, with which the text begins, is a subject.
+/// Each damaged file is a subject. The text begins with the file's name.
 Found record_damaged(const CheckInputs& in) {
   auto found = where_told(in.around.record_damage);
   for (auto& damage : found) damage.subject = damage.text.substr(0, damage.text.find(' '));
@@ -361,7 +363,7 @@ Found wall_clock(const CheckInputs& in) {
   return found(fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
 }
 
-// ---- what was not read ----------------------------------------------------------------------------------------------
+// ---- unread quantities ----------------------------------------------------------------------------------------------
 
 using Watch = InterlockMemory::Watch;
 
@@ -373,7 +375,7 @@ bool no_comparison(const CheckInputs& in, const Watch&) {
   return !in.chamber() || (!compared.empty() && !median_of(in.sample, compared));
 }
 
-/// The thermometer that showed the cause when it was last seen.
+/// Returns the thermometer that showed the cause when it was last found.
 std::optional<std::size_t> shown_by(const CheckInputs& in, const Watch& watch) {
   return watch.column && *watch.column < in.sample.thermometers.size() ? watch.column : std::nullopt;
 }
@@ -483,15 +485,15 @@ static_assert(in_order(), "each interlock has its row, in the order of their nam
 
 // ---- judging --------------------------------------------------------------------------------------------------------
 
-/// What the interlock asks for, now that it acts.
+/// Returns the reaction of an interlock that acts.
 Reaction reaction_of(const InterlockLimits& limits, const Interlock& row, const CheckResult& found, Duration stands) {
   const bool lost = row.lost_after != nullptr && stands >= limits.*row.lost_after;
   return found.grave || lost ? Reaction::abort
                              : std::min(found.at_most, limits.policy[static_cast<std::size_t>(row.id)]);
 }
 
-/// Counts one sample that was read, with or without the cause. Returns true if the interlock acts: its cause was there
-/// in so many of twice as many samples, and for so much of twice the time; or in a row.
+/// Counts one sample that was read, with or without the cause. Returns true if the interlock acts: its cause was
+/// present in `samples` of twice as many samples, and for `after` of twice that time; or without a break for `after`.
 bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool found, Duration elapsed,
                   InterlockMemory::Watch& watch) {
   const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
@@ -501,7 +503,7 @@ bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool
   return found && watch.recent.time() >= after && watch.recent.samples() >= samples;
 }
 
-/// What is not there, or can no longer be seen.
+/// Clears the alarm when its cause has been absent or unread for long enough.
 void clear_in_time(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockMemory::Watch& watch,
                    std::vector<InterlockAlarm>& cleared) {
   watch.gone += elapsed;
@@ -515,8 +517,8 @@ void demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
   if (watch.reaction > most.reaction) most = {watch.reaction, watch.text};
 }
 
-/// A reading that is lost is no sign that a cause has gone: it stands as it was last seen, and what was counted stays
-/// counted. A longer silence is judged as one.
+/// Keeps the state of a cause while its quantity is unread: a lost reading does not show that the cause has ended. A
+/// silence longer than suspend_after counts as absence of the cause.
 void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed, Watch& watch,
                  InterlockResult& judged) {
   watch.unseen += elapsed;
@@ -525,14 +527,14 @@ void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed
   clear_in_time(limits, id, elapsed, watch, judged.cleared);
 }
 
-/// How much longer a cause stands. In a time without ticks nobody saw it: that counts where the cause was there before,
-/// and was no sleep of the machine, which is judged as one.
+/// Returns the time to add to a cause's duration. Time without ticks counts if the cause was present before it and the
+/// machine did not sleep, which has its own interlock.
 Duration longer(const InterlockMemory::Watch& watch, Duration elapsed, const InterlockInputs& inputs) {
   const bool counts = watch.samples > 0 && inputs.missed <= inputs.longest_missed;
   return counts ? elapsed : elapsed - inputs.missed;
 }
 
-/// Steps the watch of one subject by a second; `found` is null if its cause was not found.
+/// Advances the watch of one subject by a second. `found` is null if its cause was not found.
 void step(const InterlockLimits& limits, const Interlock& row, const CheckResult* found, bool unread, Duration elapsed,
           const InterlockInputs& inputs, Watch& watch, InterlockResult& judged) {
   if (!found && unread && watch.samples > 0) return wait_unread(limits, row.id, elapsed, watch, judged);
@@ -560,13 +562,14 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   demand(watch, judged.demand);
 }
 
-/// Judged of one interlock: its subjects with a cause, and whether what would show each watched one was not read.
+/// The results of one interlock's check. `unread` has one flag per watched subject: the quantity that shows its cause
+/// was not read.
 struct Verdict {
   Found found;
   std::vector<bool> unread;
 };
 
-/// Steps every subject of an interlock: those that have a cause now, and those that had one.
+/// Advances every subject of an interlock that has, or had, a cause.
 void step(const InterlockLimits& limits, const Interlock& row, const Verdict& verdict, Duration elapsed,
           const InterlockInputs& inputs, InterlockResult& judged) {
   auto& watches = judged.memory.watches[static_cast<std::size_t>(row.id)];

@@ -10,7 +10,7 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-/// A silence of no time at all would be there in every sample.
+/// Reads a time above zero: a silence of zero would be found in every sample.
 Duration read_time(const TomlTable& table, std::string_view key, Duration fallback) {
   const auto time = table.duration(key, fallback);
   if (time <= Duration{}) table.mistake(key, "expected a time longer than zero");
@@ -29,7 +29,7 @@ void read_range(const TomlTable& table, const std::string& prefix, Celsius& lowe
   if (!(lowest < highest)) table.mistake(prefix + "lowest", "the lowest temperature is not below the highest");
 }
 
-/// A silence suspends the run before it ends it.
+/// Reads the silence that ends a run. It must not be shorter than the silence that suspends it.
 Duration read_lost(const TomlTable& table, std::string_view key, Duration fallback, Duration suspend_after) {
   const auto time = read_time(table, key, fallback);
   if (time > Duration{} && time < suspend_after)
@@ -65,7 +65,7 @@ std::size_t column_of(const std::vector<std::string>& channels, const std::strin
   return static_cast<std::size_t>(std::find(channels.begin(), channels.end(), name) - channels.begin());
 }
 
-/// [limits.channel.NAME]
+/// Reads [limits.channel.NAME].
 void read_own_limits(const TomlTable& table, InterlockLimits& limits) {
   const auto own = table.table("channel");
   const auto named = own.keys();
@@ -116,7 +116,8 @@ void read_policy(const TomlTable& table, Policy& policy) {
 
 InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string>& channels,
                             const profile::ChamberLimits& chamber) {
-  constexpr double kMuchFaster = 2.5;  // than the chamber is ever asked to be
+  // Ratio to the chamber's fastest rate.
+  constexpr double kMuchFaster = 2.5;
   InterlockLimits limits;
   limits.channels = channels;
   const auto fastest = std::max(chamber.fastest_heating.value, chamber.fastest_cooling.value);

@@ -14,24 +14,25 @@ constexpr double kNoiseWeight = 1.0 / 300;  ///< weight of one reading
 constexpr double kTwoSteps = 1.5;           ///< steps, less rounding
 constexpr double kMostNoiseShare = 0.9;     ///< largest share that is used
 
-/// −ln of the probability of readings that noise makes identical: about 1e-13.
+/// The limit of −ln of the probability that noise makes readings identical: about 1e-13.
 constexpr double kImprobable = 30;
-/// Readings are frozen for so many times as long as they were ever identical before.
+/// Readings are frozen after this multiple of the longest earlier spell of identical readings.
 constexpr int kTimesTheLongest = 5;
-/// An instrument whose noise is not known is frozen if the air moves by so much meanwhile, for so long.
+/// An instrument of unknown noise is frozen if the air moves by kAirMoved during the spell, and the spell lasts
+/// kWhileAirMoved.
 constexpr Kelvins kAirMoved{10};
 constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
 /// The air follows a set point within this time; later changes are noise.
 constexpr Duration kSettles = std::chrono::minutes(1);
 constexpr Kelvins kSameSetPoint{0.02};
-/// So many counts come in any case before their absence is a fault.
+/// Counts that the Earth's rate must produce before their absence is a fault.
 constexpr double kExpectedCounts = 20;
 constexpr double kShareThatFollows = 0.05;  ///< share of response_step
 constexpr int kStuckReadings = 120;
-/// A body does not change faster, even if the rig file has a lower limit.
+/// The fastest rate of a body. Applies also if the rig file has a lower limit.
 constexpr CelsiusPerMinute kFastestBody{15};
 
-/// Measures how long the set point has not moved. A unit that is switched on or off ends the rest, too, because its
+/// Measures the time since the set point last moved. Switching a unit on or off restarts it, because the unit's
 /// temperature changes.
 void see_set_point(const Sample& sample, const LivenessSecond& second, LivenessMemory& memory) {
   const auto& chamber = sample.chamber.value;
@@ -42,7 +43,7 @@ void see_set_point(const Sample& sample, const LivenessSecond& second, LivenessM
   if (!before || abs(chamber->set_point - *before) > kSameSetPoint) memory.at_rest = {};
 }
 
-/// Follows one instrument: `identical` is the smallest count of identical readings among its channels.
+/// Updates the spell of one instrument. `identical` is the smallest count of identical readings among its channels.
 void see_identity(const InterlockLimits& limits, int identical, double improbability, const std::optional<Celsius>& air,
                   Duration elapsed, Identity& memory) {
   if (identical == 0) {
@@ -88,8 +89,9 @@ double expected_counts(const AxisLimits& axis, Duration time) {
   return std::abs(axis.earth_rate->value * to_seconds(time) / axis.arcsec_per_count);
 }
 
-/// Returns [limits] gyro_band or, where that is not stated, ten times what the unit's bias may be: a unit of rotation
-/// that is wrong by 57 then shows at the Earth's rate, and a bias beyond its data sheet ends no run.
+/// Returns [limits] gyro_band. Without that key, computes it from ten times the largest bias of the unit: then a scale
+/// that is wrong by the factor 57 (rad for °) still shows at the Earth's rate, and a bias outside the data sheet does
+/// not end the run.
 DegreesPerHour band_around_earth_rate(const InterlockLimits& limits, const AxisLimits& axis) {
   constexpr double kAnyGyro = 1000, kTimesBias = 10, kLeast = 5;  // °/h
   if (limits.gyro_band) return *limits.gyro_band;
@@ -133,7 +135,7 @@ void see_units(const InterlockLimits& limits, const Sample& sample, const Livene
   }
 }
 
-/// Measures how far air and set point have moved since a thermometer last moved.
+/// Measures the change of air and set point since a thermometer last moved.
 void see_response(const InterlockLimits& limits, const Sample& sample, ResponseMemory& memory) {
   const auto& chamber = sample.chamber.value;
   const auto same_size = memory.thermometers.size() == sample.thermometers.size();
@@ -158,7 +160,7 @@ void see_response(const InterlockLimits& limits, const Sample& sample, ResponseM
   if (has_set_point) memory.asked = std::max(memory.asked, abs(chamber->set_point - *memory.set_point));
 }
 
-/// Adds up changes that are too fast for a body. A reading that comes back is not a jump.
+/// Adds up changes that are too fast for a body. A jump that reverses cancels itself.
 void see_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
                LivenessMemory& memory) {
   memory.past.resize(sample.thermometers.size());
@@ -177,7 +179,7 @@ void see_jumps(const InterlockLimits& limits, const Sample& sample, const Livene
   }
 }
 
-/// Forgives the step with which a thermometer comes back that did not change before.
+/// Ignores the step with which a stuck thermometer starts to change again.
 void forgive_stuck(const Sample& sample, LivenessMemory& memory) {
   for (std::size_t i = 0; i < sample.thermometers.size() && i < memory.past.size(); ++i)
     if (memory.thermometers[i].identical() >= kStuckReadings) memory.past[i] = {};
@@ -197,7 +199,7 @@ void Noise::add(double value, bool at_rest) {
     identical_at_rest_ += at_rest ? 1 : 0;
     return;
   }
-  // Readings that were identical count once they have ended: a frozen channel does not unlearn its noise.
+  // Identical readings count once their spell has ended, so that a frozen channel keeps its noise.
   share_ *= std::pow(1 - kNoiseWeight, std::exchange(identical_at_rest_, 0));
   const bool is_noise = last_change_ * change < 0 && std::abs(change) > kTwoSteps * step_;
   if (at_rest) share_ += kNoiseWeight * ((is_noise ? 1 : 0) - share_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Remembers each instrument's behaviour to decide whether it still measures: frozen readings, dead gyros, thermometers
-/// that do not respond, that jump or that drift. Values; any thread.
+/// The behaviour of each instrument over time, to decide whether it still measures. Finds frozen readings, dead gyros,
+/// and thermometers that do not respond, that jump or that drift. Values; any thread.
 #pragma once
 
 #include <limits>
@@ -18,60 +18,65 @@ namespace gyrotherm::interlocks {
 /// identical.
 class Noise {
  public:
-  /// Adds a reading. `at_rest`: the quantity is not asked to change, so that what changes is noise.
+  /// Adds a reading. `at_rest`: the set point does not change, so that a change of the reading is noise.
   void add(double value, bool at_rest);
 
-  /// Returns how many readings have been identical to the one before them, up to the last one.
+  /// Counts the latest readings that are identical to the one before them.
   [[nodiscard]] int identical() const { return identical_; }
-  /// Returns −ln of the probability that noise alone makes so many readings identical; 0 while no noise is known.
+  /// Returns −ln of the probability that noise alone makes so many readings identical; 0 while the noise is unknown.
   [[nodiscard]] double improbability() const;
 
  private:
   std::optional<double> last_;
   double last_change_{};
-  /// The smallest change seen: the resolution, or more.
+  /// The smallest change so far: the resolution, or a multiple of it.
   double step_ = std::numeric_limits<double>::infinity();
-  /// The share of readings at rest that reverse the last change by two steps or more. Noise of such a size does not
-  /// vanish between two steps of the resolution, wherever the quantity is.
+  /// The share of readings at rest that reverse the last change by two steps or more. Such noise does not disappear at
+  /// any value of the quantity.
   double share_{};
   int identical_{}, identical_at_rest_{};
 };
 
-/// An instrument all of whose readings are identical to the last digit.
+/// A spell of identical readings of one instrument: every channel repeats its last reading.
 struct Identity {
   int samples{};
   Duration lasts{};
-  /// The longest earlier spell that was not taken for a frozen instrument.
+  /// The longest earlier spell that did not count as frozen.
   Duration longest_before{};
-  std::optional<Celsius> air_before{};  ///< when it began
-  Kelvins air_moved{};                  ///< since then, at most
+  std::optional<Celsius> air_before{};  ///< at its beginning
+  /// Largest change since then.
+  Kelvins air_moved{};
   bool frozen{};
 };
 
-/// One axis of a gyro.
+/// The state of one axis of a gyro.
 struct AxisLiveness {
   Noise noise;
   Duration identical{}, without_counts{};
-  double arcsec{};   ///< counted in the block under way
+  /// Counted in the current block.
+  double arcsec{};
   Duration block{};  ///< its length
   bool no_counts{}, frozen{};
-  std::optional<DegreesPerHour> far{};  ///< rate of the last block
+  /// Rate of the last block.
+  std::optional<DegreesPerHour> far{};
 
   [[nodiscard]] bool is_dead() const { return no_counts || frozen; }
 };
 
-/// Where air, set point and thermometers were when a thermometer last moved.
+/// Air, set point and thermometers when a thermometer last moved.
 struct ResponseMemory {
   std::optional<Celsius> air{}, set_point{};
   std::vector<std::optional<Celsius>> thermometers{};
-  Kelvins asked{};  ///< largest change of air, set point
+  /// Largest change of air, set point.
+  Kelvins asked{};
 };
 
-/// One thermometer against its own past.
+/// The jumps of one thermometer compared with its own past.
 struct ThermometerPast {
   std::optional<Celsius> last{};
-  Duration unseen{};  ///< since it was last read
-  Kelvins jumped{};   ///< sum of jumps
+  /// Since the last reading.
+  Duration unseen{};
+  Kelvins jumped{};  ///< sum of jumps
 };
 
 struct LivenessMemory {
@@ -83,28 +88,33 @@ struct LivenessMemory {
   ResponseMemory response;
   std::vector<ThermometerPast> past;  ///< one per column
   std::optional<Celsius> set_point{};
-  Duration at_rest{};     ///< since the set point moved
-  bool units_were_off{};  ///< in the second before
+  /// Since the set point moved.
+  Duration at_rest{};
+  /// In the second before.
+  bool units_were_off{};
 };
 
-/// Describes a second beside its sample.
+/// Facts about a second that its sample does not contain.
 struct LivenessSecond {
-  Duration elapsed{};      ///< seen
-  Duration missed{};       ///< before it, without ticks
-  bool gyro_is_off{};      ///< units may be switched off
-  bool units_are_moved{};  ///< an operator may move them
-  bool is_turned{};        ///< input axes reversed
+  Duration elapsed{};  ///< time with ticks
+  /// Before it, without ticks.
+  Duration missed{};
+  /// Units may be switched off.
+  bool gyro_is_off{};
+  /// An operator may move them.
+  bool units_are_moved{};
+  bool is_turned{};  ///< input axes reversed
 };
 
-/// Takes a sample, as read, into the memory.
+/// Adds a sample, as read, to the memory.
 void remember(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
               LivenessMemory& memory);
 
 /// Returns true if the thermometer belongs to an instrument that is frozen.
 [[nodiscard]] bool is_frozen(const InterlockLimits& limits, const LivenessMemory& memory, std::size_t column);
 
-/// Replaces the readings of frozen instruments and of dead gyros by faults. A chamber whose air is frozen stays: its
-/// set point and its alarms are read.
+/// Replaces the readings of frozen instruments and of dead gyros by faults. Keeps a chamber with frozen air, because
+/// its set point and its alarms are still read.
 void take_out_dead(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample);
 
 }  // namespace gyrotherm::interlocks

@@ -7,7 +7,8 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-/// Long after the set point has moved, a thermometer that moves faster than the others by this much drifts.
+/// A thermometer drifts if it moves faster than the others by kDrifts after the set point has been at rest for
+/// kLongAtRest.
 constexpr Duration kLongAtRest = std::chrono::minutes(20);
 constexpr CelsiusPerMinute kDrifts{1};
 constexpr std::size_t kFewest = 3;  ///< thermometers that can be compared
@@ -16,7 +17,7 @@ std::string identical_for(const std::string& what, Duration time) {
   return fmt::format("{} identical to the last digit for {}", what, spoken(time));
 }
 
-/// Describes what is wrong with an axis; empty: nothing.
+/// Describes the fault of an axis; empty: none.
 std::string trouble_of(const AxisLimits& axis, const AxisLiveness& seen, bool is_turned) {
   const double expected = axis.earth_rate ? (is_turned ? -1 : 1) * axis.earth_rate->value : 0;
   if (seen.no_counts)
@@ -41,7 +42,7 @@ struct Rate {
   double value{};
 };
 
-/// Returns the rates of the thermometers that are known, in order of their columns.
+/// Returns the known rates of the thermometers, in order of their columns.
 std::vector<Rate> rates_of(const CheckInputs& in) {
   std::vector<Rate> rates;
   for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)

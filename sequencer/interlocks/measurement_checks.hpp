@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Holds the inputs of the checks of one second. Checks that a measurement behaves like one: it changes as a noisy
-/// reading does, a gyro at rest turns with the Earth, thermometers respond, and none jumps or drifts away from the
+/// The inputs of the checks of one second, and the checks that a measurement behaves like one: its noise changes the
+/// reading, a gyro at rest measures the Earth's rate, thermometers respond, and none jumps or drifts away from the
 /// others. Pure; any thread. Used inside sequencer/interlocks only.
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace gyrotherm::interlocks {
 
-/// One second, with this sample already in the memory's trends; its clocks, and whether the chamber answered, are still
-/// those of the second before.
+/// One second. The memory's trends contain this sample already. Its clocks, and the flag that the chamber answered,
+/// still describe the second before.
 struct CheckInputs {
   const InterlockLimits& limits;
   const InterlockMemory& memory;
@@ -26,7 +26,7 @@ struct CheckInputs {
   Ranks ranks;
 
   [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
-  /// The cause was there a second ago.
+  /// Returns true if the cause was present one second ago.
   [[nodiscard]] bool stood(InterlockId id) const { return memory.is_seen(id); }
   [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
   [[nodiscard]] bool goes_on_without(std::size_t unit) const {
@@ -35,7 +35,7 @@ struct CheckInputs {
   [[nodiscard]] std::string unit(std::size_t unit) const {
     return unit < limits.units.size() ? limits.units[unit].name : std::to_string(unit + 1);
   }
-  /// A unit that is not dropped needs the thermometer.
+  /// Returns true if a unit that is not dropped needs the thermometer.
   [[nodiscard]] bool is_needed(std::size_t column) const {
     for (std::size_t i = 0; i < limits.units.size(); ++i)
       if (!is_dropped(i) && std::ranges::count(limits.units[i].thermometers, column) > 0) return true;
@@ -51,7 +51,7 @@ struct CheckInputs {
     const auto& units = memory.liveness.units;
     return unit < units.size() && std::ranges::any_of(units[unit], &AxisLiveness::is_dead);
   }
-  /// Returns the name under which alarms of this thermometer are kept.
+  /// Returns the subject of this thermometer's alarms.
   [[nodiscard]] std::string subject(std::size_t column) const {
     return column < limits.channels.size() ? limits.channels[column] : std::to_string(column + 1);
   }
@@ -60,18 +60,17 @@ struct CheckInputs {
   }
 };
 
-/// Finds instruments, and the chamber's air, that have been identical to the last digit for longer than their noise
-/// allows.
+/// Finds instruments, and the chamber's air, with identical readings for longer than their noise allows.
 [[nodiscard]] std::vector<CheckResult> frozen(const CheckInputs& in);
 
-/// Finds axes that count nothing where the Earth's rate is known, whose counts are identical for longer than their
-/// noise allows, or whose rate is far from the Earth's.
+/// Finds dead axes: no counts although the Earth's rate is known, identical counts for longer than the noise allows, or
+/// a rate far from the Earth's.
 [[nodiscard]] std::vector<CheckResult> gyro_dead(const CheckInputs& in);
 
-/// Finds that the air or the set point has moved by response_step and no thermometer has followed.
+/// Returns a result if the air or the set point has moved by response_step and no thermometer has followed.
 [[nodiscard]] std::vector<CheckResult> no_thermal_response(const CheckInputs& in);
 
-/// Finds thermometers that jumped, as two that were exchanged do, and those that move while everything else is at rest.
+/// Finds thermometers that jumped, as two exchanged ones do, and thermometers that move while all others are at rest.
 [[nodiscard]] std::vector<CheckResult> drifting(const CheckInputs& in);
 
 }  // namespace gyrotherm::interlocks

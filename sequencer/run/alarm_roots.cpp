@@ -27,7 +27,7 @@ constexpr std::array kSilences{InterlockId::chamber_silent,      InterlockId::th
 bool is_silence(InterlockId id) { return std::ranges::find(kSilences, id) != kSilences.end(); }
 bool is_of_gyro(InterlockId id) { return id == InterlockId::gyro_silent || id == InterlockId::unit_silent; }
 
-/// Returns the line at an address, or the instrument's own.
+/// Returns the line at an address, or a line of the instrument's own for a virtual one.
 RigLine& line_at(std::vector<RigLine>& lines, const std::string& address, const std::string& instrument) {
   const bool is_shared = !address.empty() && address != rig::kVirtualLine;
   const auto& subject = is_shared ? address : instrument;
@@ -51,7 +51,7 @@ bool is_silent(const RigLine& line, const Sample& sample) {
          std::ranges::all_of(line.units, [&](auto unit) { return is_silent_unit(sample, unit); });
 }
 
-/// Finds the lines of all silent instruments that the alarm is about; none if one of them is on a line that answers.
+/// Returns the lines of all silent instruments that the alarm concerns, or none if one of these lines answers.
 std::vector<std::size_t> lost_lines(const InterlockAlarm& alarm, const std::vector<RigLine>& lines,
                                     const std::vector<bool>& silent, const Sample& sample) {
   std::vector<std::size_t> found;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Finds the root of alarms that follow from one event: a host that is late, or a line that is lost. The root is an
-/// alarm of its own (`host_late`, `line_lost`), and the list of alarms suppresses its consequences under it. Pure; any
-/// thread.
+/// The root of alarms that follow from one event: a host that is late, or a lost line. The root is an alarm of its own
+/// (`host_late`, `line_lost`), and the list of alarms suppresses its consequences under it. Pure; any thread.
 #pragma once
 
 #include <optional>
@@ -24,7 +23,7 @@ struct RigLine {
   bool has_chamber{};
   std::vector<std::size_t> thermometers{};
   std::vector<std::size_t> units{};
-  /// Returns true if the lost line shows in more than one interlock.
+  /// Returns true if the loss of the line shows in more than one interlock.
   [[nodiscard]] bool can_be_root() const { return !thermometers.empty() || units.size() + (has_chamber ? 1 : 0) > 1; }
 };
 /// Returns the lines of the rig. Instruments at one address share a line.
@@ -34,20 +33,24 @@ struct RigLine {
 struct RootMemory {
   struct Line {
     bool raised{};
-    Duration answers{};  ///< since its last silent second
+    /// Time since its last silent second.
+    Duration answers{};
   };
   std::vector<Line> lines{};
-  std::optional<Duration> since_late{};  ///< nothing: never late
-  Duration late{};                       ///< missed since the last good minute
+  std::optional<Duration> since_late{};  ///< absent: never late
+  /// Time missed since the last minute without a late tick.
+  Duration late{};
   bool host_raised{};
 };
 
 struct RootInputs {
   const Sample& sample;
-  Duration missed{};          ///< time without ticks
-  Duration longest_missed{};  ///< longer: the machine slept
+  Duration missed{};  ///< time without ticks
+  /// A longer time without ticks is a sleep of the machine.
+  Duration longest_missed{};
   Duration clear_after{};
-  const std::vector<interlocks::InterlockAlarm>& raised;  ///< alarms of this second
+  /// Alarms of this second.
+  const std::vector<interlocks::InterlockAlarm>& raised;
 };
 
 /// A root that was raised, or that returned to normal.
@@ -61,12 +64,13 @@ struct RootResult {
   RootMemory memory;
   std::vector<RootAlarm> raised;
   std::vector<RootAlarm> cleared;
-  std::vector<std::string> roots;  ///< per raised alarm; empty: none
+  /// The root of each raised alarm; empty: none.
+  std::vector<std::string> roots;
 };
 
-/// Steps one second. A root is raised with its first consequence. A host that is late for 10 s within minutes is raised
-/// without one. `host_late` returns after a minute in time, `line_lost` 5 s after `clear_after`, so that its
-/// consequences have returned by then.
+/// Advances the roots by one second. A root is raised with its first consequence. A host that misses 10 s in all is
+/// raised without one. `host_late` returns after a minute without a late tick. `line_lost` returns 5 s after
+/// `clear_after`, so that its consequences have returned before it.
 [[nodiscard]] RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, const RootInputs& inputs);
 
 }  // namespace gyrotherm::run

@@ -22,7 +22,7 @@ bool was_restarted(const interlocks::InterlockMemory& memory) {
   return memory.stands(InterlockId::restarted) || memory.stands(InterlockId::restarted_off);
 }
 
-/// A chamber that was restarted is brought back without an operator, unless that holds the run.
+/// Returns true if a restarted chamber is brought back without an operator. False if the restart holds the run.
 bool is_brought_back(const interlocks::InterlockMemory& memory) {
   const auto acts_by_itself = [&](InterlockId id) {
     return memory.stands(id) && memory.of(id).reaction < interlocks::Reaction::hold;
@@ -30,8 +30,10 @@ bool is_brought_back(const interlocks::InterlockMemory& memory) {
   return acts_by_itself(InterlockId::restarted) || acts_by_itself(InterlockId::restarted_off);
 }
 
-constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
-constexpr Kelvins kAtLimit{0.5};             ///< air that is so near to a limit has come back to it
+/// Interval of attempts, in seconds, while the chamber refuses set points.
+constexpr std::int64_t kTakeOverEvery = 10;
+/// Air within this distance of a limit has reached it.
+constexpr Kelvins kAtLimit{0.5};
 
 }  // namespace
 
@@ -60,7 +62,7 @@ interlocks::InterlockDemand HostLead::adjust_demand(interlocks::InterlockDemand 
   const auto missed = std::exchange(unjudged_, Duration{});
   if (missed <= Duration{} || !before) return demand;
   if (abs(chamber->air - second.goal) <= abs(*before - second.goal) + kResumeBand) return demand;
-  approaching_ = true;  // whatever else stops the run, too
+  approaching_ = true;  // also if another cause stops it
   if (demand.reaction >= interlocks::Reaction::suspend) return demand;
   return {interlocks::Reaction::suspend,
           fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C", chamber->air.value,
@@ -79,7 +81,7 @@ void HostLead::end_approach() {
   air_before_.reset();
 }
 
-/// The chamber is brought back from where it is: its set point to the air first, then it is switched on.
+/// Takes the chamber over at its current air: first the set point, then the switch.
 std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const LeadSecond& second) {
   const auto& chamber = *second.sample.chamber.value;
   approaching_ = true;
@@ -96,7 +98,7 @@ Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& 
   return {};
 }
 
-/// Air beyond the limits is sent a set point at them, which goes on when the air has come there.
+/// Waits for air outside the limits: its set point is the nearest limit, until the air has come there.
 bool HostLead::waits_for_air(Celsius air) const {
   const auto nearest = within(air, limits_);
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
@@ -117,7 +119,8 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
   if (is_changed_by_another(memory)) {
     approaching_ = approaching_ || memory.stands(interlocks::InterlockId::foreign_set_point) ||
                    memory.stands(interlocks::InterlockId::not_following);
-    return std::nullopt;  // at the first poll too: what is not understood is not overwritten
+    // Applies from the first poll: an unexplained set point is not overwritten.
+    return std::nullopt;
   }
   if (state != RunState::execute && !returning) return std::nullopt;
   if (waits_for_air(second.sample.chamber.value->air)) return std::nullopt;
@@ -128,11 +131,13 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
 
 namespace {
 
-/// This is longer than a status may be old, and than the controller's clock may be ahead.
+/// Exceeds the largest age of a status, and the largest advance of the controller's clock.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
-constexpr int kStopTries = 3;  ///< a lost exchange is no reason to leave a program to itself
+/// One lost exchange must not leave a program running.
+constexpr int kStopTries = 3;
 
-/// A program that is held at the panel does not get on; of one that cannot be seen nothing is known.
+/// Returns true if a controller may be carrying out a program. A program held at the panel makes no progress; an
+/// unknown activity is not judged.
 bool may_get_on(ChamberActivity activity) {
   if (activity == ChamberActivity::holding) return false;
   return activity == ChamberActivity::unknown || carries_out_program(activity);
@@ -145,8 +150,8 @@ std::string capitals(const std::string& name) {
   return all.empty() ? "PROFILE" : all;
 }
 
-/// Why a controller cannot carry a segment out that begins at `from`; empty: it can. Its guaranteed soak knows its own
-/// air and the seconds that this has spent in the band, all in all.
+/// Returns the reason why a controller cannot carry out a segment that begins at `from`; empty if it can. A
+/// controller's guaranteed soak uses its own air and counts the total time in the band.
 std::string beyond_a_controller(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller waits for nobody, and here people are asked for something";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
@@ -196,13 +201,13 @@ std::string ControllerLead::objection(OperatorCommand command) const {
   return "the controller carries the profile out; only its panel can pause it";
 }
 
-/// The controller conditions at a set point, its program being over.
+/// Returns true if the controller conditions at a set point after its program.
 bool has_finished(ChamberActivity activity) {
   return activity == ChamberActivity::running || activity == ChamberActivity::done;
 }
 
-/// A program may end before the profile's last segment does. Its air then stays where the hold has brought it; at the
-/// end of a ramp the controller shows that set point.
+/// A controller may end its program before the profile's last segment ends. After a hold its air then stays at the
+/// hold's set point; after a ramp it shows the final set point.
 bool ControllerLead::may_have_finished(const LeadSecond& second) const {
   const auto& chamber = *second.sample.chamber.value;
   if (!second.in_last_segment || !has_finished(chamber.activity)) return false;
@@ -222,7 +227,7 @@ std::string ControllerLead::objection_to_end(const LeadSecond& second) const {
   return {};
 }
 
-/// The air of a hold that comes last comes to its set point, or is there.
+/// Watches the air of a hold at the profile's end: it must approach the set point, or stay there.
 void ControllerLead::watch_end(const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   silent_ = chamber ? Duration{} : silent_ + kSecond + second.missed;

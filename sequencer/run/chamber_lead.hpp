@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Who leads the chamber along the profile: this program, set point by set point (HostLead), or the chamber's own
-/// controller, which was given the profile as a program (ControllerLead). A run has one from its start; the run
-/// controller calls it once a second, in the thread of the tick.
+/// The lead of a run's chamber: this program sends each set point (HostLead), or the chamber's own controller carries
+/// out the profile as a program (ControllerLead). A run has one lead from its start. The run controller calls it once a
+/// second, in the thread of the tick.
 #pragma once
 
 #include <cstdint>
@@ -22,81 +22,89 @@
 
 namespace gyrotherm::run {
 
-/// One second of a run, as its lead sees it.
+/// One second of a run, as the lead needs it.
 struct LeadSecond {
   const Sample& sample;
-  Celsius goal;                         ///< the profile's set point
-  Duration at{};                        ///< the run's time when this second ends
-  Duration missed{};                    ///< how long there was no tick before it
-  bool in_last_segment{};               ///< the profile's own end may come before the chamber's, or after it
-  bool in_last_hold{};                  ///< … and it is a hold
-  bool changed_by_another{};            ///< another has changed the chamber
-  Celsius end{};                        ///< set point when it ends
-  std::optional<Celsius> air_before{};  ///< the air as it was last known before this second
+  /// The profile's set point.
+  Celsius goal;
+  /// Run time at its end.
+  Duration at{};
+  /// Time without ticks before it.
+  Duration missed{};
+  /// The profile may end before the chamber's program does, or after it.
+  bool in_last_segment{};
+  /// The profile is in its last segment, and that is a hold.
+  bool in_last_hold{};
+  /// Another program or a person has changed the chamber.
+  bool changed_by_another{};
+  /// Set point of the last segment.
+  Celsius end{};
+  /// Last known air before this second.
+  std::optional<Celsius> air_before{};
 };
 
 class ChamberLead {
  public:
   virtual ~ChamberLead() = default;
 
-  /// Returns true if the chamber continues along the profile when this program pauses or ends.
+  /// Returns true if the chamber continues along the profile while this program pauses or after it ends.
   [[nodiscard]] virtual bool can_continue_alone() const = 0;
-  /// Returns why an operator's command cannot be carried out under this lead; empty if it can.
+  /// Returns the reason why this lead cannot carry out an operator's command; empty if it can.
   [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
 
-  /// Fills in the values that the interlocks compare the chamber with.
+  /// Sets the values that the interlocks compare the chamber with.
   virtual void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
-  /// Returns the interlocks' demand as it applies under this lead: reduced, or raised by a reason of the lead's own.
+  /// Returns the interlocks' demand as it applies under this lead: reduced, or raised for a reason of the lead's own.
   [[nodiscard]] virtual interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
                                                                   const LeadSecond& second) = 0;
-  /// Returns true if set point and air are where the profile's clock may run.
+  /// Returns true if set point and air permit the profile's clock to run.
   [[nodiscard]] virtual bool is_in_place(const LeadSecond& second) const = 0;
-  /// Ends an approach to the profile: the profile's clock runs.
+  /// Ends an approach to the profile: the profile's clock runs again.
   virtual void end_approach() = 0;
-  /// Lets the next command take the chamber over from a set point that is not the run's own, as an operator has asked.
+  /// Permits the next command to take the chamber over from a foreign set point. Called when an operator requests it.
   virtual void allow_takeover() = 0;
-  /// Leaves the chamber of a stopped run at the profile's present set point. Fails if the chamber may not stay there.
+  /// Leaves the chamber of a stopped run at the profile's current set point. Fails if the chamber may not stay there.
   [[nodiscard]] virtual Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) = 0;
 
-  /// Returns why a profile at its end is not complete, because the chamber does something else than the profile has
-  /// left it at; empty if it is complete.
+  /// Returns the reason why a profile at its end is not complete: the chamber is not in the state that the profile
+  /// requires. Empty if it is complete.
   [[nodiscard]] virtual std::string objection_to_end(const LeadSecond&) const { return {}; }
 
-  /// Commands the chamber in this second of a run in `state` (`returning`: on its way back to the profile). Returns the
-  /// text of a failure for the record, or nothing.
+  /// Commands the chamber in this second of a run in `state`. `returning`: the run is on its way back to the profile.
+  /// Returns the text of a failure for the record, or nothing.
   [[nodiscard]] virtual std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
                                                                   RunState state, bool returning,
                                                                   const interlocks::InterlockMemory& memory) = 0;
-  /// Counts the set points that the chamber did not take.
+  /// Counts the set points that the chamber refused.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
 };
 
-/// Returns true if the last reading shows another's set point or program, or a mode that does not follow.
+/// Returns true if the last reading shows a foreign set point or program, or a mode that does not follow the set point.
 [[nodiscard]] bool is_changed_by_another(const interlocks::InterlockMemory& memory);
 
-/// Sends the set points itself: a path that nothing makes jump, and that waits until the air has followed.
+/// Sends the set points itself, along a path without jumps. Waits for the air after a deviation.
 class HostLead final : public ChamberLead {
  public:
-  /// `here`: the set point that the chamber has taken at `at`, the time of the run.
+  /// `here`: the set point that the chamber accepted at `at`, a time of the run.
   HostLead(const rig::RigFile& rig, Celsius here, Duration at);
 
-  /// The run begins elsewhere than the profile. The profile's clock stands still until the air has followed, or is
-  /// within kResumeBand of `air_before`, where it was when the run stopped.
+  /// Begins away from the profile. The profile's clock stops until the air has followed, or is within kResumeBand of
+  /// `air_before`, its value when the run stopped.
   void begin_away(std::optional<Celsius> air_before);
 
   [[nodiscard]] bool can_continue_alone() const override { return false; }
   [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
-  /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends, and
-  /// has to come back whatever else has stopped the run.
+  /// Applies the resume rule after a pause of the program, as after a restart. Air that has moved away from the goal
+  /// suspends the run, and must return even if another cause has stopped the run already.
   [[nodiscard]] interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
                                                           const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
   void end_approach() override;
   void allow_takeover() override { taking_over_ = true; }
-  /// Fails for a chamber that another has changed.
+  /// Fails if another program or a person has changed the chamber.
   [[nodiscard]] Result<void> send_last_set_point(io::InstrumentIo&, const LeadSecond& second) override;
-  /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
+  /// Sends nothing to a silent chamber, or to one with an unexplained set point.
   [[nodiscard]] std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
                                                           RunState state, bool returning,
                                                           const interlocks::InterlockMemory& memory) override;
@@ -108,20 +116,24 @@ class HostLead final : public ChamberLead {
 
   profile::ChamberLimits limits_;
   SetPointPath path_;
-  bool approaching_ = false;           ///< the air has to come back first
-  std::optional<Celsius> air_before_;  ///< where it was when the run stopped
+  /// The air must return before the profile continues.
+  bool approaching_ = false;
+  /// Air when the run stopped.
+  std::optional<Celsius> air_before_;
   bool taking_over_ = false;
-  Duration unjudged_{};  ///< without ticks, since the air was last read
+  /// Time without ticks since the air was last read.
+  Duration unjudged_{};
 };
 
-// A profile that the chamber's controller carries out by itself: what it is given, and the lead that watches it.
+// A profile that the chamber's controller carries out: its program, and the lead that watches it.
 
-/// The profile, segment by segment, as a program. Its name is that of the profile, in capitals, letters and digits
-/// alone. Fails with usage if its guaranteed soaks have different bands: a controller has one.
+/// Converts the profile to a program, segment by segment. The program has the profile's name in capitals, reduced to
+/// letters and digits. Fails with usage if a controller cannot carry out a segment, or if the guaranteed soaks have
+/// different bands.
 [[nodiscard]] Result<drivers::ChamberProgram> program_of(const profile::Profile& profile);
 
-/// Leaves the chamber to its controller: no set points are sent, time goes on while an instrument is silent, and a
-/// controller that no longer carries its program out ends the run. It cannot be paused from here.
+/// Leaves the chamber to its controller. Sends no set points, continues while an instrument is silent, and aborts the
+/// run if the controller no longer carries out its program. The program cannot pause the controller.
 class ControllerLead final : public ChamberLead {
  public:
   explicit ControllerLead(Kelvins tolerance) : tolerance_(tolerance) {}
@@ -129,13 +141,13 @@ class ControllerLead final : public ChamberLead {
   [[nodiscard]] bool can_continue_alone() const override { return true; }
   [[nodiscard]] std::string objection(OperatorCommand command) const override;
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
-  /// What a controller does by itself goes on while an instrument is silent: only what aborts is left.
+  /// Keeps only demands to abort: a controller continues by itself while an instrument is silent.
   [[nodiscard]] interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
                                                           const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond&) const override { return true; }
   void end_approach() override {}
   void allow_takeover() override {}
-  /// The controller would go on with its program otherwise.
+  /// Sends the set point, which ends the controller's program.
   [[nodiscard]] Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) override;
   [[nodiscard]] std::optional<std::string> send_set_point(io::InstrumentIo&, const LeadSecond&, RunState, bool,
                                                           const interlocks::InterlockMemory&) override {
@@ -145,14 +157,16 @@ class ControllerLead final : public ChamberLead {
   [[nodiscard]] std::string objection_to_end(const LeadSecond& second) const override;
 
  private:
-  /// Why the run cannot go on, or nothing. A controller that does not answer, or whose map names no states, is not
-  /// judged. In the last segment one that holds the set point of the end may have finished.
+  /// Returns the reason why the run must end, or nothing. Does not judge a controller that does not answer, or whose
+  /// map has no states. In the last segment, a controller at the final set point may have finished.
   [[nodiscard]] std::string judge(const LeadSecond& second);
   [[nodiscard]] bool may_have_finished(const LeadSecond& second) const;
   void watch_end(const LeadSecond& second);
 
-  Kelvins tolerance_;  ///< for the set point read back
-  Duration gone_{};    ///< how long the controller has not carried its program out
+  /// Tolerance of the set point that is read back.
+  Kelvins tolerance_;
+  /// Time since the controller last carried out its program.
+  Duration gone_{};
   Duration silent_{};
   std::optional<watchdog::AirWatch> end_watch_;
   bool away_ = false;

@@ -12,8 +12,8 @@
 namespace gyrotherm::run {
 namespace {
 
-/// An exchange with the chamber ends in about this time; one that does not is a hang. With the 8 s of silence and the
-/// 10 s of make-safe it makes the 20 s within which the chamber is safe.
+/// An exchange with the chamber ends in about this time; a longer one is a hang. With the 8 s of silence and the 10 s
+/// of make-safe, the chamber is safe within 20 s.
 constexpr Duration kLongestExchange = std::chrono::seconds(2);
 
 watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& record, bool by_program) {
@@ -32,7 +32,8 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
           .power = rig.chamber_power};
 }
 
-/// gyrotherm-make-safe, which watches the air of a chamber that it has made safe, has it for a moment at each look.
+/// gyrotherm-make-safe holds the lock for a moment at each look while it watches the air of a chamber that it has made
+/// safe.
 constexpr Duration kLongestLook = std::chrono::seconds(5);
 constexpr auto kLookAgain = std::chrono::milliseconds(50);
 

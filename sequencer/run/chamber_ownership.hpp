@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a program takes on when it drives a real chamber: the chamber is its own, and it is watched. On a virtual rig
-/// there is nothing to take on.
+/// Exclusive control of a real chamber: the lock of the chamber, and the watchdog. A virtual rig needs neither.
 #pragma once
 
 #include <map>
@@ -18,38 +17,40 @@ namespace gyrotherm::run {
 
 class ChamberOwnership {
  public:
-  /// Takes the chamber's lock. `by_program`: the controller is to carry the profile out. Fails with refused if another
-  /// program drives it.
+  /// Takes the chamber's lock. `by_program`: the controller will carry out the profile. Fails with refused if another
+  /// program drives the chamber.
   [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
 
-  /// Names the processes of users who may not drive chambers that hold the chamber's name, and were passed over.
+  /// Names the processes that hold the chamber's name without permission to drive chambers. The lock ignored them.
   [[nodiscard]] std::vector<std::string> strangers() const;
 
-  /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
-  /// program dies or hangs. `identity`: who the chamber reported to be; another one is then not made safe. `settings`:
-  /// the controller's own, as last read. Fails like WatchdogClient::tie().
+  /// Arms the watchdog: from now on it makes the chamber safe if this program dies or hangs. Call it immediately before
+  /// the chamber is first moved. `identity`: the chamber's reported identity; the watchdog does not make another
+  /// chamber safe. `settings`: the controller's settings, as last read. Fails like WatchdogClient::tie().
   [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
   [[nodiscard]] bool is_armed() const { return watchdog_ != nullptr; }
-  /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
-  /// watcher hears nothing.
+  /// Sends a heartbeat at the end of a tick. `stuck`: time for which the current call to the chamber has made no
+  /// progress. No heartbeat is sent above a limit.
   void heartbeat(Duration stuck);
-  /// Returns, by subject, why the chamber would not be made safe; nothing if it would, or there is nothing to guard.
+  /// Returns, by subject, the reasons why the watchdog could not make the chamber safe. Empty if it could, or if it is
+  /// not armed.
   [[nodiscard]] std::map<std::string, std::string> troubles() const {
     return watchdog_ ? watchdog_->troubles() : std::map<std::string, std::string>();
   }
-  /// The chamber is one that a program had left when it died, and nobody has made safe since.
+  /// Returns true if a program died and left this chamber, and it has not been made safe since.
   [[nodiscard]] bool took_over() const { return watchdog_ && watchdog_->took_over(); }
-  /// The chamber may be left as it is. A program that ends without this leaves it to the watcher.
+  /// Leaves the chamber unchanged. If the program ends without this call, the watchdog makes the chamber safe.
   void release();
 
  private:
-  std::optional<watchdog::SafeState> safe_state_;  ///< real rigs have one
+  /// Absent for a virtual rig.
+  std::optional<watchdog::SafeState> safe_state_;
   std::optional<drivers::ChamberLock> lock_;
   std::unique_ptr<watchdog::WatchdogClient> watchdog_;
 };
 
-/// The place of a real rig's chamber among the locks.
+/// Returns the name of a real rig's chamber among the locks.
 [[nodiscard]] std::string chamber_place(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::run

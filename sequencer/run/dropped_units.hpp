@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The units under test that operators have dropped from a run: what comes from them counts for nothing until they are
-/// returned to it. Values; one thread.
+/// The units under test that operators have dropped from a run. Their readings are ignored until an operator returns
+/// them. Values; one thread.
 #pragma once
 
 #include <span>
@@ -16,20 +16,20 @@ namespace gyrotherm::run {
 
 class DroppedUnits {
  public:
-  /// The names of all units, in the order of the sample's.
+  /// Takes the names of all units, in sample order.
   explicit DroppedUnits(std::vector<std::string> names) : names_(std::move(names)), dropped_(names_.size()) {}
 
-  /// Why a unit is not dropped, or returned; empty: it can be. The last one that is left is not dropped: that ends the
-  /// run, which has a word of its own.
+  /// Returns the reason why a unit cannot be dropped or returned; empty if it can. The last remaining unit cannot be
+  /// dropped: the command "stop" ends the run.
   [[nodiscard]] std::string objection(const control::UnitRequest& request) const;
-  /// There is no objection.
+  /// Carries out a request that has no objection.
   void carry_out(const control::UnitRequest& request);
-  /// Of a run that goes on; names that are no unit's are passed over.
+  /// Restores the dropped units of a resumed run. Ignores unknown names.
   void drop(std::span<const std::string> names);
 
-  /// Whether each is.
+  /// Returns a flag for each unit: true if it is dropped.
   [[nodiscard]] const std::vector<bool>& all() const { return dropped_; }
-  /// Takes out of the sample what dropped units sent: no reading, and no fault either.
+  /// Removes the readings of dropped units from the sample, and their faults too.
   void take_out(Sample& sample) const;
 
  private:
@@ -37,7 +37,7 @@ class DroppedUnits {
   std::vector<bool> dropped_;
 };
 
-/// Those that were dropped from a run, by its record, and not returned.
+/// Returns the units that the record's run dropped and did not return.
 [[nodiscard]] std::vector<std::string> dropped_units_of(const record::Record& record);
 
 }  // namespace gyrotherm::run

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What operators ask of a run between two ticks, and what comes of it. Pure.
+/// The requests of operators between two ticks, and their precedence. Pure.
 #pragma once
 
 #include <optional>
@@ -16,32 +16,34 @@ using control::OperatorCommand;
 /// One operator's command.
 struct OperatorRequest {
   OperatorCommand command{};
-  std::string who;       ///< as the control socket says: "ada (uid 1000)"
-  bool takes_over{};     ///< it ends what somebody else's set point holds, which stood already when it was made
-  std::string reason{};  ///< reason given; may be empty
+  /// The user as the control socket reports it: "ada (uid 1000)".
+  std::string who;
+  /// The request takes the chamber over from a foreign set point that was active when it was made.
+  bool takes_over{};
+  std::string reason{};  ///< may be empty
 };
 
-/// The requests that wait for the next tick. The most severe of them is carried out, of equally severe ones the first;
-/// the others are dropped, and their operators have been told so unless a more severe request came after theirs.
+/// The requests that wait for the next tick. The most severe one is carried out, and the first of equally severe ones.
+/// The others are dropped; their operators received a refusal, unless a more severe request came later.
 class OperatorRequests {
  public:
-  /// Why a run in `state` would not do what `command` asks at the next tick, given the requests that wait; empty if it
-  /// will. Interlocks may still do more than any operator asks.
+  /// Returns the reason why a run in `state` would not carry out `command` at the next tick, given the waiting
+  /// requests; empty if it will. Interlocks may still do more than any operator requests.
   [[nodiscard]] std::string objection(RunState state, OperatorCommand command) const;
 
   void add(OperatorRequest request) { waiting_.push_back(std::move(request)); }
 
-  /// The request that the next tick will carry out; null if none waits.
+  /// Returns the request that the next tick will carry out; null if none waits.
   [[nodiscard]] const OperatorRequest* foremost() const;
 
-  /// Whether one waits that ends the run.
+  /// Returns true if a waiting request ends the run.
   [[nodiscard]] bool end_the_run() const;
 
   struct Taken {
     std::optional<OperatorRequest> carried_out;
     std::vector<OperatorRequest> dropped;
   };
-  /// Ends the wait of all of them.
+  /// Removes all requests.
   [[nodiscard]] Taken take();
 
  private:

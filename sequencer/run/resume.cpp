@@ -78,15 +78,16 @@ std::uint64_t run_number(const std::string& profile_text) {
 
 namespace {
 
-constexpr std::int64_t kMostReplayed = 10'000'000;  ///< seconds of a virtual world: four months
+/// Longest replay of a virtual rig, in seconds: four months.
+constexpr std::int64_t kMostReplayed = 10'000'000;
 
 UnitState unit_at(const record::Record& record, std::size_t row) {
   const auto* segment = segment_at(record, row);
   return segment != nullptr ? segment->unit : UnitState{};
 }
 
-/// Every second up to and with `last`: the set point as the chamber had it (where it did not answer: as the profile
-/// asked), and the unit as the second before left it. A gap was spent at the set point of the second that ended it.
+/// Returns every second up to and including `last`: the set point that the chamber reported (if it was silent: the
+/// profile's), and the unit as the previous second left it. A gap has the set point of the second that ended it.
 std::vector<simulator::PastSecond> seconds_of(const record::Record& record, std::int64_t last) {
   std::vector<simulator::PastSecond> seconds;
   UnitState unit;
@@ -99,13 +100,13 @@ std::vector<simulator::PastSecond> seconds_of(const record::Record& record, std:
   return seconds;
 }
 
-/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
-/// the gap.
+/// Returns every second of the virtual world before the one that preparation takes: the preparation before the run, the
+/// recorded seconds, and the gap.
 std::vector<simulator::PastSecond> replay_of(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
   auto seconds = seconds_of(record, on.last_slot);
-  seconds.insert(seconds.begin(), seconds.front());  // slot 0 shows what preparing sent
-  // The last second sent the next set point only if the chamber had the one before.
+  seconds.insert(seconds.begin(), seconds.front());  // slot 0 shows the prepared state
+  // The last second sent the next set point only if the chamber had accepted the previous one.
   const auto before = seconds.back().set_point;
   const bool followed = abs(before - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
   const simulator::PastSecond held{followed ? demanded_set_point(on.profile, on.state) : before,
@@ -114,7 +115,7 @@ std::vector<simulator::PastSecond> replay_of(const record::Record& record, const
   return seconds;
 }
 
-/// What the present segment soaks on had in the record's last second; nothing if it was not read.
+/// Returns the reading of the soak sensor in the record's last second, or nothing if it was not read.
 std::optional<Celsius> last_soaked_on(const record::Record& record, const std::string& sensor) {
   if (sensor == "air") return record::unless_nan(record.chamber_air_c.back());
   const auto channel = std::ranges::find(record.info.thermometers, sensor, &record::Channel::name);
@@ -124,9 +125,9 @@ std::optional<Celsius> last_soaked_on(const record::Record& record, const std::s
   return reading ? std::optional(record::calibrated(*channel, *reading)) : std::nullopt;
 }
 
-/// The state one second after the record's last; the profile's clock runs in Execute alone. A soak that asks for still
-/// air is not credited with that second: the slope was not recorded. Who lets a run go on that its deadline ended gives
-/// it that deadline anew, which would end it in its first second otherwise.
+/// Returns the profile's state one second after the record's last. The profile's clock runs only in Execute. A soak
+/// with a slope limit is not credited with that second, because the slope was not recorded. A run that its deadline
+/// ended gets the whole deadline again; otherwise it would end in its first second.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
                                           RunState stood) {
   if (record.slot.empty()) return begin(profile);
@@ -136,8 +137,8 @@ Result<profile::ProfileState> state_after(const record::Record& record, const pr
   return next(profile, *last, {.elapsed = kSecond, .air = last_soaked_on(record, soak_sensor(profile, *last))});
 }
 
-/// The air where it was last seen while the profile's clock ran. A run that was on its way to the profile, or back to
-/// it, had its air elsewhere: that is no place to go on from.
+/// Returns the last air that was read while the profile's clock ran. Air of a run on its way to the profile is not a
+/// valid reference.
 std::optional<Celsius> last_air_in_execute(const record::Record& record) {
   for (auto row = record.state.size(); row-- > 0;)
     if (record.state[row] == RunState::execute && !std::isnan(record.chamber_air_c[row]))
@@ -152,7 +153,7 @@ std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
   return streams;
 }
 
-/// Somebody else's set point stood when the last program of the run ended.
+/// Returns true if a foreign set point was active when the last program of the run ended.
 bool foreign_set_point_stood(const record::Record& record) {
   bool stood = false;
   for (const auto& [slot, event] : record.events) {
@@ -164,7 +165,7 @@ bool foreign_set_point_stood(const record::Record& record) {
   return stood;
 }
 
-/// How the run stood, and why it had ended.
+/// The last state of a run, and the reason why it ended.
 struct Ending {
   RunState state{};
   std::string why = "the program was not running any more, and had no time to say why";
@@ -175,7 +176,7 @@ Ending ending_of(const record::Record& record) {
   if (!record.state.empty()) ending.state = record.state.back();
   if (record.events.empty()) return ending;
   const auto& last = record.events.back().event;
-  // A record of before the states, and the reactions, were kept ends with its interlock.
+  // Early records contain neither states nor reactions; they end with the interlock.
   const bool is_of_old = last.about.reaction.empty();
   if (ending.state == RunState::execute && last.kind == EventKind::interlock && is_of_old)
     ending.state = RunState::aborted;
@@ -223,7 +224,7 @@ ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius
 }
 
 std::string why_down_is_unknown(Duration down) {
-  constexpr Duration kCorrection = 2 * kSecond;  // of a clock that is right
+  constexpr Duration kCorrection = 2 * kSecond;  // error of a correct clock
   if (down < -kCorrection)
     return fmt::format("the clock is {} behind the last second of the record: nobody knows how long it was down",
                        spoken(-down));
@@ -291,14 +292,14 @@ Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int6
   return {};
 }
 
-/// Sets how long a virtual rig was down: a second at least, which preparing takes. The world of a run without a sample
-/// begins with its first second.
+/// Sets the downtime of a virtual rig: at least the one second that preparation takes, or zero if the run has no sample
+/// yet.
 void set_virtual_downtime(Duration down, bool has_begun, InterruptedRun& stood) {
   stood.down = has_begun ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, kSecond))) : Duration{};
 }
 
-/// Sets how long a real rig was down, and what an operator must judge of that. The run's clock has continued meanwhile,
-/// even before its first sample.
+/// Sets the downtime of a real rig, and the reasons for an operator to judge it. The run's clock continues during the
+/// downtime, even before the first sample.
 void set_real_downtime(const Downtime& downtime, InterruptedRun& stood) {
   stood.why_asks = downtime.why_asks;
   stood.why_unknown = why_down_is_unknown(downtime.down);
@@ -307,7 +308,7 @@ void set_real_downtime(const Downtime& downtime, InterruptedRun& stood) {
                    : kSecond;
 }
 
-/// Collects what the resume rule judges. Takes profile, state, rig and last slot from `on`.
+/// Collects the inputs of the resume rule. Uses profile, state, rig and last slot of `on`.
 InterruptedRun describe_interruption(const record::Record& record, const RunContinuation& on, RunState ending,
                                      const Downtime& downtime) {
   const auto [lowest, highest] = extremes_of(on.profile, on.state);
@@ -324,7 +325,7 @@ InterruptedRun describe_interruption(const record::Record& record, const RunCont
   return stood;
 }
 
-/// Returns what the rig is assembled with. Takes all but `start` from `on`.
+/// Returns the start parameters of the rig. Uses all members of `on` except `start`.
 rig::RigStart plan_start(const record::Record& record, const RunContinuation& on, std::uint64_t run) {
   const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
   return {.seed = {.gyro = record.info.seed, .run = run, .days_later = record.info.days_later},

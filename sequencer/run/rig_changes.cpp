@@ -44,7 +44,7 @@ std::vector<ChannelReading> read_faults(const Sample& sample, const rig::RigFile
   return faults;
 }
 
-/// Adds the driver's own place where it states more than the name does.
+/// Describes a fault. Adds the location that the driver reports if the channel's name does not contain it.
 std::string describe(const ChannelReading& channel) {
   const auto& [kind, where, what] = *channel.fault;
   const bool adds_nothing = where.empty() || channel.name.ends_with(where);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Finds what changes on a rig from one second to the next, and words it for the record: readings that become faults
-/// and that return, the chamber's own alarms, and the alarms of the interlocks with their roots. One thread.
+/// Finds the changes of a rig from one second to the next, and describes them for the record: readings that become
+/// faults or return, the chamber's own alarms, and the alarms of the interlocks with their roots. One thread.
 #pragma once
 
 #include <cstdint>
@@ -24,18 +24,18 @@ struct RigChange {
 
 class RigChanges {
  public:
-  /// `rig` outlives it.
+  /// `rig` must outlive this object.
   explicit RigChanges(const rig::RigFile& rig) : rig_(rig), lines_(lines_of(rig)) {}
 
-  /// Compares the readings and the chamber's alarms with those of the sample before. Ignores the units that are
-  /// `dropped`, and does not take the silence of a unit for a fault if `units_may_be_off`.
+  /// Compares the readings and the chamber's alarms with those of the previous sample. Ignores the `dropped` units. If
+  /// `units_may_be_off`, the silence of a unit is not a fault.
   [[nodiscard]] std::vector<RigChange> compare_readings(const Sample& sample, const std::vector<bool>& dropped,
                                                         bool units_may_be_off);
-  /// Returns how many readings of the last sample are faults, those of units that may be off included.
+  /// Counts the faulty readings of the last sample, including those of units that may be off.
   [[nodiscard]] std::int64_t faulty_readings() const { return faulty_readings_; }
 
-  /// Returns the alarms that are raised and that return in this second; `missed`: the time without ticks before it. A
-  /// root comes before its consequences when it is raised, and after them when it returns.
+  /// Returns the alarms that are raised and that return in this second. `missed`: the time without ticks before it. A
+  /// root precedes its consequences when it is raised, and follows them when it returns.
   [[nodiscard]] std::vector<RigChange> compare_alarms(const interlocks::InterlockResult& result, const Sample& sample,
                                                       Duration missed);
 
@@ -43,8 +43,9 @@ class RigChanges {
   const rig::RigFile& rig_;
   std::vector<RigLine> lines_;
   RootMemory roots_;
-  std::vector<bool> is_faulty_;              ///< per channel
-  std::vector<std::string> chamber_alarms_;  ///< as last seen
+  std::vector<bool> is_faulty_;  ///< per channel
+  /// Alarms in the last reading.
+  std::vector<std::string> chamber_alarms_;
   std::int64_t faulty_readings_{};
 };
 

@@ -85,7 +85,7 @@ std::string RunController::standing_objection(OperatorCommand command, bool take
   return holds.empty() ? lead_->objection(command) : "what holds it still stands: " + holds;
 }
 
-/// An operator resumes a run that a foreign set point or a restart holds, and nothing besides.
+/// Leaves out the causes that the operator's resume ends, if it takes the chamber over.
 std::string RunController::standing_cause(interlocks::Reaction reaction, bool takes_over) const {
   const auto most = takes_over ? demand_beside(memory_, taken_over_by_resume(memory_)) : demand_;
   return most.reaction == reaction ? most.cause : "";
@@ -185,8 +185,9 @@ std::optional<OperatorRequest> RunController::take_request() {
   return taken.carried_out;
 }
 
-/// A controller that goes on by itself soaks meanwhile, by an air that nobody saw: in a sleep of the machine it is
-/// taken to follow, in less than that to be where it was. One that is made safe does not go on.
+/// Advances the profile of a controller that continues by itself. The air of the gap is unknown: if the machine slept,
+/// it is taken to follow the set point; after a shorter gap, to be unchanged. A chamber that is being made safe does
+/// not continue.
 Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
@@ -264,8 +265,7 @@ void RunController::change_to(RunStateMachine machine) {
   note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : describe(machine_));
 }
 
-/// What people are to be asked before the profile goes on. On a virtual rig nobody is there to be waited for: it is
-/// done at once.
+/// Returns the task for people before the profile continues. A virtual rig confirms it at once.
 std::string RunController::prompt_of(const Sample& sample) {
   const auto& [segment, cycle, phase, in_segment, soaked, set_point] = sample.progress;
   if (in_segment != Duration{} || segment == answered_ || phase == Phase::complete) return {};
@@ -278,7 +278,7 @@ std::string RunController::prompt_of(const Sample& sample) {
   return {};
 }
 
-/// Judges the reading of a chamber that is being made safe, and raises or ends its alarm.
+/// Judges the reading of a chamber that is being made safe. Raises or clears its alarm.
 void RunController::see_safe(const Sample& sample) {
   const bool before = safe_.is_ineffective();
   safe_.see(sample.chamber, kSecond * (next_slot_ + 1));
@@ -322,7 +322,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   if (run_state() == RunState::execute) lead_->end_approach();
 }
 
-/// Takes the sensor that the present segment soaks on, as its certificate corrects it.
+/// Returns the reading of the current segment's soak sensor, corrected by its certificate.
 profile::Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
   profile::Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};
@@ -339,7 +339,7 @@ profile::Observation RunController::observation(const Sample& sample) const {
   return seen;
 }
 
-/// Which condition ended a soak, or that it has begun to wait.
+/// Records the end of a soak and its reason.
 void RunController::note_soak(const ProfilePosition& before) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(before.segment)];
   if (!segment.guaranteed_soak) return;
@@ -370,7 +370,8 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
-/// The state is that of the second: the profile's last set point is sent at the end of its last second.
+/// Commands the chamber for the state of this second, so that the last set point is sent at the end of the profile's
+/// last second.
 void RunController::command_chamber(const Sample& sample) {
   rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto told = run_state() == RunState::aborting

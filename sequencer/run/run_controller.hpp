@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One run of a profile on a rig: the tick, once a second: read, judge, step the procedure and the profile, command,
-/// store.
+/// One run of a profile on a rig. Each tick, once a second, reads, judges, advances the run's state machine and the
+/// profile, commands the chamber, and stores.
 #pragma once
 
 #include <map>
@@ -31,61 +31,58 @@ enum class RunOutcome { going_on, complete, stopped, made_safe };
 
 class RunController {
  public:
-  /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot
+  /// All arguments must outlive this object. The rig must be prepared with the set point of `state`, the state of slot
   /// `first_slot`.
   RunController(const profile::Profile& profile, rig::Rig& rig, record::Store& store, profile::ProfileState state,
                 std::int64_t first_slot);
 
-  /// Before the first tick: the rig was prepared with another set point, `here`. The run begins on its way from there
-  /// to the profile, by a ramp, and the profile's clock stands still until the air has followed, or is within 2 K of
-  /// `air_before`, where it was when the run stopped. `cause`: why it begins elsewhere.
+  /// Begins away from the profile. Call it before the first tick if the rig was prepared with another set point,
+  /// `here`. The run returns to the profile by a ramp. The profile's clock stops until the air has followed, or is
+  /// within 2 K of `air_before`, its value when the run stopped. `cause`: the reason for the record.
   void begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before);
 
-  /// One second, the one numbered `slot`; slots since the last one that had no tick become a recorded gap, in which the
-  /// profile's clock stands still.
-  /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them. Ends with made_safe or
-  /// stopped only after the chamber has shown that it is as it is to be left.
+  /// Carries out the second numbered `slot`. Slots without a tick since the last one become a recorded gap, in which
+  /// the profile's clock does not run. Fails with storage only: faults of instruments are recorded, and the interlocks
+  /// judge them. Returns made_safe or stopped only after the chamber has shown its final state.
   [[nodiscard]] Result<RunOutcome> tick(std::int64_t slot);
 
-  /// Why an operator's command would not be carried out with the next tick; empty: it will.
+  /// Returns the reason why the next tick would not carry out an operator's command; empty if it will.
   [[nodiscard]] std::string objection(OperatorCommand command) const;
-  /// An operator's command and what they say to it, recorded with the next tick, which carries out the most severe of
-  /// those that came before it.
+  /// Records an operator's command and its text with the next tick, which carries out the most severe waiting command.
   void submit(OperatorCommand command, const std::string& who, const std::string& answer = {});
-  /// Before the first tick: units that were dropped from the run before.
+  /// Drops units that were dropped before a resume. Call it before the first tick.
   void leave_out(std::span<const std::string> units) { dropped_.drop(units); }
-  /// Before the first tick of a resumed run: the counts of what was recorded before.
+  /// Continues the counts of a resumed run. Call it before the first tick.
   void continue_tally(const RunTally& tally) { tally_ = tally; }
   [[nodiscard]] const RunTally& tally() const { return tally_; }
-  /// Takes what an operator asks for the next tick and says so, or says why not. Either way it is in the record, with
-  /// who it was.
+  /// Accepts an operator's request for the next tick, or refuses it, and returns the answer. Records both cases with
+  /// the operator's name.
   [[nodiscard]] control::ControlAnswer carry_out(const control::ControlRequest& request, const std::string& who);
-  /// An operator has asked for the run's end, and the next tick will begin it.
+  /// Returns true if an operator has requested the run's end and the next tick will begin it.
   [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
 
-  /// Somebody was answered, or something happened, that the next tick will put into the record and act on.
+  /// Returns true if the next tick has an event to record or a request to carry out.
   [[nodiscard]] bool owes_a_tick() const { return !events_.empty() || requests_.foremost() != nullptr; }
 
-  /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
-  /// The air is left to the guard to watch.
+  /// Makes the chamber safe without a tick, for an end that cannot wait for one. end_cause() reports whether that
+  /// succeeded. The watchdog watches the air afterwards.
   void make_safe(const std::string& cause);
 
-  /// Before the first tick: the chamber's controller was given the profile, and leads the chamber instead of this
-  /// program.
+  /// Leaves the chamber to its controller, which was given the profile as a program. Call it before the first tick.
   void leave_to_the_controller();
   [[nodiscard]] bool is_left_to_the_controller() const { return lead_->can_continue_alone(); }
 
-  /// Returns in words how the last reading shows that another has changed the chamber; empty: it does not.
+  /// Describes how another program or a person has changed the chamber, by the last reading; empty if unchanged.
   [[nodiscard]] std::string foreign_hold() const;
 
-  /// Takes, by subject, why the chamber would not be made safe if this program died now; empty: it would be. It counts
-  /// from the next tick on.
+  /// Sets, by subject, the reasons why the watchdog could not make the chamber safe; empty if it could. They apply from
+  /// the next tick.
   void see_guard(std::map<std::string, std::string> troubles) { guard_troubles_ = std::move(troubles); }
 
-  /// Puts an event into the record with the next tick.
+  /// Records an event with the next tick.
   void note(EventKind kind, std::string text, EventSubject about = {});
 
-  /// Why the run ended, or is being ended, and whether the chamber is safe.
+  /// Describes the reason for the run's end, and whether the chamber is safe.
   [[nodiscard]] std::string end_cause() const;
   /// Returns true if the chamber has shown the safe set point, the mode that follows it, and its air.
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
@@ -93,7 +90,7 @@ class RunController {
   [[nodiscard]] const profile::ProfileState& state() const { return state_; }
   /// Returns the last tick's sample; an empty one before the first tick.
   [[nodiscard]] const Sample& last() const { return last_; }
-  /// What the last tick put into the record, in order.
+  /// Returns the events that the last tick recorded, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
   [[nodiscard]] RunState run_state() const { return run::run_state(machine_); }
   [[nodiscard]] RunStanding standing() const;
@@ -106,7 +103,8 @@ class RunController {
                                                    const std::string& comment);
   struct Acknowledged {
     std::size_t count{};
-    std::vector<std::string> objections{};  ///< one for each that is not
+    /// One per refused number.
+    std::vector<std::string> objections{};
   };
   /// Writes to the record at once, so that the next request finds the alarms acknowledged.
   [[nodiscard]] Acknowledged append_acknowledgements(const std::vector<std::int64_t>& numbers, const std::string& who,
@@ -116,15 +114,15 @@ class RunController {
   void note_all(std::vector<RigChange> changes);
   [[nodiscard]] interlocks::InterlockInputs inputs(const Sample& sample, Duration missed) const;
   [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
-  /// What the lead sees of this second, at the profile's present state.
+  /// Collects the lead's inputs for this second, at the profile's current state.
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
-  /// Whether a command ends what somebody else's set point holds: of that its operator can know.
+  /// Returns true if a command would take the chamber over from a foreign set point.
   [[nodiscard]] bool takes_over(control::OperatorCommand command) const;
-  /// The cause, as of the last second, for which no more than this is demanded; empty: none, or more.
+  /// Returns the cause if the last second demands exactly this reaction; empty if it demands none, or another one.
   [[nodiscard]] std::string standing_cause(interlocks::Reaction reaction, bool takes_over) const;
-  /// What an operator is told who asks for it without an objection.
+  /// Returns the answer to a command without an objection.
   [[nodiscard]] std::string answer_to(control::OperatorCommand command) const;
-  /// What of the last second that was judged is against a command.
+  /// Returns the reason why the last second or the lead forbids a command; empty if they do not.
   [[nodiscard]] std::string standing_objection(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
   void see_safe(const Sample& sample);
@@ -149,14 +147,19 @@ class RunController {
   const std::vector<record::Channel> channels_;
   RigChanges changes_;
   RunTally tally_;
-  Duration planned_;            ///< the whole profile, if every soak counts at once
+  /// Duration of the profile without waiting.
+  Duration planned_;
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
-  interlocks::InterlockDemand demand_;  ///< of the last second that was judged
+  /// Demand of the last judged second.
+  interlocks::InterlockDemand demand_;
   int last_segment_ = -1;
-  int answered_ = -1;               ///< the last segment that has had its prompt
-  std::vector<Event> events_;       ///< what the tick under way will put into the record
-  std::vector<Event> last_events_;  ///< what the last tick put into it
+  /// Last segment with an answered prompt.
+  int answered_ = -1;
+  /// Events for the next row.
+  std::vector<Event> events_;
+  /// Events of the last row.
+  std::vector<Event> last_events_;
   std::map<std::string, std::string> guard_troubles_;
   Sample last_;
 };

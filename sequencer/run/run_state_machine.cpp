@@ -12,13 +12,13 @@ RunStateMachine too_long(const char* what, Duration since, const std::string& ca
   return Aborting{fmt::format("{} for {}: {}", what, spoken(since), cause), {}, false};
 }
 
-/// Back in the profile, which may ask people for something first.
+/// Returns to the profile, which may have a prompt first.
 RunStateMachine in_the_profile(const RunInputs& now) {
   if (!now.prompt.empty()) return Held{now.prompt, {}};
   return Execute{};
 }
 
-/// Where a run goes that may go on.
+/// Returns the state of a run that may resume.
 RunStateMachine onwards(const RunInputs& now, const std::string& cause) {
   if (now.in_place) return in_the_profile(now);
   return Returning{cause, {}};
@@ -31,7 +31,8 @@ std::string ended(const char* how, const OperatorRequest& request) {
 
 bool asks_for(const RunInputs& now, OperatorCommand command) { return now.request && now.request->command == command; }
 
-/// What outranks the profile in every state in which it is still being carried out.
+/// Returns the state that an abort, a stop, a hold or a pause demands, in every state in which the profile is carried
+/// out; nothing if there is no such demand.
 std::optional<RunStateMachine> overruled(const interlocks::RunLimits& limits, const RunInputs& now, bool held) {
   if (now.demand.reaction == interlocks::Reaction::abort) return Aborting{now.demand.cause, {}, false};
   if (asks_for(now, OperatorCommand::abort)) return Aborting{ended("aborted", *now.request), {}, false};
@@ -84,7 +85,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunI
   return onwards(now, state.cause);
 }
 
-/// A stop that becomes an abort stays one.
+/// A stop that becomes an abort remains an abort.
 RunStateMachine step(const interlocks::RunLimits&, Aborting state, const RunInputs& now) {
   state.since += now.elapsed;
   if (state.stops && now.demand.reaction == interlocks::Reaction::abort) state = {now.demand.cause, state.since, false};

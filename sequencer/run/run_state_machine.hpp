@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a run is carried out, above the profile's own machine: pure, one step per second, no clock and no I/O. The words
-/// are those of ISA-88 and PackML.
+/// The state machine of a run, above the profile's own machine: pure, one step per second, no clock and no I/O. The
+/// terms are those of ISA-88 and PackML.
 ///
 // clang-format off
 ///                       the cause is gone for a while, or an operator says resume
@@ -16,7 +16,8 @@
 ///                    ──▶ Stopped, at once or by way of Aborting, as the rig says
 // clang-format on
 ///
-/// The profile's clock runs in Execute alone. Aborting has no limit: it is tried until the chamber confirms.
+/// The profile's clock runs only in Execute. Aborting has no time limit: the attempts continue until the chamber
+/// confirms.
 #pragma once
 
 #include <optional>
@@ -34,10 +35,12 @@ struct Execute {};
 struct Suspended {
   std::string cause;
   Duration since{};
-  Duration clear{};  ///< how long the cause has been gone
+  /// Time since the cause ended.
+  Duration clear{};
 };
 struct Returning {
-  std::string cause;  ///< why it had left the profile
+  /// Reason for leaving the profile.
+  std::string cause;
   Duration since{};
 };
 struct Held {
@@ -47,7 +50,8 @@ struct Held {
 struct Aborting {
   std::string cause;
   Duration since{};
-  bool stops{};  ///< an operator's stop: ends in Stopped
+  /// An operator's stop: ends in Stopped.
+  bool stops{};
 };
 struct Aborted {
   std::string cause;
@@ -58,33 +62,40 @@ struct Stopped {
 struct Completed {};
 using RunStateMachine = std::variant<Execute, Suspended, Returning, Held, Aborting, Aborted, Stopped, Completed>;
 
-/// What a second brought.
+/// The inputs of one second.
 struct RunInputs {
   Duration elapsed{};
-  interlocks::InterlockDemand demand;      ///< what the interlocks demand
-  std::optional<OperatorRequest> request;  ///< the one that is carried out
-  std::string prompt{};                    ///< what the profile asks of people before it goes on; empty: nothing
-  bool in_place = true;                    ///< the set point is the profile's, and the air is near it
-  bool safe_confirmed{};                   ///< set point, mode and air are shown
-  bool complete{};                         ///< the profile has come to its end
-  bool takes_over{};                       ///< the request ends what holds the run: somebody else's set point
-  bool may_be_left = true;                 ///< a stop may leave the chamber at its set point, which it holds
+  /// Demand of the interlocks.
+  interlocks::InterlockDemand demand;
+  /// The request to carry out.
+  std::optional<OperatorRequest> request;
+  /// Task for people before the profile continues; empty: none.
+  std::string prompt{};
+  /// The set point is the profile's, and the air is near it.
+  bool in_place = true;
+  /// The chamber has shown the safe set point, the mode and the air.
+  bool safe_confirmed{};
+  /// The profile has ended.
+  bool complete{};
+  /// The request takes the chamber over from a foreign set point.
+  bool takes_over{};
+  /// A stop may leave the chamber at its set point.
+  bool may_be_left = true;
 };
 
-/// The state one second later. The most severe of what happened wins: abort, then stop, then hold or pause, then
-/// suspend.
+/// Returns the state one second later. The most severe event wins: abort, then stop, then hold or pause, then suspend.
 [[nodiscard]] RunStateMachine next(const interlocks::RunLimits& limits, const RunStateMachine& machine,
                                    const RunInputs& inputs);
 
 [[nodiscard]] RunState run_state(const RunStateMachine& machine);
-/// Why it is not in Execute; empty where there is nothing to say.
+/// Returns the reason why the run is not in Execute; empty if there is none.
 [[nodiscard]] std::string cause_of(const RunStateMachine& machine);
-/// Whether a run goes on after this state.
+/// Returns true if no state follows.
 [[nodiscard]] bool is_over(const RunStateMachine& machine);
 
-/// The table of the drawing: whether `to` may follow `from` within one second.
+/// Returns true if `to` may follow `from` within one second, by the drawing.
 [[nodiscard]] bool may_follow(RunState from, RunState to);
-/// Whether a set point may be sent in this state.
+/// Returns true if a set point may be sent in this state.
 [[nodiscard]] bool may_command(RunState state);
 
 }  // namespace gyrotherm::run

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Counts what a person must know of a run that has ended: faulty readings, alarms, time without the profile's clock,
-/// and gaps. Values; one thread.
+/// Counts for the summary of a run: faulty readings, alarms, time without the profile's clock, and gaps. Values; one
+/// thread.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct RunTally {
   void see_gap(std::int64_t first, std::int64_t last);
 };
 
-/// Counts what a record has: a resumed run continues from there.
+/// Counts the rows and gaps of a record. A resumed run continues from there.
 [[nodiscard]] RunTally tally_of(const record::Record& record, std::int64_t faulty_readings);
 
 /// Returns "1700 faulty readings, 54 alarms of 3 kinds (1 unacknowledged), 10 min 02 s suspended, 0 s held, 2 gaps of

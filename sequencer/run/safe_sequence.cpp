@@ -24,8 +24,8 @@ watchdog::SafeGoal goal_of(const rig::RigFile& rig) {
 
 SafeSequence::SafeSequence(const rig::RigFile& rig) : target_(rig.safe_set_point), evidence_(goal_of(rig)) {}
 
-/// The set point, then the mode. A chamber that nothing else has helped is switched off whether it takes the set point
-/// or not.
+/// Sends the set point, then the mode. Switches a chamber off if everything else had no effect, even if it refuses the
+/// set point.
 Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
   Result<void> sent;
   if (evidence_.next() == SafeAction::set_point) {

@@ -8,7 +8,7 @@
 namespace gyrotherm::run {
 namespace {
 
-/// A step covers no more than this: after a longer pause the set point does not jump.
+/// Longest step. After a longer pause the set point does not jump.
 constexpr Duration kLongestStep = std::chrono::seconds(5);
 constexpr Kelvins kRounding{1e-9};
 

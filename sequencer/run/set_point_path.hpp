@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The set points that a chamber is sent: never faster than the ramp limit, never beyond the limits, one at a time,
-/// each read back before the next.
+/// The set points of a chamber: never faster than the ramp limit, never outside the limits, one at a time, each read
+/// back before the next.
 #pragma once
 
 #include <algorithm>
@@ -15,53 +15,61 @@
 
 namespace gyrotherm::run {
 
-/// One step from `from` towards `goal` that takes `time`.
+/// Returns the set point after one step of `time` from `from` towards `goal`.
 [[nodiscard]] Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& limits, Duration time);
 [[nodiscard]] Celsius within(Celsius target, const profile::ChamberLimits& limits);
 
-/// Counts the set points that a run of `profile` sends, none of them refused: the first, then one for each `every` (a
-/// second at least) in which the set point moves.
+/// Counts the set points that a run of `profile` sends if none is refused: the first, then one for each `every` (at
+/// least a second) in which the set point moves.
 [[nodiscard]] std::int64_t count_set_points(const profile::Profile& profile, const profile::ChamberLimits& limits,
                                             Duration every);
 
 class SetPointPath {
  public:
-  /// `sent`: what the chamber has taken at `at`, the time of the run.
+  /// `sent`: the set point that the chamber accepted at `at`, a time of the run.
   SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
 
-  /// Goes on towards `goal` as far as the time allows; sends nothing if the chamber is there, or was sent one too
-  /// recently, but for the beginning of a path. Fails as InstrumentIo::send_set_point() does: then what the chamber has
-  /// is not known until it is seen.
+  /// Moves towards `goal` as far as the time allows. Sends nothing if the chamber is there, or if the last set point is
+  /// too recent, except at the beginning of a path. Fails as InstrumentIo::send_set_point() does; then the chamber's
+  /// set point is unknown until it is read.
   [[nodiscard]] Result<void> advance(io::InstrumentIo& io, Celsius goal, Duration at);
-  /// The next set point is `here`, where the air is, and the path goes on from there.
+  /// Begins a new path: the next set point is `here`, the air's temperature.
   void begin_at(Celsius here);
-  /// What the chamber shows is taken for what it was sent.
+  /// Takes the set point that the chamber shows for the one that was sent.
   void adopt(Celsius set_point);
 
-  /// What the chamber should show: the last it took or, if it did not take the one after, what is nearer to `shown`.
+  /// Returns the set point that the chamber should show: the last accepted one. If the next one was refused, returns
+  /// whichever of the two is nearer to `shown`.
   [[nodiscard]] Celsius expected(Celsius shown) const;
-  /// The chamber has taken `goal`.
+  /// Returns true if the chamber has accepted `goal`.
   [[nodiscard]] bool is_at(Celsius goal) const { return known_ && !begins_ && held_ == goal; }
   [[nodiscard]] Kelvins tolerance() const { return tolerance_; }
   [[nodiscard]] int refusals() const { return refusals_; }  ///< in a row
-  /// The chamber has just not taken one, and is sent another as soon as it may be.
+  /// Returns true if a set point was refused just now and will be sent again as soon as permitted.
   [[nodiscard]] bool sends_again(Duration at) const {
     return refusals_ > 0 && at - tried_ < std::max(every_, Duration(kSecond));
   }
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
-  [[nodiscard]] std::int64_t missed() const { return missed_; }  ///< set points in all that it did not take
+  [[nodiscard]] std::int64_t missed() const { return missed_; }  ///< refused set points in all
 
  private:
   profile::ChamberLimits limits_;
   Kelvins tolerance_;
   Duration every_;
-  Celsius held_;                      ///< the last that the chamber took
-  bool known_ = true;                 ///< that it holds that one
-  std::optional<Celsius> attempted_;  ///< that it did not take, or may have
-  Celsius base_;                      ///< where the path is
-  bool begins_ = false;               ///< the next set point is the path's beginning
-  Duration at_;                       ///< when the chamber took the last one
-  Duration tried_;                    ///< when it was last sent one
+  /// Last accepted set point.
+  Celsius held_;
+  /// The chamber has `held_`.
+  bool known_ = true;
+  /// Refused set point, which the chamber may still have taken.
+  std::optional<Celsius> attempted_;
+  /// Current position of the path.
+  Celsius base_;
+  /// The next set point is the path's beginning.
+  bool begins_ = false;
+  /// Time of the last accepted set point.
+  Duration at_;
+  /// Time of the last attempt.
+  Duration tried_;
   int refusals_ = 0;
   std::string refusal_;
   std::int64_t missed_ = 0;

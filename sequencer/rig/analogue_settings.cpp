@@ -23,7 +23,7 @@ std::optional<drivers::WordOrder> word_order_in(const TomlTable& table) {
   return one_of_link(drivers::kWordOrders, table, "word_order");
 }
 
-/// The map, on the link that suits the line.
+/// Reads the map and selects the link for the line.
 Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std::string& rig_file,
                                                const std::string& line_text, const std::optional<std::string>& known) {
   const auto settings = drivers::read_link_settings(table.table("link"));
@@ -40,7 +40,8 @@ Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std
   return map;
 }
 
-/// The unit under test that `gyro` names; the rig's only one where it names none. None, and a mistake, otherwise.
+/// Returns the unit under test that `gyro` names, or the rig's only unit if the key is absent. Otherwise records an
+/// error and returns nothing.
 std::optional<std::size_t> unit_named(const TomlTable& table, const std::vector<UnitSettings>& units) {
   if (!table.has("gyro") && units.size() == 1) return 0;
   const auto name = table.text("gyro");
@@ -50,7 +51,7 @@ std::optional<std::size_t> unit_named(const TomlTable& table, const std::vector<
   return std::nullopt;
 }
 
-/// One channel, which becomes a value of its unit; `inputs`: how many the instrument has; 0: not known.
+/// Reads one channel and appends its value to the unit. `inputs`: number of the instrument's inputs; 0: unknown.
 std::optional<AnalogueChannel> read_channel(const TomlTable& table, std::size_t inputs, const std::string& instrument,
                                             std::vector<UnitSettings>& units) {
   AnalogueChannel channel{.name = table.text("name")};

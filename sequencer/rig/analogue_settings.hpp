@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The [[analogue_input]] of a rig file: units of analogue inputs, and what they measure of which unit under test.
+/// Analogue inputs of a rig file, [[analogue_input]]: the instruments, and the quantities of the units under test that
+/// they measure.
 #pragma once
 
 #include <cstddef>
@@ -18,37 +19,42 @@
 
 namespace gyrotherm::rig {
 
-/// What one input measures.
+/// One input and the value that it measures.
 struct AnalogueChannel {
-  std::size_t input{};  ///< its place in the map
-  std::string name;     ///< of the value
-  std::size_t unit{};   ///< under test, its place in the rig
-  std::size_t value{};  ///< its place among what analogue inputs measure of that unit
-  double scale = 1;     ///< value = reading × scale + offset
+  /// Position in the map.
+  std::size_t input{};
+  /// Name of the value.
+  std::string name;
+  /// Unit under test: index in the rig.
+  std::size_t unit{};
+  /// Index among the values of that unit that analogue inputs measure.
+  std::size_t value{};
+  /// Value = reading × scale + offset.
+  double scale = 1;
   double offset = 0;
 };
 
 struct AnalogueSettings {
   std::string line;
-  drivers::AnalogueMap map;  ///< on the link that suits the line
+  /// The map, on the link for the line.
+  drivers::AnalogueMap map;
   std::vector<AnalogueChannel> channels;
 };
 
-/// "analogue input 1": the instrument of that place in the rig, in words.
+/// Returns the instrument's title, such as "analogue input 1".
 [[nodiscard]] std::string title_of_analogue(std::size_t index);
 
 /// Reads every [[analogue_input]]: `line`, `map` (a description's path relative to `rig_file`), `word_order`, `framing`
 /// and `link` as for the chamber, and each [[analogue_input.channel]]: `input` (from 1), `name`, `unit` of measure,
-/// `gyro` (the unit under test, which may be absent where the rig has one), `scale`, `offset`, and `temperature`, which
-/// a value in °C may be. Each becomes one more value of its unit, behind those that are there. `known`: the maps'
-/// texts, in order, where they are already known. Fails with bad_file for a map that cannot be used; mistakes of the
-/// rig file are noted in it.
+/// `gyro` (the unit under test; optional if the rig has only one), `scale`, `offset`, and `temperature` for a value in
+/// °C. Appends each channel to the values of its unit. `known`: the maps' texts, in order, if they are known already.
+/// Fails with bad_file if a map cannot be used. Records errors of the rig file in its tables.
 [[nodiscard]] Result<std::vector<AnalogueSettings>> read_analogue_inputs(const TomlTable& root,
                                                                          const std::string& rig_file,
                                                                          std::vector<UnitSettings>& units,
                                                                          const std::vector<std::string>& known);
 
-/// The driver of one, on its wire. `place` names the instrument in its faults.
+/// Makes the driver of one instrument on its wire. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<drivers::AnalogueInputs> make_analogue_inputs(
     const AnalogueSettings& settings, const std::string& place, std::unique_ptr<drivers::Registers> registers,
     std::unique_ptr<drivers::Pauses> pauses);

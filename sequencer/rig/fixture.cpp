@@ -14,7 +14,7 @@ namespace {
 constexpr double kRadian = std::numbers::pi / 180;
 using Vector = std::array<double, 3>;  ///< north, west, up
 
-/// About the axis numbered `about`, right-handed.
+/// Rotates a vector about the axis numbered `about`, right-handed.
 Vector turned(const Vector& v, std::size_t about, double radians) {
   const std::size_t i = (about + 1) % 3, j = (about + 2) % 3;
   Vector result = v;

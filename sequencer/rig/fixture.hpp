@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How the units under test stand in the chamber: the [fixture] of a rig file, and the Earth's rate on an input axis
-/// that is given in it. Values; any thread.
+/// The attitude of the units under test in the chamber: the [fixture] of a rig file, and the Earth's rate along an
+/// input axis. Values; any thread.
 #pragma once
 
 #include <array>
@@ -11,34 +11,39 @@
 
 namespace gyrotherm::rig {
 
-/// A vector of the fixture's own: x, y and z right-handed. With all three angles zero x points north, y west and z up.
+/// A vector in fixture coordinates: x, y and z right-handed. If all three angles are zero, x points north, y west and z
+/// up.
 using FixtureVector = std::array<double, 3>;
 
-/// A fixture's attitude in degrees, each angle with its standard uncertainty where the rig file says one.
+/// A fixture's attitude in degrees, each angle with its standard uncertainty if the rig file states it.
 struct Fixture {
   double latitude{};
-  double azimuth{};    ///< of x, from true north over east
-  double elevation{};  ///< of x, above the horizontal
-  double roll{};       ///< about x, right-handed
+  /// Direction of x, from true north towards east.
+  double azimuth{};
+  /// Angle of x above the horizontal.
+  double elevation{};
+  double roll{};  ///< about x, right-handed
   std::optional<double> latitude_uncertainty{}, azimuth_uncertainty{}, elevation_uncertainty{}, roll_uncertainty{};
 };
 
-/// Reads `latitude`, degrees, north above 0; beyond ±90 it is a mistake.
+/// Reads `latitude`, degrees, north positive. Records an error outside ±90.
 [[nodiscard]] double read_latitude(const TomlTable& table);
 
 /// Reads [fixture]: latitude, azimuth, elevation, roll and the uncertainty of each (`latitude_uncertainty` …).
 [[nodiscard]] Fixture read_fixture(const TomlTable& table);
 
-/// A standard uncertainty, not below zero; nothing without the key.
+/// Reads a standard uncertainty of zero or more; nothing if the key is absent.
 [[nodiscard]] std::optional<double> read_uncertainty(const TomlTable& table, const char* key);
 
-/// Ω on an input axis: Ω (cos φ cos az cos el + sin φ sin el); az from true north, el above the horizontal.
+/// Returns the component of the Earth's rate along an input axis: Ω (cos φ cos az cos el + sin φ sin el); az from true
+/// north, el above the horizontal.
 [[nodiscard]] DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg);
 
-/// Puts what the fixture's attitude says of an input axis along `direction` into `axis`: its azimuth and elevation, the
-/// Earth's rate on it, and how well the fixture's latitude, azimuth, elevation and roll are known, and where the axis
-/// lies in it (`direction_uncertainty`, degrees): each as it was said, for no angle of one axis can stand for two of a
-/// fixture. A budget takes each by its own slope of the Earth's rate.
+/// Computes the attitude of an input axis along `direction` from the fixture, and stores it in `axis`: azimuth,
+/// elevation and the Earth's rate, with the uncertainties of the fixture's latitude, azimuth, elevation and roll, and
+/// of the axis' direction in the fixture (`direction_uncertainty`, degrees). The uncertainties stay separate, because
+/// one angle of an axis cannot represent two angles of a fixture. A budget multiplies each by its own slope of the
+/// Earth's rate.
 void place_axis(const Fixture& fixture, const FixtureVector& direction,
                 const std::optional<double>& direction_uncertainty, record::AxisInfo& axis);
 

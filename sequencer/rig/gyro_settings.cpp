@@ -15,11 +15,11 @@
 namespace gyrotherm::rig {
 namespace {
 
-/// A table of a gyro, or of one of its axes, and what it says beside the frames.
+/// A table of a gyro, or of one of its axes, with the keys that describe the axis.
 struct AxisTable {
   TomlTable table;
   std::string name;
-  std::string field;  ///< of the stream; empty: its own choice
+  std::string field;  ///< stream's field; empty: its default
 };
 
 struct GyroTable {
@@ -27,7 +27,7 @@ struct GyroTable {
   std::vector<AxisTable> axes;
 };
 
-/// Keys of a unit: for each axis without its own.
+/// Reads an uncertainty from the axis' table; otherwise from the unit's, which applies to all its axes.
 std::optional<double> uncertainty_of(const TomlTable& axis, const TomlTable& unit, const char* key) {
   if (auto own = read_uncertainty(axis, key)) return own;
   return read_uncertainty(unit, key);
@@ -61,7 +61,7 @@ std::vector<double> read_direction(const TomlTable& table) {
   return direction;
 }
 
-/// How the only axis of a unit points that stands in no fixture.
+/// Reads the direction of a unit's only axis if the rig has no fixture.
 void place_alone(const TomlTable& table, record::AxisInfo& axis) {
   const bool located = table.has("latitude");
   const double latitude = located ? read_latitude(table) : 0, azimuth = table.number("azimuth", 0),
@@ -76,7 +76,7 @@ void place_alone(const TomlTable& table, record::AxisInfo& axis) {
   axis.uncertainty.elevation_deg = elevation;
 }
 
-/// What one count of the frames is: they say it themselves, or they count pulses, whose weight the rig file has.
+/// Returns the angle of one count: the frames' own scale, or the pulse weight from the rig file.
 double arcsec_per_count(const AxisTable& axis, const TomlTable& unit, const drivers::FrameFormat& frame,
                         std::size_t index) {
   const auto own = index < frame.gyros().size() ? drivers::arcsec_per_count(frame, index) : std::nullopt;
@@ -140,7 +140,7 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   return unit;
 }
 
-/// The frames of a line whose axes are wanted in this order.
+/// Reads the frames of a line. `axes` are the required axes, in order.
 Result<void> read_frames(const TomlTable& table, const std::string& rig_file, const std::vector<std::string>& axes,
                          const std::optional<std::string>& known, GyroLine& line) {
   std::optional<double> rate_hz;
@@ -161,7 +161,7 @@ Result<void> read_frames(const TomlTable& table, const std::string& rig_file, co
   return {};
 }
 
-/// All gyros of a rig file, put together one after the other.
+/// Reads all gyros of a rig file.
 class Reader {
  public:
   Reader(const TomlTable& root, const std::string& rig_file, const std::vector<std::string>& channels,
@@ -266,7 +266,7 @@ class Reader {
     }
   }
 
-  /// Those that no other unit claims are the line's owner's.
+  /// Assigns the line's values to its units. Unclaimed values belong to the line's owner.
   void share_values(GyroLine& line) {
     const auto all = drivers::housekeeping_of(line.frame);
     std::vector<bool> claimed(all.size());

@@ -21,33 +21,43 @@ namespace gyrotherm::rig {
 /// A unit under test.
 struct UnitSettings {
   record::UnitInfo info;
-  bool can_be_turned{};      ///< people can turn it around in the chamber, so that its input axes point the other way
-  bool go_on_when_silent{};  ///< the run goes on for the other units when it falls silent
-  bool has_own_thermometers{};  ///< the rig file says which sit on it
-  /// Bias that a good unit may have, °/h: its own or else that of its stream; nothing: neither states one.
+  /// People can turn the unit around in the chamber, so that its input axes point the other way.
+  bool can_be_turned{};
+  /// The run continues for the other units if this one is silent.
+  bool go_on_when_silent{};
+  /// The rig file assigns thermometers to this unit.
+  bool has_own_thermometers{};
+  /// Bias that a good unit may have, °/h: the unit's own, otherwise its stream's; absent: neither states one.
   std::optional<double> largest_bias_deg_per_h{};
-  std::size_t analogue_values{};  ///< how many of its values, the last ones, analogue inputs measure
+  /// Number of the unit's last values that analogue inputs measure.
+  std::size_t analogue_values{};
 };
 
-/// A line, with the frames of everything that is read on it, and whose it is.
+/// A line, the frames of all units on it, and each unit's share of them.
 struct GyroLine {
   std::string line;
-  drivers::FrameFormat frame;                 ///< of the axes of all its units
-  std::optional<drivers::GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
-  bool listen_only{};                         ///< nothing is sent to the gyro
+  /// Frame with the axes of all its units.
+  drivers::FrameFormat frame;
+  /// Stream that the rig file names; its frame is `frame`.
+  std::optional<drivers::GyroStream> stream;
+  /// Nothing is sent to the gyro.
+  bool listen_only{};
   struct Share {
-    std::size_t unit{};                 ///< among the rig's
-    std::vector<std::size_t> axes{};    ///< of its axes, where each is among the frame's
-    std::vector<std::size_t> values{};  ///< … of its values
+    /// Index among the rig's units.
+    std::size_t unit{};
+    /// Index in the frame of each axis of the unit.
+    std::vector<std::size_t> axes{};
+    /// Index in the frame of each value of the unit.
+    std::vector<std::size_t> values{};
   };
   std::vector<Share> shares;
 };
 
-/// "gyro", "gyro u1", "gyro x+y+z": the line's instrument, in words.
+/// Returns the title of the line's instrument: "gyro", "gyro u1", "gyro x+y+z".
 [[nodiscard]] std::string title_of(const GyroLine& line, const std::vector<UnitSettings>& units);
 
-/// Compares the identity of a line's gyro with the serial number in the rig file. Fails with mismatch if it names
-/// another one. A line that several units share is not compared, nor a unit without a serial number.
+/// Compares the identity of a line's gyro with the serial number in the rig file. Fails with mismatch if they differ.
+/// Skips lines that several units share, and units without a serial number.
 [[nodiscard]] Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
                                                  const std::string& identity);
 
@@ -56,25 +66,25 @@ struct GyroSettings {
   std::vector<GyroLine> lines;
 };
 
-/// [gyro], a rig's only unit, or [[gyro]]. Each has a `line` with `stream` (a description's path relative to
-/// `rig_file`) or a `frame` of its own, or `shares_line_with` another unit whose interface sends its frames too; the
-/// `axis` of the stream that is wanted, or [[gyro.axis]] for each; `arcsec_per_pulse` where the frames do not say it;
-/// how it points: `latitude`, `azimuth`, `elevation` of the one input axis, or each axis' `direction` in [fixture]; how
-/// well all that is known; `rate_hz`, the frames a second that the unit is set to; `listen_only`, for a line that takes
-/// no commands; `largest_bias_deg_per_h`; `can_be_turned`; `thermometers` and `three_point` that sit on it (`channels`
-/// are all that there are); `values`, which of a shared line's are its own; `when_silent`. docs/files.md describes
-/// every key. `known`: the texts of streams, by unit, where they are known already. Mistakes of the rig file are noted
-/// in its tables; fails with bad_file if a description cannot be read or has mistakes of its own.
+/// Reads [gyro], a rig's only unit, or every [[gyro]]. Keys: `line` with `stream` (a description's path relative to
+/// `rig_file`) or with its own `frame`, or `shares_line_with` another unit whose interface sends its frames too;
+/// `axis`, the stream's axis to use, or [[gyro.axis]] for each; `arcsec_per_pulse` if the frames have no scale; the
+/// direction: `latitude`, `azimuth`, `elevation` of a single input axis, or the `direction` of each axis in [fixture];
+/// the uncertainties of these; `rate_hz`, the unit's frame rate; `listen_only` for a line without commands;
+/// `largest_bias_deg_per_h`; `can_be_turned`; `thermometers` and `three_point` on the unit (`channels`: all channels of
+/// the rig); `values`, the unit's own values of a shared line; `when_silent`. docs/files.md describes every key.
+/// `known`: texts of streams by unit, if they are known already. Records errors of the rig file in its tables. Fails
+/// with bad_file if a description cannot be read or has errors.
 [[nodiscard]] Result<GyroSettings> read_gyros(const TomlTable& root, const std::string& rig_file,
                                               const std::vector<std::string>& channels,
                                               const std::map<std::string, std::string>& known);
 
-/// The driver of a real one on `line`; one read may take `within`. The gyro is sent the stream's commands, and its line
-/// is read all the time.
+/// Makes the driver of a real gyro on `line`; one read may take `within`. It sends the stream's commands to the gyro,
+/// and reads the line continuously.
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers::Line& line,
                                                        Duration within);
-/// The driver of a simulated one, which sends one frame a second by itself and whose wire is there already; `clock`: of
-/// a wire with a time of its own.
+/// Makes the driver of a simulated gyro, which sends one frame a second by itself on a wire that exists already.
+/// `clock`: clock of a wire with its own time.
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroLine& settings,
                                                                  std::unique_ptr<drivers::ByteStream> stream,
                                                                  Duration within, const Clock* clock = nullptr);

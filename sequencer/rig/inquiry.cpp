@@ -40,7 +40,7 @@ std::string text(const RoundTrips& trips) {
                      in_ms(trips.median), in_ms(trips.most));
 }
 
-/// The same shares of a second as in drivers/chamber/status_turns.cpp.
+/// The shares of a second are those of drivers/chamber/status_turns.cpp.
 std::string in_words(const drivers::ChamberEffort& effort) {
   constexpr double kSecondsWork = 0.95;
   constexpr int kReadingsAPiece = 5;
@@ -186,7 +186,7 @@ std::string describe_axes(const GyroLine& line, const std::vector<UnitSettings>&
   return text;
 }
 
-/// A value that no frame brought is passed over.
+/// Describes the housekeeping. Skips values that no frame contained.
 std::string describe_values(const drivers::FrameFormat& frame, const std::vector<double>& values) {
   const auto names = drivers::housekeeping_of(frame);
   std::string text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What each instrument is asked before a run, in lines for people; nothing is moved.
+/// Queries each instrument before a run and describes the answers as lines for people. Moves nothing.
 #pragma once
 
 #include <cstddef>
@@ -17,49 +17,51 @@
 
 namespace gyrotherm::rig {
 
-/// How long some calls took.
+/// Durations of several calls.
 struct RoundTrips {
   Duration least{}, median{}, most{};
 };
-/// Ten of them, by `clock`.
+/// Times ten calls by `clock`.
 [[nodiscard]] RoundTrips time_calls(const std::function<void()>& call, const Clock& clock);
-/// "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
+/// Returns "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
 [[nodiscard]] std::string text(const RoundTrips& trips);
 
-/// Whether a second suffices to speak to the chamber on its line, and what to do if not; empty where nothing is known
-/// of the effort.
+/// Describes whether one second suffices for the exchanges with the chamber, and the remedy if not; empty if the effort
+/// is unknown.
 [[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
 
-/// Which word orders make sense of the unit's air temperature and set point; empty where the map leaves
-/// nothing to find.
+/// Describes the word orders that give plausible values of the unit's air temperature and set point; empty if the map
+/// needs no decision.
 [[nodiscard]] Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
-/// Who it is, all that it says of itself, what of that it does not have, and how long ten readings take. Fails with the
+/// Describes the chamber: identity, state, verified items, missing items, and the time of ten readings. Fails with the
 /// first fault.
 [[nodiscard]] Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock);
-/// The same, with one reading of each channel; one that is faulty says so in its place.
+/// Describes a thermometer: identity, one reading or fault of each channel, and the time of ten readings. Fails if it
+/// cannot be identified.
 [[nodiscard]] Result<std::string> ask_thermometer(drivers::Thermometer& thermometer,
                                                   const std::vector<std::string>& channels, const Clock& clock);
-/// How the reading of an input becomes the value of a channel.
+/// The conversion of an input's reading to the value of a channel.
 struct AnalogueReading {
   std::string channel;  ///< "u1.discharge_current_a"
-  std::string unit;     ///< of measure
+  std::string unit;     ///< unit of measure
   double scale = 1;
   double offset = 0;
 };
-/// Who it is, and one value of each channel, likewise.
+/// Describes analogue inputs: identity, one value or fault of each channel, and the time of ten readings. Fails if they
+/// cannot be identified.
 [[nodiscard]] Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs,
                                                const std::vector<AnalogueReading>& channels, const Clock& clock);
-/// Warns if the air that a chamber shows is more than 15 K from every thermometer: then one of them is probably read in
-/// another unit, or is not in this chamber. Empty: it is near one, or there is none.
+/// Warns if the chamber's air differs from every thermometer by more than 15 K: then one of them probably uses another
+/// unit, or is not in this chamber. Empty if a thermometer is near, or if there is none.
 [[nodiscard]] std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers);
-/// Describes an axis: the rate that it measured, beside the Earth's rotation on it; a warning if they disagree by more
-/// than half of that rotation (at least 1.5 °/h), the bias that the unit may have, and one count.
+/// Describes an axis: the measured rate and the Earth's rate along the axis. Warns if they differ by more than half of
+/// the Earth's rate (at least 1.5 °/h), plus the bias that the unit may have, plus one count.
 [[nodiscard]] std::string describe_rate(const std::string& axis, DegreesPerHour measured,
                                         std::optional<DegreesPerHour> earth_rate, DegreesPerHour largest_bias,
                                         DegreesPerHour one_count);
-/// Reads a gyro for two seconds and describes it: each axis (describe_rate), its housekeeping as far as it came, how
-/// many frames were seen, lost and bad, and which settings of the unit were verified. `units`: the rig's.
-/// `is_simulated`: the gyro takes no commands. `let_pass` lets a second pass where it does not pass by itself.
+/// Reads a gyro for two seconds and describes it: each axis (describe_rate), the housekeeping received, the numbers of
+/// frames seen, lost and bad, and the unit's verified settings. `units`: the rig's. `is_simulated`: the gyro takes no
+/// commands. `let_pass` advances a clock that does not run by itself by one second.
 [[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const GyroLine& line,
                                            const std::vector<UnitSettings>& units, bool is_simulated,
                                            const std::function<void()>& let_pass);

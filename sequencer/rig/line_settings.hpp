@@ -17,10 +17,11 @@
 namespace gyrotherm::rig {
 
 inline constexpr std::string_view kVirtualLine = "virtual";
-inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
+/// Longest connect to the far end of a TCP line.
+inline constexpr Duration kConnectWithin = std::chrono::seconds(2);
 
-/// Notes a mistake if `line` is not the address of a line that carries bytes. Ignores an empty one: the reader of the
-/// key has noted it.
+/// Records an error if `line` is not the address of a line that carries bytes. Ignores an empty one: the reader of the
+/// key has recorded an error already.
 inline void check_line(const TomlTable& table, const std::string& line) {
   if (line.empty()) return;
   const auto parsed = drivers::parse_line(line);
@@ -29,8 +30,8 @@ inline void check_line(const TomlTable& table, const std::string& line) {
     table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
 }
 
-/// Reads a word of the instrument's table or of its `link` table; in both it is a mistake. Returns nothing if it is
-/// absent or "default".
+/// Reads a keyword from the instrument's table or from its `link` table. A keyword in both is an error. Returns nothing
+/// if it is absent or "default".
 template <class Words>
 [[nodiscard]] auto one_of_link(const Words& words, const TomlTable& instrument, const char* key) {
   const auto link = instrument.table("link");
@@ -38,7 +39,8 @@ template <class Words>
   return one_of_or_default(words, link.has(key) ? link : instrument, key);
 }
 
-/// Returns the map with the instrument's `link` settings. A setting that its link in use cannot have is a mistake.
+/// Returns the map with the instrument's `link` settings. Records an error for a setting that the link in use cannot
+/// have.
 [[nodiscard]] inline drivers::RegisterMap with_link_settings(drivers::RegisterMap map, const TomlTable& instrument,
                                                              const std::string& line,
                                                              const drivers::LinkSettings& settings) {

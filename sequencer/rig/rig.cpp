@@ -22,12 +22,12 @@
 namespace gyrotherm::rig {
 namespace {
 
-/// Less than the patience of InstrumentIo: a frame that comes later stays on the line and is there when the next second
-/// is read. A read that outlasts it takes its frame away, and of a frame a second every one would be lost.
+/// Longest read of a gyro in a run; less than the limit of InstrumentIo. A later frame stays on the line for the next
+/// second's read. A longer read would consume that frame, and a gyro with one frame a second would lose every one.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
 
-/// Who makes the drivers of a rig's instruments, each on its line.
+/// Makes the drivers of a rig's instruments, each on its line.
 class Drivers {
  public:
   virtual ~Drivers() = default;
@@ -39,7 +39,7 @@ class Drivers {
   [[nodiscard]] virtual std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) = 0;
 };
 
-/// Of a real rig. The file's lines were checked when it was read.
+/// Makes the drivers of a real rig. The file's lines were checked when it was read.
 class DriversOnLines final : public Drivers {
  public:
   explicit DriversOnLines(const std::string& chamber) : chamber_(drivers::parse_line(chamber).value()) {}
@@ -102,8 +102,8 @@ class DriversOnWires final : public Drivers {
   Wires& wires_;
 };
 
-/// What an instrument answers to a question that may be put again: one lost answer is no reason not to begin. Of
-/// several failures the first is told.
+/// Repeats a query that may be repeated, because one lost answer must not prevent a run. Returns the first failure if
+/// all fail.
 template <typename Ask>
 auto patiently(const Ask& ask) {
   constexpr int kMostTries = 3;
@@ -129,7 +129,7 @@ std::string place_of(const GyroLine& line) {
   return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
 }
 
-/// Instruments on their lines, and the io that reads them.
+/// Instruments on their lines, and the InstrumentIo that reads them.
 class AssembledRig : public Rig {
  public:
   AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, const RigStart& start)
@@ -145,7 +145,7 @@ class AssembledRig : public Rig {
 
   std::vector<Result<std::string>> ask() override {
     const SteadyClock watch;
-    // One that does not answer is named, with its line and what was expected there.
+    // Names a silent instrument, its line, and the instrument expected there.
     const auto titled = [](const std::string& title, const std::string& place, Result<std::string> answer) {
       if (answer) return Result<std::string>(plain(title + ": " + *answer));
       auto& [kind, where, what] = answer.error();
@@ -223,10 +223,10 @@ class AssembledRig : public Rig {
   void end_sampling() { io_.reset(); }
 
  private:
-  /// The io that suits the rig's time; its clock starts.
+  /// Makes the InstrumentIo for the rig's kind of time, and starts its clock.
   [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
 
-  /// The word order first, on a line of its own that is closed again: some units take one client at a time.
+  /// Queries the word order first, on a separate line that is closed again: some units accept one client at a time.
   Result<std::string> ask_chamber(const Clock& watch) {
     const auto order = ask_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
     if (!order) return order;
@@ -235,7 +235,7 @@ class AssembledRig : public Rig {
     return answer;
   }
 
-  /// Warns if the chamber's air is far from all that the thermometers read.
+  /// Warns if the chamber's air is far from all readings of the thermometers.
   [[nodiscard]] std::string compare_air() {
     const auto state = chamber_->read();
     std::vector<Celsius> read;
@@ -245,7 +245,7 @@ class AssembledRig : public Rig {
     return state ? warn_of_air(state->air, read) : std::string();
   }
 
-  /// Of a unit of analogue inputs, for people.
+  /// Returns the conversions of a unit of analogue inputs, for the lines for people.
   [[nodiscard]] std::vector<AnalogueReading> readings_of(std::size_t index) const {
     const auto& settings = file_.analogue_inputs[index];
     std::vector<AnalogueReading> readings;
@@ -268,14 +268,15 @@ class AssembledRig : public Rig {
     return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
   }
 
-  /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.
+  /// Moves the chamber for the first time. Does not start it at a set point that it refused. Returns the chamber's
+  /// description of the stored program.
   Result<std::string> set_out(Celsius first, const drivers::ChamberProgram* program) {
     const auto moved = chamber_->send_set_point(first).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
     if (!kept) return kept;
     let_pass(1);
-    // The first frame may be its whole period away, which is longer than one read waits.
+    // The first frame may be one whole period away, longer than one read waits.
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       if (const auto origin = patiently([&] { return gyros_[i]->take_origin(); }); !origin && !may_be_off_[i])
         return failure(origin.error());
@@ -284,7 +285,7 @@ class AssembledRig : public Rig {
     return kept;
   }
 
-  /// Whether the chamber is as it was found, by its own word.
+  /// Returns the chamber to its state as found. Returns true if it acknowledged every step.
   bool put_back(const ChamberState& found, bool may_run_program) {
     chamber_->end_rest();
     bool done = !may_run_program || chamber_->end_program();
@@ -300,7 +301,7 @@ class AssembledRig : public Rig {
     return {};
   }
 
-  /// Every instrument that can be asked, by its title; a gyro that may be off need not answer.
+  /// An instrument with an identity. A gyro that may be off need not answer.
   struct Asked {
     std::string title;
     drivers::Identified& instrument;
@@ -341,11 +342,13 @@ class AssembledRig : public Rig {
   std::unique_ptr<drivers::Chamber> chamber_;
   std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
   std::vector<std::unique_ptr<drivers::AnalogueInputs>> analogue_;
-  std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< of each line
-  std::vector<bool> may_be_off_;                       ///< … whether its silence is no reason not to begin
-  std::map<std::string, std::string> identities_;      ///< of each instrument, by its title
+  std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< one per line
+  /// Lines that may be silent at the start.
+  std::vector<bool> may_be_off_;
+  std::map<std::string, std::string> identities_;  ///< by title
   bool as_found_ = true;
-  std::unique_ptr<io::InstrumentIo> io_;  // last: it stops before its instruments go
+  // Last member: it stops before its instruments are destroyed.
+  std::unique_ptr<io::InstrumentIo> io_;
 };
 
 class RealRig final : public AssembledRig {
@@ -354,7 +357,8 @@ class RealRig final : public AssembledRig {
       : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line), start),
         already_(start.already),
         clock_(start.already) {}
-  ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
+  // The workers read the clock, which is destroyed before the base class.
+  ~RealRig() override { end_sampling(); }
   void let_pass(std::int64_t) override {}
   void bring_units_to(const UnitState&) override {}
   const Clock& clock() const override { return clock_; }
@@ -369,7 +373,7 @@ class RealRig final : public AssembledRig {
   SteadyClock clock_;
 };
 
-/// Wires of the rig's own are a base, for its instruments are at their ends: they come before them and go after them.
+/// The rig's own wires. They are a base class, so that they are made before the instruments and destroyed after them.
 struct OwnedWires {
   std::unique_ptr<Wires> owned_;
 };
@@ -427,7 +431,7 @@ simulator::VirtualAnalogueInput virtual_analogue(const AnalogueSettings& setting
   return served;
 }
 
-/// The world of the rig; of a real one, which says nothing of it, that of the shipped virtual rig.
+/// Returns the world of the rig; for a real rig, the world of the shipped virtual rig.
 Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   if (file.simulated) return simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
   if (file.units.size() != 1 || file.units.front().info.axes.size() != 1)
@@ -440,7 +444,7 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   return simulator::parse_laboratory(*text, *path, {});
 }
 
-/// Channels of a real rig take the places of the virtual thermometers, one after the other, whatever they are called.
+/// Gives the channels of the virtual laboratory to the thermometers in order, regardless of the channels' names.
 Result<void> stand_in(const std::vector<std::string>& there, const RigFile& file,
                       std::vector<simulator::VirtualThermometer>& thermometers) {
   std::size_t next = 0;

@@ -30,8 +30,8 @@ void check_safe_set_point(const TomlTable& table, const char* key, const RigFile
     table.mistake(key, "the safe set point is outside what the chamber can do");
 }
 
-/// Of the table [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits of the
-/// rig: a limiter set inside them would trip in a run, and is a mistake.
+/// Reads [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits in the rig: a
+/// limiter set inside them would trip in a run, and is an error.
 std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Celsius highest) {
   if (!chamber.has("limiter")) return {};
   const auto table = chamber.table("limiter");
@@ -64,7 +64,7 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
     check_safe_set_point(table, "safe_set_point", rig);
 }
 
-/// The map, on the link that suits the line.
+/// Reads the map and selects the link for the line.
 Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
                                       std::optional<drivers::LinkKind> framing,
                                       const std::optional<std::string>& known) {
@@ -82,13 +82,13 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   return with_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
 }
 
-/// Reads the word order and returns the framing that the file asks for, if any.
+/// Reads the word order. Returns the framing that the file requires, if any.
 std::optional<drivers::LinkKind> read_link_words(const TomlTable& chamber, RigFile& rig) {
   rig.chamber_word_order = one_of_link(drivers::kWordOrders, chamber, "word_order");
   return one_of_link(drivers::kLinkKinds, chamber, "framing");
 }
 
-/// What [analysis] says of units that do not say it themselves.
+/// Applies [analysis] to the units without their own thermometers.
 void read_analysis(const TomlTable& table, const std::vector<std::string>& channels, std::vector<UnitSettings>& units) {
   const auto gradients = table.texts("gradients"), three_point = table.texts("three_point");
   const auto check = [&](const char* key, const std::vector<std::string>& names) {
@@ -110,7 +110,7 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
   }
 }
 
-/// Where an interlock leaves the chamber.
+/// Reads [safe], the safe state of the chamber.
 void read_safe(const TomlTable& table, RigFile& rig) {
   rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
   rig.safe_off = table.boolean("off", false);
@@ -119,7 +119,8 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
-/// Beyond the air's limits every run would end, and so would the way to safety.
+/// Checks that the safe set point is inside the air's limits. Outside them every run would end, even on its way to
+/// safety.
 void check_safe_air(const TomlTable& root, const RigFile& rig) {
   const auto& limits = rig.limits;
   if (rig.safe_set_point >= limits.air_lowest && rig.safe_set_point <= limits.air_highest) return;
@@ -165,7 +166,7 @@ interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std
   return limits;
 }
 
-/// Lists the columns of each thermometer instrument, under the name that its faults have.
+/// Lists the columns of each thermometer instrument, under its title.
 std::vector<interlocks::InstrumentChannels> instruments_of(const RigFile& rig) {
   std::vector<interlocks::InstrumentChannels> instruments;
   std::size_t column = 0;
@@ -176,7 +177,7 @@ std::vector<interlocks::InstrumentChannels> instruments_of(const RigFile& rig) {
   return instruments;
 }
 
-/// As no record would take them, or none that is new.
+/// Records an error for each name that a record cannot have, or that a new record cannot have.
 void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);
@@ -194,7 +195,7 @@ std::vector<std::string> lines_of(const RigFile& rig) {
   return lines;
 }
 
-/// A port, or a device on USB, is one instrument's. Behind an address on the network there may be several.
+/// Checks that no port or USB device is shared by two instruments. An address on the network may have several.
 void check_ports(const TomlTable& root, const RigFile& rig) {
   std::set<std::string> taken;
   int hids = 0;
@@ -213,7 +214,7 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
   if (any_hid && hids > 1) root.mistake("", "\"hid:\" is for a rig with one device on USB, expected serial numbers");
 }
 
-/// All lines virtual, or none.
+/// Checks that either all lines are virtual, or none.
 void settle_simulated(const TomlTable& root, RigFile& rig) {
   const auto lines = lines_of(rig);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A rig in words: which instruments, on which lines, with which calibrations and limits. One TOML file per rig.
+/// The description of a rig: instruments, lines, calibrations and limits. One TOML file per rig.
 #pragma once
 
 #include <map>
@@ -28,62 +28,76 @@
 namespace gyrotherm::rig {
 
 struct Limiter {
-  std::string protection_class;            ///< DIN 12880: "1", "2", "3.1" (over), "3.2" (under), "3.3" (both)
-  std::optional<Celsius> lowest, highest;  ///< what it is set to; nothing: it does not look to that side
+  /// Class of DIN 12880: "1", "2", "3.1" (over), "3.2" (under), "3.3" (both).
+  std::string protection_class;
+  /// Set temperatures; absent: no limit on that side.
+  std::optional<Celsius> lowest, highest;
 };
 
-/// "class 3.3, below -50 °C, above 75 °C": when it trips.
+/// Describes when the limiter trips: "class 3.3, below -50 °C, above 75 °C".
 [[nodiscard]] std::string in_words(const Limiter& limiter);
 
 struct RigFile {
   std::string name;
   std::string title;
-  std::string text;                  ///< the file, as read
-  std::string file;                  ///< its path, as given
-  drivers::RegisterMap chamber_map;  ///< on the link that suits the line
+  /// The file, as read.
+  std::string text;
+  /// Path of the file, as given.
+  std::string file;
+  /// The map, on the link for the line.
+  drivers::RegisterMap chamber_map;
   std::string chamber_line;
-  std::string chamber_power;                             ///< a power switch of the map, or empty
-  drivers::LinkSettings chamber_link{};                  ///< replace those of the map
-  std::optional<drivers::WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
+  /// Power switch of the map; may be empty.
+  std::string chamber_power;
+  /// Replaces the map's settings.
+  drivers::LinkSettings chamber_link{};
+  /// Replaces the map's word order for this unit.
+  std::optional<drivers::WordOrder> chamber_word_order;
   profile::ChamberLimits chamber_limits;
   Celsius safe_set_point;
   std::optional<Limiter> limiter;  ///< the chamber's own
   std::vector<ThermometerSettings> thermometers;
-  std::vector<UnitSettings> units;  ///< under test, at least one
+  /// Units under test, at least one.
+  std::vector<UnitSettings> units;
   std::vector<GyroLine> gyro_lines;
   std::vector<AnalogueSettings> analogue_inputs;
-  bool safe_off{};  ///< safe is to be switched off, too
-  /// Time for which the air of a chamber that was made safe is watched; 0: it is not.
+  /// The safe state includes switching the chamber off.
+  bool safe_off{};
+  /// Time for which the watchdog watches the air of a chamber that was made safe; 0: it does not.
   Duration safe_observe = std::chrono::minutes(5);
   interlocks::InterlockLimits limits;
   interlocks::RunLimits run_limits;
-  bool simulated{};                     ///< every line is "virtual"; mixed rigs are refused
-  simulator::GyroModelUsed gyro_model;  ///< of a virtual rig
+  /// Every line is "virtual". Mixed rigs are refused.
+  bool simulated{};
+  simulator::GyroModelUsed gyro_model;  ///< virtual rig
 };
 
-/// The texts of the files that a rig file names, where they are already known (resume: the record's copies).
+/// The texts of the files that a rig file names, if they are known already (resume: the record's copies).
 struct NamedTexts {
-  std::optional<std::string> chamber_map{};           ///< [chamber] map
-  std::optional<std::string> gyro_model{};            ///< [virtual.thermal] gyro
-  std::map<std::string, std::string> gyro_streams{};  ///< [gyro] or [[gyro]] stream, by the unit's name
-  std::vector<std::string> analogue_maps{};           ///< [[analogue_input]] map, in the order of the file
-  std::string folder{};                               ///< where commands run; empty: the file's
+  std::optional<std::string> chamber_map{};  ///< [chamber] map
+  std::optional<std::string> gyro_model{};   ///< [virtual.thermal] gyro
+  /// Keys `stream` of [gyro] or [[gyro]], by the unit's name.
+  std::map<std::string, std::string> gyro_streams{};
+  /// Keys `map` of [[analogue_input]], in order of the file.
+  std::vector<std::string> analogue_maps{};
+  /// Folder in which commands run; empty: the rig file's.
+  std::string folder{};
 };
 
-/// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to
-/// `file`. The rest of [virtual] is checked by parse_laboratory.
+/// Parses a rig file. Reads files that `known` does not contain, relative to `file`. Fails with bad_file and lists
+/// every error with its position. parse_laboratory checks the remaining keys of [virtual].
 [[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {});
-/// Does the same with a file, or with the shipped rig of that name.
+/// Reads and parses a rig file, or the shipped rig of that name.
 [[nodiscard]] Result<RigFile> read_rig(const std::string& given);
 
-/// The texts of the maps of all units of analogue inputs, in order of the file.
+/// Returns the texts of the maps of all analogue inputs, in order of the file.
 [[nodiscard]] std::vector<std::string> analogue_map_texts_of(const RigFile& rig);
 
-/// All channels of all thermometers, in order of the file, each with the unit under test that it sits on; one that
-/// several share, or that none has, is the rig's.
+/// Returns all channels of all thermometers, in order of the file, each with the unit under test that it belongs to. A
+/// channel that several units share, or none uses, belongs to the rig.
 [[nodiscard]] std::vector<record::Channel> channels_of(const RigFile& rig);
 
-/// The line on which the unit numbered `unit` is read.
+/// Returns the line on which the unit numbered `unit` is read.
 [[nodiscard]] const GyroLine& line_of(const RigFile& rig, std::size_t unit);
 
 }  // namespace gyrotherm::rig

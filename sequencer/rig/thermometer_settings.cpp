@@ -31,10 +31,10 @@ float number(const TomlTable& table, const char* key, float fallback) {
   return table.has(key) ? number(table, key) : fallback;
 }
 
-/// `kind` = "rtd" (the default: platinum, 100 Ω, IEC 60751; `r0_ohm`, `a_per_k`, `b_per_k2`, `c_per_k4`),
-/// "thermocouple" (`type`), "thermistor" (Steinhart–Hart `a`, `b`, `c`) or "semiconductor" (`offset`, `scale`,
-/// `differential`). `wires`, of the first and the third: "2-wire" (the default) or "4-wire", which let every input have
-/// a sensor.
+/// Reads a sensor. `kind` = "rtd" (the default: platinum, 100 Ω, IEC 60751; `r0_ohm`, `a_per_k`, `b_per_k2`,
+/// `c_per_k4`), "thermocouple" (`type`), "thermistor" (Steinhart–Hart `a`, `b`, `c`) or "semiconductor" (`offset`,
+/// `scale`, `differential`). `wires` of "rtd" and "thermistor": "2-wire" (the default) or "4-wire", which permit a
+/// sensor at every input.
 drivers::MccSensor read_sensor(const TomlTable& table) {
   switch (one_of(kKinds, table, "kind", "rtd")) {
     case SensorKind::thermocouple: return drivers::MccThermocouple{one_of(kTypes, table, "type")};
@@ -67,7 +67,7 @@ std::size_t inputs_of(const ThermometerSettings& settings) {
   return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
 }
 
-/// Notes a mistake if the instrument cannot be on it.
+/// Records an error if the instrument cannot be on its line.
 void check_line_of(const TomlTable& table, const ThermometerSettings& settings) {
   const auto line = drivers::parse_line(settings.line);
   if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);
@@ -97,7 +97,7 @@ void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
   if (table.has("type")) settings.type = one_of(kDconTypes, table, "type");
 }
 
-/// A program has no line of ours: it speaks to its instrument itself.
+/// Reads the command of a driver program, which communicates with its instrument by itself.
 void read_command(const TomlTable& table, const std::string& folder, ThermometerSettings& settings) {
   settings.command = {.words = table.texts("command"), .folder = folder};
   settings.line = "process:" + text(settings.command);
@@ -116,7 +116,7 @@ std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char
   return day;
 }
 
-/// The certificate that a table names, for all of `channels` that have none.
+/// Applies a table's certificate to all of `channels` without their own.
 void read_certificate(const TomlTable& table, std::span<record::Channel> channels) {
   const auto certificate = table.text("certificate", "");
   const auto due = read_day(table, "due");
@@ -130,7 +130,7 @@ enum class Distribution { normal, rectangular };
 constexpr auto kDistributions =
     words_in_order<Distribution::normal, Distribution::rectangular>("normal", "rectangular");
 
-/// A key's number, which must be above zero; nothing without the key.
+/// Reads a number above zero; nothing if the key is absent.
 std::optional<double> above_zero(const TomlTable& table, const char* key) {
   if (!table.has(key)) return std::nullopt;
   const double value = table.number(key);
@@ -139,8 +139,8 @@ std::optional<double> above_zero(const TomlTable& table, const char* key) {
   return std::nullopt;
 }
 
-/// The standard uncertainty of a certificate: what it says by its coverage factor (2 if it names none), or the half
-/// width of its limits by √3 (GUM 4.3.3, 4.3.7).
+/// Reads the standard uncertainty of a certificate: the stated value divided by its coverage factor (default 2), or the
+/// half-width of rectangular limits divided by √3 (GUM 4.3.3, 4.3.7).
 record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
   constexpr double kUsualCoverage = 2;
   record::ThermometerUncertainty uncertainty{
@@ -157,7 +157,7 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
   return uncertainty;
 }
 
-/// What a table says of uncertainty, for all of `channels` that have not said it themselves.
+/// Applies a table's uncertainty to all of `channels` without their own.
 void take_uncertainty(const TomlTable& table, std::span<record::Channel> channels) {
   const auto said = read_uncertainty(table);
   for (auto& channel : channels) {
@@ -200,7 +200,7 @@ void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels
   for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) channels[i].offset = {offsets[i]};
 }
 
-/// "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3": inputs count from 1.
+/// Returns "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3"; inputs count from 1.
 std::string input_in_words(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
   const auto who = fmt::format("{} {} at {}", settings.driver, number, settings.line);
   if (settings.kind != Kind::dcon || settings.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);

@@ -10,10 +10,10 @@
 namespace gyrotherm::rig {
 namespace {
 
-/// A line of Modbus TCP to instruments that answer before it is read.
+/// A Modbus TCP connection to attended instruments, which answer before the connection is read.
 class AttendedConnection final : public drivers::FrameConnection {
  public:
-  /// `instruments`, one of which is at the other end, outlive it.
+  /// `instruments` contains the far end and must outlive this object.
   AttendedConnection(std::unique_ptr<drivers::FrameConnection> connection, simulator::VirtualInstruments& instruments)
       : connection_(std::move(connection)), instruments_(instruments) {}
 

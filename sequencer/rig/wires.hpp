@@ -18,7 +18,7 @@ namespace gyrotherm::rig {
 
 class Wires {
  public:
-  /// A line, and the clock on which its waits pass.
+  /// A line and the clock of its waits.
   template <class Line>
   struct Wire {
     std::unique_ptr<Line> line;
@@ -26,30 +26,31 @@ class Wires {
   };
 
   virtual ~Wires() = default;
-  /// Of the map's link in use.
+  /// Returns the chamber's registers on the map's link in use.
   [[nodiscard]] virtual std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) = 0;
   [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
-  /// Of the thermometer numbered `index` of the rig's file, if it is spoken to in bytes.
+  /// Returns the wire of a byte-oriented thermometer, by its index in the rig file.
   [[nodiscard]] virtual Wire<drivers::ByteStream> thermometer(std::size_t index) = 0;
-  /// … or if it is a USB-TEMP.
+  /// Returns the wire of a USB-TEMP, by its index in the rig file.
   [[nodiscard]] virtual Wire<drivers::HidReports> usb_temp(std::size_t index) = 0;
-  /// Of the gyro line numbered `line` of the rig's file; one frame a second comes on it.
+  /// Returns the wire of a gyro line, by its index in the rig file. One frame a second arrives on it.
   [[nodiscard]] virtual Wire<drivers::ByteStream> gyro(std::size_t line) = 0;
 
-  /// Of the unit of analogue inputs numbered `index` of the rig's file, on its map's link in use; nothing where the
-  /// rig has none.
+  /// Returns the wire of an analogue input, by its index in the rig file, on its map's link in use; nothing if the rig
+  /// has none.
   [[nodiscard]] virtual Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) {
     (void)index, (void)map;
     return {};
   }
 
-  /// The rig's.
+  /// Returns the rig's clock.
   [[nodiscard]] virtual const Clock& clock() const = 0;
-  /// Lets the world behind the wires and the clock move on by whole seconds.
+  /// Advances the world behind the wires, and the clock, by whole seconds.
   virtual void let_pass(std::int64_t seconds) = 0;
-  /// Brings that world's units under test to a state, as people would; from the next second on.
+  /// Brings that world's units under test to a state from the next second on, as people would.
   virtual void bring_units_to(const UnitState& state) = 0;
-  /// Of a unit's axes in that world (VirtualLaboratory::true_bias), where it may be asked; else empty.
+  /// Returns the true bias of a unit's axes in that world (VirtualLaboratory::true_bias), or nothing if it is not
+  /// available.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(const std::string& unit) {
     (void)unit;
     return {};

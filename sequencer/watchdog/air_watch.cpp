@@ -12,14 +12,14 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-/// A chamber that turns round overshoots by less.
+/// Larger than the overshoot of a chamber that changes direction.
 constexpr double kAwayK = 3;
-/// This is more than a sensor's noise, and less than the slowest chamber moves in a quarter of an hour.
+/// Larger than a sensor's noise, and smaller than the movement of the slowest chamber in a quarter of an hour.
 constexpr double kTowardsK = 1;
-/// Temperatures of a room.
+/// Range of ambient temperatures.
 constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
 constexpr Duration kLongestPause = std::chrono::seconds(30), kSparse = std::chrono::seconds(5);
-/// Air that has passed the set point on its way elsewhere leaves the band sooner.
+/// Air that passes the set point on its way elsewhere leaves the band in less time.
 constexpr Duration kNearFor = std::chrono::seconds(60);
 constexpr Duration kStandsStill = std::chrono::minutes(15);
 constexpr int kStandsStillTimes = 3;
@@ -33,7 +33,8 @@ void AirWatch::begin(AirSource source) {
   source_ = source;
 }
 
-/// Returns the distance from the set point or, if nothing conditions, from the range of it and room temperatures.
+/// Returns the distance from the set point. If nothing conditions the air, returns the distance from the range that
+/// includes the set point and ambient temperatures.
 double AirWatch::distance(double air_c) const {
   const double at = set_point_.value;
   if (source_ == AirSource::controller) return std::abs(air_c - at);
@@ -54,7 +55,8 @@ AirVerdict AirWatch::judge(double air_c) const {
 }
 
 AirVerdict AirWatch::see(Celsius air, Duration at) {
-  const bool is_sparse = last_at_ && at - *last_at_ > kSparse;  // then each reading counts by itself
+  // Then no median is taken.
+  const bool is_sparse = last_at_ && at - *last_at_ > kSparse;
   const double oldest = is_sparse ? air.value : before_c_.value_or(air.value);
   const double middle = is_sparse ? air.value : last_c_.value_or(air.value);
   now_c_ = median(oldest, middle, air.value);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Watches the air of a chamber that is being made safe: an acknowledged set point does not show that the air follows.
-/// docs/decisions/safe-is-an-effect.md gives the reasons for the numbers. Pure.
+/// Watches the air of a chamber that is being made safe: an acknowledged set point does not prove that the air follows.
+/// docs/decisions/safe-is-an-effect.md gives the reasons for the constants. Pure.
 #pragma once
 
 #include <optional>
@@ -10,18 +10,24 @@
 
 namespace gyrotherm::watchdog {
 
-/// The cause of the movement of the air, as far as it is known.
+/// The cause of the air's movement, as far as it is known.
 enum class AirSource {
-  controller,    ///< brings it to the set point
-  switched_off,  ///< an acknowledged command alone
-  seen_off,      ///< the chamber shows it
+  /// The controller brings the air to the set point.
+  controller,
+  /// An off command was acknowledged.
+  switched_off,
+  /// The chamber shows that it is off.
+  seen_off,
 };
 
 enum class AirVerdict {
-  watching,      ///< undecided
-  shown,         ///< a safe chamber does so
-  moves_away,    ///< farther than it was
-  stands_still,  ///< neither near nor coming
+  watching,  ///< undecided
+  /// The air behaves as in a safe chamber.
+  shown,
+  /// The air is farther away than before.
+  moves_away,
+  /// The air is neither near nor approaching.
+  stands_still,
 };
 
 /// Air within this distance of the set point has arrived.
@@ -31,16 +37,17 @@ class AirWatch {
  public:
   AirWatch(Celsius set_point, Duration observe) : set_point_(set_point), observe_(observe) {}
 
-  /// Forgets what was seen. Air of a chamber that is switched off may drift to any temperature of a room.
+  /// Clears all readings. Air of a chamber that is switched off may drift to any ambient temperature.
   void begin(AirSource source);
-  /// Takes a reading at `at` of a clock that never goes back. Returns the verdict so far.
+  /// Adds a reading at `at` of a monotonic clock. Returns the verdict so far.
   AirVerdict see(Celsius air, Duration at);
 
   [[nodiscard]] AirVerdict verdict() const { return verdict_; }
   [[nodiscard]] AirSource source() const { return source_; }
-  /// Returns how long the air has been seen. A pause between two readings counts for half a minute at most.
+  /// Returns the time for which the air has been watched. A pause between two readings counts for half a minute at
+  /// most.
   [[nodiscard]] Duration watched() const { return watched_; }
-  /// "air 40.10 °C, 61.30 °C 5 min before: moves towards 22 °C"
+  /// Returns a text such as "air 40.10 °C, 61.30 °C 5 min before: moves towards 22 °C".
   [[nodiscard]] std::string describe() const;
 
  private:
@@ -53,7 +60,8 @@ class AirWatch {
   AirVerdict verdict_ = AirVerdict::watching;
   Duration watched_{};
   std::optional<Duration> last_at_;
-  std::optional<Duration> near_since_;       ///< on the scale of watched_
+  /// On the scale of watched_.
+  std::optional<Duration> near_since_;
   std::optional<double> last_c_, before_c_;  ///< the two newest readings
   double first_c_{}, now_c_{};               ///< medians of three readings
   double nearest_k_{}, farthest_k_{};

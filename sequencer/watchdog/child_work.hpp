@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Work in a process of its own, so that whatever hangs in it hangs there alone: a line, a library, a disk.
+/// Work in a separate process, so that a hang of a line, a library or a disk affects that process alone.
 #pragma once
 
 #include <sys/types.h>
@@ -15,17 +15,17 @@
 
 namespace gyrotherm::watchdog {
 
-/// The process that begins it must have no other threads.
+/// Runs work in a child process. The parent must have no other threads.
 class ChildWork {
  public:
-  /// Tells the parent one line.
+  /// Sends one line to the parent.
   using Tell = std::function<void(const std::string& line)>;
-  /// Begins `work` in a child. If none can be made, it counts as ended without a line.
+  /// Begins `work` in a child. If no child can be started, the work counts as ended without a line.
   explicit ChildWork(const std::function<void(const Tell&)>& work);
 
-  /// The next line that it tells; nothing at its end, or when `within` is over.
+  /// Returns the next line that the work sends. Returns nothing at its end, or after `within`.
   [[nodiscard]] std::optional<std::string> next(Duration within);
-  /// It has told its last line. One that was killed while it hung has not.
+  /// Returns true if the work has sent its last line. Work that was killed during a hang has not ended.
   [[nodiscard]] bool has_ended() const { return ended_; }
 
  private:
@@ -36,12 +36,12 @@ class ChildWork {
   bool ended_ = false;
 };
 
-/// Says lines on standard error by a process of its own, which waits for whoever reads them; what it cannot take is not
-/// said.
+/// Prints lines on standard error from a separate process, which waits for a slow reader. Drops lines that the process
+/// cannot accept.
 class Voice {
  public:
   Voice();
-  /// Waits a second at most until all is said.
+  /// Waits at most one second until all lines are printed.
   ~Voice();
   Voice(const Voice&) = delete;
   Voice& operator=(const Voice&) = delete;

@@ -25,15 +25,17 @@ namespace {
 
 struct Seen {
   ProcessIdentity identity;
-  bool ended = false;  ///< and only waits to be reaped, or for those of its threads that the kernel still holds
+  /// The process only waits to be reaped, or for threads that the kernel still holds.
+  bool ended = false;
   bool stopped = false;
 };
 
-/// proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
+/// Reads proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
 std::optional<Seen> see(std::int64_t pid) {
   std::ifstream file(fmt::format("/proc/{}/stat", pid));
   std::string stat;
-  std::getline(file, stat, '\0');  // nothing if it ends in between, of which a streambuf makes an exception
+  // Reads nothing if the process ends now: a streambuf throws in that case.
+  std::getline(file, stat, '\0');
   const auto name_ends = stat.rfind(')');
   if (name_ends == std::string::npos) return {};
   std::istringstream fields(stat.substr(name_ends + 1));
@@ -48,15 +50,15 @@ std::optional<Seen> see(std::int64_t pid) {
   return found;
 }
 
-/// A handle of the process; closed if it is no more.
+/// Returns a handle of the process; closed if the process has ended.
 Descriptor handle_of(const ProcessIdentity& process) {
   Descriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<pid_t>(process.pid), 0)));
-  // Compared after the handle is there: from now on the number cannot pass to another process.
+  // Compared after the handle is open: from now on the number cannot pass to another process.
   const auto found = see(process.pid);
   return found && found->identity == process ? std::move(handle) : Descriptor();
 }
 
-/// pidfd_open(2): readable once the process and all of its threads have ended.
+/// Waits for the end of the process and all of its threads: then the handle is readable, pidfd_open(2).
 bool ends(const Descriptor& handle, Duration within) {
   pollfd end{handle.number(), POLLIN, 0};
   return !handle.is_open() || ::poll(&end, 1, static_cast<int>(within / std::chrono::milliseconds(1))) > 0;
@@ -92,10 +94,10 @@ namespace {
 
 constexpr auto kSlice = std::chrono::milliseconds(1000);
 
-/// Whether something can be read within a slice; a signal does not count.
+/// Returns true if the descriptor is readable within a slice. A signal does not end the wait.
 bool readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
 
-/// One byte; a fault if none comes before the deadline.
+/// Reads one byte. Fails if none arrives before the deadline.
 Result<char> take_byte(int descriptor, const Deadline& deadline) {
   char byte = 0;
   if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not come");
@@ -103,7 +105,7 @@ Result<char> take_byte(int descriptor, const Deadline& deadline) {
   return failure(FaultKind::disconnected, "guard", "its orders end");
 }
 
-/// Digits up to a line break.
+/// Reads digits up to a line break.
 Result<std::size_t> take_length(int descriptor, const Deadline& deadline) {
   constexpr std::size_t kLongest = 4'000'000, kMostDigits = 8;
   std::string digits;

@@ -49,7 +49,7 @@ class Attempt {
     means_.told(done_);
   }
 
-  /// A connection that broke is made anew, for it may still bring an answer to what was asked on it.
+  /// Waits before a retry. Reconnects a broken connection, which may still deliver the answer to an earlier request.
   void try_later(const Fault& fault) {
     told(done_.reached, text(fault));
     means_.wait(kBetweenTries);
@@ -57,8 +57,8 @@ class Attempt {
     if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
   }
 
-  /// Fails with mismatch where another instrument answers: nothing is sent to it. One that does not answer this
-  /// question is sent the set point all the same, for the run compared it before.
+  /// Fails with mismatch if another instrument answers: nothing is sent to it. A chamber that does not answer this
+  /// query is sent the set point in spite of that, because the run compared its identity before.
   [[nodiscard]] Result<void> recognise_chamber() {
     if (is_recognised_) return {};
     const auto who = chamber_->recognise();
@@ -94,7 +94,7 @@ class Attempt {
     return false;
   }
 
-  /// Keeps the state even where a later command fails: it is evidence.
+  /// Keeps the state even if a later command fails: it is evidence.
   [[nodiscard]] Result<ChamberState> inspect() {
     auto state = chamber_->inspect();
     if (state) done_.state = *state;
@@ -110,7 +110,7 @@ class Attempt {
     return done_;
   }
 
-  /// A chamber that nothing else has helped is switched off even if it does not take the set point.
+  /// Switches off a chamber that refuses the set point, if everything else had no effect.
   void switch_off_all_the_same() {
     if (task_ != SafeTask::off || !recognise_chamber()) return;
     if (const auto off = chamber_->stop(); !off) told(done_.reached, done_.details + "; " + text(off.error()));
@@ -118,7 +118,7 @@ class Attempt {
 
   [[nodiscard]] bool wants_off() const { return goal_.switch_off || task_ == SafeTask::off; }
 
-  /// Writes the mode that the chamber is to be left in, and reads what it shows then.
+  /// Writes the mode of the safe state, and reads the chamber afterwards.
   [[nodiscard]] Result<ChamberState> see_to_mode() {
     const auto switched = wants_off() ? chamber_->stop() : Result<void>();
     const auto state = inspect();
@@ -130,7 +130,7 @@ class Attempt {
     return inspect();
   }
 
-  /// The chamber's own word, once nothing overrules the set point any more.
+  /// Returns the chamber's description of its safe state, once nothing overrides the set point.
   [[nodiscard]] Result<std::string> settle() {
     chamber_->end_rest();
     if (auto known = recognise_chamber(); !known) return failure(known.error());
@@ -157,13 +157,13 @@ class Attempt {
   Duration began_;
   std::unique_ptr<drivers::Chamber> chamber_;
   bool is_recognised_ = false;
-  int unrecognised_ = 0;  ///< questions that were not answered
+  int unrecognised_ = 0;  ///< queries without an answer
   SafeAttempt done_;
 };
 
 constexpr Duration kForTheRest = std::chrono::seconds(30);
 
-/// Returns the name of the file that a process runs, also of one that was removed; "" where this user may not know.
+/// Returns the file name of a process' program, also of a removed file; "" if this user has no permission.
 std::string program_of(std::int64_t pid) {
   constexpr std::string_view kRemoved = " (deleted)";
   std::error_code error;
@@ -174,8 +174,8 @@ std::string program_of(std::int64_t pid) {
 
 constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";
 
-/// Whether who holds the chamber has it rightly: a program of this user or of root, and not the one that has gone.
-/// One that was stopped drives nothing and makes nothing safe.
+/// Returns true if the holder has taken the chamber over legitimately: a program of this user or of root, and not the
+/// one that died. A stopped program neither drives the chamber nor makes it safe.
 bool is_successor(const drivers::ChamberHolder& holder, const std::string& program, const SafeState& safe_state) {
   if (holder.pid == 0 || holder.pid == safe_state.written_by.pid || holder.pid == ::getpid()) return false;
   if (holder.uid != 0 && holder.uid != ::geteuid()) return false;
@@ -184,7 +184,7 @@ bool is_successor(const drivers::ChamberHolder& holder, const std::string& progr
   return program.empty() || std::ranges::count(kOwn, program) > 0;
 }
 
-/// "STAGE STATE AIR SET_POINT ACTIVITY DETAILS"; STATE is 0 where none was read.
+/// Returns "STAGE STATE AIR SET_POINT ACTIVITY DETAILS"; STATE is 0 if none was read.
 std::string line_of(const SafeAttempt& attempt) {
   auto details = attempt.details;
   std::replace(details.begin(), details.end(), '\n', ' ');
@@ -193,7 +193,7 @@ std::string line_of(const SafeAttempt& attempt) {
                      state.set_point.value, static_cast<int>(state.activity), details);
 }
 
-/// One number of the line, which is then shorter by it; NaN where there is none.
+/// Removes the first number from the line and returns it; NaN if there is none.
 double take_number(std::string_view& line) {
   const auto end = std::min(line.find(' '), line.size());
   double value = std::numeric_limits<double>::quiet_NaN();
@@ -321,7 +321,8 @@ Rescued SafeRescue::attempt() {
 
 Duration SafeRescue::pause() const {
   constexpr Duration kAtOnce = std::chrono::seconds(1), kLooks = std::chrono::seconds(2);
-  constexpr Duration kCommands = std::chrono::seconds(5);  // a controller that does not obey is not flooded
+  // Longer, so that a controller that does not obey is not flooded.
+  constexpr Duration kCommands = std::chrono::seconds(5);
   if (!in_touch_ || !evidence_.set_point_shown()) return kAtOnce;
   return task() == SafeTask::look ? kLooks : kCommands;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Making one chamber safe: its safe set point first, written and read back with nothing else asked on the way, for on
-/// a bad line each question more is one that may be lost; then a program of the controller's own ended, the mode that
-/// follows the set point written, and conditioning ended where the rig wants it; then the air watched.
+/// Makes one chamber safe. First it writes the safe set point and reads it back, without other requests, because on a
+/// bad line each further request may be lost. Then it ends a program of the controller, writes the mode that follows
+/// the set point, and switches conditioning off if the rig requires it. Finally it watches the air.
 #pragma once
 
 #include <functional>
@@ -19,43 +19,53 @@
 
 namespace gyrotherm::watchdog {
 
-/// How far an attempt has come.
+/// Progress of an attempt.
 enum class SafeStage {
   nothing,
-  set_point,  ///< the chamber has shown the safe set point: what matters most
-  all,        ///< the chamber is also left as the rig wants it
+  /// The chamber has shown the safe set point, the most important step.
+  set_point,
+  /// The chamber is also in the state that the rig requires.
+  all,
 };
 
-/// The task of an attempt beside sending the set point.
+/// The task of an attempt, in addition to sending the set point.
 enum class SafeTask {
-  leave_as_wanted,  ///< by the goal and the mode
-  follow,           ///< write the mode in any case
-  off,              ///< switch off in any case
-  look,             ///< send nothing, read alone
+  /// By the goal and the mode.
+  leave_as_wanted,
+  /// Write the mode in any case.
+  follow,
+  /// Switch off in any case.
+  off,
+  look,  ///< send nothing, only read
 };
 
 struct SafeAttempt {
   SafeStage reached{};
-  int tries{};                        ///< how often the set point was sent
-  std::string details;                ///< what the chamber says now, or the last fault
+  /// Number of attempts to set it.
+  int tries{};
+  /// Current state, or the last fault.
+  std::string details;
   std::optional<ChamberState> state;  ///< the last one read
 };
 
-/// Ends what the chamber's lock is taken for while it is made safe.
+/// Suffix of the lock's description while the chamber is made safe.
 inline constexpr std::string_view kMadeSafeMark = " (made safe)";
 
-/// What an attempt needs of the world.
+/// The environment of an attempt.
 struct AttemptMeans {
-  std::function<std::unique_ptr<drivers::Chamber>()> connect;  ///< a new connection: no rest, no stale reply
+  /// Makes a new connection, without a pause or a stale reply.
+  std::function<std::unique_ptr<drivers::Chamber>()> connect;
   std::function<void(Duration)> wait;
-  std::function<void(const SafeAttempt&)> told;  ///< is told each stage that is reached, and each fault
+  /// Receives each stage reached, and each fault.
+  std::function<void(const SafeAttempt&)> told;
   const Clock& clock;
 };
 
-inline constexpr Duration kSafeWithin = std::chrono::seconds(10);  ///< the set point, if the chamber answers
+/// Time limit of the set point if the chamber answers.
+inline constexpr Duration kSafeWithin = std::chrono::seconds(10);
 
-/// Tries the set point again and again on one connection (on a new one after a line that broke), the last time before
-/// eight seconds are over; once the chamber has shown it, the rest, three times at most.
+/// Repeats the set point on one connection (on a new one after a line failure), for the last time before eight seconds
+/// have passed. Once the chamber has shown it, carries out the remaining steps, at most three times.
 [[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means,
                                        SafeTask task = SafeTask::leave_as_wanted);
 
@@ -64,38 +74,41 @@ struct SafeStateChamber {
   SafeGoal goal;
   std::function<std::unique_ptr<drivers::Chamber>()> connect;
 };
-/// The chamber that the safe-state file describes, by its map. Fails with bad_file.
+/// Returns the chamber that the safe-state file describes, by its map. Fails with bad_file.
 [[nodiscard]] Result<SafeStateChamber> chamber_of(const SafeState& safe_state);
 
 struct Rescued {
   SafeStage reached{};
   std::string details;
-  bool in_use{};     ///< another program has the chamber by now: nothing was tried
-  bool is_driven{};  ///< that program drives it, and does not make it safe
+  /// Another program holds the chamber: nothing was attempted.
+  bool in_use{};
+  /// The other program drives the chamber and does not make it safe.
+  bool is_driven{};
   std::optional<ChamberState> state{};
 };
 
-/// Holds the chamber's lock meanwhile. Without it, it acts all the same, unless a program of this user or of root that
-/// drives chambers or makes them safe has it by now, does not stand still, and is not the one that has gone: one that
-/// is dying keeps its lock while it hangs in the disk, and a stranger who holds it must not keep a chamber hot. An
-/// attempt that hangs is ended, after ten seconds or, once the chamber has shown the safe set point, after thirty
-/// more.
+/// Makes one attempt and holds the chamber's lock meanwhile. If the lock is taken, acts in spite of it, because a dying
+/// program keeps its lock while it hangs in the disk, and a third-party program with the lock must not keep a chamber
+/// hot. The exception is a holder that drives chambers or makes them safe, belongs to this user or root, is not
+/// stopped, and is not the program that has died. Ends an attempt that hangs after ten seconds, or thirty seconds later
+/// if the chamber has shown the safe set point.
 [[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
                                    SafeTask task = SafeTask::leave_as_wanted);
 
-/// Makes a chamber safe by attempts, each on a connection of its own so that a program that takes the run over finds
-/// the chamber free, and judges what the chamber has shown in all of them.
+/// Makes a chamber safe by attempts. Each has its own connection, so that a program that takes the run over finds the
+/// chamber free. Judges the readings of all attempts together.
 class SafeRescue {
  public:
-  /// All of them outlive it.
+  /// All arguments must outlive this object.
   SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice)
       : safe_state_(safe_state), chamber_(chamber), voice_(voice), evidence_(chamber.goal) {}
 
-  /// Commands what is due, or looks at the chamber. `reached` is all only once set point, mode and air are shown.
+  /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once set point, mode and air are
+  /// shown.
   [[nodiscard]] Rescued attempt();
-  /// Returns true if no means has made the chamber safe: only people can help.
+  /// Returns true if every remedy has failed: only people can help.
   [[nodiscard]] bool is_out_of_means() const { return evidence_.is_out_of_means(); }
-  /// Returns true if the chamber has not been read at all, or not in the last attempts.
+  /// Returns true if the chamber has never been read, or not in the last attempts.
   [[nodiscard]] bool is_lost() const { return !was_in_touch_ || failures_ >= kLostAfter; }
   /// Returns the pause before the next attempt.
   [[nodiscard]] Duration pause() const;

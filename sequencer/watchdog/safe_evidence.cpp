@@ -10,11 +10,11 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-/// A controller changes its mode within this time, a slow line included.
+/// A controller changes its mode within this time, including a slow line.
 constexpr Duration kModeWithin = std::chrono::seconds(60);
-constexpr int kSwitchesOff = 2;  ///< the escalation that does
+constexpr int kSwitchesOff = 2;  ///< the escalation that switches off
 
-/// Nothing conditions the air: the chamber is off, or its own protection keeps it from conditioning.
+/// Returns true if nothing conditions the air: the chamber is off, or its own protection prevents conditioning.
 bool is_off(ChamberActivity activity) {
   switch (activity) {
     case ChamberActivity::off:
@@ -61,7 +61,8 @@ AirSource SafeEvidence::source() const {
   return wants_off() && switched_off_ && mode_shown_ ? AirSource::switched_off : AirSource::controller;
 }
 
-/// First the mode is written again; then, or if nothing conditions the air already, the chamber is switched off.
+/// Escalates by one step. First the mode is written again. Then, or if nothing conditions the air already, the chamber
+/// is switched off.
 void SafeEvidence::escalate(Celsius air, Duration at) {
   ineffective_ = true;
   trouble_ = trend_.verdict() == AirVerdict::moves_away ? trend_.describe() : air_.describe();
@@ -93,7 +94,7 @@ void SafeEvidence::see(const ChamberState& chamber, Duration at) {
   activity_ = chamber.activity;
   const bool unreadable = std::isnan(chamber.set_point.value);
   const bool holds = abs(chamber.set_point - goal_.set_point) <= goal_.tolerance;
-  taken_ = holds || (taken_ && unreadable);  // acknowledged or not
+  taken_ = holds || (taken_ && unreadable);  // even without an acknowledgement
   set_point_shown_ = taken_;
   if (switched_off_ && activity_ == ChamberActivity::running) switched_off_ = false;
   mode_shown_ = judge_mode();

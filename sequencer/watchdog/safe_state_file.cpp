@@ -39,7 +39,7 @@ ProcessIdentity read_identity(const TomlTable& table) {
   return {.pid = pid, .started = static_cast<std::uint64_t>(started), .boot = table.text("boot")};
 }
 
-/// A map has more text than one quoted text of a file may have: it is a list of its lines.
+/// Writes a text as a list of its lines, because a map is longer than the longest quoted text of a file.
 std::string quoted_lines(std::string_view text) {
   std::string lines;
   for (std::size_t end; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1))
@@ -47,7 +47,7 @@ std::string quoted_lines(std::string_view text) {
   return lines + fmt::format("  {}\n", toml_quoted(text));
 }
 
-/// " communication_unit = 15 "
+/// Writes settings as " communication_unit = 15 ".
 std::string inline_settings(const drivers::ControllerSettings& settings) {
   std::vector<std::string> pairs;
   for (const auto& [name, value] : settings) pairs.push_back(fmt::format("{} = {}", toml_quoted(name), value));
@@ -68,7 +68,7 @@ Duration read_observe(const TomlTable& table) {
   return kUsualObserve;
 }
 
-/// Why somebody else may have written the open file; empty: nobody has.
+/// Returns the reason to distrust the open file: another user owns it or may write it. Empty if there is none.
 std::string objection(int file) {
   struct stat found {};
   if (::fstat(file, &found) != 0) return "cannot be looked at";
@@ -144,7 +144,7 @@ void remove_safe_state(const std::string& record) { ::unlink(safe_state_path(rec
 
 namespace {
 
-/// Instruments and files may say anything.
+/// Quotes a text from an instrument or a file, which may have control characters.
 std::string quoted(const std::string& text) { return toml_quoted(plain(text, Blanks::kept)); }
 
 }  // namespace
@@ -163,7 +163,8 @@ Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file)
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
   table->expect("schema", kMadeSafeSchema);
-  table->ignore("at");  // for people; the next line has it exactly
+  // "at" is for people; "utc_ns" has the exact time.
+  table->ignore("at");
   MadeSafe trace{.at = Duration(table->integer("utc_ns")),
                  .because = table->text("because"),
                  .set_point = {table->number("set_point_c")},

@@ -29,7 +29,8 @@ bool Trail::leave(const Rescued& rescued) {
   const bool confirmed = rescued.reached == SafeStage::all;
   const bool same = confirmed == trace_.confirmed && same_until_ && !confirmed;
   if (same && (rescued.details == trace_.details || !same_until_->over())) return false;
-  if (trace_.confirmed && !confirmed) return false;  // it was; that a later attempt was lost does not undo it
+  // A confirmed chamber stays confirmed if a later attempt fails.
+  if (trace_.confirmed && !confirmed) return false;
   same_until_.emplace(kSameFor);
   trace_.at = SteadyClock().now().utc;
   trace_.confirmed = confirmed;
@@ -44,7 +45,7 @@ void Trail::remove_safe_state() {
   go_on();
 }
 
-/// Begins what is left to do, once what was begun before is done.
+/// Starts the pending work once the previous work is done.
 void Trail::go_on() {
   if (writing_) {
     (void)writing_->next({});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What make-safe leaves beside the record, by processes of its own: the disk may hang, and nothing waits for it.
+/// Writes the trace of make-safe next to the record, from separate processes: the disk may hang, and nothing waits for
+/// it.
 #pragma once
 
 #include <memory>
@@ -15,23 +16,23 @@ namespace gyrotherm::watchdog {
 
 class Trail {
  public:
-  /// `safe_state` outlives it.
+  /// `safe_state` must outlive this object.
   Trail(const SafeState& safe_state, std::string because);
 
-  /// Makes it the trace that `status` shows. False if it says nothing new, or has but another reason why nothing was
-  /// confirmed, less than a minute after the last. Never waits.
+  /// Records the result as the trace that `status` shows. Returns false if nothing has changed, or if only the reason
+  /// of a missing confirmation changed less than a minute after the last trace. Never waits.
   bool leave(const Rescued& rescued);
-  /// The safe-state file shall go. Never waits.
+  /// Removes the safe-state file. Never waits.
   void remove_safe_state();
-  /// Whether all of it has been done within that time.
+  /// Returns true if everything has been written within that time.
   [[nodiscard]] bool settle(Duration within);
 
-  /// Why there is nothing left to do here: the safe-state file is another run's, or gone because somebody else has made
-  /// the chamber safe, or for a day. One that is merely gone calls nothing off: it may have been removed with its
-  /// record. A disk that does not answer within two seconds gives no reason.
+  /// Returns the reason why make-safe has nothing left to do: the safe-state file belongs to another run; or it is gone
+  /// because another program has made the chamber safe, or for a day. A file that is merely gone is no reason, because
+  /// it may have been removed with its record. A disk that does not answer within two seconds gives no reason.
   [[nodiscard]] std::optional<std::string> reason_to_end();
 
-  /// The trace in words.
+  /// Describes the trace.
   [[nodiscard]] std::string describe() const { return watchdog::describe(trace_); }
 
  private:
@@ -43,8 +44,10 @@ class Trail {
   Duration began_;  ///< UTC
   std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, to_disarm_ = false;
-  std::unique_ptr<ChildWork> writing_;  ///< one at a time, so that the newest trace is the last
-  std::unique_ptr<ChildWork> looking_;  ///< one at a time: while the disk hangs none is added
+  /// One at a time, so that the newest trace is the last.
+  std::unique_ptr<ChildWork> writing_;
+  /// One at a time, so that a hanging disk does not accumulate processes.
+  std::unique_ptr<ChildWork> looking_;
 };
 
 }  // namespace gyrotherm::watchdog

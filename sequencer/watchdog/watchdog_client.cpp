@@ -40,13 +40,13 @@ constexpr auto kAnswersWithin = std::chrono::seconds(5);
 
 }  // namespace
 
-/// The guard's program, held open from the start of the run: it can be started anew although its file was removed or
-/// replaced, as by an upgrade.
+/// The guard's program. The file stays open from the start of the run, so that the guard can be restarted although an
+/// upgrade has removed or replaced its file.
 class GuardProgram {
  public:
   GuardProgram() : path_(program_beside_this_one(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
   [[nodiscard]] const std::string& name() const { return path_; }
-  /// Returns the path to run: that of the file, or of the open one where another or none has that name now.
+  /// Returns the path to run: the file's own, or the open file if the name is gone or belongs to another file now.
   [[nodiscard]] std::string path() const {
     struct stat held {
     }, named{};
@@ -63,8 +63,8 @@ class GuardProgram {
 
 namespace {
 
-/// Starts the program in a session of its own, so that a terminal's signals do not reach it, and with no signal
-/// blocked; `input` is its standard input. Returns an error number, 0 for none.
+/// Starts the program in a session of its own, so that signals of a terminal do not reach it, with no signal blocked.
+/// `input` is its standard input. Returns an error number, 0 for none.
 int spawn(const GuardProgram& program, const std::string& record, int input, pid_t& pid) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
@@ -83,7 +83,7 @@ int spawn(const GuardProgram& program, const std::string& record, int input, pid
   return failed;
 }
 
-/// Returns nothing if systemd does not watch this very program.
+/// Returns systemd's limit of silence, or nothing if systemd does not watch this program.
 std::optional<std::string> watchdog_limit() {
   const char* limit = std::getenv("WATCHDOG_USEC");
   const char* whose = std::getenv("WATCHDOG_PID");
@@ -100,7 +100,7 @@ bool send_all(int line, std::string_view bytes) {
   return true;
 }
 
-/// Whether the guard says in time that it watches.
+/// Returns true if the guard reports in time that it watches.
 bool says_that_it_watches(int line) {
   char answer = 0;
   return ready(line, POLLIN, Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
@@ -130,9 +130,9 @@ void NotifySocket::notify(std::string_view state) {
   ::sendto(socket_.number(), state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), size);
 }
 
-/// What the life line and its threads share.
+/// The state that the client and its threads share.
 struct WatchdogClient::Ties {
-  /// What is wrong, and for a while after it no longer is: nobody should miss it.
+  /// A trouble and its text. The text remains for a while after the end of the trouble, so that it is noticed.
   class Trouble {
    public:
     void begins(std::string words) {
@@ -160,10 +160,13 @@ struct WatchdogClient::Ties {
   const GuardProgram program;
   std::mutex mutex;  ///< guards everything below
   std::condition_variable change;
-  Descriptor line;                                     ///< to the guard; closed: there is none
-  pid_t guard = -1;                                    ///< its process
-  bool watching = false;                               ///< it has said so, and has not ended since
-  std::optional<steady_clock::time_point> unanswered;  ///< when the first byte was sent since which nothing was heard
+  /// Line to the guard; closed: no guard.
+  Descriptor line;
+  pid_t guard = -1;  ///< its process
+  /// It has reported that it watches.
+  bool watching = false;
+  /// Time of the first byte that the guard has not answered.
+  std::optional<steady_clock::time_point> unanswered;
   Trouble of_guard, of_file;
   bool stop = false;
   int threads = 0;
@@ -176,7 +179,7 @@ struct WatchdogClient::Ties {
   void tend(void (Ties::*chore)());
 };
 
-/// One that stands still would take the end of its line for a death, if it went on later.
+/// Kills a guard and closes its line. A stopped guard that resumed later would take the closed line for a failure.
 void end_guard(pid_t pid, Descriptor line) {
   if (pid > 0) {
     ::kill(pid, SIGKILL);
@@ -185,8 +188,8 @@ void end_guard(pid_t pid, Descriptor line) {
   line.close();
 }
 
-/// A new guard in the place of the one before, which ends once the new one watches. Called without the lock: starting
-/// a program may take its time.
+/// Starts a guard that replaces the previous one, which ends once the new one watches. Call it without the lock,
+/// because starting a program may take long.
 Result<void> WatchdogClient::Ties::start_guard() {
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::bad_file, program.name(), "the guard cannot be started: " + why);
@@ -210,13 +213,13 @@ Result<void> WatchdogClient::Ties::start_guard() {
   const auto guard_before = std::exchange(guard, pid);
   watching = true;
   unanswered.reset();
-  if (stop) send(kGoodBye);  // which came meanwhile
+  if (stop) send(kGoodBye);  // requested during the start
   lock.unlock();
   end_guard(guard_before, std::move(line_before));
   return {};
 }
 
-/// Called with the lock.
+/// Sends one byte. Call it with the lock.
 void WatchdogClient::Ties::send(char byte) {
   if (!line.is_open()) return;
   const auto sent = ::send(line.number(), &byte, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -224,7 +227,7 @@ void WatchdogClient::Ties::send(char byte) {
   if (!unanswered) unanswered = steady_clock::now();
 }
 
-/// Called with the lock.
+/// Reads the guard's answers. Call it with the lock.
 void WatchdogClient::Ties::listen() {
   std::array<char, 64> heard;
   while (line.is_open()) {
@@ -250,7 +253,7 @@ void WatchdogClient::Ties::tend_guard() {
     of_guard.begins("nobody would make the chamber safe: " + text(started.error()));
 }
 
-/// A good-bye that came meanwhile removes the file again.
+/// Restores the safe-state file. If good_bye() came meanwhile, removes it again.
 void WatchdogClient::Ties::tend_file() {
   const auto path = safe_state_path(safe_state.record);
   const auto found = read_safe_state(path);
@@ -262,7 +265,7 @@ void WatchdogClient::Ties::tend_file() {
   of_file.begins(written ? path + " was gone or changed; it was put back" : text(written.error()));
 }
 
-/// The work of a thread.
+/// The main function of a thread.
 void WatchdogClient::Ties::tend(void (Ties::*chore)()) {
   block_signals();
   std::unique_lock lock(mutex);
@@ -279,7 +282,7 @@ Result<std::unique_ptr<WatchdogClient>> WatchdogClient::tie(const SafeState& saf
   auto ties = std::make_shared<Ties>(safe_state);
   const auto before = read_safe_state(safe_state_path(safe_state.record));
   if (auto written = write_safe_state(safe_state); !written) return failure(written.error());
-  for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no run stands still by accident
+  for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no accidental stop of a run
   const bool after_a_death = before && *before;
   if (auto started = ties->start_guard(); !started) {
     if (!after_a_death || !write_safe_state(**before)) remove_safe_state(safe_state.record);
@@ -314,7 +317,7 @@ std::map<std::string, std::string> WatchdogClient::troubles() const {
   return troubles;
 }
 
-/// A thread that hangs in the disk is left behind there.
+/// Ends the threads. Detaches them if one hangs in the disk.
 void WatchdogClient::end_threads() {
   if (!guard_tender_.joinable()) return;
   std::unique_lock lock(ties_->mutex);
@@ -325,7 +328,7 @@ void WatchdogClient::end_threads() {
   for (auto* thread : {&guard_tender_, &file_tender_}) ended ? thread->join() : thread->detach();
 }
 
-/// The good-bye comes before all that may last: while a disk hangs the file cannot be removed.
+/// Sends the good-bye before all steps that may last: while a disk hangs, the file cannot be removed.
 void WatchdogClient::good_bye() {
   {
     const std::lock_guard lock(ties_->mutex);
@@ -337,8 +340,8 @@ void WatchdogClient::good_bye() {
   remove_safe_state(ties_->safe_state.record);
 }
 
-/// The line stays open until the process ends: the guard, which kills whoever lives then, leaves it time to say how the
-/// run ended.
+/// Leaves the line open until the process ends. The guard kills a process that is still alive at the line's end; this
+/// leaves the process time to report the result of the run.
 WatchdogClient::~WatchdogClient() {
   end_threads();
   const std::lock_guard lock(ties_->mutex);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a program that drives a real chamber is watched: the safe-state file beside the record, a guard in a process of
-/// its own, and systemd's watchdog where there is one. Whatever of it goes missing is told, and put back.
+/// The watchdog of a program that drives a real chamber: the safe-state file next to the record, a guard in a separate
+/// process, and systemd's watchdog if there is one. Parts that fail are reported and replaced.
 #pragma once
 
 #include <map>
@@ -18,12 +18,14 @@ namespace gyrotherm::watchdog {
 
 class NotifySocket {
  public:
-  /// Opens the socket that the environment names (NOTIFY_SOCKET); nothing where systemd did not start this program.
+  /// Opens the socket that the environment names (NOTIFY_SOCKET). Returns nothing if systemd did not start this
+  /// program.
   [[nodiscard]] static std::optional<NotifySocket> from_environment();
-  /// At `address`: a path, or "@NAME" for an abstract one. Nothing if it is too long.
+  /// Opens the socket at `address`: a path, or "@NAME" for an abstract one. Returns nothing if it is too long.
   [[nodiscard]] static std::optional<NotifySocket> at(std::string address);
 
-  /// "READY=1", "WATCHDOG=1", "STATUS=…", "STOPPING=1". Never blocks; what cannot be told is not told.
+  /// Sends "READY=1", "WATCHDOG=1", "STATUS=…" or "STOPPING=1". Never blocks; drops a message that the socket cannot
+  /// accept.
   void notify(std::string_view state);
 
  private:
@@ -32,26 +34,26 @@ class NotifySocket {
   std::string address_;
 };
 
-/// Calls come from the thread that ticks. Only tie() waits, some seconds, and good_bye(), one at most: two threads of
-/// its own start programs and look after files.
+/// Call it from the thread that ticks. Only tie() waits, for some seconds, and good_bye(), for one second at most: two
+/// internal threads start programs and check files.
 class WatchdogClient {
  public:
   /// Writes the safe-state file, starts the guard and waits until it watches. Fails with storage, or with bad_file if
-  /// no guard can be started; then there is the safe-state file that was there before, or none.
+  /// no guard can be started; then the previous safe-state file is restored, or removed if there was none.
   [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> tie(const SafeState& safe_state);
-  /// Without a good-bye the guard takes the end of the process for a death.
+  /// Ends the threads. The guard takes the end of a process without good_bye() for a failure.
   ~WatchdogClient();
   WatchdogClient(const WatchdogClient&) = delete;
   WatchdogClient& operator=(const WatchdogClient&) = delete;
 
-  /// A tick is done. Silence is a hang.
+  /// Reports that a tick is done. The guard takes silence for a hang.
   void heartbeat();
-  /// The run has ended in order: nobody need make anything safe.
+  /// Reports that the run has ended in order, so that the guard does not act.
   void good_bye();
-  /// There was a safe-state file: a program had died, and its chamber has not been made safe.
+  /// Returns true if a safe-state file existed: a program had died, and its chamber was not made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }
-  /// Returns why the chamber would not be made safe if this program died now: of the "guard", of the "safe-state file",
-  /// of both, or nothing.
+  /// Returns the reasons why the watchdog could not make the chamber safe if this program died now: for "guard", for
+  /// "safe-state file", for both, or none.
   [[nodiscard]] std::map<std::string, std::string> troubles() const;
 
  private:
@@ -59,9 +61,10 @@ class WatchdogClient {
   explicit WatchdogClient(std::shared_ptr<Ties> ties) : ties_(std::move(ties)) {}
   void end_threads();
 
-  std::shared_ptr<Ties> ties_;  ///< shared with the threads, of which one may outlast this while a disk hangs
+  /// Shared with the threads. One of them may outlive this object while a disk hangs.
+  std::shared_ptr<Ties> ties_;
   std::optional<NotifySocket> systemd_;
-  std::optional<std::string> watchdog_limit_;  ///< how long systemd lets this program be silent
+  std::optional<std::string> watchdog_limit_;  ///< systemd's limit of silence
   bool beating_ = false, took_over_ = false;
   std::thread guard_tender_, file_tender_;
 };

@@ -34,7 +34,7 @@ tl::unexpected<Fault> cannot(const std::string& path) {
   return failure(FaultKind::storage, path, std::strerror(errno));
 }
 
-/// Returns the digest of what was copied.
+/// Copies the bytes and returns their digest.
 Result<std::string> copy_bytes(const RegularFile& from, int to, const std::string& path) {
   Sha256 hash;
   std::array<char, 1 << 18> piece{};
@@ -56,9 +56,9 @@ Result<void> sync_folder(const std::string& folder) {
   return {};
 }
 
-/// Removes what a publisher that was killed has left of a copy: PATH.PID.part, where no process has that number any
-/// more. In a folder that other machines share it may be one of theirs that is still at it; that tries again, and finds
-/// the file there.
+/// Removes incomplete copies of killed publishers: PATH.PID.part, if no process has that number. In a folder that
+/// several machines share, the copy may belong to a publisher that still runs on another machine. That publisher tries
+/// again, and finds the file archived.
 void remove_left_copies(const std::string& path) {
   const auto begins = fs::path(path).filename().string() + ".";
   for (const auto& entry : entries_of(fs::path(path).parent_path())) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files of finished runs, kept in a second place under the name of what is in them.
+/// Copies the files of finished runs to an archive, under the digest of their content.
 #pragma once
 
 #include <string>
@@ -11,17 +11,17 @@
 
 namespace gyrotherm::site {
 
-/// Digest and size of a file. Fails with bad_file if it cannot be read.
+/// Returns digest and size of a file. Fails with bad_file if it cannot be read.
 [[nodiscard]] Result<RunFileDigest> digest_of(const std::string& path);
 
-/// Copies the file to FOLDER/<sha256>.db, unless it is there already: under another name first, synced, read back by
-/// its digest as it is written, then renamed; so what has the name has the bytes, and what a killed program left of a
-/// copy is removed. Or runs the command, without a shell, and waits for it until `stop` is readable or its time is
-/// over; then it is ended. With neither nothing is done. Fails with storage (no space, no folder, the file changed
-/// meanwhile), refused or timeout (the command), interrupted.
+/// Archives one file. With a folder, copies the file to FOLDER/<sha256>.db unless it exists: the copy has a temporary
+/// name until it is synced and its digest, computed while it is written, matches. A file with the final name is
+/// therefore complete. Also removes incomplete copies of killed programs. With a command, runs it without a shell and
+/// waits until it ends, its time is over or `stop` is readable; then kills it. With neither, does nothing. Fails with
+/// storage (no space, no folder, the file changed meanwhile), refused or timeout (the command), interrupted.
 [[nodiscard]] Result<void> archive(const ArchiveSettings& settings, const RunFileDigest& file, int stop);
 
-/// The command as it is run for a file.
+/// Returns the command with the words of a file.
 [[nodiscard]] std::vector<std::string> command_for(const std::vector<std::string>& command, const RunFileDigest& file);
 
 }  // namespace gyrotherm::site

@@ -26,7 +26,7 @@ struct Migration {
 /// Returns the steps that this program knows, numbered from 1 in order.
 [[nodiscard]] std::span<const Migration> migrations();
 
-/// Executes the steps of `known` that the store has not seen, up to number `last`, each in a transaction of its own,
+/// Executes the steps of `known` that are new to the store, up to number `last`, each in a transaction of its own,
 /// and calls `done` after each. If two programs migrate at once, one waits for the other. Fails like Postgres. Fails
 /// with refused, and changes nothing, if the store has a step that is not one of `known`.
 [[nodiscard]] Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,

@@ -16,14 +16,14 @@
 namespace gyrotherm::site {
 namespace {
 
-/// libpq's messages end with a line end and may have several lines.
+/// Joins the lines of a libpq message, which ends with a line break.
 std::string in_one_line(const char* message) {
   std::string line;
   for (const char* at = message; *at != '\0'; ++at) line += *at == '\n' ? ' ' : *at;
   return std::string(trimmed(line, " \t"));
 }
 
-/// What the server says, by its SQLSTATE.
+/// Returns the kind of a server's fault, by its SQLSTATE.
 FaultKind kind_of(std::string_view state) {
   if (state.size() != 5) return FaultKind::disconnected;
   const auto group = state.substr(0, 2);
@@ -32,7 +32,7 @@ FaultKind kind_of(std::string_view state) {
   return group == "08" || group == "57" ? FaultKind::disconnected : FaultKind::storage;
 }
 
-/// libpq passes over a passfile that others may read, and then says that there is no password.
+/// Checks the passfile. libpq ignores one that other users may read, and then reports a missing password.
 Result<void> check_passfile(const std::string& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, path, std::strerror(errno));
@@ -133,7 +133,7 @@ Result<Postgres> Postgres::connect(const StoreAddress& address, const Patience& 
   PQsetnonblocking(made.connection_.get(), 1);
   PQsetNoticeProcessor(
       made.connection_.get(), [](void*, const char*) {}, nullptr);
-  // Compiling a question costs more time than it saves.
+  // Compiling a query costs more time than it saves.
   if (auto set = made.run("SET timezone = 'UTC'; SET datestyle = 'ISO'; SET jit = off"); !set)
     return failure(set.error());
   return made;

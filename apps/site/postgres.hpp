@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One connection to a PostgreSQL server, and the answers that come over it. Nothing here waits without a bound, and
-/// every wait ends when the program is asked to stop.
+/// One connection to a PostgreSQL server, and its answers. Every wait is bounded, and ends when the program is
+/// requested to stop.
 ///
-/// Faults say what is to be done: interrupted, somebody asked for an end; disconnected and timeout, the server or the
-/// network is not there, and a new connection may find it; storage, the server cannot now (its disk is full, it shuts
-/// down, it gave way to another transaction); refused, it will say the same again (SQLSTATE classes 0A, 22, 23, 28, 42,
-/// P0). One thread at a time.
+/// The kind of a fault determines the reaction. interrupted: a stop was requested. disconnected, timeout: the server or
+/// the network is unavailable, and a new connection may succeed. storage: the server cannot answer now (its disk is
+/// full, it shuts down, it gave way to another transaction). refused: a repetition would be refused again (SQLSTATE
+/// classes 0A, 22, 23, 28, 42, P0). One thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -24,23 +24,26 @@ struct pg_result;
 
 namespace gyrotherm::site {
 
-/// Where the store is and how one gets in. There is no password in it: it comes from a file alone.
+/// The address of the store and the user's identity. The password comes only from a file.
 struct StoreAddress {
-  std::string conninfo;    ///< as libpq reads it: "host=db dbname=gyrotherm user=rig_1 sslmode=verify-full"
-  std::string passfile{};  ///< in the form of libpq's (host:port:database:user:password); empty: ~/.pgpass
+  /// For libpq: "host=db dbname=gyrotherm user=rig_1 sslmode=verify-full".
+  std::string conninfo;
+  /// A file in the format of libpq (host:port:database:user:password); empty: ~/.pgpass.
+  std::string passfile{};
 };
 
-/// The place of a fault that the server, or the way to it, had.
+/// Location of faults of the server or of the connection to it.
 inline constexpr const char* kStore = "store";
 
-/// Fails with usage if the text is no conninfo, or has a password in it.
+/// Fails with usage if the text is not a conninfo, or if it contains a password.
 [[nodiscard]] Result<void> check_conninfo(const std::string& conninfo);
 
-/// How long is waited, and what ends that early.
+/// Time limits, and the descriptor that ends a wait early.
 struct Patience {
   Duration connect = std::chrono::seconds(10);
   Duration answer = std::chrono::seconds(60);
-  int stop = kNoDescriptor;  ///< readable once the program is to end
+  /// Readable once the program must end.
+  int stop = kNoDescriptor;
 };
 
 /// The rows of an answer.
@@ -51,10 +54,12 @@ class Answer {
   [[nodiscard]] int columns() const;
   [[nodiscard]] std::string name(int column) const;
   [[nodiscard]] bool null(int row, int column) const;
-  [[nodiscard]] std::string_view text(int row, int column) const;  ///< empty where NULL
-  [[nodiscard]] std::int64_t integer(int row, int column) const;   ///< 0 where there is none
+  [[nodiscard]] std::string_view text(int row, int column) const;  ///< empty for NULL
+  /// 0 for NULL or text.
+  [[nodiscard]] std::int64_t integer(int row, int column) const;
   [[nodiscard]] bool boolean(int row, int column) const;
-  [[nodiscard]] unsigned type(int column) const;  ///< PostgreSQL's number of it
+  /// PostgreSQL's number of the type.
+  [[nodiscard]] unsigned type(int column) const;
 
  private:
   struct Clear {
@@ -63,25 +68,25 @@ class Answer {
   std::unique_ptr<pg_result, Clear> result_;
 };
 
-/// A value of a statement, as text; nothing is NULL.
+/// A parameter of a statement, as text; absent: NULL.
 using Parameter = std::optional<std::string>;
 
 class Postgres {
  public:
-  /// Fails as said above, with bad_file if the passfile is not there or others may read it.
+  /// Connects. Fails as described above, and with bad_file if the passfile does not exist or other users may read it.
   [[nodiscard]] static Result<Postgres> connect(const StoreAddress& address, const Patience& patience);
 
   /// Sends one statement with its parameters, $1 first, and waits for its answer.
   [[nodiscard]] Result<Answer> ask(const std::string& statement, const std::vector<Parameter>& parameters = {});
-  /// Sends one, and returns as soon as the server has it; its answer() must be fetched before the next is sent.
+  /// Sends a statement and returns as soon as the server has it. Call answer() before sending the next one.
   [[nodiscard]] Result<void> send(const std::string& statement, const std::vector<Parameter>& parameters);
   [[nodiscard]] Result<Answer> answer();
-  /// Sends statements without parameters, several in one text: a transaction, unless they say otherwise.
+  /// Sends statements without parameters, several in one text. They form one transaction unless they state otherwise.
   [[nodiscard]] Result<void> run(const std::string& statements);
 
-  /// Whether nothing but a new connection helps.
+  /// Returns true if only a new connection helps.
   [[nodiscard]] bool is_broken() const;
-  /// "host=db dbname=gyrotherm user=rig_1, TLSv1.3": what one is connected to.
+  /// Describes the connection: "host=db dbname=gyrotherm user=rig_1, TLSv1.3".
   [[nodiscard]] std::string place() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What both programs of a site have in common: how they read their command lines, and the exit codes they end with.
+/// Common parts of both programs of a site: parsing of the command line, and exit codes.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace gyrotherm::site {
 
 inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileExit = 4, kInterruptedExit = 5;
 
-/// The exit code with which the program is to end now; nothing: it goes on.
+/// Parses the command line. Returns the exit code if the program must end now, otherwise nothing.
 [[nodiscard]] inline std::optional<int> parsed(CLI::App& cli, int argc, char** argv) {
   refuse_wrong_values(cli);
   try {
@@ -31,7 +31,7 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
   return std::nullopt;
 }
 
-/// Says a fault, and the exit code that it has.
+/// Prints a fault and returns its exit code.
 [[nodiscard]] inline int exit_of(const std::string& program, const Fault& fault) {
   if (fault.kind == FaultKind::interrupted) return kInterruptedExit;
   write_to_stderr(fmt::format("{}: {}\n", program, plain(text(fault), Blanks::kept)));

@@ -22,18 +22,18 @@ namespace fs = std::filesystem;
 
 constexpr int kDeepestFolder = 3;
 constexpr Duration kEvery = std::chrono::seconds(1);
-/// A long run gives way to those that go on now after so many batches.
+/// A long run gives way to running ones after this number of batches.
 constexpr int kBatchesInTurn = 25;
-/// What the store refused is tried again after so long: its owner may have changed something.
+/// Pause after a refusal of the store. Its owner may change something meanwhile.
 constexpr Duration kRest = std::chrono::minutes(1);
 
 bool is_of_store(const Fault& fault) { return fault.where == kStore; }
 
-/// The record is being written, and there is no live copy, or not yet.
+/// Returns true if the record is being written without a live copy, or before its first copy.
 bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
-/// What tells whether the files are still those whose id was read: of one that grows which one it is, of another also
-/// how it is.
+/// Returns the states that identify the files whose id was read: the identity of a live copy, which grows; identity and
+/// content of any other file.
 std::vector<FileState> states_of(const record::RecordFiles& files) {
   std::vector<FileState> states;
   for (const auto& file : files.parts)
@@ -41,7 +41,7 @@ std::vector<FileState> states_of(const record::RecordFiles& files) {
   return states;
 }
 
-/// Fails as a record does that is being written: it is looked at again in the next round.
+/// Fails, like a record that is being written, if the files have changed. The next round tries again.
 Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<FileState>& states) {
   if (states_of(files) == states) return {};
   return failure(FaultKind::storage, files.parts.front().path, record::kBeingWritten);
@@ -53,7 +53,7 @@ Result<std::string> id_in(const record::RecordFiles& files) {
   });
 }
 
-/// Adds the folder and those below it; does not follow links.
+/// Adds the folder and the folders below it; does not follow links.
 void add_folders(const fs::path& folder, int depth, std::vector<std::string>& folders) {
   folders.push_back(folder.string());
   if (depth == kDeepestFolder) return;
@@ -63,7 +63,7 @@ void add_folders(const fs::path& folder, int depth, std::vector<std::string>& fo
   }
 }
 
-/// Returns the folders of the site file and those below them, to a depth of three.
+/// Returns the folders of the site file and the folders below them, to a depth of three.
 std::vector<std::string> folders_below(const std::vector<std::string>& tops) {
   std::vector<std::string> folders;
   for (const auto& top : tops) add_folders(top, 0, folders);
@@ -143,7 +143,7 @@ Result<Publisher::Backlog> Publisher::send_rows(const record::RecordFiles& files
     if (sent == kBatchesInTurn) return Backlog::some;
     if (auto same = check_unchanged(files, run.states); !same) return failure(same.error());
     if (auto went = store_->send_rows(run.info.id, *batch); !went) return failure(went.error());
-    // The server works on this one while the next is read.
+    // The next batch is read while the server processes this one.
     const bool was_whole = batch->rows == static_cast<std::size_t>(kBatchRows);
     const auto last = batch->last;
     auto next = was_whole ? next_rows(files, run.channels, last) : Result<RowBatch>(RowBatch{});
@@ -219,12 +219,13 @@ Result<void> Publisher::send_live_state(const std::optional<record::RunStatus>& 
 Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_written, Watched& watched) {
   const auto identity = read_file_identity(files.path);
   auto states = states_of(files);
-  const auto id = id_in(files);  // a record that replaced another one may have its number in the file system
+  // A record that replaced another one may have its number in the file system.
+  const auto id = id_in(files);
   if (!id) return failure(id.error());
   if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
     const auto begun = record::has_begun(files);
     if (!begun) return failure(begun.error());
-    if (is_written && !*begun) return false;  // it does not know yet when it started
+    if (is_written && !*begun) return false;  // its start is not known yet
     auto info = record::read_source_info(files);
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sends the runs of a rig to the store: finished ones whole, running ones second by second from their live copies, and
-/// the documents beside them. It only reads, never a record that is being written, and keeps nothing of its own: where
-/// it was, it asks the store. So it may be killed at any time, and two of it for one run do no harm.
+/// the documents next to them. It only reads, never a record that is being written, and stores nothing locally: the
+/// store returns the position of each run. It may therefore be killed at any time, and two publishers of one run do no
+/// harm.
 ///
-/// What the store refuses is told once and set aside until its files change; everything else that goes wrong is tried
-/// again, after waits that grow. One thread.
+/// A refusal of the store is reported once, and the run waits until its files change. Every other fault is followed by
+/// a retry, after increasing waits. One thread.
 #pragma once
 
 #include <algorithm>
@@ -31,31 +32,35 @@
 
 namespace gyrotherm::site {
 
-/// How far one run is, here and in the store.
+/// The position of one run on the rig and in the store.
 struct RunLag {
   std::string name;
-  std::string state{};        ///< of the run, as it is here
-  std::int64_t here{-1};      ///< its last slot
-  std::int64_t in_store{-1};  ///< …, as the store has it
+  /// State of the run on the rig.
+  std::string state{};
+  /// Last slot on the rig.
+  std::int64_t here{-1};
+  /// Last slot in the store.
+  std::int64_t in_store{-1};
   bool finished_in_store{};
-  std::string trouble{};  ///< why it does not go on; empty: it does
+  /// Reason why the run is not sent; empty: none.
+  std::string trouble{};
 
   [[nodiscard]] std::int64_t seconds() const { return here - in_store; }
 };
 
-/// Computes how long to wait before a failed attempt is repeated: twice as long each time, up to a longest wait. A part
-/// of each wait is random, so that a hundred rigs that lost their store together do not all return in the same second.
+/// Computes the wait before a failed attempt is repeated: twice as long each time, up to a longest wait. A part of each
+/// wait is random, so that a hundred rigs that lost their store together do not all return in the same second.
 class Backoff {
  public:
   explicit Backoff(Duration longest, std::uint64_t seed) : longest_(longest), generator_(seed) {}
 
-  /// Returns a random time between half of the present wait and all of it. Doubles the next wait.
+  /// Returns a random time between half of the current wait and all of it. Doubles the next wait.
   [[nodiscard]] Duration next() {
     const auto whole = std::min(wait_, longest_);
     wait_ = std::min(wait_ * 2, longest_);
     return std::chrono::duration_cast<Duration>(whole * (0.5 + 0.5 * uniform(generator_)));
   }
-  /// Makes the next wait a short one again, after a success.
+  /// Resets the wait after a success.
   void reset() { wait_ = kFirst; }
 
  private:
@@ -67,28 +72,31 @@ class Backoff {
 
 class Publisher {
  public:
-  /// `say` is told each change of state in a line, `complain` each trouble, once. The program ends what it does once
-  /// `stop` is readable.
+  /// `say` receives a line for each change of state, `complain` each fault, once. The publisher stops once `stop` is
+  /// readable.
   Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> say,
             std::function<void(const Fault&)> complain);
 
-  /// Looks and sends until `stop` is readable. Fails with bad_file or usage where no waiting helps before it could ever
-  /// connect.
+  /// Sends until `stop` is readable. Fails with bad_file or usage if the first connection fails with it, because
+  /// waiting does not help then.
   [[nodiscard]] Result<void> serve();
-  /// Sends all that is there now. Fails with the first fault that keeps something from being sent.
+  /// Sends everything that exists now. Fails with the first fault that prevents a file from being sent.
   [[nodiscard]] Result<void> once();
-  /// Asks the store how far each run is; sends nothing.
+  /// Returns the position of each run in the store. Sends nothing.
   [[nodiscard]] Result<std::vector<RunLag>> lags();
 
  private:
   struct Run {
-    FileState file;  ///< which one the rest was read from
+    /// File that the members describe.
+    FileState file;
     record::RunInfo info;
-    std::vector<FileState> states{};  ///< of its files, when they were last seen to be this run's
+    /// The run's files when its id was last read.
+    std::vector<FileState> states{};
     std::vector<StoredChannel> channels{};
-    std::optional<RunPosition> position{};  ///< as the store says; asked anew over a new connection
+    /// Position in the store; queried again on a new connection.
+    std::optional<RunPosition> position{};
   };
-  /// What a run's files look like; a run that was sent whole is looked at again when this changes.
+  /// The state of a run's files. A run that was sent whole is read again when it changes.
   struct Stamp {
     FileState record, status, live_copy;
     bool operator==(const Stamp&) const = default;
@@ -96,36 +104,37 @@ class Publisher {
   struct Watched {
     std::optional<Run> run;
     std::optional<Stamp> settled;
-    std::optional<Deadline> rests;  ///< until then, after the store has refused it
-    std::string trouble;            ///< that was told
+    /// Pause after the store's refusal.
+    std::optional<Deadline> rests;
+    std::string trouble;  ///< last reported trouble
   };
-  /// Whether rows are left that can be sent at once: a long run interrupts its sending for the others.
+  /// States if more rows can be sent at once. Sending a long run is interrupted for the other runs.
   enum class Backlog { none, some };
 
   [[nodiscard]] Result<void> connect();
   void disconnect(const Fault& why);
   void look();
-  /// Sends a turn of each run that was found, and the new documents. Returns whether a run has a backlog.
+  /// Sends a turn of each run found, and the new documents. Returns Backlog::some if a run has more rows.
   [[nodiscard]] Result<Backlog> round();
-  /// Sends a turn of one run, unless its files have not changed since it was sent whole, or the store has refused it a
-  /// short time ago.
+  /// Sends a turn of one run. Skips it if its files are unchanged since it was sent whole, or if the store refused
+  /// it a short time ago.
   [[nodiscard]] Result<Backlog> send_run(const std::string& path, Watched& watched);
-  /// Makes `watched` hold the run that the files hold, and reads it if it is another one than before. Returns false if
-  /// that run is being prepared and has not begun; `is_written`: a program writes its record.
+  /// Reads the run of the files into `watched` if it is another run than before. Returns false while that run is being
+  /// prepared. `is_written`: a program writes its record.
   [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, Watched& watched);
-  /// Sends the rows of a turn and, if these are all, the events and gaps. Sends nothing to a run that is closed.
+  /// Sends the rows of a turn and, if these are all, the events and gaps. Sends nothing to a closed run.
   [[nodiscard]] Result<Backlog> send_recorded(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> ask_position(Run& run);
   [[nodiscard]] Result<Backlog> send_rows(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_events_and_gaps(const record::RecordFiles& files, Run& run);
-  /// Sends state, cause and alarms from a status file, if it is this run's.
+  /// Sends state, cause and alarms from a status file, if it belongs to this run.
   [[nodiscard]] Result<void> send_live_state(const std::optional<record::RunStatus>& status, Run& run);
-  /// Sends state, cause and alarms if one of them differs from what was sent last.
+  /// Sends state, cause and alarms if one of them differs from the last that were sent.
   [[nodiscard]] Result<void> send_state(Run& run, const RunNow& now);
-  /// Archives the files of a finished run and closes it in the store; sends the last state of one that was interrupted.
+  /// Archives the files of a finished run and closes it in the store. Sends the last state of an interrupted run.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
-  /// Whether what failed concerns this file alone; then it is told once.
+  /// Returns true if the fault concerns this file only, and reports it once.
   [[nodiscard]] bool set_aside(const Fault& fault, const std::string& path, std::string& told);
 
   SiteSettings settings_;
@@ -133,12 +142,15 @@ class Publisher {
   std::function<void(const std::string&)> say_;
   std::function<void(const Fault&)> complain_;
   std::optional<Store> store_;
-  bool has_sent_ = false;                       ///< a whole round
-  std::string store_trouble_;                   ///< that was told
-  std::map<std::string, Watched> runs_;         ///< by path of the record
-  std::map<std::string, FileState> documents_;  ///< that were sent, or are none
+  bool has_sent_ = false;      ///< a round has succeeded
+  std::string store_trouble_;  ///< last reported trouble
+  /// Key: path of the record.
+  std::map<std::string, Watched> runs_;
+  /// Files that were sent, or that are not documents.
+  std::map<std::string, FileState> documents_;
   std::set<std::string> found_documents_;
-  std::optional<Fault> first_trouble_;  ///< of this round, of one file
+  /// First fault of this round that concerns one file.
+  std::optional<Fault> first_trouble_;
 };
 
 }  // namespace gyrotherm::site

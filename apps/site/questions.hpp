@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a site asks of its store, and the answers as a table for people or as JSON. The views are in
-/// apps/site/migrations; a question is a row of the table in questions.cpp.
+/// The queries of a site to its store, and the answers as a table for people or as JSON. The views are in
+/// apps/site/migrations; a query is a row of the table in questions.cpp.
 #pragma once
 
 #include <cstddef>
@@ -13,31 +13,35 @@
 namespace gyrotherm::site {
 
 struct Question {
-  const char* name;       ///< the command
-  const char* view;       ///< in the schema gyrotherm
-  const char* columns;    ///< of it, as SQL has them
-  const char* condition;  ///< SQL, what is shown unless --all asks for everything; empty: everything
-  const char* order;      ///< SQL
+  const char* name;  ///< the command
+  const char* view;  ///< in the schema gyrotherm
+  /// SQL: columns of the view.
+  const char* columns;
+  /// SQL: the rows that are shown without --all; empty: all rows.
+  const char* condition;
+  const char* order;  ///< SQL
   const char* help;
 };
 
 [[nodiscard]] std::span<const Question> questions();
 
+/// The options of a query.
 struct Asked {
-  std::string unit{};      ///< a serial number; empty: every unit's. For a view that has units
+  /// A serial number; empty: all units. Only for a view with units.
+  std::string unit{};
   std::size_t most = 100;  ///< rows; 0: all
-  bool all{};              ///< also what the question's condition leaves out
+  bool all{};              ///< ignores the condition
 };
 
-/// Whether a question is about units, so that `Asked::unit` may be given.
+/// Returns true if the query is about units, so that `Asked::unit` applies.
 [[nodiscard]] bool has_units(const Question& question);
 
-/// Fails like Postgres.
+/// Sends the query. Fails like Postgres.
 [[nodiscard]] Result<Answer> ask(Postgres& store, const Question& question, const Asked& asked);
 
-/// A line of titles, a line a row; columns are set apart by two blanks. Empty if there is no row.
+/// Returns a line of titles and one line per row; two blanks separate the columns. Empty without rows.
 [[nodiscard]] std::string as_table(const Answer& answer);
-/// An array with an object a row: numbers and truth values as such, all else as text, NULL as null.
+/// Returns an array with one object per row: numbers and booleans as such, other values as text, NULL as null.
 [[nodiscard]] std::string as_json(const Answer& answer);
 
 }  // namespace gyrotherm::site

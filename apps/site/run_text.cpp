@@ -28,7 +28,7 @@ std::vector<std::string> words_of(const Words& values) {
   return words;
 }
 
-/// A column that every record has.
+/// Describes a column that every record has.
 StoredChannel common_channel(std::string_view column) {
   StoredChannel channel{.name = std::string(column)};
   if (column.ends_with("_ns")) channel.unit = "ns";
@@ -116,14 +116,15 @@ Json text_or_null(const record::Statement& row, int column) {
   return row.null(column) ? Json() : Json(std::string(row.text(column)));
 }
 
-/// The last row of a run that was carried out to its end is one of the execution; how it ended is its last word.
+/// Returns the last state of a run. The last row of a completed run has the state execute, so that the recorded end
+/// decides.
 RunState last_state(const record::RunStatus& status) {
   const auto state = status.standing.state;
   if (!status.finished || state >= RunState::aborting) return state;
   return status.ended_by.starts_with(name(RunState::stopped)) ? RunState::stopped : RunState::complete;
 }
 
-/// The one number that a query gives of each file, added up.
+/// Returns the sum of the row counts of all files.
 Result<std::int64_t> count_of(const record::RecordFiles& files, const char* table, const char* key) {
   std::int64_t sum = 0;
   return record::each_row(files, {.what = "count(*)", .table = table, .key = key, .order = "1", .first = -1},

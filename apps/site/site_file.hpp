@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a site file says of the store: which rig this is, where its records lie, where they go (docs/site.md). The same
-/// file may say whom the live page tells of what (docs/monitor.md); each program passes over the other's part.
+/// The part of a site file about the store: the rig's name, the folders of its records, and the store's address
+/// (docs/site.md). The same file may configure the notifications of the live page (docs/monitor.md); each program
+/// ignores the other's part.
 #pragma once
 
 #include <string>
@@ -15,24 +16,28 @@ namespace gyrotherm::site {
 
 inline constexpr const char* kSiteSchema = "gyrotherm-site/1";
 
-/// Where the files of finished runs go. Of folder and command at most one is there.
+/// The archive of the files of finished runs. At most one of folder and command is set.
 struct ArchiveSettings {
-  std::string folder{};                ///< each as <sha256>.db
-  std::vector<std::string> command{};  ///< a program and its words; {file} and {sha256} stand for what they say
+  std::string folder{};  ///< each as <sha256>.db
+  /// A program and its arguments; {file} and {sha256} are replaced.
+  std::vector<std::string> command{};
   Duration within = std::chrono::hours(1);
 };
 
 struct SiteSettings {
-  std::string rig{};                   ///< by what name the store knows it
-  std::vector<std::string> folders{};  ///< of records; their folders are looked at, too
+  /// The rig's name in the store.
+  std::string rig{};
+  /// Folders of records; their subfolders are included.
+  std::vector<std::string> folders{};
   StoreAddress store{};
-  Duration longest_wait = std::chrono::minutes(1);    ///< between two tries to reach the store
-  Duration longest_answer = std::chrono::minutes(1);  ///< of the store; after that the connection counts as lost
+  Duration longest_wait = std::chrono::minutes(1);  ///< between two attempts to connect
+  /// Longest wait for an answer; then the connection counts as lost.
+  Duration longest_answer = std::chrono::minutes(1);
   ArchiveSettings archive{};
 };
 
-/// Fails with bad_file, all mistakes with their places. Relative paths are those of the file's folder; a `credential`
-/// lies in `credentials`, which is $CREDENTIALS_DIRECTORY of systemd.
+/// Parses a site file. Fails with bad_file and lists all errors with their positions. Relative paths are relative to
+/// the file's folder. A `credential` is a file in `credentials`, which is $CREDENTIALS_DIRECTORY of systemd.
 [[nodiscard]] Result<SiteSettings> parse_site(std::string_view text, const std::string& file,
                                               const std::string& credentials);
 [[nodiscard]] Result<SiteSettings> read_site(const std::string& file);

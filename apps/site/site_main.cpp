@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm-site program: makes the store of a site, and asks it what a site wants to know.
+/// The gyrotherm-site program: makes the store of a site, queries it, and distributes jobs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -38,7 +38,7 @@ Result<Postgres> store_of(const SiteOptions& options) {
   });
 }
 
-/// Warns on standard error about rights that keep one rig from holding up the others (docs/site.md).
+/// Warns on standard error about rights that keep one rig from blocking the others (docs/site.md).
 Result<void> warn_of_unbounded_roles(Postgres& store) {
   const auto able = store.ask(
       "SELECT pg_has_role(current_user, 'pg_signal_backend', 'MEMBER')"
@@ -80,7 +80,7 @@ Result<int> show(const SiteOptions& options, const Answer& answer) {
   return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
 }
 
-/// How much is in the store.
+/// Prints the numbers of rigs, runs, rows and calibrations in the store, and its size.
 Result<int> show_status(const SiteOptions& options) {
   auto store = store_of(options);
   if (!store) return failure(store.error());
@@ -119,7 +119,7 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
   });
 }
 
-/// They are for the commands of a job's tasks, and no longer on the command line.
+/// Removes the words after "--" from the command line and returns them. They are for the commands of a job's tasks.
 std::vector<std::string> words_behind_dashes(int& argc, char** argv) {
   const auto end = argv + argc;
   const auto dashes = std::find(argv, end, std::string_view("--"));

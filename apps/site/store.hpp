@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Calls the functions of the store that are for rigs; apps/site/migrations/0001-store.sql documents each with its
+/// Calls the functions of the store that are for rigs. apps/site/migrations/0001-store.sql documents each with its
 /// checks. Fails like Postgres, and with refused if the function itself refuses the call.
 #pragma once
 
@@ -12,20 +12,20 @@
 
 namespace gyrotherm::site {
 
-/// What a store must have for this program: the number of a migration.
+/// Number of the oldest migration that this program can use.
 inline constexpr int kOldestStore = 1;
 
 class Store {
  public:
   explicit Store(Postgres connection) : connection_(std::move(connection)) {}
 
-  /// Connects, and makes sure that the store has all that this program calls.
+  /// Connects. Fails with refused if the store lacks a function that this program calls.
   [[nodiscard]] static Result<Store> open(const StoreAddress& address, const Patience& patience);
 
-  /// How far a run is there; nothing if it is not there.
+  /// Returns the position of a run in the store, or nothing if the store does not have the run.
   [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
   [[nodiscard]] Result<void> add_run(const std::string& run, const std::string& rig, const std::string& json);
-  /// Sends rows; the answer is waited for by rows_are_in(), so that the next batch is read meanwhile.
+  /// Sends rows. rows_are_in() waits for the answer, so that the next batch is read meanwhile.
   [[nodiscard]] Result<void> send_rows(const std::string& run, const RowBatch& batch);
   [[nodiscard]] Result<void> rows_are_in();
   [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);

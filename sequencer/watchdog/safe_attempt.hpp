@@ -30,7 +30,7 @@ enum class SafeStage {
 
 /// The task of an attempt, in addition to sending the set point.
 enum class SafeTask {
-  /// By the goal and the mode.
+  /// Goal and mode decide.
   leave_as_wanted,
   /// Write the mode in any case.
   follow,

@@ -86,7 +86,7 @@ class SafeEvidence {
   void escalate(Celsius air, Duration at);
 
   SafeGoal goal_;
-  /// With set point and mode shown.
+  /// Active while set point and mode are shown.
   AirWatch air_;
   AirWatch trend_;  ///< at all times
   std::optional<Celsius> shown_;

@@ -48,14 +48,14 @@ Result<Spreading> spreading_of(const JobOptions& options) {
   return how;
 }
 
-/// With when: "7 of 24 tasks are done, 1 failed".
+/// Prints the time and the progress, such as "7 of 24 tasks are done, 1 failed".
 void say(const Progress& progress) {
   const std::string failed = progress.bad > 0 ? fmt::format(", {} failed", progress.bad) : "";
   write_to_stderr(fmt::format("{} {} of {} tasks are done{}\n", civil_time(SteadyClock().now().utc), progress.good,
                               progress.all, failed));
 }
 
-/// Says which tasks failed; the exit code of the first of them.
+/// Prints the tasks that failed. Returns the exit code of the first one.
 Result<int> complain(const Job& job, const std::string& folder) {
   std::vector<std::string> failed;
   int code = 0;
@@ -72,7 +72,7 @@ Result<int> complain(const Job& job, const std::string& folder) {
   return code;
 }
 
-/// Hands a job out, waits for it, and does what comes then.
+/// Distributes a job, waits for it, and carries out its final steps.
 Result<int> hand_out(const Job& job, const std::string& folder, const JobOptions& options) {
   auto how = spreading_of(options);
   if (!how) return failure(how.error());

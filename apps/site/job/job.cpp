@@ -43,7 +43,7 @@ std::vector<std::string> with_program(const Step& step) {
   return command;
 }
 
-/// What a command prints appears where it is wanted once it has printed all.
+/// Runs one command. Its output has a temporary name until the command has ended.
 Result<int> carry_out(const Job& job, const Step& step, const std::string& log) {
   Surroundings around{.folder = job.in, .output = {}, .log = log};
   const auto output = step.output.empty() ? fs::path() : fs::path(job.in) / step.output;
@@ -177,7 +177,7 @@ Job empty_job(std::string title, const PlanOptions& options) {
 
 struct Axis {
   std::string label;  ///< "u1.x"
-  Words options;      ///< that choose it
+  Words options;      ///< options that select it
 };
 
 std::vector<Axis> axes_of(const record::RunInfo& info) {
@@ -242,8 +242,8 @@ Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOpt
 
 Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double hours, const std::string& out,
                                const PlanOptions& options) {
-  constexpr std::size_t kFewest = 4;        // three are left for the prior
-  constexpr double kClustersOfAnHour = 36;  // of 100 s
+  constexpr std::size_t kFewest = 4;        // leaves three for the prior
+  constexpr double kClustersOfAnHour = 36;  // clusters of 100 s
   if (records.size() < kFewest)
     return failure(FaultKind::usage, {}, fmt::format("{} units, expected {} or more", records.size(), kFewest));
   const auto clusters = std::lround(hours * kClustersOfAnHour);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A job: tasks that need nothing of each other, each of them commands of gyrotherm, as a folder that every machine
-/// sees which works on it. A task that died is done again: what commands leave they leave as whole files, the same
-/// whoever made them, so that it does no harm if two machines work on one task. For any thread and process.
+/// A job: independent tasks, each a list of commands of gyrotherm, in a folder that all participating machines share. A
+/// task that died is repeated. Commands write whole files with a content that does not depend on the machine, so that
+/// two machines on one task do no harm. Any thread and process.
 #pragma once
 
 #include <cstdint>
@@ -18,78 +18,82 @@ inline constexpr const char* kJobSchema = "gyrotherm-job/1";
 /// A command of gyrotherm, without the program's name. Paths are relative to the job's `in`.
 struct Step {
   std::vector<std::string> words{};
-  std::string output{};  ///< the file for what it prints; empty: the task's log
+  /// File for its standard output; empty: the task's log.
+  std::string output{};
 };
 
 struct Task {
-  std::string name{};  ///< also of its files
+  std::string name{};  ///< also names its files
   std::vector<Step> steps{};
 };
 
 struct Job {
   std::string title{};
-  std::string in{};  ///< the folder that commands are carried out in
-  int threads = 1;   ///< that each task uses
+  std::string in{};  ///< folder in which commands run
+  int threads = 1;   ///< per task
   std::vector<Task> tasks{};
-  std::vector<Step> then{};  ///< once all are done, where they were waited for
+  /// Steps after the last task, on the machine that waits.
+  std::vector<Step> then{};
 };
 
-/// What became of a task; there is none while it waits, is worked on, or has died.
+/// The end of a task. A task that waits, runs or has died has none.
 struct TaskEnd {
-  int exit_code{};  ///< of the first command that failed, or the last
+  /// First failed command, or the last.
+  int exit_code{};
   double wall_s{};
   std::string machine{};
   [[nodiscard]] bool is_good() const { return exit_code == 0 || exit_code == kOutsideLimits; }
-  static constexpr int kOutsideLimits = 1;  ///< done, and the result is told
+  /// Exit code of a task that is done with a result outside its limits.
+  static constexpr int kOutsideLimits = 1;
 };
 
-/// FOLDER/job.json; the folder is made. Fails with usage if there is another job, or with storage.
+/// Writes FOLDER/job.json and makes the folder. Fails with usage if it has another job, or with storage.
 [[nodiscard]] Result<void> write_job(const Job& job, const std::string& folder);
-/// Fails with bad_file.
+/// Reads a job. Fails with bad_file.
 [[nodiscard]] Result<Job> read_job(const std::string& folder);
 
-/// FOLDER/tasks/NAME.json.
+/// Reads FOLDER/tasks/NAME.json.
 [[nodiscard]] Result<std::optional<TaskEnd>> end_of(const std::string& folder, const Task& task);
-/// A task that failed is as one that was not begun.
+/// Removes the end of a failed task, so that the task is repeated.
 void forget_end(const std::string& folder, const Task& task);
 
-/// Carries out one task, unless it is done; what its commands complain about goes to FOLDER/tasks/NAME.log. Fails
-/// with interrupted if a command was ended by a signal or asked to stop: nothing is said of the task then.
+/// Carries out one task, unless it is done. Writes the errors of its commands to FOLDER/tasks/NAME.log. Fails with
+/// interrupted if a signal or a stop request ended a command; then the task has no end.
 [[nodiscard]] Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t task);
 
-/// Carries out one command where the job's are, with what it prints going where this program's goes; its exit code.
+/// Carries out one command in the job's folder, with this program's standard output. Returns its exit code.
 [[nodiscard]] Result<int> carry_out(const Job& job, const Step& step);
 
-// The jobs that a site plans for many machines: every axis of a lot, many seeds, each unit left out of its type, the
-// price of every thermometer of every axis. Each command is one that a single machine would be given.
+// The jobs of a site for many machines: every axis of a lot, many seeds, each unit left out of its type, the value of
+// every thermometer for every axis. Each command also works on a single machine.
 
-/// Words that are passed on to the command, and what each task may use.
+/// Words that are passed to each command, and the threads of each task.
 struct PlanOptions {
   std::vector<std::string> words{};
   int threads = 1;
 };
 
-/// Every axis of the experiment in the folder `lot`, whose records are there: `qualify --only`, and then `qualify`,
-/// which sums up. Fails as read_info() does, or with usage if there is one axis alone.
+/// Plans `qualify --only` for every axis of the experiment in the folder `lot`, which must have its records, and then
+/// `qualify`, which writes the summary. Fails as read_info() does, or with usage if there is only one axis.
 [[nodiscard]] Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanOptions& options);
-/// What makes the records ready for that, on this machine.
+/// Returns the command that makes these records, on this machine.
 [[nodiscard]] Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOptions& options);
 
-/// One model a seed, each verified on the same records, into OUT/seed-N/. Fails with usage if there is no seed, or more
-/// than any queue takes.
+/// Plans one model per seed, each verified on the same records, in OUT/seed-N/. Fails with usage without a seed, or if
+/// there are more than a queue accepts.
 struct Seeds {
   std::vector<std::string> records, verify;
   std::uint64_t first = 1, last = 20;
 };
 [[nodiscard]] Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options);
 
-/// Each of these records of different units left out of the prior of their type, which then helps a model of its own
-/// first hours, which is verified on all the others: into OUT/NAME/, where NAME is the record's. Fails with usage if
-/// there are fewer than four, or two of one name.
+/// Plans a cross-validation over units, one record each, in OUT/NAME/, where NAME is the record's. Each task leaves one
+/// unit out of the prior of its type, trains a model of that unit's first hours with the prior, and verifies it on the
+/// unit's remaining clusters. Fails with usage if there are fewer than four records, or two of one name.
 [[nodiscard]] Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double hours,
                                              const std::string& out, const PlanOptions& options);
 
-/// `placement` of each axis of the first record, into OUT/AXIS.json.
+/// Plans `placement` of each axis of the first record, into OUT/AXIS.json.
 [[nodiscard]] Result<Job> plan_placement(const std::vector<std::string>& records, const std::string& out,
                                          const PlanOptions& options);
 

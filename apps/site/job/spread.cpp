@@ -27,9 +27,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kAttempts = 3;
-constexpr std::size_t kLargestArray = 1000;  // Slurm's MaxArraySize is 1001 unless somebody changed it
+// Below Slurm's default MaxArraySize, 1001.
+constexpr std::size_t kLargestArray = 1000;
 constexpr Duration kLook = std::chrono::milliseconds(200);
-constexpr Duration kPatience = std::chrono::minutes(2);  // of Slurm
+constexpr Duration kPatience = std::chrono::minutes(2);  // for Slurm's answer
 constexpr auto kAskQueue = std::chrono::seconds(2);
 
 std::string program() { return program_beside_this_one("gyrotherm-site"); }
@@ -41,7 +42,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// The number of an array in what `sbatch --parsable` says: NUMBER, or NUMBER;CLUSTER.
+/// Returns the number of an array from the output of `sbatch --parsable`: NUMBER, or NUMBER;CLUSTER.
 Result<std::string> number_of_array(const std::string& said) {
   auto number = said.substr(0, said.find_first_of(";\n"));
   const bool is_one = !number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
@@ -50,14 +51,14 @@ Result<std::string> number_of_array(const std::string& said) {
                  fmt::format("expected the number of a job, found \"{}\"", trimmed(said, " \n")));
 }
 
-/// A file as Slurm reads its name.
+/// Escapes a file name for Slurm.
 std::string as_pattern(const std::string& file) {
   std::string text;
   for (const char c : file) text += c == '%' ? std::string("%%") : std::string(1, c);
   return text;
 }
 
-/// A word as a shell reads it.
+/// Quotes a word for a shell.
 std::string for_a_shell(const std::string& word) {
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -74,14 +75,14 @@ Result<std::vector<std::size_t>> left_of(const Job& job, const std::string& fold
   return left;
 }
 
-/// Somebody who works on tasks until they are through with those that they were given.
+/// The workers of a job, which work until they have finished the tasks that they were given.
 class Workers {
  public:
   Workers() = default;
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
   virtual ~Workers() = default;
-  /// Whether those that somebody has called before are still there.
+  /// Returns true if workers of an earlier call still run.
   [[nodiscard]] virtual Result<bool> are_at_it() = 0;
   virtual Result<void> begin(const std::vector<std::size_t>& tasks) = 0;
   [[nodiscard]] virtual Result<bool> are_through() = 0;
@@ -118,7 +119,7 @@ class Slurm : public Workers {
     return {};
   }
 
-  /// One that Slurm has forgotten is through.
+  /// An array that Slurm has forgotten is finished.
   [[nodiscard]] Result<bool> are_through() override {
     const auto now = std::chrono::steady_clock::now();
     if (now - asked_ < kAskQueue) return false;
@@ -129,7 +130,7 @@ class Slurm : public Workers {
  private:
   [[nodiscard]] std::string ids_file() const { return folder_ + "/slurm"; }
 
-  /// An array goes by the number that sbatch gave it, whatever number each of its elements has.
+  /// Returns true if an array is queued. It has the number that sbatch returned, which its elements share.
   [[nodiscard]] Result<bool> is_any_queued() const {
     const auto queue = printed_by({"squeue", "--noheader", "--format=%F", "--me"}, kPatience);
     if (!queue) return failure(queue.error());
@@ -241,7 +242,8 @@ Result<Progress> spread(const Job& job, const std::string& folder, const Spreadi
     for (bool through = false; !through;) {
       const auto asked = workers->are_through();
       if (!asked) return failure(asked.error());
-      through = *asked;  // before the ends are looked at: a task that ends in between is seen
+      // Set before the progress is read, so that a task that ends in between is seen.
+      through = *asked;
       const auto progress = progress_of(job, absolute);
       if (!progress) return progress;
       tell(*progress);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Who works on the tasks of a job: Slurm, as an array of jobs of its own, or GNU parallel, on this machine or others.
-/// Neither is ours; both run `gyrotherm site task FOLDER NUMBER`.
+/// Distributes the tasks of a job: with Slurm, as an array of jobs, or with GNU parallel, on this machine or others.
+/// Both third-party programs run `gyrotherm site task FOLDER NUMBER`.
 #pragma once
 
 #include <functional>
@@ -17,12 +17,14 @@ enum class By { slurm, parallel };
 
 struct Spreading {
   By by{};
-  std::vector<std::string> words{};  ///< for sbatch or parallel, like "--partition=lab" or "--sshlogin=a,b"
-  bool waits = true;                 ///< until all tasks are done
-  int stop = -1;                     ///< a descriptor that is readable once nobody wants to wait any more
+  /// Options for sbatch or parallel, such as "--partition=lab" or "--sshlogin=a,b".
+  std::vector<std::string> words{};
+  bool waits = true;  ///< until all tasks are done
+  /// A descriptor that is readable once the wait must end.
+  int stop = -1;
 };
 
-/// How many tasks there are, of each kind.
+/// The number of tasks in each state.
 struct Progress {
   std::size_t all{}, good{}, bad{};
   [[nodiscard]] std::size_t left() const { return all - good - bad; }
@@ -30,16 +32,16 @@ struct Progress {
 };
 [[nodiscard]] Result<Progress> progress_of(const Job& job, const std::string& folder);
 
-/// The numbers of tasks that have no end yet, as sbatch has them: "0-3,7".
+/// Returns the numbers in the form of sbatch: "0-3,7".
 [[nodiscard]] std::string ranges_of(const std::vector<std::size_t>& numbers);
 
-/// The script of an array: the text of FOLDER/job.sh.
+/// Returns the script of an array: the text of FOLDER/job.sh.
 [[nodiscard]] std::string slurm_script(const Job& job, const std::string& folder);
 
-/// Hands out what is not done, unless those whom an earlier call has given it are still at it, and waits. A task that
-/// died – with its machine, or out of memory – is handed out again, up to three times in all; one that failed is not.
-/// `tell` hears how far it is. Fails with refused if who should work does not answer, or tasks die again and again, and
-/// with interrupted.
+/// Distributes the tasks without an end, unless the workers of an earlier call still run, and waits. Distributes a task
+/// that died, with its machine or out of memory, up to three times in all; does not repeat a failed task. `tell`
+/// receives the progress. Fails with refused if the workers do not answer, or if tasks die again and again, and with
+/// interrupted.
 [[nodiscard]] Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
                                       const std::function<void(const Progress&)>& tell);
 

@@ -33,7 +33,8 @@ const std::string kRig = "profiles/rigs/virtual-reference.toml";
 rig::RigFile rig_file(const Setting& setting) {
   auto file = expected(rig::parse_rig(read(kRig), GYROTHERM_SOURCE_DIR "/" + kRig,
                                       {.chamber_map = read(setting.chamber_map), .gyro_model = {}}));
-  file.safe_observe = {};  // what is shown here is the cause; the air is watched in safe_sequence_test.cpp
+  // The air is watched in safe_sequence_test.cpp; this test observes the cause.
+  file.safe_observe = {};
   if (setting.rig) setting.rig(file);
   return file;
 }
@@ -86,7 +87,8 @@ void BreakableRun::take_record_away() {
   path_ = record::part_path(path_, 2);
 }
 
-/// A disk that works keeps up with virtual time; of one that does not, nobody waits for the worker.
+/// Waits until the store has written everything. A working disk keeps up with virtual time; nothing waits for a broken
+/// one.
 void BreakableRun::make_durable() {
   EXPECT_TRUE(store_->sync());
   if (disk_ && !disk_is_full_) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The real run on the virtual plant, its record kept by the real store: for breaking one thing and looking at
-/// what follows, a second at a time.
+/// The real run on the virtual plant with the real store. Tests break one thing and observe the run second by second.
 #pragma once
 
 #include <functional>
@@ -19,7 +18,7 @@
 
 namespace gyrotherm::faults {
 
-/// Segments of a profile: 20 °C for 5 min, to 40 °C in another 5, there for half an hour, back.
+/// Segments of a profile: 5 min at 20 °C, a 5 min ramp to 40 °C, half an hour there, and back.
 inline constexpr const char* kSteps = R"(
 [[segment]]
 kind = "hold"
@@ -38,16 +37,19 @@ to = 20
 rate = 4
 )";
 
-/// What such a run is given; nothing of it is broken.
+/// The settings of such a run. Nothing is broken.
 struct Setting {
   std::string segments = kSteps;
-  std::function<void(rig::RigFile&)> rig = {};  ///< what it has otherwise than profiles/rigs/virtual-reference.toml
+  /// Changes to profiles/rigs/virtual-reference.toml.
+  std::function<void(rig::RigFile&)> rig = {};
   std::string chamber_map = "tests/sequencer/faults/chamber.toml";
-  bool by_the_controller = false;  ///< it is given the profile
-  std::int64_t rows_on_disk = 0;   ///< a record on a disk, by a store with a worker that keeps so many rows in memory
+  /// The controller carries out the profile.
+  bool by_the_controller = false;
+  /// Rows that the store keeps in memory; above 0 the record is on a disk and the store has a worker.
+  std::int64_t rows_on_disk = 0;
 };
 
-/// An alarm as the record has it: "door (suspend): the chamber's door is open".
+/// An alarm in the record: "door (suspend): the chamber's door is open".
 struct AlarmRecorded {
   std::string cause, reaction;
 };
@@ -63,7 +65,7 @@ class BreakableRun {
   SimulatedClock& clock() { return clock_; }
   void fill_disk();
   void make_room_on_disk();
-  /// Another program moves its file.
+  /// Lets another program move the record's file.
   void take_record_away();
   [[nodiscard]] run::RunController& run_controller() { return harness_->run_controller(); }
   [[nodiscard]] const rig::RigFile& file() const { return file_; }
@@ -72,18 +74,18 @@ class BreakableRun {
   }
 
   run::RunOutcome seconds(int count) { return harness_->seconds(count); }
-  /// The machine sleeps for some seconds.
+  /// Lets the machine sleep for some seconds.
   void sleep(int count) { harness_->without_tick(count); }
   int until(const std::function<bool()>& so, int most) { return harness_->until(so, most); }
   int until(RunState state, int most) { return harness_->until(state, most); }
 
   [[nodiscard]] ProfilePosition progress() const { return harness_->progress(); }
-  /// As the chamber itself has it, whatever anybody reads.
+  /// Returns the chamber's own set point, independent of any reading.
   [[nodiscard]] Celsius chambers_set_point() { return plant_->laboratory().set_point(); }
-  /// Alarms that stand now, in words.
+  /// Returns the texts of the active alarms.
   [[nodiscard]] std::vector<std::string> standing() const { return harness_->run_controller().standing().faults_now; }
 
-  /// Ends the program and reads what the record has.
+  /// Ends the program and reads the record.
   [[nodiscard]] record::Record record();
   [[nodiscard]] static std::vector<AlarmRecorded> alarms_in(const record::Record& record);
 

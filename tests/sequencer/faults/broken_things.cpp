@@ -6,7 +6,7 @@ namespace {
 
 using D = BreakableRun;
 
-/// Seconds of a demonstration.
+/// Seconds of the test profile.
 constexpr int kEarly = 10, kFirstHold = 60, kRamp = 400, kHold = 900;
 
 constexpr const char* kCold = R"(
@@ -31,7 +31,7 @@ at = 20
 time = "2 h"
 )";
 
-/// A soak on a thermometer of the article.
+/// A soak on a thermometer of the unit under test.
 constexpr const char* kSoak = R"(
 [[segment]]
 kind = "hold"
@@ -60,7 +60,7 @@ void thermometer_off_by(D& d, double kelvins) {
 void output(D& d, std::optional<double> stuck) {
   plant(d, [=](simulator::LaboratoryFaults& faults) { faults.plant.stuck_output = stuck; });
 }
-/// It shows too little; the controller heats until it shows what it is to show.
+/// The sensor shows too little, and the controller heats until it shows the set point.
 void sensor_detached(D& d) {
   plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.sensor_error_k = -15; });
 }
@@ -229,7 +229,7 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .setting = with([](rig::RigFile& file) { file.limits.air_lowest = {19.5}; })}};
 }
 
-/// Freezes the first `count` thermometers at their present readings.
+/// Freezes the first `count` thermometers at their current readings.
 void freeze_thermometers(D& d, std::size_t count) {
   const auto shown = d.plant().laboratory().thermometers_as_measured_c();
   plant(d, [&](simulator::LaboratoryFaults& faults) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What breaks in the virtual rig, one thing at a time: in an instrument, on a line, on the disk, in the clock.
+/// Faults of the virtual rig, one at a time: in an instrument, on a line, on the disk, in the clock.
 #pragma once
 
 #include <ostream>
@@ -9,7 +9,7 @@
 
 namespace gyrotherm::faults {
 
-/// One thing that breaks, and what docs/interlocks.md says of it.
+/// One fault, and the reaction that docs/interlocks.md documents.
 struct BrokenThing {
   const char* shows;
   interlocks::InterlockId cause;
@@ -17,16 +17,19 @@ struct BrokenThing {
   int at;  ///< second in which it breaks
   void (*breaks)(BreakableRun&);
   int acts_within;                    ///< seconds
-  void (*mends)(BreakableRun&) = {};  ///< nothing: it passes by itself
-  int over_within = 60;               ///< seconds, once it is mended
+  void (*mends)(BreakableRun&) = {};  ///< null: passes by itself
+  int over_within = 60;               ///< seconds after the repair
   Setting setting = {};
-  bool brought_back = false;                       ///< the set point is not left where it was found
-  std::vector<interlocks::InterlockId> also = {};  ///< milder ones that it raises besides, earlier or at once
-  bool for_good = false;                           ///< its alarm stands until the run ends
+  /// The set point moves back to its value before the fault.
+  bool brought_back = false;
+  /// Milder interlocks that also act, earlier or in the same second.
+  std::vector<interlocks::InterlockId> also = {};
+  /// Its alarm remains until the end.
+  bool for_good = false;
 };
 inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.shows; }
 
-/// For each cause at least one.
+/// Returns the faults, at least one for each interlock.
 [[nodiscard]] const std::vector<BrokenThing>& broken_things();
 
 }  // namespace gyrotherm::faults

@@ -43,8 +43,8 @@ bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
          (is(*map.find(map.identity->item)) || is(*map.find("air_temperature")));
 }
 
-/// A set point is read back by the next request that arrives, other than those that ask who answers after a
-/// reconnection; one that was not acknowledged may be tried again.
+/// Checks that each set point is read back by the next request, except identity requests after a reconnection. A set
+/// point without an acknowledgement may be repeated.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
   if (asks_who(request)) return;
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
@@ -111,7 +111,8 @@ Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
   answer_.clear();
   port_.answer(frame, answer_);
   if (answer_.empty() || trouble.answers_lost || loss == LineEnd::Loss::of_answer) return {};
-  if (line.happens(trouble.garbled)) answer_[line.random()() % kTcpHeader] ^= std::byte{0x40};  // TCP guards the rest
+  if (line.happens(trouble.garbled))
+    answer_[line.random()() % kTcpHeader] ^= std::byte{0x40};  // TCP protects the remaining bytes
   const bool cut = line.happens(trouble.cut);
   const auto at = line.line_clock().time() + trouble.late;
   coming_.push_back({at, answer_, cut});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The chamber's end of its Modbus line, by TCP or RTU frames: what breaks there, and a protocol of what was asked.
+/// The chamber's end of its Modbus line, with TCP or RTU frames. Breaks on command and records the requests.
 #pragma once
 
 #include <cstdint>
@@ -15,28 +15,34 @@
 
 namespace gyrotherm::faults {
 
-/// Beside what can be wrong with any line.
+/// Faults of the chamber's end, in addition to those of any line.
 struct ChamberTrouble {
-  std::uint8_t exception{};          ///< answers everything so; 0: no
-  bool only_writes{};                ///< … everything that writes
-  bool foreign_unit{};               ///< another unit answers
-  bool wrong_number{};               ///< TCP: answers carry another transaction's number
-  bool half_open{};                  ///< TCP: no connection comes about, and nobody says so
-  bool ignores_writes{};             ///< acknowledged and not applied
-  bool exchanged{};                  ///< another chamber answers; its identity is the registers'
-  std::optional<Celsius> clamps_at;  ///< a set point further from zero is applied as this one, by its magnitude
+  /// Exception to every request; 0: none.
+  std::uint8_t exception{};
+  bool only_writes{};   ///< exception only to writes
+  bool foreign_unit{};  ///< another unit answers
+  /// TCP: answers carry the number of another transaction.
+  bool wrong_number{};
+  /// TCP: a connection is never established or refused.
+  bool half_open{};
+  bool ignores_writes{};  ///< acknowledged and not applied
+  /// Another chamber answers. Its identity is in the registers.
+  bool exchanged{};
+  /// A set point of a larger magnitude is applied as this magnitude.
+  std::optional<Celsius> clamps_at;
 };
 
-/// A set point that came to the chamber in a frame of its own.
+/// A set point that the chamber received in a frame of its own.
 struct SetPointSent {
   Celsius value;
   bool applied{};
-  bool before_read_back{};  ///< of another one that had been sent
+  /// Sent before the previous set point was read back.
+  bool before_read_back{};
 };
 
 class ChamberPort {
  public:
-  /// `registers` and `world` outlive it.
+  /// `registers` and `world` must outlive this object.
   ChamberPort(simulator::ChamberRegisters& registers, simulator::VirtualLaboratory& laboratory, const Clock& rig,
               std::uint64_t seed);
 
@@ -44,23 +50,23 @@ class ChamberPort {
   [[nodiscard]] LineEnd& line() { return line_; }
   [[nodiscard]] bool is_tcp() const { return registers_.map().link.kind == drivers::LinkKind::tcp; }
 
-  /// What the chamber does about one frame; `answer` stays empty where it is silent.
+  /// Answers one frame. `answer` stays empty if the chamber is silent.
   void answer(std::span<const std::byte> frame, Bytes& answer);
 
-  /// Since the last call of forget().
+  /// Returns the set points since the last call of forget().
   [[nodiscard]] const std::vector<SetPointSent>& set_points_sent() const { return sent_; }
   [[nodiscard]] int not_read_back() const { return not_read_back_; }
   [[nodiscard]] std::int64_t exchanges() const { return exchanges_; }
-  /// Returns how many writes another chamber in this one's place was sent since the last call.
+  /// Counts the writes since the last call that were sent to another chamber in this one's place.
   [[nodiscard]] int take_sent_to_another() { return std::exchange(sent_to_another_, 0); }
-  /// The program died: what it would have read back it cannot.
+  /// Ends the wait for a read-back, because the program has died.
   void start_afresh() { to_be_read_back_.reset(); }
   void forget() { sent_.clear(), not_read_back_ = 0, exchanges_ = 0; }
 
  private:
   [[nodiscard]] std::optional<Celsius> set_point_in(const drivers::ModbusRequest& request) const;
   [[nodiscard]] bool shows_set_point(const drivers::ModbusRequest& request) const;
-  /// Reads the fingerprint, or the air alone, by whose words the order is compared.
+  /// Returns true for a request of the identity, or of the air alone, which serves to compare the word order.
   [[nodiscard]] bool asks_who(const drivers::ModbusRequest& request) const;
   void note(const drivers::ModbusRequest& request);
   void clamp();

@@ -33,7 +33,7 @@ Disk::Disk(bool breaks, std::string path, std::int64_t most_rows) : path_(std::m
   if (breaks) vfs_.emplace();
 }
 
-/// With all files of the record.
+/// Removes all files of the record.
 Disk::~Disk() {
   const std::filesystem::path path(path_);
   if (path_ == record::kInMemory || path.parent_path().empty()) return;
@@ -142,7 +142,7 @@ void Disk::heal() {
   every_ = 1;
 }
 
-/// Nothing that is done while a program dies has any effect.
+/// Lets the program die. Writes during its death have no effect.
 void Disk::leave(bool power_cut, unsigned seed, const std::function<void()>& die) {
   attend_ = nullptr;
   if (vfs_) vfs_->fail(1, true, tests::FailingVfs::Kind::power_cut);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The disk of a simulated run, and the record on it. Where the schedule has injected faults of the disk, the record is
-/// a file on one that breaks on command, and the real store's work for it is done second by second; else it is the
-/// store that writes inside its calls.
+/// The disk of a simulated run, and its record. If the schedule has faults of the disk, the record is a file on a disk
+/// that breaks on command, and the store's worker advances second by second. Otherwise the store writes inside its
+/// calls.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ namespace gyrotherm::faults {
 
 class Disk {
  public:
-  /// `most_rows`: how many a store keeps in memory.
+  /// `most_rows`: the number of rows that a store keeps in memory.
   Disk(bool breaks, std::string path, std::int64_t most_rows);
   ~Disk();
   Disk(const Disk&) = delete;
@@ -32,21 +32,21 @@ class Disk {
 
   [[nodiscard]] Result<std::unique_ptr<record::Store>> create(const record::RunInfo& info);
   [[nodiscard]] Result<std::unique_ptr<record::Store>> reopen();
-  /// As the injected faults that stand now say.
+  /// Applies the active faults of the disk.
   void inject(const std::vector<InjectedFault>& standing);
   void fail_once(std::int64_t operation);
   void heal();
-  /// Another program does something to the file that the record is being written to, or to its log. Of one that it
-  /// destroys, the bytes are gone. False where there is nothing to be done: no file, or no byte of it to cut off.
+  /// Lets another program change the file to which the record is being written, or its log. A destroyed file loses its
+  /// bytes. Returns false if there is no file, or no byte to cut off.
   [[nodiscard]] bool attack(const InjectedFault& fault, int part);
-  /// What it does for the store in this second.
+  /// Carries out one second of the store's work.
   void attend(std::int64_t second);
-  /// A program dies, and its store with it: its disk does nothing more for it. In a power cut a part of what was not
-  /// synced is lost, by chance.
+  /// Lets the program and its store die: the disk does no more work for it. A power cut loses a random part of the data
+  /// that was not synced.
   void leave(bool power_cut, unsigned seed, const std::function<void()>& die);
 
   [[nodiscard]] bool breaks() const { return vfs_.has_value(); }
-  /// What is asked of it now may fail.
+  /// Returns true if an operation may fail now.
   [[nodiscard]] bool is_sick() const;
   [[nodiscard]] bool hangs() const { return hangs_; }
 
@@ -59,9 +59,9 @@ class Disk {
   std::int64_t most_rows_;
   std::optional<tests::FailingVfs> vfs_;
   std::function<void()> attend_;
-  Schedule standing_;  ///< of the disk
+  Schedule standing_;  ///< active faults of the disk
   bool takes_nothing_ = false, hangs_ = false, fails_once_ = false;
-  std::int64_t every_ = 1;  ///< seconds, a transaction
+  std::int64_t every_ = 1;  ///< seconds per transaction
 };
 
 }  // namespace gyrotherm::faults

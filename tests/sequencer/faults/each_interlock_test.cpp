@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// docs/interlocks.md, shown: of each cause one thing is broken in the virtual instruments, on a line, on the disk or
-/// in the clock, while the real run runs; that cause acts and no other, and what the table promises follows.
+/// Tests docs/interlocks.md. For each interlock, one thing breaks in the virtual instruments, on a line, on the disk or
+/// in the clock, during the real run. Only that interlock acts, and the documented reaction follows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr Celsius kSafe{20};
 
 class EachInterlock : public ::testing::TestWithParam<BrokenThing> {
  protected:
-  static constexpr int kWhile = 30;  ///< seconds for which something stays broken
+  static constexpr int kWhile = 30;  ///< seconds for which a fault lasts
 
   void mend() {
     if (broken_.mends) broken_.mends(d_);
@@ -32,7 +32,7 @@ class EachInterlock : public ::testing::TestWithParam<BrokenThing> {
   BreakableRun d_{GetParam().setting};
 };
 
-/// The profile goes on all the time.
+/// The profile continues during the warning.
 void EachInterlock::expect_a_warning_alone() {
   const auto before = d_.progress();
   d_.seconds(kWhile);
@@ -43,7 +43,7 @@ void EachInterlock::expect_a_warning_alone() {
   EXPECT_EQ(d_.progress().in_segment - before.in_segment, std::chrono::seconds(kWhile + over));
 }
 
-/// Its clock stands, and so does the set point; what was changed by others is not fought.
+/// The profile's clock and the set point stop. The run does not overwrite a foreign change.
 void EachInterlock::expect_it_waits_and_goes_on_by_itself() {
   const auto stood = d_.progress();
   const auto set_point = d_.chambers_set_point();
@@ -76,7 +76,7 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 
-/// In the same second; the run ends when the chamber has shown it, and stays ended.
+/// The chamber is made safe in the same second. The run ends when the chamber has shown that, and stays ended.
 void EachInterlock::expect_the_chamber_is_made_safe() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
@@ -124,7 +124,7 @@ TEST(Interlocks, AreEachShownByBreakingOneThing) {
         << name(static_cast<interlocks::InterlockId>(i));
 }
 
-/// The first that shows the cause.
+/// Returns the first fault that shows the cause.
 const BrokenThing& that_shows(interlocks::InterlockId cause) {
   return *std::ranges::find(broken_things(), cause, &BrokenThing::cause);
 }
@@ -168,7 +168,7 @@ TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
   EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1u);
 }
 
-/// Another client writes 65 °C for a second of every two.
+/// Another client writes 65 °C in every second second.
 TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
   BreakableRun d({});
   d.seconds(900);
@@ -181,7 +181,7 @@ TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
   EXPECT_EQ(d.run_controller().run_state(), RunState::suspended);
 }
 
-/// Thermometers H and shell, on their way up a ramp.
+/// Thermometers H and shell are exchanged on a ramp.
 TEST(Interlocks, NameBothThermometersThatWereExchanged) {
   BreakableRun d({.rig = [](rig::RigFile& file) { file.limits.drift = {0.5}; }});
   d.seconds(560);

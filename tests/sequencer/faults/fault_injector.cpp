@@ -12,7 +12,8 @@ using Kind = InjectedFaultKind;
 
 constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000, kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOwnIdentity = 21868, kAnotherIdentity = 21869;
-constexpr std::int64_t kUnplugged = 4;  ///< seconds before and after another instrument has the place of one
+/// Seconds without an instrument, before and after another one takes its place.
+constexpr std::int64_t kUnplugged = 4;
 constexpr double kManual = 2, kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
 
 bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
@@ -69,7 +70,7 @@ std::size_t FaultInjector::gyro_of(const InjectedFault& fault) const {
   return static_cast<std::size_t>(fault.target) % plant_.gyro_count();
 }
 
-/// What is no state but an event.
+/// Carries out a fault that is an event and not a state.
 void FaultInjector::happen(const InjectedFault& fault) {
   auto& laboratory = plant_.laboratory();
   switch (fault.kind) {
@@ -87,7 +88,7 @@ void FaultInjector::happen(const InjectedFault& fault) {
   }
 }
 
-/// All that stands, anew.
+/// Applies all active faults from a plant without faults.
 void FaultInjector::settle() {
   plant_.faults = simulator::LaboratoryFaults(plant_.faults.thermometers.size());
   plant_.chamber().trouble = {};
@@ -106,7 +107,7 @@ void FaultInjector::settle() {
     const auto channel = target % simulator::kThermalPlaces;
     const auto& then = shown_then_[i];
     auto& shown_c = plant_.faults.plant.sensor_c;
-    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) {  // one that is broken shows it
+    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) {  // a broken sensor shows its error
       shown_c = then.back();
       plant_.faults.air_is_frozen = true;
     }
@@ -116,7 +117,7 @@ void FaultInjector::settle() {
       plant_.faults.thermometers[place].shown_c = then[place];
   }
   plant_.write("identity", plant_.chamber().trouble.exchanged ? kAnotherIdentity : kOwnIdentity);
-  double condition = 0;  // one code: the gravest
+  double condition = 0;  // one code: the most severe
   for (const auto& fault : standing_)
     if (fault.kind == Kind::filter_dirty) condition = kFilterDirty;
   if (plant_.faults.plant.door_open) condition = kDoorOpen;
@@ -137,7 +138,7 @@ void FaultInjector::stand(const InjectedFault& fault) {
   stand_in_thermometer(fault);
 }
 
-/// While the line is plugged from one instrument into the other, nothing answers.
+/// Nothing answers while the line is moved from one instrument to another.
 void FaultInjector::exchange(const InjectedFault& fault, LineEnd& line) {
   const bool is_unplugged = second_ - fault.at < kUnplugged || fault.at + fault.lasts - second_ <= kUnplugged;
   if (is_unplugged)
@@ -177,7 +178,7 @@ void FaultInjector::stand_on_line(const InjectedFault& fault) {
     case Kind::chamber_cut: line.trouble.cut = fault.size; return;
     case Kind::chamber_half_open: chamber.trouble.half_open = chamber.line().trouble.silent = true; return;
     case Kind::chamber_exception: chamber.trouble.exception = code, chamber.trouble.only_writes = false; return;
-    case Kind::chamber_write_exception:  // beside one to every request it makes no difference
+    case Kind::chamber_write_exception:  // ignored below a general exception
       if (chamber.trouble.exception == 0) chamber.trouble.exception = code, chamber.trouble.only_writes = true;
       return;
     case Kind::chamber_foreign_unit: chamber.trouble.foreign_unit = true; return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Carries out what a schedule says, on the plant.
+/// Applies the faults of a schedule to the plant.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@ class FaultInjector {
   FaultInjector(Schedule schedule, Plant& plant, SimulatedClock& clock)
       : schedule_(std::move(schedule)), plant_(plant), clock_(clock) {}
 
-  /// What begins and ends with this second. Returns those injected faults that have begun and are the program's and the
-  /// operator's, not the plant's.
+  /// Begins and ends the faults of this second. Returns the faults that have begun and concern the program or the
+  /// operator, not the plant.
   [[nodiscard]] std::vector<InjectedFault> pass(std::int64_t second);
 
-  /// That stand now, by their nature until they end.
+  /// Returns the active faults. An instantaneous fault is active for as long as its effect lasts.
   [[nodiscard]] const std::vector<InjectedFault>& standing() const { return standing_; }
-  /// The second in which the last one ended, or began where it is an instant; −1: none yet.
+  /// Returns the second in which the last fault ended, or began if it is instantaneous; −1: none.
   [[nodiscard]] std::int64_t last_change() const { return last_change_; }
   [[nodiscard]] bool any_begun() const { return next_ > 0; }
 
@@ -40,15 +40,15 @@ class FaultInjector {
   SimulatedClock& clock_;
   std::size_t next_ = 0;
   std::vector<InjectedFault> standing_;
-  /// Readings at the start of each injected fault: the thermometers, then the air.
+  /// Readings at the start of each fault: the thermometers, then the air.
   std::vector<std::vector<double>> shown_then_;
   std::int64_t second_ = 0;
   std::int64_t last_change_ = -1;
 };
 
-/// Done to the record's files by another program.
+/// Returns true for a fault of the record's files by another program.
 [[nodiscard]] bool is_of_record(InjectedFaultKind kind);
-/// Of the program, its machine, its record or the operator, not of the plant.
+/// Returns true for a fault of the program, its machine, its record or the operator.
 [[nodiscard]] bool is_of_program(InjectedFaultKind kind);
 
 }  // namespace gyrotherm::faults

@@ -24,14 +24,14 @@ const SimulatedSetup& ground_of(const std::string& profile) {
   return found != grounds.end() ? found->second : grounds.emplace(profile, simulated_setup(profile)).first->second;
 }
 
-/// Files in memory, where there are any: a simulated run syncs thousands of times.
+/// Returns a folder in memory if there is one: a simulated run syncs thousands of times.
 std::string folder() { return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : ::testing::TempDir(); }
 
 SimulatedRunSetting setting_of(std::uint64_t seed, Schedule schedule) {
   return {.seed = seed, .schedule = std::move(schedule), .folder = folder(), .sync_every = sync_every(seed)};
 }
 
-/// What to do about a failure: `fault_schedules --first SEED --reduce`.
+/// Fails for each violated invariant. `fault_schedules --first SEED --reduce` reproduces a failure.
 void expect_no_law_broken(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto report = carry_out(ground, setting);
   for (const auto& violation : report.violations)
@@ -39,7 +39,7 @@ void expect_no_law_broken(const SimulatedSetup& ground, const SimulatedRunSettin
                   << text(setting.schedule);
 }
 
-/// Those of one block of seeds, so that blocks run side by side.
+/// Tests one block of seeds, so that blocks run in parallel.
 class HourLong : public ::testing::TestWithParam<std::uint64_t> {};
 constexpr std::uint64_t kSeedsInABlock = 50;
 
@@ -108,7 +108,7 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
   EXPECT_EQ(logs.size(), 12U) << "and other seeds other logs";
 }
 
-/// Twenty-four axes on eight lines: one falls silent, is dropped, is returned, and the others go on.
+/// Twenty-four axes on eight lines: one falls silent, is dropped and is returned, and the others continue.
 TEST(FaultSchedules, ALotOfGyrosBreaksNoLaw) {
   const auto lot = simulated_setup(kHour, "virtual-lot");
   for (std::uint64_t seed = 1; seed <= 6; ++seed)
@@ -141,7 +141,7 @@ TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
     EXPECT_GT(seconds[static_cast<std::size_t>(state)], 0) << name(state);
 }
 
-/// Carried out with whatever a disk can do, one schedule each.
+/// Each fault of a disk that stops it, one schedule each.
 TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
   const auto with = [](std::uint64_t seed, InjectedFaultKind kind, double size) {
     const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
@@ -180,14 +180,15 @@ TEST(FaultSchedules, AreReadAsTheyAreWritten) {
   EXPECT_FALSE(parse_fault("12 nothing_like_it 0 1 0"));
 }
 
-/// How many rows each segment has.
+/// Counts the rows of each segment.
 std::map<int, std::int64_t> rows_by_segment(const SimulatedRunReport& report) {
   std::map<int, std::int64_t> rows;
   for (const auto& row : report.rows) ++rows[row.segment];
   return rows;
 }
 
-/// What a run is that crashed when `rows` of its seconds were on the disk, and two more were not, and was resumed.
+/// Compares a run with its undisturbed twin: it crashed when `rows` of its seconds were on the disk and two more were
+/// not, and was resumed.
 void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup& ground,
                        const SimulatedRunReport& twin) {
   auto setting = setting_of(2, {});
@@ -215,7 +216,7 @@ void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup
   EXPECT_EQ(found.size(), ground.profile.segments.size()) << where;
 }
 
-/// The rows that are there when a segment's last second has come to the disk.
+/// Returns the row counts at which a segment's last second has reached the disk.
 std::vector<std::size_t> ends_of_segments(const SimulatedRunReport& twin) {
   std::vector<std::size_t> ends;
   for (std::size_t i = 1; i < twin.rows.size(); ++i)
@@ -225,7 +226,7 @@ std::vector<std::size_t> ends_of_segments(const SimulatedRunReport& twin) {
 
 constexpr std::int64_t kDown = 30;
 
-/// The last second of a segment was the last one that came to the disk, or the first of the next: every `each`th
+/// Crashes when the last second of a segment, or the first of the next, was the last one on the disk: at every `each`th
 /// boundary, from `first` on.
 void expect_resume_equals_twin(const std::string& profile, std::size_t first, std::size_t each) {
   const auto& ground = ground_of(profile);
@@ -242,7 +243,7 @@ TEST(Crash, AtAnySegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
 }
 
 #ifdef GYROTHERM_NIGHTLY
-/// Each a share of the boundaries, so that they run side by side.
+/// Tests one share of the boundaries, so that shares run in parallel.
 class WholeCrash : public ::testing::TestWithParam<std::size_t> {};
 constexpr std::size_t kShares = 11;
 

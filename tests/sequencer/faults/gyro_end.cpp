@@ -7,9 +7,10 @@
 namespace gyrotherm::faults {
 namespace {
 
-constexpr std::size_t kFramesKept = 20000;  // more than the program is ever late for, one frame a second
+// Exceeds the longest delay of the program, at one frame a second.
+constexpr std::size_t kFramesKept = 20000;
 
-/// One that the laboratory does not know is its last one.
+/// Returns the index of a name; the last index for a name that the laboratory does not know.
 std::size_t index_of(const std::vector<std::string>& all, const std::string& one) {
   return std::min(static_cast<std::size_t>(std::ranges::find(all, one) - all.begin()), all.size() - 1);
 }

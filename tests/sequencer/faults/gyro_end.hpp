@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro's end of its line: it sends a frame a second, whole or not.
+/// A gyro's end of its line: sends one frame a second, whole or not.
 #pragma once
 
 #include <cstdint>
@@ -13,30 +13,32 @@
 
 namespace gyrotherm::faults {
 
-/// What can be wrong with the gyro's frames, beside its line.
+/// Faults of the gyro's frames, in addition to those of its line.
 struct GyroTrouble {
   double garbled{}, lost{};  ///< shares of the frames
-  bool held_back{};          ///< frames wait, and come all at once when this is over
-  bool dead{};               ///< its counters stand still
+  /// Frames wait, and arrive together when the fault is over.
+  bool held_back{};
+  bool dead{};  ///< its counters stop
 };
 
 class GyroEnd {
  public:
-  /// The laboratory outlives it; `settings` are those of the line.
+  /// The laboratory must outlive this object. `settings` are those of the line.
   GyroEnd(const rig::GyroLine& settings, const std::vector<rig::UnitSettings>& units,
           const simulator::VirtualLaboratory& laboratory, const Clock& rig, std::uint64_t seed);
 
   GyroTrouble trouble;
 
   void send_frame();
-  /// Starts again: its counters at zero.
+  /// Restarts the gyro with its counters at zero.
   void restart();
   [[nodiscard]] LineEnd& line() { return line_; }
-  /// Whether those counts over that interval are what two frames that came say, of the axes from `first` on.
+  /// Returns true if the counts over that interval equal the difference of two received frames, for the axes from
+  /// `first` on.
   [[nodiscard]] bool was_counted(const GyroCount& count, std::size_t first) const;
 
  private:
-  /// One frame that came to the program whole.
+  /// A frame that the program received whole.
   struct Sent {
     std::vector<std::int64_t> pulses;
     std::int64_t device_time_us{};
@@ -52,11 +54,12 @@ class GyroEnd {
   drivers::FrameFormat format_;
   simulator::StreamWriter writer_;
   LineEnd line_;
-  Sent origin_;  ///< where its counters were at zero
-  Sent before_;  ///< a second ago
+  /// Frame with its counters at zero.
+  Sent origin_;
+  Sent before_;  ///< the previous second
   Bytes held_back_;
   std::vector<Sent> held_frames_;
-  std::deque<Sent> frames_;  ///< the last ones that came
+  std::deque<Sent> frames_;  ///< the last received frames
 };
 
 }  // namespace gyrotherm::faults

@@ -16,19 +16,23 @@ namespace {
 using Kind = InjectedFaultKind;
 
 constexpr std::size_t kMostViolations = 20;
-constexpr double kSecondsToCatchUp = 10;  ///< what a set point may be behind its ramp by, and make up for at once
+/// A set point may lag its ramp by this time, and make up for it at once.
+constexpr double kSecondsToCatchUp = 10;
 constexpr Kelvins kSame{0.02}, kNearAir{2.5};
-constexpr std::int64_t kRecoversWithin = 3600;  ///< with the way back to the profile, by a ramp
-constexpr int kMostTries = 3;                   ///< of a set point that the chamber did not take
-constexpr std::int64_t kUntilTold = 15;         ///< with the last batch that is not asked for yet
-constexpr std::int64_t kLinkSettles = 16;       ///< a line that failed rests up to 10 s
+/// Longest recovery, with the return to the profile by a ramp.
+constexpr std::int64_t kRecoversWithin = 3600;
+/// Attempts for a set point that the chamber refused.
+constexpr int kMostTries = 3;
+/// Longest time to the alarm, with the last batch before a sync is requested.
+constexpr std::int64_t kUntilTold = 15;
+constexpr std::int64_t kLinkSettles = 16;  ///< pause of a failed line: 10 s
 
 double largest_step_k(const profile::ChamberLimits& limits, bool up) {
   const auto rate = up ? limits.fastest_heating : limits.fastest_cooling;
   return std::abs(rate.value) / 60 * kSecondsToCatchUp;
 }
 
-/// Which states may follow one, beside itself: told here once more, and not asked of the program.
+/// Returns true if `after` may follow `before`. This table is independent of the program's.
 bool follows(RunState before, RunState after) {
   if (before == after) return true;
   switch (before) {
@@ -88,7 +92,7 @@ void Invariants::life_begins(std::int64_t last_recorded) {
   while (!rows_.empty() && rows_.back().slot > last_recorded) rows_.pop_back();
   std::erase_if(gaps_, [&](const auto& gap) { return gap.first > last_recorded; });
   last_slot_ = last_recorded;
-  last_time_ = std::chrono::seconds(last_recorded);  // the rows after it are lost, and so is their time
+  last_time_ = std::chrono::seconds(last_recorded);  // later rows are lost
   last_state_.reset();
   quiet_ticks_ = {};
   storage_told_ = false;
@@ -101,9 +105,9 @@ bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
                              [&](const auto& fault) { return fault.kind >= first && fault.kind <= last; });
 }
 
-/// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes, and
-/// where the air is beyond the limits too, at these. It leads inwards, also where a chamber that is broken keeps the
-/// air away or shows that it stays where it was, or stays: what was not read back is sent once more.
+/// I1, I2, I3, I4: judges the set points that were sent. A return to the profile may begin at the air outside the
+/// profile's extremes, clamped to the limits. It leads inwards. A broken chamber may keep the air away or show the old
+/// value; then a set point that was not read back is sent again.
 void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
@@ -141,7 +145,7 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
   port.forget();
 }
 
-/// I10, I11, I12: each slot in one row or one gap, in order.
+/// I10, I11, I12: each slot is in one row or one gap, in order.
 void Invariants::judge_rows(std::int64_t second, const RecordingStore& recording) {
   for (const auto& gap : recording.gaps()) {
     if (gap.first != last_slot_ + 1) broken("I10", second, fmt::format("gap from {} after {}", gap.first, last_slot_));
@@ -157,7 +161,7 @@ void Invariants::judge_rows(std::int64_t second, const RecordingStore& recording
   last_time_ = sample.at.since_start;
 }
 
-/// I13 and P9: what is stored as good is what the instrument had in this second.
+/// I13 and P9: a good stored value is the instrument's value in this second.
 void Invariants::judge_values(std::int64_t second, const Sample& sample) {
   constexpr double kFloatK = 1e-5, kTextK = 5.1e-4;
   const auto& laboratory = plant_.laboratory();
@@ -189,7 +193,7 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
     }
 }
 
-/// I28.
+/// I28: another instrument receives no command, and its values are not stored as good.
 void Invariants::judge_identities(std::int64_t second, const Sample& sample) {
   if (plant_.chamber().take_sent_to_another() > 0) broken("I28", second, "another chamber was sent something");
   if (plant_.chamber().trouble.exchanged && sample.chamber.value)
@@ -211,9 +215,10 @@ bool Invariants::is_troubled(std::size_t line) const {
   });
 }
 
-/// I24: a unit whose own line is well is read, whatever happens to the others, unless it is dropped, which silences it.
+/// I24: a unit with an undisturbed line is read, whatever happens to the others. A dropped unit is silent.
 void Invariants::judge_units(std::int64_t second, const Sample& sample, const Operators& operators) {
-  constexpr std::int64_t kCountsAgainAfter = 5;  // ticks, after anything was changed in the world
+  // Ticks after any change in the world.
+  constexpr std::int64_t kCountsAgainAfter = 5;
   untroubled_ticks_.resize(file_.gyro_lines.size());
   for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line) {
     const bool is_new = injector_.last_change() >= second - 1;
@@ -233,7 +238,7 @@ void Invariants::judge_units(std::int64_t second, const Sample& sample, const Op
   }
 }
 
-/// I5, I6: along the table, and never back from an abort.
+/// I5, I6: states change along the table, and never back from an abort.
 void Invariants::judge_state(std::int64_t second, const Sample& sample) {
   if (last_state_ && !follows(*last_state_, sample.state))
     broken("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
@@ -241,7 +246,8 @@ void Invariants::judge_state(std::int64_t second, const Sample& sample) {
   ++seconds_in_state_[static_cast<std::size_t>(sample.state)];
 }
 
-/// I7: of a machine that slept, and of a disk that takes nothing for longer than the rig file lets pass.
+/// I7: a sleep of the machine holds the run. A disk that accepts nothing for longer than the rig file permits raises an
+/// alarm.
 void Invariants::judge_machine(std::int64_t second, const RecordingStore& recording, RunState state) {
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
   for (const auto& gap : recording.gaps())
@@ -258,7 +264,7 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
     broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
 }
 
-/// I21: a thermometer that is lost is told by name at once, and suspends the run if the analysis needs it.
+/// I21: a lost thermometer is reported by name at once, and suspends the run if the analysis needs it.
 void Invariants::judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample,
                                 const Operators& operators) {
   const auto suspend_after = file_.limits.suspend_after / std::chrono::seconds(1);
@@ -279,7 +285,7 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
   }
 }
 
-/// I18: none without a cause.
+/// I18: no alarm is raised before the first fault.
 void Invariants::judge_alarms(std::int64_t second, const RecordingStore& recording) {
   const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
   if (injector_.any_begun() || std::ranges::any_of(recording.events(), finished)) return;
@@ -288,7 +294,7 @@ void Invariants::judge_alarms(std::int64_t second, const RecordingStore& recordi
       broken("I18", second, "without a cause: " + event.text);
 }
 
-/// I14: what a segment was given when it ends. Seconds without a row are no soak.
+/// I14: judges a segment at its end. Seconds without a row are not soak time.
 void Invariants::judge_segment_end(std::int64_t second, int index) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
   std::int64_t clock = 0, soaked = 0, first = -1, last = -1;
@@ -312,7 +318,7 @@ void Invariants::judge_segment_end(std::int64_t second, int index) {
            fmt::format("segment {} was soaked for {} s of {}", index + 1, soaked, seconds(segment.soak_time)));
 }
 
-/// I14, I15.
+/// I14, I15: judges the order and the ends of segments.
 void Invariants::judge_segments(std::int64_t second, const Sample& sample) {
   const int index = sample.progress.segment;
   if (!rows_.empty() && index < rows_.back().segment)
@@ -329,8 +335,8 @@ void Invariants::judge_segments(std::int64_t second, const Sample& sample) {
 
 namespace {
 
-/// Rows for which readings of an instrument may be identical before they are no good readings any more: a minute, and
-/// what its noise takes to be known; five times as long as ever before.
+/// Returns the number of rows for which readings of an instrument may be identical and still good: a minute, and the
+/// time until its noise is known; or five times the longest earlier spell.
 std::int64_t longest_identical(std::int64_t before) {
   constexpr std::int64_t kNoiseIsKnown = 300, kTimes = 5, kMargin = 60;
   return std::max(kNoiseIsKnown, kTimes * before + kMargin);
@@ -338,8 +344,8 @@ std::int64_t longest_identical(std::int64_t before) {
 
 }  // namespace
 
-/// I25: no value of a frozen instrument, and no count of a dead gyro, is stored as good for longer than its time. What
-/// an instrument's noise is must have been learned before.
+/// I25: no value of a frozen instrument, and no count of a dead gyro, is stored as good for longer than its limit. The
+/// instrument's noise must have been learned before.
 void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
   constexpr std::int64_t kLearned = 900, kMargin = 5;
   ++ticks_of_life_;
@@ -369,7 +375,7 @@ void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
   }
 }
 
-/// I26: a limit that is exceeded in k of the last 2 k readings acts at once, whatever was lost between.
+/// I26: a limit that is exceeded in k of the last 2 k readings acts at once, regardless of lost readings between.
 void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
   const auto& limits = file_.limits;
   const auto all = sample.thermometers.size();
@@ -389,7 +395,7 @@ void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
     add(all, chamber->air < limits.air_lowest || chamber->air > limits.air_highest);
 }
 
-/// I27: no run leaves while the air moves away from the safe set point, or in a mode that does not follow it.
+/// I27: no run ends while the air moves away from the safe set point, or in a mode that does not follow it.
 void Invariants::left_as_safe(std::int64_t second) {
   constexpr double kMargin = 1.5;
   const auto& laboratory = plant_.laboratory();
@@ -437,7 +443,7 @@ void Invariants::count_ticks(const Sample& sample) {
   const bool air = sample.chamber.value &&
                    (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
-  // A set point that reads back as the safe one counts, whoever sent it.
+  // A set point that reads back as the safe one counts, regardless of its sender.
   const bool reads_back =
       abs(laboratory.set_point() - file_.safe_set_point) <= drivers::set_point_tolerance(file_.chamber_map) + kSame;
   const bool safe = reads_back || !laboratory.is_on();
@@ -447,7 +453,7 @@ void Invariants::count_ticks(const Sample& sample) {
   count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }
 
-/// I7, I8, I9, I20.
+/// I7, I8, I9, I20: judges the reactions to causes that last.
 void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   const auto& ticks = quiet_ticks_;
   const int is = severity(sample.state);
@@ -470,7 +476,7 @@ void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   if (ticks.lossy > 20) broken("I9", second, "a line that loses exchanges keeps the chamber from being safe");
 }
 
-/// I16: the same segment or the one that follows its end, and no second of soak that no row has.
+/// I16: a resumed run continues in the same segment or after its end, and counts only soak seconds that have a row.
 void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at) {
   if (rows_.empty()) {
     if (at.segment != 0) broken("I16", second, "it does not begin with the first segment");
@@ -492,8 +498,8 @@ void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at
                        spoken(at.soaked), spoken(clock), spoken(soaked)));
 }
 
-/// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, or that were in a
-/// file that was destroyed, where it says so.
+/// Compares the record with the rows that it was given. Rows that were not acknowledged may be missing at the end.
+/// Other rows may be missing only if the record reports it: memory overflow, or a destroyed file.
 void Invariants::judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged,
                               bool left_unwritten) {
   auto given = rows_.begin();

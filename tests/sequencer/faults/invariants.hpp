@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What each second of a simulated run must obey, whatever goes wrong: judged from outside, by what the chamber was
-/// really sent and what the record was really given.
+/// The invariants of each second of a simulated run, under any faults. They are judged from outside, by the set points
+/// that the chamber received and the rows that the record was given.
 #pragma once
 
 #include <array>
@@ -18,48 +18,48 @@
 
 namespace gyrotherm::faults {
 
-/// "I2 at second 133: …"
+/// Texts such as "I2 at second 133: …".
 using Violations = std::vector<std::string>;
 
-/// How severe: execute 0, suspended 1, held 2, aborting and aborted 3, stopped and complete 4.
+/// Returns the severity of a state: execute 0, suspended 1, held 2, aborting and aborted 3, stopped and complete 4.
 [[nodiscard]] int severity(RunState state);
 
-/// What a row of the record says of the profile.
+/// A row of the record, reduced to the profile's data.
 struct RowBrief {
   std::int64_t slot{};
   int segment{};
   RunState state{};
-  bool in_band{};          ///< of the segment's soak
-  std::uint64_t values{};  ///< hash of all that it says
+  bool in_band{};          ///< inside the segment's soak band
+  std::uint64_t values{};  ///< hash of all values
   bool operator==(const RowBrief&) const = default;
 };
 
 class Invariants {
  public:
-  /// All of them outlive it.
+  /// All arguments must outlive this object.
   Invariants(const profile::Profile& profile, const rig::RigFile& file, Plant& plant, const FaultInjector& injector);
 
-  /// A program begins, at the first second or by taking up a record whose last row or gap is `last_recorded`.
+  /// Begins a life of the program, at the first second or with a record whose last row or gap is `last_recorded`.
   void life_begins(std::int64_t last_recorded);
-  /// The world stands as the tick will find it.
+  /// Records the world's state before the tick.
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
-  /// `recording` has what this tick brought.
+  /// Judges one tick. `recording` has its rows and events.
   void after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators);
-  /// Seconds that passed without a program, or without a tick.
+  /// Records seconds without a program, or without a tick.
   void no_tick() {
     quiet_ticks_ = {};
     untroubled_ticks_.clear();
     begin_liveness_anew();
   }
-  /// A record was taken up, and the profile goes on there.
+  /// Judges the position at which a resumed run continues.
   void judge_resumption(std::int64_t second, const ProfilePosition& at);
-  /// What the closed record holds; `left_unwritten`: its last rows waited for the disk in vain.
+  /// Judges the closed record. `left_unwritten`: its last rows waited for the disk without success.
   void judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged, bool left_unwritten);
-  /// The profile's end was reported.
+  /// Judges a run that reported the profile's end.
   void completed(std::int64_t second);
-  /// The run has ended and counts the chamber as safe.
+  /// Judges a run that has ended and counts the chamber as safe.
   void left_as_safe(std::int64_t second);
-  /// Whether a injected fault of the kinds from `first` to `last` stands now.
+  /// Returns true if a fault of the kinds from `first` to `last` is active.
   [[nodiscard]] bool stands(InjectedFaultKind first, InjectedFaultKind last) const;
   void broken(const char* invariant, std::int64_t second, const std::string& what);
 
@@ -69,12 +69,12 @@ class Invariants {
   [[nodiscard]] const std::array<std::int64_t, 7>& seconds_in_state() const { return seconds_in_state_; }
 
  private:
-  /// How many ticks in a row something has been so.
+  /// Ticks in a row for which a condition has been true.
   struct Ticks {
     std::int64_t link_bad{}, link_good{}, thermometers_bad{}, door{}, limiter{}, off{}, other_set_point{}, beyond{},
         aborting{}, lossy{}, disk_dead{};
   };
-  /// A thermometer that gives no reading.
+  /// A thermometer without a reading.
   struct LostChannel {
     std::int64_t ticks{};
     bool told{};
@@ -105,32 +105,37 @@ class Invariants {
   const FaultInjector& injector_;
   Celsius lowest_, highest_;
   Violations violations_;
-  Celsius in_force_;                           ///< the chamber's set point before the tick
+  /// The chamber's set point before the tick.
+  Celsius in_force_;
   std::optional<Celsius> sent_, sent_before_;  ///< last, and before the tick
-  int tries_ = 0;                              ///< of the same set point again
-  bool is_kept_away_ = false;  ///< the air, by a chamber that was broken, since it was last where it should
+  int tries_ = 0;                              ///< attempts for the same set point
+  /// A broken chamber keeps the air away from its expected value.
+  bool is_kept_away_ = false;
   std::optional<RunState> last_state_;
   Duration last_time_{Duration::min()};
   std::vector<RowBrief> rows_;
   std::vector<RecordingStore::GapSeen> gaps_;
-  std::deque<double> from_safe_k_;  ///< distance of the air from the safe set point, last minute
-  std::int64_t last_slot_ = -1;     ///< that has a row or a gap
+  std::deque<double> from_safe_k_;  ///< last minute
+  /// Last slot with a row or a gap.
+  std::int64_t last_slot_ = -1;
   Ticks quiet_ticks_;
   bool storage_told_ = false;
-  std::vector<std::size_t> places_;  ///< of each channel, in the laboratory
+  /// Index of each channel in the laboratory.
+  std::vector<std::size_t> places_;
   std::vector<LostChannel> lost_channels_;
-  std::vector<std::int64_t> untroubled_ticks_;  ///< of each unit's line
+  std::vector<std::int64_t> untroubled_ticks_;  ///< one per unit's line
   std::array<std::int64_t, 7> seconds_in_state_{};
 
-  /// Readings of one instrument that are stored as good and identical to those before.
+  /// Good stored readings of one instrument that are identical to those before.
   struct Identical {
     std::vector<double> last;
     std::int64_t rows{}, longest{};
   };
-  std::int64_t ticks_of_life_ = 0;            ///< without a break
-  std::vector<Identical> identical_;          ///< by thermometer instrument
+  std::int64_t ticks_of_life_ = 0;            ///< ticks without a break
+  std::vector<Identical> identical_;          ///< per thermometer instrument
   std::vector<std::int64_t> without_counts_;  ///< rows, by unit
-  std::vector<std::vector<bool>> beyond_;     ///< last readings beyond a limit: of each thermometer, then the air
+  /// Flags of the last readings outside a limit: one list per thermometer, then the air.
+  std::vector<std::vector<bool>> beyond_;
 };
 
 }  // namespace gyrotherm::faults

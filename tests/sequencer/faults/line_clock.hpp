@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The time of one line in memory: who waits on it keeps nobody else waiting, as with a worker of its own.
+/// The time of one line in memory. A wait on it does not delay other lines, as with a worker of its own.
 #pragma once
 
 #include <algorithm>
@@ -8,20 +8,20 @@
 
 namespace gyrotherm::faults {
 
-/// The rig's clock, moved by whoever runs the run; its UTC can be put forward and back.
+/// The rig's clock. The test advances it, and can step its UTC.
 class SimulatedClock final : public Clock {
  public:
   [[nodiscard]] Instant now() const override { return {elapsed_, kVirtualEpoch + elapsed_ + step_}; }
   void advance(Duration by) { elapsed_ += by; }
   void step_utc(Duration by) { step_ += by; }
-  /// What a program that starts now takes for the beginning of its run.
+  /// Sets the start of the run for a program that starts now.
   void restart_at(Duration elapsed) { elapsed_ = elapsed; }
 
  private:
   Duration elapsed_{}, step_{};
 };
 
-/// Ahead of the rig's clock by what was waited.
+/// Runs ahead of the rig's clock by the time waited.
 class LineClock final : public Clock {
  public:
   explicit LineClock(const Clock& rig) : rig_(rig) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carries out fault schedules: fault_schedules [--profile FILE] [--first SEED] [--count N] [--none] [--show SEED]
-/// [--replay FILE --first SEED] [--reduce]; exit code 1 if a law was broken.
+/// [--replay FILE --first SEED] [--reduce]. Exits with code 1 if an invariant was violated.
 #include <fmt/format.h>
 
 #include <chrono>

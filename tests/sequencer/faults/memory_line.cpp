@@ -10,11 +10,11 @@ void LineEnd::arrive(Bytes bytes, Duration after) {
   const auto at = line_clock_.time() + after;
   auto place = coming_.end();
   while (place != coming_.begin() && std::prev(place)->at > at) --place;
-  if (place == coming_.begin() && next_ > 0) ++place;  // a piece that is being read stays the first
+  if (place == coming_.begin() && next_ > 0) ++place;  // the piece being read stays first
   coming_.insert(place, {at, std::move(bytes)});
 }
 
-/// Of the first piece, as many bytes as there is room for.
+/// Reads from the first piece as many bytes as `room` has.
 std::size_t LineEnd::take(std::span<std::byte> room) {
   const auto& bytes = coming_.front().bytes;
   const auto size = std::min(room.size(), bytes.size() - next_);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A line in memory that carries bytes, and what can be wrong with it. The simulator's sessions answer at its other
-/// end.
+/// A line in memory that carries bytes, and its faults. The simulator's sessions answer at its other end.
 #pragma once
 
 #include <cstddef>
@@ -19,22 +18,23 @@ namespace gyrotherm::faults {
 
 using Bytes = std::vector<std::byte>;
 
-/// By default nothing. A share is the probability for one answer.
+/// Faults of a line; none by default. A share is the probability for one answer.
 struct LineTrouble {
-  bool gone{};          ///< unplugged, or the connection refused
-  bool silent{};        ///< what is sent does not arrive
-  bool answers_lost{};  ///< what is sent is carried out, and the answer does not come
-  double lost{};        ///< what is sent, or its answer
+  bool gone{};    ///< unplugged, or the connection refused
+  bool silent{};  ///< nothing arrives
+  /// Requests are carried out, and their answers are lost.
+  bool answers_lost{};
+  double lost{};  ///< share of requests or answers
   double garbled{}, cut{}, doubled{};
-  Duration late{};  ///< answers come so much later
+  Duration late{};  ///< delay of answers
 };
 
 /// The other end of a line, which outlives the programs that open it.
 class LineEnd {
  public:
-  /// Takes what was sent, appends the answer.
+  /// Receives the bytes that were sent, and appends the answer.
   using Answer = std::function<void(std::span<const std::byte> sent, Bytes& answer)>;
-  /// Breaks an answer so that its receiver can see it.
+  /// Breaks an answer so that its receiver can detect it.
   using Garble = std::function<void(Bytes& answer, std::mt19937_64& random)>;
 
   LineEnd(const Clock& rig, std::uint64_t seed, Answer answer, Garble garble)
@@ -50,7 +50,7 @@ class LineEnd {
     return share > 0 && std::uniform_real_distribution<>(0, 1)(random_) < share;
   }
 
-  /// What becomes of one exchange on a line that loses some.
+  /// The loss of one exchange on a lossy line.
   enum class Loss { none, of_request, of_answer };
   [[nodiscard]] Loss loss() {
     if (!happens(trouble.lost)) return Loss::none;
@@ -59,7 +59,7 @@ class LineEnd {
 
   void open() { coming_.clear(), next_ = 0, open_ = true; }
   void close() { open_ = false; }
-  /// What the instrument sends by itself; lost where nobody has the line open.
+  /// Delivers bytes that the instrument sends by itself. They are lost if the line is not open.
   void arrive(std::span<const std::byte> bytes) { arrive(Bytes(bytes.begin(), bytes.end()), {}); }
   [[nodiscard]] Result<std::size_t> read(std::span<std::byte> buffer, Duration within);
   [[nodiscard]] Result<void> write(std::span<const std::byte> bytes);
@@ -82,7 +82,7 @@ class LineEnd {
   Bytes answered_;
 };
 
-/// What a program has of a line. Opening it forgets what was on its way.
+/// A program's end of a line. Opening it discards bytes that were on their way.
 class MemoryStream final : public drivers::ByteStream {
  public:
   explicit MemoryStream(LineEnd& end) : end_(end) { end_.open(); }
@@ -98,10 +98,10 @@ class MemoryStream final : public drivers::ByteStream {
   LineEnd& end_;
 };
 
-/// A top bit that no text has, and no parity lets pass.
+/// Sets a top bit that no text has, and that parity detects.
 void garble_text(Bytes& answer, std::mt19937_64& random);
-/// Up to 16 neighbouring bits, which every check of 16 bits sees. Not the check's first byte along with the one before:
-/// they are no neighbours where the check is sent low byte first.
+/// Garbles up to 16 neighbouring bits, which every check of 16 bits detects. Skips the pair of the check's first byte
+/// and the byte before it: they are not neighbours if the check is sent low byte first.
 void garble_burst(Bytes& answer, std::mt19937_64& random);
 
 }  // namespace gyrotherm::faults

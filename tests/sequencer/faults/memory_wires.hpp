@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The wires of one program's life: they end in the plant, which outlives it.
+/// The wires of one life of the program. They end in the plant, which outlives it.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ class LineClockPauses final : public drivers::Pauses {
 
 class MemoryWires final : public rig::Wires {
  public:
-  /// Both outlive it.
+  /// Both arguments must outlive this object.
   MemoryWires(Plant& plant, SimulatedClock& clock) : plant_(plant), clock_(clock) { plant_.chamber().start_afresh(); }
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {

@@ -15,7 +15,7 @@ namespace gyrotherm::faults {
 
 namespace {
 
-/// How severe a state is at least, once a command was carried out.
+/// Returns the least severity of the state after a command was carried out.
 int least_severity(control::OperatorCommand command) {
   switch (command) {
     case control::OperatorCommand::resume: return severity(RunState::execute);
@@ -28,7 +28,7 @@ int least_severity(control::OperatorCommand command) {
 
 }  // namespace
 
-/// What is not refused is promised. Of several promises the most severe is to be kept.
+/// Makes a request. A request without an objection is a promise. Of several promises the most severe must be kept.
 void Operators::ask(control::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
   run_controller.submit(command, "operator");
@@ -85,8 +85,9 @@ std::optional<std::string> Operators::broken_promise(RunState state) {
 
 namespace {
 
-constexpr std::size_t kLongMessage = 1000;  ///< so that an hour of them is more than an outlet keeps
-constexpr int kLongestSilence = 2000;       ///< ms
+/// Long enough that an hour of messages exceeds an outlet's memory.
+constexpr std::size_t kLongMessage = 1000;
+constexpr int kLongestSilence = 2000;  ///< ms
 
 }  // namespace
 
@@ -99,7 +100,7 @@ Listener::Listener() {
   outlet_->never_wait();
 }
 
-/// "#12 0#": the twelfth message, and none was dropped before it.
+/// Writes "#12 0#": the twelfth message, and no message was dropped before it.
 void Listener::hear() {
   outlet_->say([&](std::size_t dropped) {
     return fmt::format("#{} {}#{}\n", said_ + 1, dropped, std::string(kLongMessage, '.'));
@@ -143,7 +144,8 @@ void Listener::read() {
 std::optional<std::string> Listener::missing() {
   constexpr int kUntilQuiet = 20;  // ms
   while (read_within(kUntilQuiet)) continue;
-  hear();  // there is room for it now, and it tells what is missing before it
+  // The outlet has memory again, and this message reports the drops before it.
+  hear();
   while (heard_ < said_ && !missing_)
     if (!read_within(kLongestSilence))
       missing_ = fmt::format("nothing came after message {}, {} were said", heard_, said_);

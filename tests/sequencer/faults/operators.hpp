@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The operators of a simulated run: what they ask of the run, and what they were promised.
+/// The operators of a simulated run: their requests, and the answers that the run must keep.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,18 @@
 
 namespace gyrotherm::faults {
 
-inline constexpr std::int64_t kOperatorComesAfter = 60;  ///< seconds, to a run that does not go on by itself
+/// Delay of an operator, in seconds, if the run does not resume by itself.
+inline constexpr std::int64_t kOperatorComesAfter = 60;
 
 class Operators {
  public:
-  /// What a injected fault has them ask in this second, one after the other.
+  /// Makes the requests of a fault in this second, one after the other.
   void ask(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second);
-  /// One who finds the run held looks at it for a while, and lets it go on.
+  /// Resumes a held run after a while.
   void attend(run::RunController& run_controller, std::int64_t second);
-  /// After a tick, which has to have kept what was promised: nothing, or what it did not.
+  /// Returns the promise that the last tick did not keep, or nothing.
   [[nodiscard]] std::optional<std::string> broken_promise(RunState state);
-  /// The program that promised has died.
+  /// Discards the promises of a program that has died.
   void forget() { promised_.reset(); }
   /// Drops a unit, or keeps it dropped, until `lasts` seconds from now.
   void drop(const std::string& unit, std::int64_t lasts, run::RunController& run_controller, std::int64_t second);
@@ -35,23 +36,24 @@ class Operators {
  private:
   void ask(control::OperatorCommand command, run::RunController& run_controller);
 
-  /// Units that are dropped, each with the second in which it is returned.
+  /// Dropped units, each with the second of its return.
   std::vector<std::pair<std::string, std::int64_t>> returns_at_;
-  std::optional<std::int64_t> resumes_at_;  ///< when the one who looks at a held run lets it go on
+  /// Second in which a held run is resumed.
+  std::optional<std::int64_t> resumes_at_;
   std::optional<control::OperatorCommand> promised_;
 };
 
-// Who reads what a program says, or does not: a pipe behind the program's own outlet.
+// The reader of a program's messages, or its absence: a pipe behind the program's own outlet.
 
 class Listener {
  public:
   Listener();
 
-  /// The program says what it says in one second: a message, which is long, and a picture.
+  /// Writes the output of one second: a long message and a display.
   void hear();
-  /// Takes what has come.
+  /// Reads the pending output.
   void read();
-  /// At the end: nothing, or which message was lost without a word.
+  /// Returns, at the end, the message that was lost without a report; otherwise nothing.
   [[nodiscard]] std::optional<std::string> missing();
 
  private:
@@ -60,8 +62,9 @@ class Listener {
 
   Descriptor reader_, writer_;
   std::unique_ptr<app::Outlet> outlet_;
-  std::int64_t said_ = 0, heard_ = 0;  ///< the number of the last message
-  std::string number_;                 ///< of the message that is being read, as far as it has come
+  std::int64_t said_ = 0, heard_ = 0;  ///< number of the last message
+  /// Digits of the current message so far.
+  std::string number_;
   bool in_number_ = false;
   std::optional<std::string> missing_;
 };

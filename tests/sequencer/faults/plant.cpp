@@ -19,7 +19,7 @@ simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings&
   return inputs;
 }
 
-/// Gives the answer to *IDN? the serial number of another instrument.
+/// Replaces the serial number in the answer to *IDN? by that of another instrument.
 void name_another(Bytes& answer) {
   constexpr std::string_view kOwn = "VIRTUAL1", kAnother = "VIRTUAL2";
   const auto same = [](std::byte byte, char c) { return static_cast<char>(byte) == c; };

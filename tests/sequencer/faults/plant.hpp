@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual laboratory as it stands beside the program: it goes on while no program runs, and breaks on command.
+/// The virtual laboratory outside the program. It continues while no program runs, and breaks on command.
 #pragma once
 
 #include <cstdint>
@@ -25,20 +25,20 @@ class Plant {
 
   void apply_faults() { laboratory_.inject(faults); }
 
-  /// Lets one second pass, and the gyros send their frames.
+  /// Advances by one second, and lets the gyros send their frames.
   void pass_second();
-  /// The controller starts again, at `set_point` and conditioning or not.
+  /// Restarts the controller at `set_point`, conditioning or not.
   void restart_chamber(Celsius set_point, bool on);
-  /// Of an item of the chamber's map, by somebody at its panel.
+  /// Writes an item of the chamber's map, like a person at its panel.
   void write(const char* item, double value);
 
   [[nodiscard]] simulator::VirtualLaboratory& laboratory() { return laboratory_; }
   [[nodiscard]] ChamberPort& chamber() { return chamber_port_; }
   [[nodiscard]] std::size_t thermometer_count() const { return thermometers_.size(); }
   [[nodiscard]] LineEnd& thermometer(std::size_t index) { return *thermometers_[index]; }
-  /// Returns the places of a thermometer instrument's channels in the laboratory.
+  /// Returns the positions of a thermometer instrument's channels in the laboratory.
   [[nodiscard]] const std::vector<std::size_t>& places(std::size_t index) const { return places_[index]; }
-  /// Puts another instrument in the place of a thermometer, or takes it away again.
+  /// Puts another instrument in the position of a thermometer, or removes it again.
   void exchange_thermometer(std::size_t index, bool is_another) { *are_exchanged_[index] = is_another; }
   [[nodiscard]] bool is_exchanged(std::size_t thermometer) const { return *are_exchanged_[thermometer]; }
   [[nodiscard]] std::size_t gyro_count() const { return gyros_.size(); }
@@ -48,16 +48,17 @@ class Plant {
   simulator::VirtualLaboratory laboratory_;
 
  public:
-  simulator::LaboratoryFaults faults;  ///< in force after the next apply_faults()
+  simulator::LaboratoryFaults faults;  ///< active after the next apply_faults()
 
  private:
   simulator::ChamberRegisters registers_;
   ChamberPort chamber_port_;
   std::vector<std::unique_ptr<simulator::Session>> sessions_;
-  std::vector<std::unique_ptr<bool>> are_exchanged_;  ///< of each thermometer; its line has the address
+  /// One per thermometer; its line has the address.
+  std::vector<std::unique_ptr<bool>> are_exchanged_;
   std::vector<std::unique_ptr<LineEnd>> thermometers_;
-  std::vector<std::vector<std::size_t>> places_;  ///< of each thermometer's channels
-  std::vector<std::unique_ptr<GyroEnd>> gyros_;   ///< of each line
+  std::vector<std::vector<std::size_t>> places_;  ///< positions of each thermometer's channels
+  std::vector<std::unique_ptr<GyroEnd>> gyros_;   ///< one per line
 };
 
 }  // namespace gyrotherm::faults

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record that is watched: the real store does the work, and what it was given is remembered.
+/// A record under observation: the real store does the work, and its input is kept for comparison.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace gyrotherm::faults {
 
-/// Of everything that a record was given, in order: the same from the same seed.
+/// Hash of all rows, events and gaps in order. One seed gives one hash.
 class LogHash {
  public:
   void add(std::string_view text);
@@ -29,7 +29,7 @@ class LogHash {
 
 class RecordingStore final : public record::Store {
  public:
-  /// `hash` outlives it.
+  /// `hash` must outlive this object.
   RecordingStore(std::unique_ptr<record::Store> store, LogHash& hash) : store_(std::move(store)), hash_(hash) {}
 
   [[nodiscard]] Result<void> append(const Sample& sample, std::span<const Event> events) override;
@@ -52,7 +52,7 @@ class RecordingStore final : public record::Store {
     std::int64_t first{}, last{};
     std::string cause;
   };
-  /// Since forget().
+  /// Returns the input since the last forget().
   [[nodiscard]] const std::optional<Sample>& sample() const { return sample_; }
   [[nodiscard]] const std::vector<Event>& events() const { return events_; }
   [[nodiscard]] const std::vector<GapSeen>& gaps() const { return gaps_; }

@@ -12,7 +12,7 @@ namespace gyrotherm::faults {
 namespace {
 
 constexpr int kChannels = 9, kThermometerLines = 2, kRecordFiles = 2;
-/// Answers without a number of their own can be told from a later question's up to twice the time-out, 1 s.
+/// Answers without a number of their own are attributed to the right request up to twice the time-out, 1 s.
 constexpr double kLatestAnswer = 0.95;
 
 struct KindRow {
@@ -21,7 +21,8 @@ struct KindRow {
   int targets = 1;
   bool lasting = true;
   double least = 0, most = 0;  ///< size
-  int weight = 4;              ///< those that end a run are drawn less often
+  /// Faults that end a run are drawn less often.
+  int weight = 4;
 };
 
 using Kind = InjectedFaultKind;
@@ -109,7 +110,7 @@ constexpr bool rows_are_in_order() {
 }
 static_assert(rows_are_in_order());
 
-/// The same on every machine, which the standard's distributions are not.
+/// A random generator with equal results on every machine, unlike the standard's distributions.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : bits_(seed) {}
@@ -120,7 +121,7 @@ class Draw {
   std::int64_t whole(std::int64_t below) {
     return static_cast<std::int64_t>(bits_() % static_cast<std::uint64_t>(below));
   }
-  /// Most are short, some are long.
+  /// Draws a duration. Most are short, some are long.
   std::int64_t seconds(std::int64_t longest) {
     return std::llround(std::exp(uniform(0, std::log(static_cast<double>(longest)))));
   }
@@ -131,7 +132,7 @@ class Draw {
 
 const KindRow& row_of(InjectedFaultKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
-/// Each kind as often as its weight says; half of them, or what the seed takes.
+/// Draws the kinds of a schedule, each as often as its weight: half of the kinds, or the share that the seed draws.
 std::vector<InjectedFaultKind> enabled_kinds(Draw& draw, const ScheduleOptions& options) {
   std::vector<InjectedFaultKind> kinds;
   const double share = draw.uniform(0.05, 1);

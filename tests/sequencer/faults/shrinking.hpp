@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Makes a failing schedule as short as it can be and still fail.
+/// Shortens a failing schedule as far as it still fails.
 #pragma once
 
 #include "tests/sequencer/faults/simulated_run.hpp"
 
 namespace gyrotherm::faults {
 
-/// Mishaps in all of the profile's time, and a third more.
+/// Returns options for faults in all of the profile's time, and a third more.
 [[nodiscard]] ScheduleOptions options_for(const SimulatedSetup& ground);
-/// Every second, every few, or in batches: as the seed says.
+/// Returns the interval of syncs that the seed draws: every second, every few, or in batches.
 [[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
 
-/// The schedule of `setting`, which breaks a law, without the injected faults that the same law does not need to be
-/// broken, and with the others as short as may be.
+/// Returns the schedule of `setting`, which violates an invariant, without the faults that the violation does not need.
+/// Shortens the others as far as possible.
 [[nodiscard]] Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm::faults

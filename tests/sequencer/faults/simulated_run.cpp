@@ -51,20 +51,22 @@ SimulatedSetup simulated_setup(const std::string& profile, const std::string& ri
 
 namespace {
 
-constexpr std::int64_t kTriesAgainAfter = 30;  ///< a program that could not begin
+/// Delay before a program that could not start is started again.
+constexpr std::int64_t kTriesAgainAfter = 30;
 
 bool has(const Schedule& schedule, InjectedFaultKind kind) {
   return std::ranges::any_of(schedule, [&](const auto& fault) { return fault.kind == kind; });
 }
 
-/// Then its record cannot be one in memory, which ends with its store.
+/// Returns true if the record must outlive its program. A record in memory ends with its store.
 bool survives_its_program(const Schedule& schedule) {
   return has_faults_of_disk(schedule) || has(schedule, InjectedFaultKind::program_crashes) ||
          has(schedule, InjectedFaultKind::program_stopped);
 }
 
-constexpr std::int64_t kShortBatch = 7;  ///< seconds, where the disk breaks
-constexpr std::int64_t kFewRows = 900;   ///< in memory, where the bound on them is to be seen
+constexpr std::int64_t kShortBatch = 7;  ///< seconds, with a breaking disk
+/// Rows in memory in a test of the bound on them.
+constexpr std::int64_t kFewRows = 900;
 
 class SimulatedRun {
  public:
@@ -111,13 +113,15 @@ class SimulatedRun {
   std::int64_t second_ = 0, down_ = 0, late_ = 0, asleep_ = 0, lives_ = 0, acknowledged_ = -1;
   bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
   Operators operators_;
-  std::vector<std::string> dropped_;               ///< units, from the run before
-  std::map<std::string, std::string> identities_;  ///< with which the run began, as its record has them
+  std::vector<std::string> dropped_;               ///< before the resume
+  std::map<std::string, std::string> identities_;  ///< at the run's start, from its record
   std::optional<Listener> listener_;
   const bool cuts_power_;
-  std::optional<std::int64_t> attacked_at_;  ///< acknowledged when a file was attacked, until the program has seen it
-  bool spoiled_ = false;                     ///< … a main file
-  std::optional<int> part_of_sick_disk_;     ///< … this one, which the program may leave
+  /// Last acknowledged slot before a file was attacked, until the program has noticed it.
+  std::optional<std::int64_t> attacked_at_;
+  bool spoiled_ = false;  ///< a main file was attacked
+  /// File that was attacked on a sick disk; the program may leave it.
+  std::optional<int> part_of_sick_disk_;
   std::optional<Ending> ending_;
   std::int64_t longest_backlog_ = 0;
   int parts_ = 1;
@@ -149,7 +153,7 @@ void SimulatedRun::pass_second() {
   plant_.pass_second();
 }
 
-/// Where the record ends, and how the run goes on from there: as the program finds out itself.
+/// Reads the end of the record and prepares the continuation, as the program itself does.
 Result<run::RunContinuation> SimulatedRun::take_up() {
   const auto record = record::read_record(path_);
   if (!record) return failure(record.error());
@@ -166,13 +170,13 @@ Result<run::RunContinuation> SimulatedRun::take_up() {
   return on;
 }
 
-/// Whether another instrument has the place of one. With that no operator begins a run.
+/// Returns true if another instrument is connected. Then no operator starts a run.
 bool SimulatedRun::is_another_connected() const {
   return invariants_.stands(InjectedFaultKind::chamber_exchanged, InjectedFaultKind::chamber_exchanged) ||
          invariants_.stands(InjectedFaultKind::thermometer_exchanged, InjectedFaultKind::thermometer_exchanged);
 }
 
-/// The first program of a run, or one that cannot go on and is started again by its operator.
+/// Starts the first program of a run. An operator also starts again a run that cannot be resumed.
 void SimulatedRun::begin_run() {
   if (disk_.hangs() || is_another_connected()) return end_life(kTriesAgainAfter);
   clock_.restart_at(-kSecond);
@@ -191,8 +195,8 @@ void SimulatedRun::begin_run() {
   live(std::move(*store), state, 0);
 }
 
-/// Without leave from the resume rule, an operator looks at the chamber for a minute and then accepts, unless another
-/// instrument is connected.
+/// Resumes the run. If the resume rule requires an operator, one inspects the chamber for a minute and accepts, unless
+/// another instrument is connected.
 void SimulatedRun::resume_run() {
   if (disk_.hangs()) return end_life(kTriesAgainAfter);
   const bool excused = disk_.is_sick();
@@ -230,7 +234,7 @@ void SimulatedRun::assemble() {
 
 void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::ProfileState& state,
                         std::int64_t first_free) {
-  ++second_;  // preparing takes one
+  ++second_;  // preparation takes one second
   ++lives_;
   store_ = std::make_unique<RecordingStore>(std::move(store), hash_);
   const auto now = clock_second();
@@ -241,14 +245,14 @@ void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::Pro
   run_controller_->leave_out(dropped_);
 }
 
-/// Of a sick disk it is no surprise: it is tried again.
+/// Handles a storage fault. It is expected on a sick disk, and then the program tries again.
 void SimulatedRun::end_at_storage(const char* invariant, const Fault& fault, bool excused) {
   if (excused) return end_life(kTriesAgainAfter);
   invariants_.broken(invariant, second_, text(fault));
   end(Ending::never_began);
 }
 
-/// What was not synced is lost with it.
+/// Ends the life of a program. A power cut loses data that was not synced.
 void SimulatedRun::end_life(std::int64_t down, bool power_cut) {
   if (store_) acknowledged_ = store_->acknowledged();
   if (store_ && attacked_at_) return end(Ending::lost_its_record);
@@ -290,7 +294,8 @@ void SimulatedRun::obey(const InjectedFault& fault) {
   operators_.ask(fault, *run_controller_, second_);
 }
 
-/// What a power cut leaves of files is known of those alone that nobody else has touched.
+/// Attacks the record's files. Skipped before a power cut, whose effect is only known for files that no other program
+/// has changed.
 void SimulatedRun::attack(const InjectedFault& fault) {
   if (cuts_power_) return;
   if (!disk_.attack(fault, store_->health().parts)) return;
@@ -299,8 +304,8 @@ void SimulatedRun::attack(const InjectedFault& fault) {
   if (fault.target == 0) spoiled_ = true;
 }
 
-/// Whether the program has seen what was done to its record, and gone on beside it; P12: that is told. Of a file that
-/// it has left on a sick disk it has the rows in memory, and looks at it when the record is closed.
+/// Checks that the program has noticed an attack and continued in another file. P12: it reports the attack. If it has
+/// left the file on a sick disk, it has its rows in memory and checks the file when the record is closed.
 void SimulatedRun::see_to_the_record() {
   if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
   attacked_at_.reset();
@@ -363,9 +368,9 @@ void SimulatedRun::second() {
   see_to_the_record();
 }
 
-/// What the record really holds, against what it was given: each slot in one row or one gap, and all rows.
+/// Compares the record with its input: each slot in one row or one gap, and all rows.
 void SimulatedRun::judge_record() {
-  constexpr std::uint64_t kReadBackEvery = 4;  // of the records in memory, for time
+  constexpr std::uint64_t kReadBackEvery = 4;  // share of records in memory
   if (!store_ || (in_memory_ && setting_.seed / 2 % kReadBackEvery != 0)) return;
   if (ending_ == Ending::lost_its_record) return;
   const auto record = in_memory_ ? store_->read_back() : read_after_closing();
@@ -380,7 +385,7 @@ void SimulatedRun::judge_record() {
     invariants_.broken("P12", second_, "a spoiled record has a manifest");
 }
 
-/// As the program does at its end: it waits for the disk.
+/// Closes the record as the program does: waits for the disk.
 void SimulatedRun::close() {
   constexpr std::int64_t kLongestFinish = 30;
   const bool excused = disk_.is_sick();
@@ -437,7 +442,7 @@ const char* name(Ending ending) {
   return "?";
 }
 
-/// I19: what a simulated run opens it closes.
+/// I19: a simulated run closes all files that it opened.
 SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto open_files = [] {
     const std::filesystem::directory_iterator files("/proc/self/fd");

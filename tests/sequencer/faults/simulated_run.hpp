@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What simulated runs share: a profile, a rig, and what its world is made of.
+/// The common parts of simulated runs: a profile, a rig, and the parameters of its world.
 #pragma once
 
 #include <array>
@@ -25,27 +25,29 @@
 
 namespace gyrotherm::faults {
 
-/// Parsed once.
+/// The parsed files of a simulated run.
 struct SimulatedSetup {
   profile::Profile profile;
-  rig::RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
+  /// One rig, with its chamber on either framing.
+  rig::RigFile tcp, rtu;
   simulator::LaboratoryParameters laboratory;
 };
 
-/// `profile`: a path relative to the source tree; `rig`: the name of a shipped virtual rig. Files that cannot be read
-/// end the program: they are the tests' own.
+/// Reads the files. `profile`: a path relative to the source tree; `rig`: the name of a shipped virtual rig. Ends the
+/// program if a file cannot be read, because the files belong to the tests.
 [[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile, const std::string& rig = "virtual-reference");
 
-/// What a record of this profile on this virtual rig knows.
+/// Returns the run data of this profile on this virtual rig.
 [[nodiscard]] record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file);
 
-// One run of a profile on the virtual plant while a schedule of injected faults goes on: the real run, io,
-// drivers' logic and store, in virtual time, judged every second.
+// One run of a profile on the virtual plant during a schedule of faults: the real run, io, driver logic and store, in
+// virtual time, judged every second.
 
 struct SimulatedRunSetting {
   std::uint64_t seed = 0;
   Schedule schedule;
-  std::string folder;            ///< for the record; in memory if it can be
+  /// Folder of the record; unused if the record can be in memory.
+  std::string folder;
   std::int64_t sync_every = 60;  ///< seconds
 };
 
@@ -55,18 +57,20 @@ enum class Ending {
   stopped,
   ran_out_of_time,
   never_began,
-  lost_its_record,  ///< destroyed while no program could have seen it
+  /// Destroyed before any program could notice it.
+  lost_its_record,
 };
 [[nodiscard]] const char* name(Ending ending);
 
 struct SimulatedRunReport {
   Violations violations;
   Ending ending = Ending::never_began;
-  std::int64_t seconds = 0;  ///< of the run
-  std::int64_t lives = 0;    ///< of the program
+  std::int64_t seconds = 0;  ///< length of the run
+  std::int64_t lives = 0;    ///< lives of the program
   std::uint64_t log_hash = 0;
-  std::int64_t longest_backlog = 0;  ///< seconds that waited for the disk
-  int parts = 1;                     ///< files of the record
+  /// Longest time that rows waited for the disk, in seconds.
+  std::int64_t longest_backlog = 0;
+  int parts = 1;  ///< files of the record
   std::array<std::int64_t, 7> seconds_in_state{};
   std::vector<RowBrief> rows;
 };

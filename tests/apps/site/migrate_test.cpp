@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Steps after the first one, with a PostgreSQL whose address is in GYROTHERM_STORE: Site.LetsNobodyElseIn starts one,
-/// and a publisher sends to it meanwhile.
+/// Migrations after the first one, with a PostgreSQL server whose address is in GYROTHERM_STORE. Site.LetsNobodyElseIn
+/// starts the server, and a publisher sends to it meanwhile.
 #include "apps/site/migrate.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What needs no server: site files, addresses, waits, the texts that rows become, answers as they are shown.
+/// Tests without a server: site files, addresses, waits, the texts of rows, tables and JSON of answers.
 #include "apps/site/site_file.hpp"
 
 #include <fmt/format.h>
@@ -142,7 +142,7 @@ TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
 TEST_F(ArchiveFolder, KeepsNothingOfACopyWhoseProgramWasKilled) {
   const auto digest = digest_of(write("run.db", "bytes")).value();
   const auto target = "kept/" + digest.sha256 + ".db";
-  constexpr int kNobody = 2'000'000'000;  // no process has such a number
+  constexpr int kNobody = 2'000'000'000;  // not a process
   write(fmt::format("{}.{}.part", target, kNobody), "by");
   write(fmt::format("{}.{}.part", target, ::getppid()), "byt");
   write(fmt::format("{}.{}.part.old", target, kNobody), "b");

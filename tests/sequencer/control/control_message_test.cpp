@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What other programs may say to the one that carries a run out.
+/// Messages of other programs to the program that carries out a run.
 #include "sequencer/control/control_message.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How other programs speak to the one that carries a run out.
+/// The socket through which other programs send requests to a run.
 #include "sequencer/control/control_socket.hpp"
 
 #include <fcntl.h>
@@ -27,18 +27,18 @@ namespace {
 using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 
-/// The status file as the program that carries `record` out writes it.
+/// Writes the status file of the program that carries out `record`.
 void write_status_of(const std::string& record, std::int64_t pid = ::getpid()) {
   std::ofstream(record + ".status") << fmt::format(R"({{"schema":"gyrotherm-status/1","pid":{}}})", pid);
 }
 
-/// A socket beside the record and the status file of its program.
+/// Opens a socket next to the record, and writes the status file of its program.
 Result<ControlSocket> open_with_status(const std::string& record) {
   write_status_of(record);
   return ControlSocket::open(record);
 }
 
-/// Listens in a thread of its own until it goes, and keeps what it heard.
+/// Listens in a thread until its end, and keeps the requests.
 class Listening {
  public:
   explicit Listening(ControlSocket& socket, ControlAnswer answer)
@@ -149,7 +149,7 @@ TEST(ControlSocket, IsForOwnerAloneWhenUmaskExcludesGroup) {
   }
 }
 
-/// Another process that has put its socket in the place of the run's and answers everything with "done".
+/// Another process that has replaced the run's socket and answers every request with "done".
 class Impostor {
  public:
   explicit Impostor(const std::string& record, uid_t uid = ::geteuid()) {
@@ -232,9 +232,9 @@ TEST(ControlSocket, RefusesListenerOfAnotherUser) {
   std::ofstream(record) << "record";
   const Impostor impostor(record, kStranger);
   write_status_of(record, impostor.pid());
-  expect_refused(record, "abort");  // the status file is root's
+  expect_refused(record, "abort");  // the status file belongs to root
   ASSERT_EQ(::chown((record + ".status").c_str(), kStranger, kStranger), 0);
-  expect_refused(record, "abort");  // the record is root's
+  expect_refused(record, "abort");  // the record belongs to root
   ASSERT_EQ(::chown(record.c_str(), kStranger, kStranger), 0);
   const auto answer = tell(record, *request_of("abort", ""), 5s);
   EXPECT_TRUE(answer) << "the run of that user";
@@ -252,7 +252,7 @@ TEST(ControlSocket, IsReachedInAFolderOfAnyDepth) {
   EXPECT_FALSE(answer->done);
 }
 
-/// A raw speaker: what it says, and what it hears.
+/// Sends a raw message and returns the answer.
 std::string say_raw(const std::string& record, const std::string& message) {
   const Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
@@ -313,7 +313,7 @@ TEST(ControlSocket, AnswersWhenDescriptorsAreUsedUp) {
   EXPECT_EQ(answered, speakers.size());
 }
 
-/// Hangs up on each speaker: before it speaks, with its message unread, or after reading it. Counts the messages read.
+/// Hangs up on each client: before its message, with the message unread, or after reading it. Counts the messages read.
 class HangsUp {
  public:
   enum class When { before_it_speaks, unread, read };

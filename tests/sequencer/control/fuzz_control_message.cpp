@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a message of `tell`: one line that means something, or a fault; what is read is written and read back
-/// the same.
+/// Any bytes as a message of `tell` are one valid line or a fault. A valid message is the same after it is written and
+/// read again.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -14,11 +14,14 @@ struct BrokenThing {
   const char* shows;
   interlocks::InterlockId cause;
   interlocks::Reaction reaction;
-  int at;  ///< second in which it breaks
+  /// Second in which it breaks.
+  int at;
   void (*breaks)(BreakableRun&);
-  int acts_within;                    ///< seconds
-  void (*mends)(BreakableRun&) = {};  ///< null: passes by itself
-  int over_within = 60;               ///< seconds after the repair
+  int acts_within;  ///< seconds
+  /// Null: passes by itself.
+  void (*mends)(BreakableRun&) = {};
+  /// Seconds after the repair.
+  int over_within = 60;
   Setting setting = {};
   /// The set point moves back to its value before the fault.
   bool brought_back = false;

@@ -15,17 +15,19 @@
 
 namespace gyrotherm::faults {
 
-/// Faults of the chamber's end, in addition to those of any line.
+/// Faults of the chamber's end, in addition to the faults of any line.
 struct ChamberTrouble {
   /// Exception to every request; 0: none.
   std::uint8_t exception{};
-  bool only_writes{};   ///< exception only to writes
+  /// Exception only to writes.
+  bool only_writes{};
   bool foreign_unit{};  ///< another unit answers
   /// TCP: answers carry the number of another transaction.
   bool wrong_number{};
   /// TCP: a connection is never established or refused.
   bool half_open{};
-  bool ignores_writes{};  ///< acknowledged and not applied
+  /// Acknowledged and not applied.
+  bool ignores_writes{};
   /// Another chamber answers. Its identity is in the registers.
   bool exchanged{};
   /// A set point of a larger magnitude is applied as this magnitude.

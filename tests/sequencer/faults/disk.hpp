@@ -59,7 +59,8 @@ class Disk {
   std::int64_t most_rows_;
   std::optional<tests::FailingVfs> vfs_;
   std::function<void()> attend_;
-  Schedule standing_;  ///< active faults of the disk
+  /// Active faults of the disk.
+  Schedule standing_;
   bool takes_nothing_ = false, hangs_ = false, fails_once_ = false;
   std::int64_t every_ = 1;  ///< seconds per transaction
 };

@@ -13,9 +13,10 @@
 
 namespace gyrotherm::faults {
 
-/// Faults of the gyro's frames, in addition to those of its line.
+/// Faults of the gyro's frames, in addition to the faults of its line.
 struct GyroTrouble {
-  double garbled{}, lost{};  ///< shares of the frames
+  /// Shares of the frames that are garbled or lost.
+  double garbled{}, lost{};
   /// Frames wait, and arrive together when the fault is over.
   bool held_back{};
   bool dead{};  ///< its counters stop
@@ -23,7 +24,7 @@ struct GyroTrouble {
 
 class GyroEnd {
  public:
-  /// The laboratory must outlive this object. `settings` are those of the line.
+  /// The laboratory must outlive this object. `settings`: the line's.
   GyroEnd(const rig::GyroLine& settings, const std::vector<rig::UnitSettings>& units,
           const simulator::VirtualLaboratory& laboratory, const Clock& rig, std::uint64_t seed);
 
@@ -59,7 +60,8 @@ class GyroEnd {
   Sent before_;  ///< the previous second
   Bytes held_back_;
   std::vector<Sent> held_frames_;
-  std::deque<Sent> frames_;  ///< the last received frames
+  /// The last received frames.
+  std::deque<Sent> frames_;
 };
 
 }  // namespace gyrotherm::faults

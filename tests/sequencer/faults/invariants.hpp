@@ -29,8 +29,10 @@ struct RowBrief {
   std::int64_t slot{};
   int segment{};
   RunState state{};
-  bool in_band{};          ///< inside the segment's soak band
-  std::uint64_t values{};  ///< hash of all values
+  /// Inside the segment's soak band.
+  bool in_band{};
+  /// Hash of all values.
+  std::uint64_t values{};
   bool operator==(const RowBrief&) const = default;
 };
 
@@ -107,8 +109,10 @@ class Invariants {
   Violations violations_;
   /// The chamber's set point before the tick.
   Celsius in_force_;
-  std::optional<Celsius> sent_, sent_before_;  ///< last, and before the tick
-  int tries_ = 0;                              ///< attempts for the same set point
+  /// Last set point that was sent, now and before the tick.
+  std::optional<Celsius> sent_, sent_before_;
+  /// Attempts for the same set point.
+  int tries_ = 0;
   /// A broken chamber keeps the air away from its expected value.
   bool is_kept_away_ = false;
   std::optional<RunState> last_state_;
@@ -123,7 +127,8 @@ class Invariants {
   /// Index of each channel in the laboratory.
   std::vector<std::size_t> places_;
   std::vector<LostChannel> lost_channels_;
-  std::vector<std::int64_t> untroubled_ticks_;  ///< one per unit's line
+  /// One per unit's line.
+  std::vector<std::int64_t> untroubled_ticks_;
   std::array<std::int64_t, 7> seconds_in_state_{};
 
   /// Good stored readings of one instrument that are identical to those before.
@@ -131,7 +136,8 @@ class Invariants {
     std::vector<double> last;
     std::int64_t rows{}, longest{};
   };
-  std::int64_t ticks_of_life_ = 0;            ///< ticks without a break
+  /// Ticks without a break.
+  std::int64_t ticks_of_life_ = 0;
   std::vector<Identical> identical_;          ///< per thermometer instrument
   std::vector<std::int64_t> without_counts_;  ///< rows, by unit
   /// Flags of the last readings outside a limit: one list per thermometer, then the air.

@@ -20,11 +20,13 @@ using Bytes = std::vector<std::byte>;
 
 /// Faults of a line; none by default. A share is the probability for one answer.
 struct LineTrouble {
-  bool gone{};    ///< unplugged, or the connection refused
+  /// Unplugged, or the connection refused.
+  bool gone{};
   bool silent{};  ///< nothing arrives
   /// Requests are carried out, and their answers are lost.
   bool answers_lost{};
-  double lost{};  ///< share of requests or answers
+  /// Share of requests or answers.
+  double lost{};
   double garbled{}, cut{}, doubled{};
   Duration late{};  ///< delay of answers
 };
@@ -76,8 +78,10 @@ class LineEnd {
   std::mt19937_64 random_;
   Answer answer_;
   Garble garble_;
-  std::deque<Piece> coming_;  ///< in order of time
-  std::size_t next_ = 0;      ///< byte of the first piece
+  /// Pieces in order of time.
+  std::deque<Piece> coming_;
+  /// Byte of the first piece.
+  std::size_t next_ = 0;
   bool open_ = false;
   Bytes answered_;
 };

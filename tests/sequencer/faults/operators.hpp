@@ -62,7 +62,8 @@ class Listener {
 
   Descriptor reader_, writer_;
   std::unique_ptr<app::Outlet> outlet_;
-  std::int64_t said_ = 0, heard_ = 0;  ///< number of the last message
+  /// Number of the last message.
+  std::int64_t said_ = 0, heard_ = 0;
   /// Digits of the current message so far.
   std::string number_;
   bool in_number_ = false;

@@ -48,7 +48,8 @@ class Plant {
   simulator::VirtualLaboratory laboratory_;
 
  public:
-  simulator::LaboratoryFaults faults;  ///< active after the next apply_faults()
+  /// Active after the next apply_faults().
+  simulator::LaboratoryFaults faults;
 
  private:
   simulator::ChamberRegisters registers_;
@@ -57,8 +58,9 @@ class Plant {
   /// One per thermometer; its line has the address.
   std::vector<std::unique_ptr<bool>> are_exchanged_;
   std::vector<std::unique_ptr<LineEnd>> thermometers_;
-  std::vector<std::vector<std::size_t>> places_;  ///< positions of each thermometer's channels
-  std::vector<std::unique_ptr<GyroEnd>> gyros_;   ///< one per line
+  /// Positions of each thermometer's channels.
+  std::vector<std::vector<std::size_t>> places_;
+  std::vector<std::unique_ptr<GyroEnd>> gyros_;  ///< one per line
 };
 
 }  // namespace gyrotherm::faults

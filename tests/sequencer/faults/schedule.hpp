@@ -33,8 +33,10 @@ enum class InjectedFaultKind {
   chamber_wrong_number,
   // the chamber
   chamber_ignores_writes,
-  chamber_clamps,        ///< size: °C from zero
-  chamber_restarts,      ///< at its default set point
+  /// Size: °C from zero.
+  chamber_clamps,
+  /// Starts at its default set point.
+  chamber_restarts,
   chamber_switched_off,  ///< at its panel
   /// Full heating, regardless of its set point.
   chamber_manual,
@@ -42,28 +44,32 @@ enum class InjectedFaultKind {
   /// Size: remaining share of its power.
   heater_weak,
   cooler_weak,
-  machinery_stuck,  ///< size: −1 … 1
+  /// Size: −1 … 1.
+  machinery_stuck,
   door_open,
   limiter_trips,
   filter_dirty,
   air_sensor_error,  ///< size: K
   air_sensor_frozen,
-  air_sensor_broken,  ///< shows an impossible value
+  /// Shows an impossible value.
+  air_sensor_broken,
   // Thermometers. The target is the channel; for a line, the instrument.
   thermometer_open,   ///< reads 850 °C
   thermometer_short,  ///< reads −200 °C
   thermometer_lost,   ///< shows no number
   thermometer_stuck,
-  thermometer_spike,     ///< size: K
-  thermometer_drift,     ///< size: K
-  thermometers_swapped,  ///< the target and the next
+  thermometer_spike,  ///< size: K
+  thermometer_drift,  ///< size: K
+  /// The target and the next.
+  thermometers_swapped,
   /// Size: °C shown in every second second.
   thermometer_alternates,
   /// All channels of the target instrument.
   thermometers_frozen,
   thermometer_silent,
   thermometer_gone,
-  thermometer_exchanged,  ///< another instrument has its position
+  /// Another instrument has its position.
+  thermometer_exchanged,
   thermometer_lossy,
   thermometer_noise,
   thermometer_late,
@@ -74,7 +80,8 @@ enum class InjectedFaultKind {
   gyro_garbled,
   gyro_loses_frames,
   gyro_bursts,
-  gyro_dead,  ///< sends frames with stopped counters
+  /// Sends frames with stopped counters.
+  gyro_dead,
   gyro_restarts,
   // the disk
   disk_full,
@@ -82,11 +89,14 @@ enum class InjectedFaultKind {
   /// Size: number of operations until then.
   disk_fails_once,
   disk_loses_syncs,
-  disk_slow,   ///< size: s per transaction
-  disk_hangs,  ///< a write does not return
+  /// Size: s per transaction.
+  disk_slow,
+  /// A write does not return.
+  disk_hangs,
   // The record's files, changed by another program. The target is the main file or its log.
   file_removed,
-  file_replaced,  ///< a copy replaces it
+  /// A copy replaces it.
+  file_replaced,
   /// Size: remaining share of its length.
   file_cut,
   /// Size: position as share of its length.
@@ -95,15 +105,18 @@ enum class InjectedFaultKind {
   /// No tick, and instruments are not read.
   machine_sleeps,
   wall_clock_steps,  ///< size: s
-  program_late,      ///< no tick for the duration
+  /// No tick for the duration.
+  program_late,
   /// And is resumed after the duration.
   program_crashes,
   /// A signal stops it; it is resumed after the duration.
   program_stopped,
-  outputs_blocked,  ///< the output is not read
+  /// The output is not read.
+  outputs_blocked,
   /// The program is resumed after the duration; data that was not synced is lost.
   power_cut,
-  operator_pauses,  ///< and resumes after the duration
+  /// The operator resumes after the duration.
+  operator_pauses,
   operator_stops,
   operator_aborts,
   /// Several requests within a second; size: selection.

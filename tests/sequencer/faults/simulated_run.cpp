@@ -114,7 +114,7 @@ class SimulatedRun {
   bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
   Operators operators_;
   std::vector<std::string> dropped_;               ///< before the resume
-  std::map<std::string, std::string> identities_;  ///< at the run's start, from its record
+  std::map<std::string, std::string> identities_;  ///< at the run's start
   std::optional<Listener> listener_;
   const bool cuts_power_;
   /// Last acknowledged slot before a file was attacked, until the program has noticed it.

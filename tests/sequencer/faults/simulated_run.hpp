@@ -65,12 +65,15 @@ enum class Ending {
 struct SimulatedRunReport {
   Violations violations;
   Ending ending = Ending::never_began;
-  std::int64_t seconds = 0;  ///< length of the run
-  std::int64_t lives = 0;    ///< lives of the program
+  /// Length of the run.
+  std::int64_t seconds = 0;
+  /// Lives of the program.
+  std::int64_t lives = 0;
   std::uint64_t log_hash = 0;
   /// Longest time that rows waited for the disk, in seconds.
   std::int64_t longest_backlog = 0;
-  int parts = 1;  ///< files of the record
+  /// Files of the record.
+  int parts = 1;
   std::array<std::int64_t, 7> seconds_in_state{};
   std::vector<RowBrief> rows;
 };

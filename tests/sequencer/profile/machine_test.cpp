@@ -12,7 +12,8 @@ namespace {
 
 using std::chrono::seconds;
 
-/// 100 s at 20 °C, 60 s to 25 °C, 100 s there, guaranteed within 2 K, and as `soak` says.
+/// Returns a profile: 100 s at 20 °C, 60 s to 25 °C, and 100 s there as a guaranteed soak within 2 K with the keys
+/// `soak`.
 Profile profile_with(const std::string& soak) {
   return parsed(kHold20 + R"([[segment]]
 kind = "ramp"
@@ -25,7 +26,7 @@ guaranteed_soak = true
 )" + soak);
 }
 
-/// … at most 200 s.
+/// Returns that profile with a deadline of 200 s.
 Profile soak_profile() { return profile_with("deadline = \"200 s\"\n"); }
 
 ProfileState after(const Profile& profile, ProfileState state, int steps, std::optional<Celsius> air,
@@ -78,7 +79,7 @@ TEST(Soak, TakesNoLongerThanAHoldIfTheAirIsThere) {
 
 TEST(Soak, CountsOnlyInsideTheBand) {
   const auto profile = soak_profile();
-  auto state = after(profile, at_soak(profile), 30, Celsius{23});  // on the edge counts
+  auto state = after(profile, at_soak(profile), 30, Celsius{23});  // the edge counts
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(30));
   state = after(profile, state, 20, Celsius{22.99});
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(30));
@@ -88,7 +89,7 @@ TEST(Soak, CountsOnlyInsideTheBand) {
   EXPECT_TRUE(std::holds_alternative<Complete>(next(profile, state, {kSecond, Celsius{25}})));
 }
 
-/// … which counts only after 30 s in the band, and below 0.5 °C/min.
+/// Returns that profile with a soak that counts only after 30 s in the band, and below 0.5 °C/min.
 Profile patient_profile() {
   return profile_with(R"(soak_sensor = "A"
 soak_dwell = "30 s"

@@ -12,7 +12,7 @@ namespace gyrotherm::profile {
 namespace {
 
 struct Wrong {
-  std::string segments;  ///< from line 4 on
+  std::string segments;  ///< first line: 4
   std::string said;
 };
 
@@ -22,11 +22,11 @@ class Mistake : public testing::TestWithParam<Wrong> {};
 
 TEST_P(Mistake, IsToldWithItsPlace) { EXPECT_EQ(refusal(GetParam().segments), GetParam().said); }
 
-const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";      // goes on at line 10
-const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";  // likewise
+const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";      // continues at line 10
+const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";  // continues at line 10
 const std::string kRandom = kHold20 +
                             "[[segment]]\nkind = \"random\"\nseed = 1\nduration = \"1 h\"\nrates = [1, 5]\n"
-                            "hold = [\"1 s\", \"1 min\"]\n";  // goes on at line 14
+                            "hold = [\"1 s\", \"1 min\"]\n";  // continues at line 14
 
 INSTANTIATE_TEST_SUITE_P(
     Holds, Mistake,
@@ -134,7 +134,7 @@ TEST(Mistakes, AnotherKindOfFileIsTheOnlyOne) {
   EXPECT_EQ(text(p.error()), "p.toml:1:10: this is a file of gyrotherm-rig/1, expected one of gyrotherm-profile/1");
 }
 
-/// `depth` repeats around one hold, each with `count` passes.
+/// Returns `depth` nested repeats around one hold, each with `count` passes.
 std::string nested(int depth, const std::string& count) {
   std::string segments, path = "segment";
   for (int i = 0; i < depth; ++i, path += ".segment")
@@ -142,7 +142,7 @@ std::string nested(int depth, const std::string& count) {
   return segments + "[[" + path + "]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
 }
 
-/// Were it expanded, this test would not end.
+/// An expansion would never end.
 TEST(RepeatBomb, IsRefusedWithoutBeingExpanded) {
   EXPECT_EQ(refusal(nested(7, "9223372036854775807")),
             "p.toml:25:1: the profile grows beyond 20000 segments or 100000000 s here");
@@ -153,7 +153,7 @@ TEST(RepeatBomb, TwentyThousandSegmentsAreStillAllowed) {
   EXPECT_NE(refusal(nested(1, "20001")), "nothing");
 }
 
-/// As many holds one behind the other.
+/// Returns this number of holds in a row.
 std::string written_out(int count) {
   std::string segments;
   for (int i = 0; i < count; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";

@@ -208,7 +208,7 @@ hold = ["10 min", "1 h"]
   std::string drawn;
   for (std::size_t i = 1; i < p.segments.size(); ++i)
     drawn += p.segments[i].name + ", " + std::to_string(p.segments[i].duration / seconds(1)) + " s; ";
-  EXPECT_EQ(drawn,  // from a second implementation of the engine
+  EXPECT_EQ(drawn,  // computed by a second implementation
             "ramp to -9.7 °C, 485 s; hold -9.7 °C, 1675 s; "
             "ramp to -7.5 °C, 100 s; hold -7.5 °C, 1672 s; "
             "ramp to -18.2 °C, 138 s; hold -18.2 °C, 1389 s; "

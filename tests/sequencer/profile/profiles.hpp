@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Profiles for the laws of the sequencer.
+/// Profiles for the tests of the sequencer.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,19 +11,19 @@
 
 namespace gyrotherm::profile {
 
-/// A profile of these segments, with the three lines every profile begins with: the segments' first line is line 4.
+/// Returns a profile of these segments after the three lines of every profile: the segments start at line 4.
 inline std::string with_head(const std::string& segments) {
   return "schema = \"gyrotherm-profile/1\"\nname = \"p\"\n\n" + segments;
 }
 
-/// Parses what must be right.
+/// Parses a valid profile.
 inline Profile parsed(const std::string& segments) {
   auto profile = parse_profile(with_head(segments), "p.toml");
   EXPECT_TRUE(profile.has_value()) << (profile ? "" : text(profile.error()));
   return profile ? *profile : Profile{};
 }
 
-/// What is said of a profile with mistakes: "place: what", one a line.
+/// Returns the errors of a profile: "position: error", one per line.
 inline std::string refusal(const std::string& segments) {
   const auto profile = parse_profile(with_head(segments), "p.toml");
   return profile ? "nothing" : text(profile.error());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a profile asks of people.
+/// Prompts: the tasks of a profile for people.
 #include <gtest/gtest.h>
 
 #include "tests/sequencer/profile/profiles.hpp"

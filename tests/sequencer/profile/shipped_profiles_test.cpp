@@ -69,7 +69,7 @@ TEST(ShippedProfiles, AllParseSuitTheChamberAndRunToTheEnd) {
   EXPECT_GE(count, 6);
 }
 
-/// Errata, section 5.
+/// The numbers come from the errata, section 5.
 TEST(Qualification, HasThePapersArithmetic) {
   const auto profile = shipped(kProfiles / "qualification.toml");
   const auto timeline = plan(profile);

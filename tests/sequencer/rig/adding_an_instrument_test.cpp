@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files on the page docs/adding-an-instrument.md are read, and run on the virtual laboratory.
+/// The files of docs/adding-an-instrument.md parse, and run on the virtual laboratory.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace gyrotherm::rig {
 namespace {
 
-/// The page's files by the path that their first line is.
+/// Returns the page's files by path, which is their first line.
 std::map<std::string, std::string> shown_files() {
   std::istringstream page(read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value());
   std::map<std::string, std::string> files;
@@ -34,7 +34,7 @@ std::map<std::string, std::string> shown_files() {
   return files;
 }
 
-/// The page's rig, with the laboratory of the default one behind it.
+/// Returns the page's rig with the laboratory of the default rig.
 Result<RigFile> shown_rig(const std::string& instead_of = "", const std::string& other = "") {
   auto files = shown_files();
   auto& rig = files["profiles/rigs/acme.toml"];
@@ -108,7 +108,7 @@ TEST(AddingAnInstrument, AProgramHasACommandAndNoLine) {
   EXPECT_NE(mistake("command = [\"acme\"]\nline = \"tcp://1.2.3.4\"").find("a program has no line"), std::string::npos);
 }
 
-/// The rig of the page, with programs for all its thermometers: the laboratory answers in their place.
+/// The page's rig, with programs for all its thermometers: the laboratory answers in their place.
 TEST(AddingAnInstrument, AProgramIsTriedOnTheVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
   auto rig = shown_rig("driver = \"pt12\"", "driver = \"process\"\ncommand = [\"./none\"]");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each shipped register map, on each of its links, drives the virtual rig through the qualification profile shortened
-// to an hour: client and virtual unit read the same file.
+// Each shipped register map, on each of its links, drives the virtual rig through the qualification profile, shortened
+// to an hour. Client and virtual unit read the same file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,8 @@ drivers::RegisterMap map_of(const std::string& name) {
   return drivers::parse_register_map(text.value(), name + ".toml").value();
 }
 
-/// On the virtual rig every line is a TCP one: RTU and RTU over TCP are the same there.
+/// Returns all maps on their links. On the virtual rig every line is a TCP line, so that RTU and RTU over TCP are
+/// equal.
 std::vector<MapOnALink> all_maps() {
   std::vector<MapOnALink> all;
   for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
@@ -44,7 +45,7 @@ TEST_P(EveryMap, RunsTheShortQualification) {
   auto map = on_link(map_of(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
   const double step = map->find("set_point")->resolution;
-  // On RTU the first request waits for twice this: the line may still carry answers to somebody else.
+  // With RTU the first request waits for twice this time, because the line may carry answers to another client.
   map->link.modbus.timeout = std::min<Duration>(map->link.modbus.timeout, std::chrono::milliseconds(400));
   map->limits.every = Duration{};
   dry_run.file().chamber_map = *map;

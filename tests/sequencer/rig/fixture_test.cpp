@@ -52,7 +52,7 @@ TEST(Fixture, StandsOnTheEarth) {
   EXPECT_EQ(text(verdict.error()), "rig.toml:1:12: \"latitude\" is 140°, expected -90 to 90, north above 0");
 }
 
-/// No figure of one axis stands for the angles of a fixture: at this place the tilt of axis a alone would be 0.3°.
+/// The uncertainty of one axis cannot represent the angles of a fixture: here the tilt of axis a alone would be 0.3°.
 TEST(Fixture, KeepsEachAngleAsItWasSaid) {
   const Fixture fixture{.latitude = 31.2, .azimuth = 12, .elevation_uncertainty = 0.01, .roll_uncertainty = 0.02};
   const auto known = placed(fixture, {0.6, 0, 0.8}, 0.005).uncertainty;

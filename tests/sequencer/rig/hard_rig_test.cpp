@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs on the hard rig: the true bias in the record, and a gyro that is days older and goes on so.
+/// Runs on the hard rig: the true bias in the record, and a gyro that is days older and remains so.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ record::Record recorded(tests::DryRun& dry_run, std::int64_t seconds) {
   return std::move(*record);
 }
 
-/// What is read in each second lies about Earth's rate and the true bias: 0.018 °/h of one second.
+/// The reading of each second scatters around Earth rate plus true bias: 0.018 °/h in one second.
 TEST(HardRig, ItsRecordHasTheTrueBiasOfEachSecond) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   const auto record = recorded(dry_run, 1'000'000);
@@ -48,7 +48,7 @@ TEST(HardRig, AnotherDayIsAnotherRunOfAnOlderGyro) {
       << "the same gyro";
 }
 
-/// The world that a continuation lives through is the one that was interrupted, to the bit.
+/// The world of a resumed run is identical to the interrupted one, to the bit.
 TEST(HardRig, ResumeReplaysTheSameDays) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   dry_run.days_later = 30;

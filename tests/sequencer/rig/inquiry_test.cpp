@@ -153,7 +153,7 @@ TEST(Inquiry, DescribesARateBesideTheEarthRateAndWarnsWhenTheyDisagree) {
             "rate 12.00 °/h (Earth rate unknown: the rig file has no latitude)");
 }
 
-/// A gyro that sends one rate, and of two values the second.
+/// A gyro with a constant rate. It sends the second of two values.
 class SteadyGyro final : public drivers::Gyro {
  public:
   explicit SteadyGyro(std::int64_t counts, std::vector<double> values) : counts_(counts), values_(std::move(values)) {}

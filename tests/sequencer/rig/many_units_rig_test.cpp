@@ -56,7 +56,8 @@ TEST(ManyUnitsRig, ALotHasTwentyFourAxesAndValues) {
   EXPECT_EQ(rig.gyro_lines[7].frame.axes, (std::vector<std::string>{"x", "y", "z"}));
 }
 
-/// A real rig whose inertial unit is two units under test on one line: its z axis, and its x axis with a temperature.
+/// Returns a real rig whose inertial unit is two units under test on one line: its z axis, and its x axis with a
+/// temperature.
 std::string two_on_one_line() {
   return changed(rig_text_of("example-binder-dcon-stim300"), "[gyro]\n", "[[gyro]]\nname = \"a\"\n") +
          "\n[[gyro]]\nname = \"b\"\nshares_line_with = \"a\"\naxis = \"x\"\nvalues = [\"temperature_x\"]\n";
@@ -97,7 +98,7 @@ TEST(ManyUnitsRig, EveryMistakeIsToldWithItsPlace) {
             std::string::npos);
 }
 
-/// The rig file with one of its units alone.
+/// Returns the rig file with one of its units alone.
 std::string only(const std::string& rig_text, const std::string& unit) {
   std::string kept, block;
   bool of_a_unit = false;
@@ -121,7 +122,7 @@ std::string only(const std::string& rig_text, const std::string& unit) {
   return kept;
 }
 
-/// The record of two minutes on a rig.
+/// Returns the record of two minutes on a rig.
 record::Record two_minutes_on(const std::string& rig_text, const std::string& which) {
   auto rig = parse_rig(rig_text, kRigFolder + which + ".toml");
   EXPECT_TRUE(rig) << text(rig.error());
@@ -131,8 +132,8 @@ record::Record two_minutes_on(const std::string& rig_text, const std::string& wh
   return record::read_record(run.path()).value();
 }
 
-/// Laws of the lot: an axis is the same alone as among twenty-four, to the last bit. What differs is the record's own
-/// description, and with it the chain.
+/// Invariant of the lot: an axis alone equals the same axis among twenty-four, to the last bit. Only the record's own
+/// description differs, and with it the chain.
 TEST(ManyUnitsRig, AUnitAloneIsTheUnitOfTheLot) {
   const auto lot = rig_text_of("virtual-lot");
   const auto all = two_minutes_on(lot, "lot"), alone = two_minutes_on(only(lot, "u3"), "alone");

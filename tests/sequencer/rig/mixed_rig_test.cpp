@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The same laboratory behind other instruments gives the same record.
+/// The same laboratory with other instruments gives the same record.
 #include <gtest/gtest.h>
 
 #include <cmath>

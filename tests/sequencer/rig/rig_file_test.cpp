@@ -21,7 +21,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 std::string virtual_rig() { return read_text_file(kRigs + "virtual.toml").value(); }
 
-/// The fault of a rig file at the place of the shipped one.
+/// Returns the error of a rig file in the folder of the shipped rig.
 std::string mistake_in(const std::string& text) {
   const auto rig = parse_rig(text, kRigs + "virtual.toml");
   return rig ? "" : rig.error().what;
@@ -78,11 +78,11 @@ TEST(RigFile, ALineMustBeAnAddress) {
   EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"COM3\"")), "");
 }
 
-/// Returns a shipped example of a real rig with lines before the first that begins with `before`.
+/// Returns a shipped example of a real rig with additional lines before the first line that begins with `before`.
 std::string real_rig_with(const std::string& lines, const std::string& example = "example-f4t-lakeshore-kvh.toml",
                           const std::string& before = "safe_set_point = ") {
   auto text = read_text_file(kRigs + example).value();
-  const std::string table = "[chamber.link]\n";  // has comments alone
+  const std::string table = "[chamber.link]\n";  // has only comments
   if (const auto at = text.find(table); at != std::string::npos) text.erase(at, table.size());
   return replaced(text, before, lines + before);
 }
@@ -159,7 +159,7 @@ TEST(RigFile, TextInstrumentsMayBeOnALineThatEchoes) {
   EXPECT_NE(parse_rig(usb, kRigs + "mine.toml").error().what.find("can echo"), std::string::npos);
 }
 
-/// Who opens the port second would be told that another program has it.
+/// The second instrument would otherwise be reported as locked by another program.
 TEST(RigFile, APortIsOneInstruments) {
   const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
   const auto with_gyro_at = [&](const std::string& line) {
@@ -218,7 +218,7 @@ TEST(RigFile, AChamberThatHeatsOrCoolsBackwardsIsAMistake) {
     }
 }
 
-/// The shipped rig with these limits alone.
+/// Returns the shipped rig with only these limits.
 Result<RigFile> with_limits(const std::string& lines) {
   auto text = virtual_rig();
   const auto from = text.find("[limits]\n"), to = text.find("\n[", from);

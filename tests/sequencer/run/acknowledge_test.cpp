@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Operators acknowledge alarms: one, several or all. The record has who it was and the comment.
+/// Operators acknowledge alarms: one, several or all. The record has the operator and the comment.
 #include <gtest/gtest.h>
 
 #include "tests/support/bench_rig.hpp"
@@ -11,7 +11,7 @@ const char* kTwoHours = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \
 
 control::ControlRequest acknowledge(const std::string& text) { return *control::request_of("acknowledge", text); }
 
-/// A door that was open for a while.
+/// A run after its door was open for a while.
 class DoorTest : public testing::Test {
  protected:
   DoorTest() {

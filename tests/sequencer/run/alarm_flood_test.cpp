@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Half an hour of a starved machine or a flaky cable: the list has at most one row per cause and instrument, all are
-/// acknowledged at once, and the record has every occurrence.
+/// Half an hour with a starved machine or a flaky cable: the list has at most one row per cause and instrument, one
+/// acknowledgement covers all, and the record has every occurrence.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -39,7 +39,7 @@ class AlarmFlood : public testing::Test {
 
   int between(int low, int high) { return std::uniform_int_distribution(low, high)(random_); }
 
-  /// Silence for 1 to 12 s, then answers for 3 to 40 s, for half an hour.
+  /// Simulates silence for 1 to 12 s, then answers for 3 to 40 s, for half an hour.
   void drop_out(const Silence& silence, int most_late) {
     for (int second = 0; second < kHalfAnHour;) {
       const auto late = most_late > 0 ? between(1, most_late) : 0;
@@ -58,14 +58,14 @@ class AlarmFlood : public testing::Test {
       check_rows();
     }
   }
-  /// One row per tag, whatever its state.
+  /// Checks that the list has one row per tag, in any state.
   void check_rows() {
     std::set<std::string> tags;
     most_rows_ = std::max(most_rows_, record::count_unacknowledged(bench_.record().alarms().list()));
     for (const auto& alarm : bench_.record().alarms().list())
       EXPECT_TRUE(tags.insert(alarm.tag()).second) << alarm.tag();
   }
-  /// The record has each occurrence as an event of its own.
+  /// Checks that the record has each occurrence as a separate event.
   void expect_every_occurrence() {
     std::int64_t events = 0;
     for (const auto& event : bench_.record().events)

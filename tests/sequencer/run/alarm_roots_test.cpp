@@ -14,7 +14,7 @@ using std::chrono_literals::operator""s;
 
 tl::unexpected<Fault> lost() { return failure(FaultKind::timeout, "instrument", "no reply"); }
 
-/// A chamber, two scanners of two thermometers and a gyro, each at the address that is given.
+/// A chamber, two scanners of two thermometers and a gyro at the given addresses.
 class Roots {
  public:
   Roots(const std::string& chamber, const std::string& scanner_1, const std::string& scanner_2,

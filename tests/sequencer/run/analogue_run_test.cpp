@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs whose units have values that analogue inputs measure.
+// Runs with values of units that analogue inputs measure.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 const std::string kTenSeconds = GYROTHERM_SOURCE_DIR "/tests/profiles/ten-seconds.toml";
 
-/// The columns of the record that no analogue input has.
+/// Returns the columns of the record that do not come from an analogue input.
 std::vector<double> other_columns(const record::Record& record) {
   std::vector<double> all = record.chamber_air_c;
   for (const auto& thermometer : record.thermometers_c) all.insert(all.end(), thermometer.begin(), thermometer.end());
@@ -83,7 +83,7 @@ TEST(AnalogueInputs, ARunGoesOnFromItsRecordAlone) {
   }
 }
 
-/// A sample of two units: the first with two analogue values, of which the second is silent.
+/// Returns a sample of two units. The first has two analogue values, and the second of them is silent.
 Sample half_silent() {
   Sample sample;
   sample.chamber = {ChamberState{{20}, {20}}, {}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run on a rig in which one thing breaks: what it commands, when it waits, and how it ends.
+/// Runs on a rig in which one thing breaks: the commands, the waits, and the end.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace gyrotherm::run {
 namespace {
 
-/// Two minutes at 20 °C, to 30 °C at 5 °C/min, a soak of ten minutes there, back.
+/// Two minutes at 20 °C, a ramp to 30 °C at 5 °C/min, a soak of ten minutes there, and back.
 const std::string kSoak = R"([[segment]]
 kind = "hold"
 at = 20
@@ -29,7 +29,7 @@ to = 20
 rate = 5
 )";
 
-/// The greatest distance between a set point sent and the one before it.
+/// Returns the greatest difference between a set point sent and the previous one.
 double greatest_step(const std::vector<double>& sent, std::size_t from = 0) {
   double greatest = 0;
   for (auto i = std::max<std::size_t>(from, 1); i < sent.size(); ++i)
@@ -75,7 +75,7 @@ TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
   bench.seconds(20);
   bench.chamber().silent = false;
   bench.chamber().restart();
-  for (int i = 0; i < 60; ++i) bench.chamber().second();  // it has drifted meanwhile
+  for (int i = 0; i < 60; ++i) bench.chamber().second();  // the air drifts meanwhile
   const auto sent = bench.chamber().sent_c.size();
   const double air = bench.chamber().air_c;
   ASSERT_LT(air, 27);
@@ -89,7 +89,7 @@ TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
-/// Takes the chamber off the mains for 20 s and lets 2 s pass.
+/// Disconnects the chamber from the mains for 20 s, and lets 2 s pass.
 void take_off_the_mains(tests::Bench& bench, bool keeps_its_set_point) {
   bench.seconds(500);
   bench.chamber().silent = true;
@@ -216,7 +216,7 @@ TEST(BrokenRig, AfterAForeignSetPointThatIsPutBackTheClockWaitsForTheAir) {
   EXPECT_NEAR(bench.chamber().air_c, 30, 2);
 }
 
-/// A set point that the chamber did not take is sent again only while the run goes on.
+/// A refused set point is sent again only while the run continues.
 TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
   tests::Bench bench(kSoak);
   bench.seconds(150);
@@ -254,7 +254,7 @@ TEST(BrokenRig, WhatAForeignSetPointHoldsTheOperatorLetsGoOnAtOnce) {
   EXPECT_NEAR(bench.chamber().air_c, 30, 2);
 }
 
-/// An operator who lets a paused run go on, with the set point from the panel, has not seen yet that the machine slept.
+/// An operator who resumes a paused run with the panel's set point does not know yet that the machine slept.
 TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
@@ -276,13 +276,13 @@ TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
   EXPECT_EQ(bench.chamber().set_point_c, 30);
 }
 
-/// A run that is paused when the set point is changed at the panel, and let go on before anybody was told.
+/// Pauses a run, changes the set point at the panel, and resumes the run before the change is reported.
 void let_go_on_before_it_is_told(tests::Bench& bench) {
   bench.seconds(500);
   bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(10);
   bench.chamber().set_point_c = 40;
-  bench.seconds(1);  // at the first poll it may be an error of reading
+  bench.seconds(1);  // perhaps a misreading
   ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(30);
@@ -423,7 +423,7 @@ TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
   EXPECT_EQ(hold.run_controller().end_cause(), "stopped by Ada");
 }
 
-/// Nine thermometers, the second of which reads too high by so much, as its certificate says.
+/// Returns nine thermometers. The certificate of the second states that it reads too high by `too_high`.
 std::function<void(rig::RigFile&)> with_offset_of_b(Kelvins too_high) {
   return [too_high](rig::RigFile& file) {
     rig::ThermometerSettings settings;
@@ -453,7 +453,7 @@ TEST(BrokenRig, ASoakCountsAtTheTemperatureAndNotAtTheReading) {
   EXPECT_NEAR(to_seconds(bench.progress().soaked), 302, 30) << "on its way from 29 to 31 °C";
 }
 
-/// … for `soak_dwell`, without leaving it while the clock stands either.
+/// Leaving the band restarts the dwell, also while the profile's clock is stopped.
 TEST(BrokenRig, ADwellBeginsAnewIfTheAirLeftItsBandWhileTheRunWasHeld) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_dwell = \"5 min\"\n");
@@ -519,7 +519,7 @@ TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
 }
 
-/// Whoever reads nothing while the machine sleeps is lost afterwards, once: that is no silence of an hour.
+/// A gyro that lost its data while the machine slept reports one fault. That is not a silence of an hour.
 TEST(BrokenRig, ASleepIsNoSilence) {
   tests::Bench bench(kSoak);
   bench.seconds(400);
@@ -545,7 +545,7 @@ TEST(BrokenRig, OneLostReadingInALateSecondIsNoSilence) {
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
 }
 
-/// Whatever else stops the run, and though the chamber does not answer at first.
+/// Applies also if another cause stops the run, or if the chamber does not answer at first.
 TEST(BrokenRig, AirThatLeftItsPlaceInAPauseHasToComeBack) {
   for (const int pause : {100, 125})
     for (const bool silent : {false, true}) {
@@ -597,7 +597,8 @@ TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
 
 TEST(BrokenRigDeathTest, ASetPointFasterThanTheRampLimitEndsTheProcess) {
   EXPECT_DEATH(
-      {  // limits as no rig file can have them: heating at −6 °C/min cools, and faster than it may
+      // Limits that no rig file can have: heating at −6 °C/min cools, and faster than permitted.
+      {
         tests::Bench bench(kSoak, [](rig::RigFile& file) {
           file.chamber_limits.fastest_heating = {-6};
           file.chamber_limits.fastest_cooling = {1};

@@ -52,7 +52,7 @@ TEST(DroppedUnits, OfARunThatGoesOnAreInItsRecord) {
   EXPECT_EQ(units.all(), (std::vector{false, true}));
 }
 
-/// A rig with two units; with `go_on` the run goes on for the other when one falls silent.
+/// Returns a rig with two units. With `go_on`, the run continues for the other unit if one falls silent.
 std::function<void(rig::RigFile&)> two_units(bool go_on) {
   return [go_on](rig::RigFile& file) {
     file.units = {rig::UnitSettings{}, rig::UnitSettings{}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Each cause by itself: what raises it, what it asks for, and that nothing less does.
+/// Each interlock by itself: the cause that raises it, its reaction, and values that do not raise it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ TEST(InterlockId, OneAlarmUntilItIsOver) {
   bench.chamber().activity = ChamberActivity::door_open;
   bench.seconds(100);
   EXPECT_EQ(bench.alarms, 1);
-  for (int i = 0; i < 20; ++i) {  // a door that swings
+  for (int i = 0; i < 20; ++i) {  // a swinging door
     bench.chamber().activity = i % 2 ? ChamberActivity::door_open : ChamberActivity::running;
     bench.seconds(4);
   }
@@ -112,7 +112,7 @@ TEST(InterlockId, AThermometerBetweenTheOthersAndTheAirAgreesWithThem) {
   }
 }
 
-/// Of three, one that reads high stands between the others and their median as well as one that reads low.
+/// With three thermometers, a high reading lies between the others and their median in the same way as a low one.
 TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
   for (const double wrong : {-60.0, 90.0}) {
     Bench bench;
@@ -175,7 +175,7 @@ TEST(InterlockId, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
   EXPECT_FALSE(spike.has(interlocks::InterlockId::chamber_sensor));
 }
 
-/// The air falls to the room's within a minute, also while its reading is lost for some seconds.
+/// The air falls to the ambient temperature within a minute, also while its reading is lost for some seconds.
 TEST(InterlockId, AirThatLeavesThroughTheDoorIsNoContradiction) {
   Bench bench;
   double air = 85;
@@ -191,7 +191,8 @@ TEST(InterlockId, AirThatLeavesThroughTheDoorIsNoContradiction) {
 TEST(InterlockId, AnArticleThatLagsIsNoContradiction) {
   Bench bench;
   bench.seconds(700);
-  for (int i = 0; i < 600; ++i) {  // a ramp of 5 °C/min, and an article that hardly follows
+  // A ramp of 5 °C/min, and a unit under test that hardly follows.
+  for (int i = 0; i < 600; ++i) {
     bench.chamber().air = bench.chamber().air + Kelvins{5.0 / 60};
     bench.around.sent = bench.chamber().set_point = bench.chamber().air;
     ASSERT_NE(bench.second().reaction, interlocks::Reaction::abort) << i;
@@ -220,7 +221,7 @@ TEST(InterlockId, AirThatFollowsWithALagIsWell) {
   double set_point = 20, air = 20, uut = 20;
   for (int i = 0; i < 4000; ++i) {
     if (i > 300 && i < 1000) set_point += 5.0 / 60;
-    air += (set_point - air) / 240;  // twice as slow as expected
+    air += (set_point - air) / 240;  // twice as slow as predicted
     bench.around.sent = bench.chamber().set_point = {set_point};
     bench.chamber().air = {air};
     for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, uut += (air - uut) / 3600 / 9);
@@ -406,7 +407,7 @@ TEST(InterlockId, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarms
   EXPECT_EQ(bench.alarms, 2);
 }
 
-/// An operator whom it asked for would never be let go on.
+/// An operator whose confirmation is required could otherwise never resume the run.
 TEST(InterlockId, ADamagedRecordHoldsTheRunOnceForEachDamage) {
   Bench bench;
   bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::record_damaged)] = interlocks::Reaction::hold;
@@ -418,7 +419,7 @@ TEST(InterlockId, ADamagedRecordHoldsTheRunOnceForEachDamage) {
   EXPECT_EQ(bench.alarms, 2) << "one for each file; none is over";
 }
 
-/// On a line that loses much, what the chamber does is known some seconds after its air.
+/// On a lossy line the chamber's activity is known some seconds after its air.
 TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
   Bench bench;
   bench.sample.chamber.value = silence();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The interlocks without a rig: samples go in, demands and alarms come out, a second at a time.
+/// The interlocks without a rig: the test sets samples, and reads demands and alarms, second by second.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace gyrotherm::run {
 
-/// A rig in which everything is well, a second at a time; what is broken in it stays so.
+/// A rig without faults, one second per step. A fault that the test sets remains.
 class InterlockBench {
  public:
   InterlockBench() {
@@ -39,7 +39,7 @@ class InterlockBench {
     for (int i = 0; i < count; ++i) demand = second();
     return demand;
   }
-  /// The first second in which it reacts so, or −1 if none of the next `most` does.
+  /// Returns the first second with this reaction, or −1 if none of the next `most` has it.
   int seconds_until(interlocks::Reaction reaction, int most = 4000) {
     for (int i = 1; i <= most; ++i)
       if (second().reaction == reaction) return i;

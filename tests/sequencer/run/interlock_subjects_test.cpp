@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// An alarm is identified by its interlock and its subject: a second culprit is an event and an alarm of its own.
+/// An alarm is identified by its interlock and its subject: a second culprit has an event and an alarm of its own.
 #include <gtest/gtest.h>
 
 #include "tests/sequencer/run/interlock_bench.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-/// Nine thermometers on two instruments, as on the virtual rig.
+/// Returns nine thermometers on two instruments, as on the virtual rig.
 InterlockBench nine_thermometers() {
   InterlockBench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
@@ -97,7 +97,7 @@ TEST(InterlockSubjects, RaiseAlarmForThermometerThatStopsAfterAnother) {
   EXPECT_EQ(bench.raised, (Strings{"stuck E", "stuck F"}));
 }
 
-/// Fields of the record's events.
+/// Tests the fields of the record's events.
 TEST(InterlockSubjects, AreTheChannelsOfTheEvents) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 h\"\n");
   bench.seconds(5);

@@ -12,7 +12,7 @@
 namespace gyrotherm::run {
 namespace {
 
-/// A second in which everything is well.
+/// Returns a second without faults.
 Sample good_sample() {
   Sample sample{.at = {},
                 .chamber = {ChamberState{{20}, {20}}, {}},
@@ -25,7 +25,7 @@ Sample good_sample() {
 
 auto no_reply() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
 
-/// Judges the same sample again and again; the verdict of the last second.
+/// Judges the same sample repeatedly and returns the last demand.
 interlocks::InterlockDemand after(const Sample& sample, int seconds, const interlocks::InterlockLimits& limits = {}) {
   interlocks::InterlockResult result;
   for (int i = 0; i < seconds; ++i) result = judge(limits, result.memory, sample, kSecond);
@@ -74,7 +74,7 @@ TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
   EXPECT_EQ(after(sample, 2).reaction, interlocks::Reaction::abort);
 }
 
-/// Judges samples in turn, a second each; the last judgement.
+/// Judges the samples in turn, one second each, and returns the last result.
 interlocks::InterlockResult after_all(const std::vector<Sample>& samples,
                                       const interlocks::InterlockLimits& limits = {}) {
   interlocks::InterlockResult result;
@@ -172,7 +172,7 @@ TEST(Interlocks, TheMostSevereReactionWins) {
   EXPECT_EQ(after(sample, 10).reaction, interlocks::Reaction::abort);
 }
 
-/// The row of docs/interlocks.md that begins with the interlock's name; empty if there is none.
+/// Returns the row of docs/interlocks.md that begins with the interlock's name; empty if there is none.
 std::string documented(const std::string& page, const interlocks::Interlock& row) {
   const auto begin = page.find(fmt::format("\n| `{}`{} | {} |", row.name, row.choosable ? "" : " ×", name(row.usual)));
   return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);

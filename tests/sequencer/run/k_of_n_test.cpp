@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Limits act on k of the last 2 k readings, so that a cause that comes and goes with every second reading acts.
+/// Limits act on k of the last 2 k readings, so that an intermittent cause in every second reading acts.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -12,7 +12,8 @@ namespace {
 using interlocks::InterlockId;
 using interlocks::Reaction;
 
-/// Makes the cause in each `of`th second. Returns after how many seconds the interlock acts; −1: not within `most`.
+/// Creates the cause in each `of`th second. Returns the number of seconds until the interlock acts; −1: not within
+/// `most`.
 int acts_after(InterlockBench bench, InterlockId id, int of, int most,
                const std::function<void(InterlockBench&, bool)>& make) {
   make(bench, false);
@@ -73,7 +74,7 @@ TEST(KOfN, LimitsOverATimeActWhenTheCauseIsThereForHalfOfIt) {
   EXPECT_EQ(acts_after({}, InterlockId::disagreement, 3, 1000, apart), -1);
 }
 
-/// An alarm that was over begins to count anew.
+/// The count restarts after an alarm has cleared.
 TEST(KOfN, ForgetsWhatWasBeforeTheEndOfAnAlarm) {
   InterlockBench bench;
   bench.limits.disagreement = {10};

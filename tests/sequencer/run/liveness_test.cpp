@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A measurement behaves like one: what is found of instruments that no longer measure, and what must not be.
+/// Detection of instruments that no longer measure, and of behaviour that must not be taken for that.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ struct Quality {
   double noise{}, resolution{};
 };
 
-/// A bench whose readings are noisy, as instruments have them.
+/// A bench with noisy readings, as instruments have them.
 class NoisyBench : public InterlockBench {
  public:
   explicit NoisyBench(Quality of_thermometers = {0.01, 0.01}, Quality of_air = {0.05, 0.01})
@@ -29,7 +29,7 @@ class NoisyBench : public InterlockBench {
     limits.units = {{.name = "gyro", .axes = {{"gyro", 0.1, DegreesPerHour{10.6}}}}};
   }
 
-  /// A second at rest or on the way: everything moves by `step` K.
+  /// Passes seconds at rest or on a ramp: everything moves by `step` K per second.
   void pass(int count, double step = 0) {
     for (int i = 0; i < count; ++i) {
       at_ += step;
@@ -102,7 +102,7 @@ TEST(Frozen, FindsAirOfTheChamber) {
   EXPECT_EQ(bench.raised, std::vector<std::string>{"frozen chamber"});
 }
 
-/// A scanner that is dead from the first second has shown no noise.
+/// A scanner that is dead from the first second has never shown noise.
 TEST(Frozen, FindsInstrumentThatNeverChangedOnceTheAirHasMoved) {
   NoisyBench bench;
   bench.first_is_frozen = true;
@@ -126,7 +126,7 @@ TEST(Frozen, LeavesCoarseAndNoiselessInstrumentsAtASoakAlone) {
   }
 }
 
-/// Air of 0.1 K that a fan stirs on ramps and that is quiet at holds.
+/// Air with a resolution of 0.1 K, noisy on ramps because of a fan, and quiet at holds.
 TEST(Frozen, LeavesAirThatIsQuietAtHoldsAlone) {
   NoisyBench noisy({0.01, 0.01}, {0.15, 0.1});
   NoisyBench bench({0.01, 0.01}, {0.01, 0.1});
@@ -152,13 +152,13 @@ TEST(Frozen, ReadingsCountNeitherForLimitsNorAsThermometersThatAnswer) {
   EXPECT_TRUE(bench.has(InterlockId::thermometers_lost));
   EXPECT_FALSE(bench.has(InterlockId::channel_lost)) << "frozen says it";
   bench.limits.thermometers_highest = {21};
-  bench.limits.thermometers.assign(9, {{-60}, {21}});  // those that are frozen read more
+  bench.limits.thermometers.assign(9, {{-60}, {21}});  // the frozen ones read more
   bench.limits.thermometers[8] = {{-60}, {100}};
   bench.pass(10);
   EXPECT_FALSE(bench.has(InterlockId::thermometer_limit));
 }
 
-/// Counts of a second, of each axis.
+/// Sets the counts of each axis for some seconds.
 void count(InterlockBench& bench, const std::vector<std::int64_t>& pulses, int seconds) {
   bench.sample.units[0].count.value = GyroCount{pulses, kSecond};
   bench.seconds(seconds);
@@ -243,7 +243,7 @@ TEST(GyroDead, WarnsOfUnitWithoutWhichTheRunContinues) {
   EXPECT_EQ(bench.second().reaction, Reaction::warn);
 }
 
-/// Air and set point move by 25 K; each thermometer follows by `share` of it.
+/// Moves air and set point by 25 K; each thermometer follows by `share` of it. Returns the alarms.
 std::vector<std::string> raised_after_ramp(double share, int seconds) {
   InterlockBench bench;
   bench.limits.follow_band = {100};

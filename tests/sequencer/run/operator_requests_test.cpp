@@ -11,7 +11,7 @@ namespace {
 constexpr std::array kAll{OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop,
                           OperatorCommand::abort};
 
-/// What the tick carries out of requests that were each made in that state if nothing spoke against them.
+/// Returns the command that the tick carries out after these requests, each made in that state if it had no objection.
 std::optional<OperatorCommand> carried_out(RunState state, const std::vector<OperatorCommand>& commands) {
   OperatorRequests requests;
   for (const auto command : commands)

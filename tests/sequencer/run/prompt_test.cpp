@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A profile that asks people for something waits for them, and their answer is in the record.
+/// A profile with a prompt waits for people, and the record has their answer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 const std::string kSwitched = GYROTHERM_SOURCE_DIR "/tests/profiles/switched.toml";
 
-/// A virtual rig that says that it is a real one: people are waited for, and the unit does what they do.
+/// A virtual rig that reports to be real: the run waits for people, and the test brings the units to a state.
 class SeemsReal final : public rig::Rig {
  public:
   explicit SeemsReal(rig::Rig& inner) : inner_(inner), file_(inner.file()) { file_.simulated = false; }
@@ -45,7 +45,7 @@ std::vector<std::string> texts_of(const std::string& path, EventKind kind) {
   return texts;
 }
 
-/// A run of the profile on a rig that seems real.
+/// A run of the profile on a rig that reports to be real.
 class PromptTest : public testing::Test {
  protected:
   PromptTest() {
@@ -60,7 +60,7 @@ class PromptTest : public testing::Test {
     harness_ = std::make_unique<tests::RunHarness>(dry_run_.profile(), *rig_, *store_);
   }
 
-  /// What people do to the unit.
+  /// Brings the units to a state, as people would.
   void bring_units_to(const UnitState& state) { virtual_rig_->bring_units_to(state); }
   RunController& run() { return harness_->run_controller(); }
   RunState after(int seconds) {
@@ -120,7 +120,7 @@ TEST_F(PromptTest, OutranksNoInterlock) {
   const auto abort = control::request_of("abort", "");
   ASSERT_TRUE(abort);
   EXPECT_TRUE(run().carry_out(*abort, "ada (uid 1000)").done);
-  after(310);  // the air is watched for five minutes
+  after(310);  // air watched for 5 min
   EXPECT_EQ(harness_->outcome(), RunOutcome::made_safe);
 }
 
@@ -154,7 +154,7 @@ TEST(PromptOnTheVirtualRig, IsDoneAtOnceAndNoted) {
   EXPECT_FALSE(record->info.segments[2].unit.off);
 }
 
-/// Begun while the unit is off, and without it: its warmth and its silence are what they were.
+/// The resume replays the time while the unit was off: its temperature and its silence are the same.
 TEST(PromptOnTheVirtualRig, IsLivedThroughAgainWhenARunIsResumed) {
   tests::DryRun dry_run(kSwitched);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);

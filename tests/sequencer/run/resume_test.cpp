@@ -14,7 +14,7 @@ namespace {
 
 constexpr Celsius kMild{20};
 
-/// A soak at 60 °C, interrupted for 30 s.
+/// Returns a soak at 60 °C, interrupted for 30 s.
 InterruptedRun hot() {
   return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = std::chrono::seconds(30)};
 }
@@ -97,7 +97,7 @@ TEST(ResumeRule, AsksWhenOnlyWallClockTellsDowntime) {
 
 constexpr Duration kLastSecond = std::chrono::days(20'000);  ///< UTC of the record's last second
 
-/// A real run whose last second, 100, was stored when the machine had run for 5000 s.
+/// Returns a real run. Its last second, 100, was stored 5000 s after the machine's start.
 record::Record stopped_at_100() {
   record::Record record;
   record.info.id = "run";
@@ -148,7 +148,7 @@ TEST(Downtime, IsForAnOperatorWhenBootClockCannotTell) {
     EXPECT_NE(found.why_asks, "");
   }
   auto set_back = now;
-  set_back.utc -= kSecond * 50;  // to 10 s of downtime
+  set_back.utc -= kSecond * 50;  // leaves 10 s of downtime
   const auto impossible = downtime_of(record, status_at(100), set_back);
   EXPECT_NE(impossible.why_asks.find("the machine was started 20 s ago"), std::string::npos) << impossible.why_asks;
   auto no_boot = now;
@@ -183,7 +183,7 @@ TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
   EXPECT_EQ(ramp.highest, Celsius{20});
 }
 
-/// The air is at 50 °C long before the block is.
+/// The air reaches 50 °C long before the block does.
 TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(1200), RunOutcome::going_on);
@@ -201,7 +201,7 @@ TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
   EXPECT_EQ(position_of(on->profile, on->state), whole->progress[last + 1]);
 }
 
-/// Nobody has been at the profile's set point yet: there is no place where the air was.
+/// The run has never been at the profile's set point, so that there is no earlier air to compare with.
 TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(100), RunOutcome::going_on);
@@ -234,7 +234,7 @@ TEST(Resume, OfAChamberThatSomebodyElseHasIsForPeople) {
   EXPECT_EQ(way_after(EventKind::resumed, ""), Reentry::go_on) << "somebody has looked since";
 }
 
-/// With the deadline that has passed it would be aborted in its first second, whatever the operator says.
+/// The deadline that has passed would abort the run in its first second, regardless of the operator.
 TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(600), RunOutcome::going_on);

@@ -10,7 +10,7 @@ using Texts = std::vector<std::string>;
 
 tl::unexpected<Fault> silence(const char* where) { return failure(FaultKind::timeout, where, "no reply"); }
 
-/// A chamber, a thermometer "A" and a gyro, which all answer.
+/// A chamber, a thermometer "A" and a gyro. All answer.
 class Changes : public testing::Test {
  protected:
   Changes() {

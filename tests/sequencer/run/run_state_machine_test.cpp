@@ -180,7 +180,7 @@ TEST(RunStateMachine, CompleteStaysComplete) {
   EXPECT_EQ(state_after(complete, seeing(interlocks::Reaction::abort)), RunState::complete);
 }
 
-/// Random happenings: no step leaves the table of the drawing, and all its edges are walked.
+/// Random events: no step leaves the table of the drawing, and every transition occurs.
 TEST(RunStateMachine, StatesChangeAlongTheTableAlone) {
   std::mt19937_64 random(20261122);
   const auto draw = [&](int sides) { return static_cast<int>(random() % static_cast<unsigned>(sides)); };

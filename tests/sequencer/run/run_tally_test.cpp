@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run ends with what went wrong in it.
+/// The summary at the end of a run.
 #include "sequencer/run/run_tally.hpp"
 
 #include <gtest/gtest.h>

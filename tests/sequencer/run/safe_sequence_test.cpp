@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs that end by making the chamber safe, and chambers that acknowledge it and heat on.
+/// Runs that end by making the chamber safe, and chambers that acknowledge it and continue to heat.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,14 +15,14 @@ namespace {
 const std::string kHoldAt30 = "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"2 h\"\n";
 constexpr Kelvins kTolerance{0.1};
 
-/// A chamber with states, start and stop; its air is watched for five minutes.
+/// Sets a chamber with states, start and stop. Its air is watched for five minutes.
 void is_watched(rig::RigFile& file) {
   const auto name = GYROTHERM_SOURCE_DIR "/profiles/chambers/watlow_f4t.toml";
   file.chamber_map = drivers::parse_register_map(read_text_file(name).value(), name).value();
   file.safe_observe = std::chrono::minutes(5);
 }
 
-/// A run that an operator has aborted at 30 °C.
+/// Aborts a run at 30 °C, as an operator.
 void abort_warm(tests::Bench& bench) {
   bench.chamber().air_c = 30;
   bench.seconds(60);
@@ -152,7 +152,8 @@ TEST(NotFollowing, IsNoStateThatAStopMayLeave) {
   }
 }
 
-/// A program whose last segment is a hold at 30 °C, seen for `count` seconds with a chamber in that activity.
+/// A program whose last segment is a hold at 30 °C. It is observed for `count` seconds with the chamber in one
+/// activity.
 class LastSegment {
  public:
   interlocks::InterlockInputs after(int count, ChamberActivity activity, double air, double rises = 0) {

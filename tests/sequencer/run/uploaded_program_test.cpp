@@ -20,7 +20,7 @@ drivers::RegisterMap shipped_map(const std::string& name) {
   return drivers::parse_register_map(text.value(), name + ".toml").value();
 }
 
-/// The laboratory's profile, carried out by the controller of `map`. `before`: what happens before a slot's tick.
+/// Runs the laboratory's profile on the controller of `map`. Calls `before` before each slot's tick.
 RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::string& cause,
                           const std::function<void(std::int64_t slot, rig::Rig& rig)>& before = {}) {
   dry_run.file().chamber_map = shipped_map(map);
@@ -33,7 +33,7 @@ RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::s
   });
 }
 
-/// The controller has gone through a soak meanwhile, and does not come back to it.
+/// The controller has completed a soak meanwhile, and does not repeat it.
 TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soaks.toml");
   dry_run.file().chamber_map = shipped_map("watlow_f4t");
@@ -50,7 +50,7 @@ TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
   EXPECT_EQ(outcome, RunOutcome::complete);
 }
 
-/// The air is at 20 °C before and after, and not at the 30 °C of the soak.
+/// The air is at 20 °C before and after, not at the 30 °C of the soak.
 TEST(UploadedProgram, SoaksInNoLateSecondInWhichTheAirIsElsewhere) {
   tests::Bench bench(
       "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"10 min\"\nguaranteed_soak = true\nsoak_band = \"1 K\"\n");
@@ -108,7 +108,7 @@ void is_held_on_stop(rig::RigFile& file) {
   file.safe_set_point = {25};
 }
 
-/// The chamber's controller has the program.
+/// Stops a run whose chamber's controller has the program.
 void upload_and_stop(tests::Bench& bench, bool silent) {
   bench.run_controller().leave_to_the_controller();
   bench.seconds(10);
@@ -165,7 +165,7 @@ soak_band = 2
   EXPECT_EQ(program_of(profile).error().kind, FaultKind::usage);
 }
 
-/// What is said of a soak of 100 s with these keys more.
+/// Returns the objection to a soak of 100 s with these additional keys.
 std::string objection_to_soak(const std::string& keys) {
   const auto program = program_of(profile::parsed(profile::kHold20 + "guaranteed_soak = true\n" + keys));
   if (program) return "nothing";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the air of a chamber that is being made safe may do, and what is no sign of safety.
+/// Movements of the air of a chamber that is being made safe, and their verdicts.
 #include "sequencer/watchdog/air_watch.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 constexpr Celsius kSafe{22};
 
-/// The verdict after `length` of readings, one a second.
+/// Returns the verdict after `length` of readings, one a second.
 AirVerdict after(Duration length, AirSource source, const std::function<double(double s)>& air_at,
                  Duration observe = minutes(5)) {
   AirWatch watch(kSafe, observe);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a safe-state file or a trace: read, or a fault with its place; what is read is written and read back
-/// the same.
+/// Any bytes as a safe-state file or a trace are parsed, or are a fault with its position. A parsed text is the same
+/// after it is written and read again.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ using fuzz::require;
 
 namespace {
 
-/// A text with a good beginning, so that what follows it is reached.
+/// Returns a text with a valid beginning, so that the bytes after it are reached.
 std::string with_beginning(std::string_view bytes, std::size_t lines) {
   const auto whole = to_text(SafeState{.record = "r",
                                        .line = "tcp://1.2.3.4",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The guard's watch over a pipe, and telling one process from another.
+/// The guard's watch over a pipe, and the identity of processes.
 #include "sequencer/watchdog/guard.hpp"
 
 #include <gtest/gtest.h>
@@ -107,7 +107,7 @@ TEST(ChildWork, OneThatHangsHoldsUpNobody) {
   EXPECT_LT(meter.slept(), std::chrono::seconds(5));
 }
 
-/// A child that waits to be killed.
+/// Starts a child that waits to be killed.
 pid_t idle_child() {
   const auto child = ::fork();
   if (child == 0) {
@@ -144,7 +144,7 @@ TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
   ::waitpid(child, nullptr, 0);
 }
 
-/// Whoever starts the program may reap it in the very moment in which the guard looks at it.
+/// The parent of a program may reap it at the moment at which the guard reads its state.
 TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
   for (int i = 0; i < 500; ++i) {
     const auto child = idle_child();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Making a chamber safe: what counts as confirmed, how often and how long it is tried.
+/// Attempts to make a chamber safe: confirmation, number and duration of the attempts.
 #include "sequencer/watchdog/safe_attempt.hpp"
 
 #include <gtest/gtest.h>
@@ -14,15 +14,15 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-/// A chamber that takes set points until it is told to break. Each set point takes `slowness` of the clock. What it is
-/// told stands in `heard`.
+/// A chamber that accepts set points until it is set to break. Each set point takes `slowness` of the clock. `heard`
+/// has the commands.
 class FakeChamber final : public drivers::Chamber {
  public:
   struct ProfileState {
     VirtualClock clock;
     Duration slowness{};
     Celsius set_point{80};
-    int silent_tries = 0;  ///< that go by before it answers
+    int silent_tries = 0;  ///< unanswered tries
     FaultKind silence = FaultKind::timeout;
     bool ignores = false;  ///< acknowledges and does nothing
     bool runs_program = false, keeps_program = false;
@@ -268,7 +268,7 @@ TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
   EXPECT_EQ(tolerance(), Kelvins{2});
 }
 
-/// Returns a safe-state file as a run leaves it, with settings of its installation.
+/// Returns the safe-state file of a run, with settings of its installation.
 SafeState armed(const std::string& line, drivers::LinkKind link, const drivers::LinkSettings& settings) {
   return {.record = "r.db",
           .line = line,
@@ -346,7 +346,7 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
             "23 °C; set point read back, air 61.20 °C");
 }
 
-/// Writes that arrived and whose replies were not understood may have been carried out.
+/// A write that arrived may have been carried out even if its reply was not understood.
 TEST(MakeSafe, DoesNotClaimThatNothingWasSentWhenTheChamberHasNotConfirmed) {
   for (const auto* details : {"transaction of the reply is 0, expected 1", "no reply in 500 ms", "no connection"})
     EXPECT_EQ(

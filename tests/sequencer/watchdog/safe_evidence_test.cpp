@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// When a chamber counts as safe, and what is done about one that is not: by chambers that follow, heat on in manual
-/// mode, carry a program out, or come on again.
+/// The evidence of a safe chamber, and the reaction to missing evidence: chambers that follow, heat on in manual mode,
+/// carry out a program, or switch on again.
 #include "sequencer/watchdog/safe_evidence.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::minutes;
 
-/// A chamber, a second at a time, and what it was told.
+/// A simulated chamber, one second per step, and the commands that it received.
 struct Chamber {
   double set_point = 60, air = 60, heats_k = 0.5;
   ChamberActivity activity = ChamberActivity::running;
@@ -52,7 +52,7 @@ constexpr SafeGoal kGoal{.set_point = {22},
                          .can_start = true,
                          .can_stop = true};
 
-/// Lets it go until it is safe; returns how many seconds that took, −1: more than an hour.
+/// Runs until the chamber is safe. Returns the time in seconds; −1: more than an hour.
 int until_safe(SafeEvidence& evidence, Chamber& chamber, const std::function<void(int)>& meanwhile = {}) {
   for (int s = 0; s < 3600; ++s) {
     if (const auto action = evidence.next(); action != SafeAction::keep) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The safe-state file: its words, its place, what is refused.
+/// The safe-state file: its text, its path, and the files that are refused.
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,8 @@ TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
 
 TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
   const std::string& golden = kGolden;
-  for (std::size_t length = 0; length + 1 < golden.size(); ++length)  // its last line may lack its end
+  // The last line may lack its line break.
+  for (std::size_t length = 0; length + 1 < golden.size(); ++length)
     EXPECT_FALSE(parse_safe_state(golden.substr(0, length), "cut")) << length;
   EXPECT_FALSE(parse_safe_state(golden + "x", "longer"));
   int lines = 0;
@@ -153,7 +154,7 @@ TEST(SafeStateFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
   EXPECT_FALSE(std::filesystem::exists(safe_state_path(written.record) + ".part"));
 }
 
-/// Whoever writes it says which process is killed, and where a chamber is sent.
+/// The author of the file decides which process is killed, and the chamber's set point.
 TEST(SafeStateFile, OfAStrangerOrOpenToOthersIsRefused) {
   const tests::TestFolder folder;
   auto written = safe_state();

@@ -33,8 +33,8 @@ struct Seen {
 /// Reads proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
 std::optional<Seen> see(std::int64_t pid) {
   std::ifstream file(fmt::format("/proc/{}/stat", pid));
-  std::string stat;
   // Reads nothing if the process ends now: a streambuf throws in that case.
+  std::string stat;
   std::getline(file, stat, '\0');
   const auto name_ends = stat.rfind(')');
   if (name_ends == std::string::npos) return {};

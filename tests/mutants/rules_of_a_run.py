@@ -240,7 +240,7 @@ MUTANTS = [
      "return counts ? elapsed : elapsed - inputs.missed;", "return counts ? elapsed : elapsed;",
      "run_test", "BrokenRig.ASleepIsNoSilence"),
     ("air that left its place in a pause need not come back", "sequencer/run/chamber_lead.cpp",
-     "approaching_ = true;  // whatever else stops the run, too", "",
+     "approaching_ = true;  // also if another cause stops it", "",
      "run_test", "BrokenRig.AirThatLeftItsPlaceInAPauseHasToComeBack"),
     ("a pause is forgotten while the chamber is silent", "sequencer/run/chamber_lead.cpp",
      "unjudged_ += second.missed;", "unjudged_ = second.missed;",

@@ -23,28 +23,28 @@ constexpr const char *kDrop = "drop", *kReturn = "return", *kAcknowledge = "ackn
 constexpr std::string_view kForUser = "for=";
 
 /// Returns the first token of a text, and the text after the blanks that follow it.
-std::pair<std::string, std::string> first_word(std::string_view text) {
+std::pair<std::string, std::string> split_first_token(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
   const auto end = std::min(text.find(' '), text.size());
-  const auto rest = text.substr(end);
+  const auto remainder = text.substr(end);
   return {std::string(text.substr(0, end)),
-          std::string(rest.substr(std::min(rest.find_first_not_of(' '), rest.size())))};
+          std::string(remainder.substr(std::min(remainder.find_first_not_of(' '), remainder.size())))};
 }
 
-ControlRequest request_of_unit(bool drop, std::string_view text) {
-  auto [unit, reason] = first_word(text);
+ControlRequest make_unit_request(bool drop, std::string_view text) {
+  auto [unit, reason] = split_first_token(text);
   return {.note = std::move(reason), .unit = UnitRequest{.drop = drop, .unit = std::move(unit)}};
 }
 
 /// Parses "12" or "12,15,40"; returns nothing if an item is not a number above 0.
-std::optional<std::vector<std::int64_t>> numbers_in(std::string_view text) {
+std::optional<std::vector<std::int64_t>> parse_numbers(std::string_view text) {
   std::vector<std::int64_t> numbers;
   for (bool more = true; more;) {
     const auto comma = text.find(',');
-    const auto word = text.substr(0, comma);
-    const auto* end = word.data() + word.size();
+    const auto item = text.substr(0, comma);
+    const auto* end = item.data() + item.size();
     std::int64_t number{};
-    const auto read = std::from_chars(word.data(), end, number);
+    const auto read = std::from_chars(item.data(), end, number);
     if (read.ec != std::errc() || read.ptr != end || number < 1) return std::nullopt;
     numbers.push_back(number);
     more = comma != std::string_view::npos;
@@ -53,12 +53,12 @@ std::optional<std::vector<std::int64_t>> numbers_in(std::string_view text) {
   return numbers;
 }
 
-Result<ControlRequest> acknowledgement_of(std::string_view text) {
-  auto [alarms, comment] = first_word(text);
+Result<ControlRequest> parse_acknowledgement(std::string_view text) {
+  auto [alarms, comment] = split_first_token(text);
   const auto refuse = [](const std::string& why) { return failure(FaultKind::usage, "tell acknowledge", why); };
   Acknowledgement acknowledgement;
   if (alarms != kAll) {
-    auto numbers = numbers_in(alarms);
+    auto numbers = parse_numbers(alarms);
     if (!numbers)
       return refuse(
           fmt::format("\"{}\" is not a number of an alarm; expected one that status lists, several such as "
@@ -72,7 +72,7 @@ Result<ControlRequest> acknowledgement_of(std::string_view text) {
 }
 
 /// Returns the reason why a text is not valid in a request; empty if it is valid.
-std::string objection_to(const std::string& text) {
+std::string text_error(const std::string& text) {
   if (text.size() > kLongestNote) return fmt::format("a note has at most {} bytes", kLongestNote);
   if (!is_utf8(text)) return "a note is text in UTF-8";
   if (!is_one_line(text)) return "a note is one line of text";
@@ -109,21 +109,21 @@ bool is_one_line(std::string_view text) {
 }
 
 bool is_user_name(std::string_view name) {
-  const auto may_stand = [](char c) {
+  const auto is_permitted = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' ||
            c == '@' || c == '-';
   };
-  return !name.empty() && name.size() <= kLongestUser && std::ranges::all_of(name, may_stand);
+  return !name.empty() && name.size() <= kLongestUser && std::ranges::all_of(name, is_permitted);
 }
 
-std::string word_of(const ControlRequest& request) {
+std::string command_keyword(const ControlRequest& request) {
   if (request.command) return name(*request.command);
   if (request.unit) return request.unit->drop ? kDrop : kReturn;
   if (request.acknowledgement) return kAcknowledge;
   return request.told ? kTold : kNote;
 }
 
-std::string text_of(const ControlRequest& request) {
+std::string command_text(const ControlRequest& request) {
   if (request.acknowledgement) {
     const auto& alarms = request.acknowledgement->alarms;
     return fmt::format("{} {}", alarms.empty() ? kAll : fmt::format("{}", fmt::join(alarms, ",")), request.note);
@@ -135,37 +135,38 @@ std::string text_of(const ControlRequest& request) {
 namespace {
 
 /// Returns the error for an unknown command. Omits `told`, which is for programs.
-std::string none_of_them(const std::string& word) {
+std::string unknown_command(const std::string& keyword) {
   const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
-  const auto near = nearest(word, words);
+  const auto near = nearest(keyword, words);
   return fmt::format("is none of {}{}", fmt::join(words, ", "),
                      near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
 }
 
 }  // namespace
 
-Result<ControlRequest> request_of(const std::string& word, const std::string& text) {
-  const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
+Result<ControlRequest> request_of(const std::string& keyword, const std::string& text) {
+  const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + keyword, why); };
   std::optional<OperatorCommand> found;
   for (const auto command : kCommands) {
-    if (word != name(command)) continue;
+    if (keyword != name(command)) continue;
     if (command == OperatorCommand::pause && !text.empty()) return refuse("takes no text; \"note\" does");
     found = command;
   }
-  const bool of_a_unit = word == kDrop || word == kReturn;
-  if (!found && !of_a_unit && word != kAcknowledge && word != kTold && word != kNote) return refuse(none_of_them(word));
-  if (of_a_unit && text.find_first_not_of(' ') == std::string::npos)
-    return refuse(fmt::format("wants a unit: gyrotherm tell RUN.db {} UNIT \"…\"", word));
-  if (!found && text.empty()) return refuse(fmt::format("wants a text: gyrotherm tell RUN.db {} \"…\"", word));
-  if (const auto why = objection_to(text); !why.empty()) return refuse(why);
-  if (of_a_unit) return request_of_unit(word == kDrop, text);
-  if (word == kAcknowledge) return acknowledgement_of(text);
-  return ControlRequest{.command = found, .note = text, .told = word == kTold};
+  const bool is_for_unit = keyword == kDrop || keyword == kReturn;
+  if (!found && !is_for_unit && keyword != kAcknowledge && keyword != kTold && keyword != kNote)
+    return refuse(unknown_command(keyword));
+  if (is_for_unit && text.find_first_not_of(' ') == std::string::npos)
+    return refuse(fmt::format("wants a unit: gyrotherm tell RUN.db {} UNIT \"…\"", keyword));
+  if (!found && text.empty()) return refuse(fmt::format("wants a text: gyrotherm tell RUN.db {} \"…\"", keyword));
+  if (const auto why = text_error(text); !why.empty()) return refuse(why);
+  if (is_for_unit) return make_unit_request(keyword == kDrop, text);
+  if (keyword == kAcknowledge) return parse_acknowledgement(text);
+  return ControlRequest{.command = found, .note = text, .told = keyword == kTold};
 }
 
 std::string to_message(const ControlRequest& request) {
-  const auto whom = request.for_user.empty() ? "" : fmt::format("{}{} ", kForUser, request.for_user);
-  return fmt::format("{} {}{} {}", kControlSchema, whom, word_of(request), text_of(request));
+  const auto user = request.for_user.empty() ? "" : fmt::format("{}{} ", kForUser, request.for_user);
+  return fmt::format("{} {}{} {}", kControlSchema, user, command_keyword(request), command_text(request));
 }
 
 std::string to_message(const ControlAnswer& answer) {

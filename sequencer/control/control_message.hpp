@@ -73,11 +73,11 @@ struct ControlAnswer {
 /// Parses a command and its text. "pause" has no text. "resume", "stop" and "abort" may have one: the answer or the
 /// reason. "drop" and "return" have the unit's name and may have a reason. "acknowledge" has alarm numbers, separated
 /// by commas, or "all", and a comment. "told" and "note" have a text. A text is one line in UTF-8. Fails with usage.
-[[nodiscard]] Result<ControlRequest> request_of(const std::string& word, const std::string& text);
+[[nodiscard]] Result<ControlRequest> request_of(const std::string& keyword, const std::string& text);
 
 /// Return the command and the text that request_of() would parse.
-[[nodiscard]] std::string word_of(const ControlRequest& request);
-[[nodiscard]] std::string text_of(const ControlRequest& request);
+[[nodiscard]] std::string command_keyword(const ControlRequest& request);
+[[nodiscard]] std::string command_text(const ControlRequest& request);
 
 inline constexpr std::string_view kControlSchema = "gyrotherm-tell/1";
 inline constexpr std::size_t kLongestRequest = 4096;  ///< bytes of a message

@@ -22,10 +22,10 @@
 namespace gyrotherm::control {
 namespace {
 
-constexpr std::size_t kMostSpeakers = 8;
-constexpr int kMostNewSpeakers = 64;  ///< accepted in one call
+constexpr std::size_t kMostClients = 8;
+constexpr int kMostNewClients = 64;  ///< accepted in one call
 constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
-constexpr Duration kNamedWithin = std::chrono::seconds(1), kLookAgain = std::chrono::milliseconds(50);
+constexpr Duration kNamingTime = std::chrono::seconds(1), kRetryEvery = std::chrono::milliseconds(50);
 constexpr const char* kStatusEnding = ".status";  ///< "RUN.db.status" names the writer of RUN.db
 
 /// Address of a socket in a folder. It goes through the open folder, so that the folder's path may have any length.
@@ -34,7 +34,7 @@ struct Address {
   sockaddr_un text{};
 };
 
-Result<Address> address_of(const std::string& path) {
+Result<Address> make_address(const std::string& path) {
   const auto split = std::filesystem::path(path);
   const auto parent = split.parent_path().empty() ? std::string(".") : split.parent_path().string();
   Address address{.folder = Descriptor(::open(parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC))};
@@ -49,16 +49,16 @@ Result<Address> address_of(const std::string& path) {
 
 const sockaddr* as_sockaddr(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.text); }
 
-Descriptor new_socket(int more_flags) {
+Descriptor make_socket(int more_flags) {
   return Descriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | more_flags, 0));
 }
 
 Descriptor spare_descriptor() { return Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
-std::string who_is(int speaker, const std::string& for_user) {
+std::string client_user(int client, const std::string& for_user) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
-  const bool known = ::getsockopt(speaker, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0;
+  const bool known = ::getsockopt(client, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0;
   if (for_user.empty()) return known ? user_in_words(credentials.uid) : "unknown";
   if (!known) return fmt::format("{} (through somebody unknown)", for_user);
   return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
@@ -75,20 +75,20 @@ bool open_to_owner_and_group(const Address& address, const std::string& name) {
   return ::chmod(fmt::format("/proc/self/fd/{}", made.number()).c_str(), mode) == 0;
 }
 
-ControlAnswer answer_to(std::string_view message, int speaker, const Listener& listener) {
+ControlAnswer answer_message(std::string_view message, int client, const Listener& listener) {
   const auto request = parse_request(message);
-  return request ? listener(*request, who_is(speaker, request->for_user))
+  return request ? listener(*request, client_user(client, request->for_user))
                  : ControlAnswer{.done = false, .text = request.error().what};
 }
 
 /// Answers one client. Returns false once the client is done.
-bool hear(int speaker, const Listener& listener) {
+bool serve_client(int client, const Listener& listener) {
   std::array<char, kLongestRequest + 1> message{};
-  const auto size = ::recv(speaker, message.data(), message.size(), MSG_DONTWAIT);
+  const auto size = ::recv(client, message.data(), message.size(), MSG_DONTWAIT);
   if (size < 0 && would_block()) return true;
   if (size <= 0) return false;
-  const auto answer = to_message(answer_to({message.data(), static_cast<std::size_t>(size)}, speaker, listener));
-  ::send(speaker, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  const auto answer = to_message(answer_message({message.data(), static_cast<std::size_t>(size)}, client, listener));
+  ::send(client, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   return false;
 }
 
@@ -101,16 +101,16 @@ Result<ControlSocket> ControlSocket::open(const std::string& record) {
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::storage, path, "nobody will be able to speak to this run: " + why);
   };
-  const auto address = address_of(path);
+  const auto address = make_address(path);
   if (!address) return refuse(address.error().what);
-  auto socket = new_socket(SOCK_NONBLOCK);
+  auto socket = make_socket(SOCK_NONBLOCK);
   struct stat found {};
   if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
   // bind() then never creates a socket with a wider mode, not even for a moment.
   ::fchmod(socket.number(), kOwnerAndGroup);
   if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(*address), sizeof address->text) != 0 ||
       !open_to_owner_and_group(*address, std::filesystem::path(path).filename().string()) ||
-      ::listen(socket.number(), kMostSpeakers) != 0)
+      ::listen(socket.number(), kMostClients) != 0)
     return refuse(std::strerror(errno));
   return ControlSocket(std::move(socket), path);
 }
@@ -123,40 +123,40 @@ Descriptor ControlSocket::accept() {
   const auto next = [this] {
     return Descriptor(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   };
-  auto speaker = next();
-  if (speaker.is_open() || (errno != EMFILE && errno != ENFILE)) return speaker;
-  spare_.is_open() ? spare_.close() : speakers_.clear();
+  auto client = next();
+  if (client.is_open() || (errno != EMFILE && errno != ENFILE)) return client;
+  spare_.is_open() ? spare_.close() : clients_.clear();
   return next();
 }
 
 void ControlSocket::listen(const Listener& listener) {
-  std::erase_if(speakers_, [&](const Descriptor& speaker) { return !hear(speaker.number(), listener); });
-  for (int i = 0; i < kMostNewSpeakers; ++i) {
+  std::erase_if(clients_, [&](const Descriptor& client) { return !serve_client(client.number(), listener); });
+  for (int i = 0; i < kMostNewClients; ++i) {
     if (!spare_.is_open()) spare_ = spare_descriptor();
-    auto speaker = accept();
-    if (!speaker.is_open()) break;
+    auto client = accept();
+    if (!client.is_open()) break;
     // A client that has sent its message does not push out a silent one.
-    if (!hear(speaker.number(), listener)) continue;
-    if (speakers_.size() >= kMostSpeakers) speakers_.erase(speakers_.begin());
-    speakers_.push_back(std::move(speaker));
+    if (!serve_client(client.number(), listener)) continue;
+    if (clients_.size() >= kMostClients) clients_.erase(clients_.begin());
+    clients_.push_back(std::move(client));
   }
 }
 
 namespace {
 
 /// Connects, and retries until the deadline while the listen queue is full; the kernel reports that at once (EAGAIN).
-Result<Descriptor> connected(const std::string& record, const Deadline& deadline) {
+Result<Descriptor> connect_to_run(const std::string& record, const Deadline& deadline) {
   const auto path = control_socket_path(record);
-  const auto address = address_of(path);
+  const auto address = make_address(path);
   if (!address) return failure(address.error());
-  auto socket = new_socket(SOCK_NONBLOCK);
+  auto socket = make_socket(SOCK_NONBLOCK);
   while (::connect(socket.number(), as_sockaddr(*address), sizeof address->text) != 0) {
-    constexpr int kLookAgainMs = 50;
+    constexpr int kRetryEveryMs = 50;
     if (errno == ENOENT || errno == ECONNREFUSED)
       return failure(FaultKind::usage, record, "no program carries this run out now; there is nobody to tell");
     if (errno != EAGAIN && errno != EINTR) return failure(FaultKind::refused, path, std::strerror(errno));
     if (deadline.over()) return failure(FaultKind::timeout, path, "too many speak to the run, or it does not listen");
-    ::poll(nullptr, 0, kLookAgainMs);
+    ::poll(nullptr, 0, kRetryEveryMs);
   }
   return socket;
 }
@@ -172,7 +172,7 @@ std::string in_words(const Writer& writer) {
 }
 
 /// Returns the process that the status file next to the record names. The owner of that file is its user.
-Result<Writer> writer_of(const std::string& record) {
+Result<Writer> read_writer(const std::string& record) {
   const auto path = record + kStatusEnding;
   const auto unknown = [&](const std::string& why) {
     return failure(FaultKind::refused, path, fmt::format("does not tell which process carries the run out: {}", why));
@@ -206,7 +206,7 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
   socklen_t size = sizeof credentials;
   if (::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
     return failure(FaultKind::refused, path, fmt::format("who listens is unknown: {}", std::strerror(errno)));
-  const auto expected = writer_of(record);
+  const auto expected = read_writer(record);
   if (!expected) return failure(expected.error());
   const Writer found{.pid = credentials.pid, .uid = credentials.uid};
   if (found.pid == expected->pid && found.uid == expected->uid && may_carry_out(found.uid, record)) return {};
@@ -218,15 +218,15 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
 /// Waits until the status file names the listener: a run that starts or resumes listens shortly before that.
 Result<void> await_listener(const Descriptor& socket, const std::string& record) {
   auto known = check_listener(socket, record);
-  for (const Deadline limit(kNamedWithin); !known && !limit.over(); known = check_listener(socket, record))
-    (void)ready(socket.number(), POLLIN, Deadline(kLookAgain));
+  for (const Deadline limit(kNamingTime); !known && !limit.over(); known = check_listener(socket, record))
+    (void)ready(socket.number(), POLLIN, Deadline(kRetryEvery));
   return known;
 }
 
 /// Sends a message and returns the answer. Returns nothing if the listener closed the connection before it read the
 /// message, as it does with a silent client when its descriptors are used up.
-Result<std::optional<ControlAnswer>> ask(const Descriptor& socket, const std::string& message, const std::string& path,
-                                         const Deadline& deadline) {
+Result<std::optional<ControlAnswer>> exchange(const Descriptor& socket, const std::string& message,
+                                              const std::string& path, const Deadline& deadline) {
   if (::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL) < 0) {
     if (errno == EPIPE || errno == ECONNRESET) return std::nullopt;
     return failure(FaultKind::disconnected, path, std::strerror(errno));
@@ -247,10 +247,10 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
   const auto path = control_socket_path(record);
   const Deadline deadline(within);
   while (true) {
-    const auto socket = connected(record, deadline);
+    const auto socket = connect_to_run(record, deadline);
     if (!socket) return failure(socket.error());
     if (const auto known = await_listener(*socket, record); !known) return failure(known.error());
-    const auto answer = ask(*socket, to_message(request), path, deadline);
+    const auto answer = exchange(*socket, to_message(request), path, deadline);
     if (!answer) return failure(answer.error());
     if (*answer) return **answer;
     if (deadline.over()) return failure(FaultKind::timeout, path, "the program hung up before it took the message");

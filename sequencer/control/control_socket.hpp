@@ -18,9 +18,9 @@ namespace gyrotherm::control {
 /// Returns the socket's path: "RUN.db" → "RUN.db.socket".
 [[nodiscard]] std::string control_socket_path(const std::string& record);
 
-/// Carries out one request. `who` is the client's user as the kernel reports it, "ada (uid 1000)"; if the client acts
+/// Carries out one request. `user` is the client's user as the kernel reports it, "ada (uid 1000)"; if the client acts
 /// for one of its own users, both: "anna (through ada, uid 1000)".
-using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& who)>;
+using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& user)>;
 
 /// The listening end. Every user with write permission may connect: mode 0660, or 0600 if the umask excludes the group.
 /// The kernel reports the client's user.
@@ -47,7 +47,7 @@ class ControlSocket {
   /// Closed to accept a client if no descriptor is left.
   Descriptor spare_;
   std::string path_;
-  std::vector<Descriptor> speakers_;
+  std::vector<Descriptor> clients_;
 };
 
 /// Sends a request to the program that carries out the run of `record`, and waits at most `within` for its answer.

@@ -73,7 +73,7 @@ void Trend::compare(std::optional<Celsius> others) {
   others_moved_ = abs(*others - *others_then_);
 }
 
-InterlockMemory::Watch InterlockMemory::of(InterlockId id) const {
+InterlockMemory::Watch InterlockMemory::most_affected(InterlockId id) const {
   const auto& all = watches[static_cast<std::size_t>(id)];
   const auto weight = [](const Watch& watch) { return std::pair(watch.raised, watch.samples > 0); };
   const auto most = std::ranges::max_element(all, {}, weight);
@@ -90,7 +90,7 @@ bool InterlockMemory::is_seen(InterlockId id, const std::string& subject) const 
   return std::ranges::any_of(all, [&](const Watch& watch) { return watch.subject == subject && watch.samples > 0; });
 }
 
-bool InterlockMemory::stands(InterlockId id) const {
+bool InterlockMemory::is_active(InterlockId id) const {
   const auto& all = watches[static_cast<std::size_t>(id)];
   return std::ranges::any_of(all, [](const Watch& watch) { return watch.samples > 0 && watch.raised; });
 }

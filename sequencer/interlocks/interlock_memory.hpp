@@ -87,7 +87,7 @@ struct InterlockMemory {
     /// Channel, unit, instrument; may be empty.
     std::string subject{};
     /// Duration of the cause.
-    Duration standing{};
+    Duration lasted{};
     /// Number of samples with the cause.
     int samples{};
     /// Time since the quantity that shows the cause was last read.
@@ -106,12 +106,12 @@ struct InterlockMemory {
   /// The watches of each interlock, one for each subject that has, or had, a cause.
   std::array<std::vector<Watch>, kInterlocks> watches{};
   /// Returns the watch of the most affected subject, or an empty watch if there is none.
-  [[nodiscard]] Watch of(InterlockId id) const;
-  /// Return true if the cause was present in the last second, for any subject or for one. stands() also requires a
+  [[nodiscard]] Watch most_affected(InterlockId id) const;
+  /// Return true if the cause was present in the last second, for any subject or for one. is_active() also requires a
   /// raised alarm.
   [[nodiscard]] bool is_seen(InterlockId id) const;
   [[nodiscard]] bool is_seen(InterlockId id, const std::string& subject) const;
-  [[nodiscard]] bool stands(InterlockId id) const;
+  [[nodiscard]] bool is_active(InterlockId id) const;
   LivenessMemory liveness{};
   /// The chamber answered in the previous sample.
   bool chamber_answered = true;

@@ -25,7 +25,7 @@ constexpr Kelvins kNearLimit{2};
 
 Found found(std::string text) { return {CheckResult{.text = std::move(text)}}; }
 
-std::optional<Celsius> median_of(const Sample& sample, const std::vector<std::size_t>& columns) {
+std::optional<Celsius> median_reading(const Sample& sample, const std::vector<std::size_t>& columns) {
   Sample few;
   for (const auto column : columns) few.thermometers.push_back(sample.thermometers[column]);
   return Ranks(few).median();
@@ -65,7 +65,7 @@ Found chamber_sensor(const CheckInputs& in) {
     return found(fmt::format("the chamber's sensor jumped by {:+.1f} K, as no air does: {:.1f} °C",
                              in.memory.air_jumped.value, air.value));
   }
-  const auto others = median_of(in.sample, in.limits.air_thermometers);
+  const auto others = median_reading(in.sample, in.limits.air_thermometers);
   if (!others || abs(air - *others) <= in.limits.chamber_disagreement) return {};
   return found(
       fmt::format("the chamber's sensor shows {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
@@ -181,7 +181,7 @@ Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
 Found gyro_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return silent(in, units.silent);
-  std::erase_if(units.silent, [&](std::size_t unit) { return in.goes_on_without(unit); });
+  std::erase_if(units.silent, [&](std::size_t unit) { return in.continues_without(unit); });
   return silent(in, units.silent);
 }
 
@@ -189,7 +189,7 @@ Found gyro_silent(const CheckInputs& in) {
 Found unit_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return {};
-  std::erase_if(units.silent, [&](std::size_t unit) { return !in.goes_on_without(unit); });
+  std::erase_if(units.silent, [&](std::size_t unit) { return !in.continues_without(unit); });
   return silent(in, units.silent);
 }
 
@@ -210,7 +210,7 @@ Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, cons
     return fmt::format("no reading of {}{}", fmt::join(lost, ", "), why);
   };
   Found all;
-  std::vector<bool> is_told(in.sample.thermometers.size());
+  std::vector<bool> is_reported(in.sample.thermometers.size());
   for (const auto& instrument : in.limits.instruments) {
     std::vector<std::string> lost;
     const auto counted = std::ranges::count_if(instrument.columns, counts);
@@ -218,10 +218,10 @@ Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, cons
       if (is_lost(i)) lost.push_back(in.channel(i));
     if (lost.size() < 2 || std::ssize(lost) < counted) continue;
     all.push_back({.text = text(lost), .subject = instrument.name});
-    for (const auto i : instrument.columns) is_told[i] = !in.memory.is_seen(id, in.subject(i));
+    for (const auto i : instrument.columns) is_reported[i] = !in.memory.is_seen(id, in.subject(i));
   }
-  for (std::size_t i = 0; i < is_told.size(); ++i)
-    if (is_lost(i) && !is_told[i]) all.push_back({.text = text({in.channel(i)}), .subject = in.subject(i)});
+  for (std::size_t i = 0; i < is_reported.size(); ++i)
+    if (is_lost(i) && !is_reported[i]) all.push_back({.text = text({in.channel(i)}), .subject = in.subject(i)});
   return all;
 }
 
@@ -253,20 +253,20 @@ Found chamber_alarm(const CheckInputs& in) {
   return found(fmt::format("chamber alarm: {}", alarms.empty() ? "unnamed" : alarms.front()));
 }
 
-Found while_it_is(const CheckInputs& in, ChamberActivity activity, const char* text) {
+Found found_during(const CheckInputs& in, ChamberActivity activity, const char* text) {
   return in.chamber() && in.chamber()->activity == activity ? found(text) : Found{};
 }
 
 Found emergency_stop(const CheckInputs& in) {
-  return while_it_is(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
+  return found_during(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
 }
-Found door(const CheckInputs& in) { return while_it_is(in, ChamberActivity::door_open, "the chamber's door is open"); }
+Found door(const CheckInputs& in) { return found_during(in, ChamberActivity::door_open, "the chamber's door is open"); }
 Found not_following(const CheckInputs& in) {
-  return while_it_is(in, ChamberActivity::not_following,
-                     "the chamber conditions without following its set point: manual mode, open loop");
+  return found_during(in, ChamberActivity::not_following,
+                      "the chamber conditions without following its set point: manual mode, open loop");
 }
 Found supply(const CheckInputs& in) {
-  return while_it_is(in, ChamberActivity::power_failure, "the chamber has lost its supply");
+  return found_during(in, ChamberActivity::power_failure, "the chamber has lost its supply");
 }
 
 Found not_taken(const CheckInputs& in) {
@@ -275,7 +275,7 @@ Found not_taken(const CheckInputs& in) {
 }
 
 /// Describes how the chamber differs from the state that it was left in; nothing if it does not, or may.
-std::optional<std::string> altered(const CheckInputs& in) {
+std::optional<std::string> describe_alteration(const CheckInputs& in) {
   if (!in.chamber() || in.around.led_by_controller) return std::nullopt;
   const auto& chamber = *in.chamber();
   const auto& sent = in.around.sent;
@@ -289,8 +289,8 @@ std::optional<std::string> altered(const CheckInputs& in) {
 bool was_restarted(const CheckInputs& in) {
   const bool off = in.chamber()->activity == ChamberActivity::off;
   const bool silent_before = !in.memory.chamber_answered || (off && !in.memory.activity_seen);
-  return (silent_before && !in.stood(InterlockId::foreign_set_point)) || in.stood(InterlockId::restarted) ||
-         in.stood(InterlockId::restarted_off);
+  return (silent_before && !in.was_found(InterlockId::foreign_set_point)) || in.was_found(InterlockId::restarted) ||
+         in.was_found(InterlockId::restarted_off);
 }
 
 /// Finds a change that another program or a person made. A foreign set point remains one while the chamber is silent,
@@ -298,17 +298,18 @@ bool was_restarted(const CheckInputs& in) {
 /// program: a chamber refuses set points while a program runs.
 Found foreign_set_point(const CheckInputs& in) {
   if (!in.chamber())
-    return in.stood(InterlockId::foreign_set_point) ? found(in.memory.of(InterlockId::foreign_set_point).text)
-                                                    : Found{};
-  const auto what = altered(in);
+    return in.was_found(InterlockId::foreign_set_point)
+               ? found(in.memory.most_affected(InterlockId::foreign_set_point).text)
+               : Found{};
+  const auto what = describe_alteration(in);
   const bool is_our_own =
-      (in.around.sends_again || in.stood(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
+      (in.around.sends_again || in.was_found(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
   if (!what || was_restarted(in) || is_our_own) return {};
   return found("somebody else changed it: the chamber " + *what);
 }
 
 Found restarted_and(const CheckInputs& in, bool off) {
-  const auto what = altered(in);
+  const auto what = describe_alteration(in);
   const bool is_it = what && was_restarted(in) && (in.chamber()->activity == ChamberActivity::off) == off;
   return is_it ? found("the chamber was restarted: it " + *what) : Found{};
 }
@@ -318,8 +319,8 @@ Found restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
 
 // ---- the program and its record -------------------------------------------------------------------------------------
 
-Found where_told(const std::string& text) { return text.empty() ? Found{} : found(text); }
-Found program(const CheckInputs& in) { return where_told(in.around.program); }
+Found found_if_any(const std::string& text) { return text.empty() ? Found{} : found(text); }
+Found program(const CheckInputs& in) { return found_if_any(in.around.program); }
 /// Each instrument in whose place another one answers is a subject.
 Found another_instrument(const CheckInputs& in) {
   Found all;
@@ -328,7 +329,7 @@ Found another_instrument(const CheckInputs& in) {
 }
 /// Each damaged file is a subject. The text begins with the file's name.
 Found record_damaged(const CheckInputs& in) {
-  auto found = where_told(in.around.record_damage);
+  auto found = found_if_any(in.around.record_damage);
   for (auto& damage : found) damage.subject = damage.text.substr(0, damage.text.find(' '));
   return found;
 }
@@ -372,24 +373,24 @@ bool no_air_rate(const CheckInputs& in, const Watch&) { return !in.memory.air.ra
 
 bool no_comparison(const CheckInputs& in, const Watch&) {
   const auto& compared = in.limits.air_thermometers;
-  return !in.chamber() || (!compared.empty() && !median_of(in.sample, compared));
+  return !in.chamber() || (!compared.empty() && !median_reading(in.sample, compared));
 }
 
 /// Returns the thermometer that showed the cause when it was last found.
-std::optional<std::size_t> shown_by(const CheckInputs& in, const Watch& watch) {
+std::optional<std::size_t> affected_thermometer(const CheckInputs& in, const Watch& watch) {
   return watch.column && *watch.column < in.sample.thermometers.size() ? watch.column : std::nullopt;
 }
 
 bool no_value(const CheckInputs& in, const Watch& watch) {
-  const auto column = shown_by(in, watch);
+  const auto column = affected_thermometer(in, watch);
   return column && !value_of(in.sample.thermometers[*column]);
 }
 bool no_rate(const CheckInputs& in, const Watch& watch) {
-  const auto column = shown_by(in, watch);
+  const auto column = affected_thermometer(in, watch);
   return column && !in.memory.thermometers[*column].rate();
 }
 bool no_others(const CheckInputs& in, const Watch& watch) {
-  const auto column = shown_by(in, watch);
+  const auto column = affected_thermometer(in, watch);
   if (!column) return false;
   const auto value = value_of(in.sample.thermometers[*column]);
   return !value || !in.ranks.median_without(value);
@@ -486,8 +487,9 @@ static_assert(in_order(), "each interlock has its row, in the order of their nam
 // ---- judging --------------------------------------------------------------------------------------------------------
 
 /// Returns the reaction of an interlock that acts.
-Reaction reaction_of(const InterlockLimits& limits, const Interlock& row, const CheckResult& found, Duration stands) {
-  const bool lost = row.lost_after != nullptr && stands >= limits.*row.lost_after;
+Reaction effective_reaction(const InterlockLimits& limits, const Interlock& row, const CheckResult& found,
+                            Duration lasted) {
+  const bool lost = row.lost_after != nullptr && lasted >= limits.*row.lost_after;
   return found.grave || lost ? Reaction::abort
                              : std::min(found.at_most, limits.policy[static_cast<std::size_t>(row.id)]);
 }
@@ -499,7 +501,7 @@ bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool
   const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
   const auto samples = needs.samples_limit != nullptr ? limits.*needs.samples_limit : needs.samples;
   watch.recent.add(found, elapsed, 2 * samples, after * 2);
-  if (needs.in_a_row) return found && watch.standing >= after;
+  if (needs.in_a_row) return found && watch.lasted >= after;
   return found && watch.recent.time() >= after && watch.recent.samples() >= samples;
 }
 
@@ -542,22 +544,22 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   watch.reaction = row.is_never_over ? std::min(watch.reaction, Reaction::warn) : Reaction::go_on;
   if (!found && row.is_never_over) return demand(watch, judged.demand);
   if (!found) {
-    watch.standing = {};
+    watch.lasted = {};
     watch.samples = 0;
     (void)is_confirmed(limits, row.confirmation, false, elapsed, watch);
     return clear_in_time(limits, row.id, elapsed, watch, judged.cleared);
   }
   watch.gone = {};
   const auto covered = longer(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
-  watch.standing += covered;
+  watch.lasted += covered;
   ++watch.samples;
   watch.column = found->column;
   const bool is_news = !watch.raised || watch.text != found->text;
   watch.text = found->text;
   if (!is_confirmed(limits, row.confirmation, true, covered, watch)) return;
-  watch.reaction = reaction_of(limits, row, *found, watch.standing);
+  watch.reaction = effective_reaction(limits, row, *found, watch.lasted);
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
-  if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.standing);
+  if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.lasted);
   if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
   demand(watch, judged.demand);
 }
@@ -634,7 +636,7 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
   return judged;
 }
 
-InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some) {
+InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some) {
   InterlockDemand most;
   for (std::size_t i = 0; i < kInterlocks; ++i)
     for (const auto& watch : memory.watches[i])
@@ -642,16 +644,16 @@ InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<I
   return most;
 }
 
-std::vector<InterlockId> taken_over_by_resume(const InterlockMemory& memory) {
+std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory) {
   std::vector<InterlockId> some;
   for (const auto id : {InterlockId::foreign_set_point, InterlockId::not_following})
-    if (memory.stands(id)) some.push_back(id);
+    if (memory.is_active(id)) some.push_back(id);
   for (const auto id : {InterlockId::restarted, InterlockId::restarted_off})
-    if (memory.stands(id) && memory.of(id).reaction == Reaction::hold) some.push_back(id);
+    if (memory.is_active(id) && memory.most_affected(id).reaction == Reaction::hold) some.push_back(id);
   return some;
 }
 
-std::vector<std::string> standing_faults(const InterlockMemory& memory) {
+std::vector<std::string> active_faults(const InterlockMemory& memory) {
   std::vector<std::string> lines;
   for (const auto& watches : memory.watches)
     for (const auto& watch : watches)

@@ -131,13 +131,13 @@ struct InterlockResult {
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
 /// Returns the demand of all interlocks except `some` after the last sample.
-[[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some);
+[[nodiscard]] InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
 /// Returns the causes that an operator's resume ends, because it takes the chamber over: a foreign set point, a mode
 /// that does not follow the set point, and a restart that holds.
-[[nodiscard]] std::vector<InterlockId> taken_over_by_resume(const InterlockMemory& memory);
+[[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
 /// Returns one line for each active alarm.
-[[nodiscard]] std::vector<std::string> standing_faults(const InterlockMemory& memory);
+[[nodiscard]] std::vector<std::string> active_faults(const InterlockMemory& memory);
 
 }  // namespace gyrotherm::interlocks

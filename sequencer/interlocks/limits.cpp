@@ -61,7 +61,7 @@ void read_measurements(const TomlTable& table, InterlockLimits& limits) {
   limits.drift = read_band(table, "drift", limits.drift);
 }
 
-std::size_t column_of(const std::vector<std::string>& channels, const std::string& name) {
+std::size_t find_column(const std::vector<std::string>& channels, const std::string& name) {
   return static_cast<std::size_t>(std::find(channels.begin(), channels.end(), name) - channels.begin());
 }
 
@@ -72,7 +72,7 @@ void read_own_limits(const TomlTable& table, InterlockLimits& limits) {
   if (named.empty()) return;
   limits.thermometers.assign(limits.channels.size(), {limits.thermometers_lowest, limits.thermometers_highest});
   for (const auto& name : named) {
-    const auto column = column_of(limits.channels, name);
+    const auto column = find_column(limits.channels, name);
     const auto its = own.table(name);
     if (column == limits.channels.size()) {
       own.mistake(name, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
@@ -85,7 +85,7 @@ void read_own_limits(const TomlTable& table, InterlockLimits& limits) {
 
 void read_air_thermometers(const TomlTable& table, InterlockLimits& limits) {
   for (const auto& name : table.texts("air_thermometers")) {
-    const auto column = column_of(limits.channels, name);
+    const auto column = find_column(limits.channels, name);
     if (column == limits.channels.size())
       table.mistake("air_thermometers", fmt::format("\"{}\" is no channel of this rig's thermometers", name));
     else
@@ -93,9 +93,9 @@ void read_air_thermometers(const TomlTable& table, InterlockLimits& limits) {
   }
 }
 
-Reaction reaction_of(const std::string& word) {
+Reaction parse_reaction(const std::string& keyword) {
   for (const auto reaction : {Reaction::warn, Reaction::suspend, Reaction::hold, Reaction::abort})
-    if (word == name(reaction)) return reaction;
+    if (keyword == name(reaction)) return reaction;
   return Reaction::abort;
 }
 
@@ -103,13 +103,13 @@ void read_policy(const TomlTable& table, Policy& policy) {
   for (std::size_t i = 0; i < kInterlocks; ++i) {
     const auto& row = interlock(static_cast<InterlockId>(i));
     if (!table.has(row.name)) continue;
-    const auto word = table.choice(row.name, {"warn", "suspend", "hold", "abort"});
-    if (!row.choosable && word != "abort") table.mistake(row.name, "this always ends the run, expected \"abort\"");
-    policy[i] = reaction_of(word);
+    const auto keyword = table.choice(row.name, {"warn", "suspend", "hold", "abort"});
+    if (!row.choosable && keyword != "abort") table.mistake(row.name, "this always ends the run, expected \"abort\"");
+    policy[i] = parse_reaction(keyword);
   }
   const auto of = [&](InterlockId id) -> Reaction& { return policy[static_cast<std::size_t>(id)]; };
-  const bool says_restarted_alone = table.has("restarted") && !table.has("restarted_off");
-  if (says_restarted_alone) of(InterlockId::restarted_off) = of(InterlockId::restarted);
+  const bool has_only_restarted = table.has("restarted") && !table.has("restarted_off");
+  if (has_only_restarted) of(InterlockId::restarted_off) = of(InterlockId::restarted);
 }
 
 }  // namespace

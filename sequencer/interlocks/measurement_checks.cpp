@@ -18,7 +18,7 @@ std::string identical_for(const std::string& what, Duration time) {
 }
 
 /// Describes the fault of an axis; empty: none.
-std::string trouble_of(const AxisLimits& axis, const AxisLiveness& seen, bool is_turned) {
+std::string axis_fault(const AxisLimits& axis, const AxisLiveness& seen, bool is_turned) {
   const double expected = axis.earth_rate ? (is_turned ? -1 : 1) * axis.earth_rate->value : 0;
   if (seen.no_counts)
     return fmt::format("gyro {}: no counts for {}, expected {:.3g} °/h at rest", axis.label,
@@ -43,14 +43,14 @@ struct Rate {
 };
 
 /// Returns the known rates of the thermometers, in order of their columns.
-std::vector<Rate> rates_of(const CheckInputs& in) {
+std::vector<Rate> known_rates(const CheckInputs& in) {
   std::vector<Rate> rates;
   for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)
     if (const auto rate = in.memory.thermometers[i].rate()) rates.push_back({i, rate->value});
   return rates;
 }
 
-double median_of(std::vector<Rate> rates) {
+double median_rate(std::vector<Rate> rates) {
   const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
   std::ranges::nth_element(rates, middle, {}, &Rate::value);
   return middle->value;
@@ -77,10 +77,10 @@ std::vector<CheckResult> gyro_dead(const CheckInputs& in) {
   std::vector<CheckResult> all;
   for (std::size_t u = 0; u < units.size() && u < in.limits.units.size() && !in.around.gyro_is_off; ++u) {
     if (in.is_dropped(u)) continue;
-    const bool is_mild = in.goes_on_without(u) && another_counts(in, u);
+    const bool is_mild = in.continues_without(u) && another_counts(in, u);
     for (std::size_t a = 0; a < units[u].size(); ++a) {
       const auto& axis = in.limits.units[u].axes[a];
-      auto trouble = trouble_of(axis, units[u][a], in.around.is_turned);
+      auto trouble = axis_fault(axis, units[u][a], in.around.is_turned);
       if (trouble.empty()) continue;
       all.push_back(
           {.text = std::move(trouble), .subject = axis.label, .at_most = is_mild ? Reaction::warn : Reaction::abort});
@@ -98,9 +98,9 @@ std::vector<CheckResult> no_thermal_response(const CheckInputs& in) {
 std::vector<CheckResult> drifting(const CheckInputs& in) {
   const auto& seen = in.memory.liveness;
   std::vector<CheckResult> all;
-  const auto rates = rates_of(in);
+  const auto rates = known_rates(in);
   const bool is_comparable = seen.at_rest >= kLongAtRest && rates.size() >= kFewest;
-  const double usual = is_comparable ? median_of(rates) : 0;
+  const double usual = is_comparable ? median_rate(rates) : 0;
   for (std::size_t i = 0; i < seen.past.size(); ++i) {
     if (abs(seen.past[i].jumped) > in.limits.drift) {
       all.push_back(in.of_thermometer(i, fmt::format("{} jumped by {:+.1f} K, faster than it can change", in.channel(i),

@@ -27,9 +27,9 @@ struct CheckInputs {
 
   [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
   /// Returns true if the cause was present one second ago.
-  [[nodiscard]] bool stood(InterlockId id) const { return memory.is_seen(id); }
+  [[nodiscard]] bool was_found(InterlockId id) const { return memory.is_seen(id); }
   [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
-  [[nodiscard]] bool goes_on_without(std::size_t unit) const {
+  [[nodiscard]] bool continues_without(std::size_t unit) const {
     return unit < limits.units.size() && limits.units[unit].go_on_when_silent;
   }
   [[nodiscard]] std::string unit(std::size_t unit) const {

@@ -42,20 +42,20 @@ bool counts(const Segment& segment, Duration inside_before, const Observation& s
 }
 
 /// Returns the time since the end of the hold; negative while time is left.
-Duration over_by(const Segment& hold, Duration elapsed, Duration soaked) {
+Duration time_past_end(const Segment& hold, Duration elapsed, Duration soaked) {
   const auto time = elapsed - hold.duration;
   return hold.guaranteed_soak ? std::min(time, soaked - hold.soak_time) : time;
 }
 
 /// Advances a hold. The same rules apply while its soak counts and while it waits.
 template <class Hold>
-ProfileState hold_on(const Profile& profile, Hold hold, const Observation& seen) {
+ProfileState advance_hold(const Profile& profile, Hold hold, const Observation& seen) {
   const auto& segment = segment_at(profile, hold.segment);
   const bool soaks = counts(segment, hold.inside, seen);
   hold.elapsed += seen.elapsed;
   hold.inside = inside_band(segment, seen.air) ? hold.inside + seen.elapsed : Duration::zero();
   if (soaks) hold.soaked += seen.elapsed;
-  if (const auto over = over_by(segment, hold.elapsed, hold.soaked); over >= Duration::zero())
+  if (const auto over = time_past_end(segment, hold.elapsed, hold.soaked); over >= Duration::zero())
     return enter(profile, hold.segment + 1, over);
   if (hold.elapsed > segment.deadline) return Overdue{hold.segment, hold.elapsed, hold.soaked};
   if (segment.guaranteed_soak && !soaks) return WaitingForSoak{hold.segment, hold.elapsed, hold.soaked, hold.inside};
@@ -66,10 +66,10 @@ ProfileState step(const Profile& profile, const Ramping& ramp, const Observation
   return enter(profile, ramp.segment, ramp.elapsed + seen.elapsed);
 }
 ProfileState step(const Profile& profile, const Holding& hold, const Observation& seen) {
-  return hold_on(profile, hold, seen);
+  return advance_hold(profile, hold, seen);
 }
 ProfileState step(const Profile& profile, const WaitingForSoak& hold, const Observation& seen) {
-  return hold_on(profile, hold, seen);
+  return advance_hold(profile, hold, seen);
 }
 ProfileState step(const Profile&, const Overdue& overdue, const Observation&) { return overdue; }
 ProfileState step(const Profile&, const Complete& complete, const Observation&) { return complete; }
@@ -135,7 +135,7 @@ ProfileState next(const Profile& profile, const ProfileState& state, const Obser
   return std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
 }
 
-ProfileState stand(const Profile& profile, ProfileState state, const Observation& observation) {
+ProfileState pause_clock(const Profile& profile, ProfileState state, const Observation& observation) {
   const auto leave = [&](auto& hold) {
     if (!inside_band(segment_at(profile, hold.segment), observation.air)) hold.inside = {};
   };
@@ -144,7 +144,7 @@ ProfileState stand(const Profile& profile, ProfileState state, const Observation
   return state;
 }
 
-ProfileState with_its_deadline_anew(ProfileState state) {
+ProfileState restart_deadline(ProfileState state) {
   const auto* overdue = std::get_if<Overdue>(&state);
   if (!overdue) return state;
   // The soak time is at least one second, so that a prompt that was answered is not repeated.
@@ -155,7 +155,7 @@ Celsius demanded_set_point(const Profile& profile, const ProfileState& state) {
   return std::visit([&](const auto& s) { return set_point(profile, s); }, state);
 }
 
-ProfilePosition position_of(const Profile& profile, const ProfileState& state) {
+ProfilePosition profile_position(const Profile& profile, const ProfileState& state) {
   const auto now = segment_phase(profile, state);
   return {.segment = now.segment,
           .cycle = segment_at(profile, now.segment).cycle,
@@ -175,7 +175,7 @@ const std::string& soak_sensor(const Profile& profile, const ProfileState& state
   return segment_at(profile, segment_phase(profile, state).segment).soak_sensor;
 }
 
-Result<ProfileState> state_of(const Profile& profile, const ProfilePosition& progress) {
+Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition& progress) {
   const auto count = profile.segments.size();
   if (progress.segment < 0 || static_cast<std::size_t>(progress.segment) >= count)
     return foreign(fmt::format("segment {} of {}", progress.segment + 1, count));
@@ -200,7 +200,7 @@ Duration time_left(const Profile& profile, const ProfileState& state) {
   if (std::holds_alternative<Complete>(state)) return Duration::zero();
   const auto now = segment_phase(profile, state);
   const auto& segment = segment_at(profile, now.segment);
-  auto left = std::max(Duration::zero(), -over_by(segment, now.elapsed, now.soaked));
+  auto left = std::max(Duration::zero(), -time_past_end(segment, now.elapsed, now.soaked));
   for (int i = now.segment + 1; i < static_cast<int>(profile.segments.size()); ++i)
     left += shortest(segment_at(profile, i));
   return left;

@@ -63,10 +63,10 @@ struct Observation {
 
 /// Returns the state after one observation in which the profile's clock was stopped. A sensor outside its band restarts
 /// its dwell.
-[[nodiscard]] ProfileState stand(const Profile& profile, ProfileState state, const Observation& observation);
+[[nodiscard]] ProfileState pause_clock(const Profile& profile, ProfileState state, const Observation& observation);
 
 /// Restarts the deadline of an overdue segment and keeps its soak time. Returns every other state unchanged.
-[[nodiscard]] ProfileState with_its_deadline_anew(ProfileState state);
+[[nodiscard]] ProfileState restart_deadline(ProfileState state);
 
 /// Returns the set point of a state. Depends on the state alone.
 [[nodiscard]] Celsius demanded_set_point(const Profile& profile, const ProfileState& state);
@@ -77,10 +77,10 @@ struct Observation {
 /// Returns "air", or the channel of the thermometer that the current segment soaks on.
 [[nodiscard]] const std::string& soak_sensor(const Profile& profile, const ProfileState& state);
 
-/// Converts a state to its stored form and back. `state_of(profile, position_of(profile, s))` is `s`, except that a
-/// dwell in progress starts again.
-[[nodiscard]] ProfilePosition position_of(const Profile& profile, const ProfileState& state);
-[[nodiscard]] Result<ProfileState> state_of(const Profile& profile, const ProfilePosition& progress);
+/// Converts a state to its stored form and back. `restore_state(profile, profile_position(profile, s))` is `s`, except
+/// that a dwell in progress starts again.
+[[nodiscard]] ProfilePosition profile_position(const Profile& profile, const ProfileState& state);
+[[nodiscard]] Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition& progress);
 
 /// Returns the remaining time if every soak counts from now on.
 [[nodiscard]] Duration time_left(const Profile& profile, const ProfileState& state);

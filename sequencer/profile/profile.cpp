@@ -28,13 +28,13 @@ void read_accept(const TomlTable& table, const std::string& prefix, std::vector<
 
 constexpr CelsiusPerMinute kRounding{1e-9};
 
-constexpr std::size_t kMostMistakes = 100;  ///< reported for one profile
+constexpr std::size_t kMostErrors = 100;  ///< reported for one profile
 
 /// The errors found so far. Each is listed once, also if several passes of a repeat have it.
-class Mistakes {
+class ErrorList {
  public:
   void note(const Segment& segment, std::string what) {
-    if (found_.size() == kMostMistakes) return;
+    if (found_.size() == kMostErrors) return;
     std::pair mistake{segment.place, std::move(what)};
     if (std::find(found_.begin(), found_.end(), mistake) == found_.end()) found_.push_back(std::move(mistake));
   }
@@ -43,7 +43,7 @@ class Mistakes {
     if (found_.empty()) return {};
     std::string what = found_.front().second;
     for (std::size_t i = 1; i < found_.size(); ++i) what += fmt::format("\n{}: {}", found_[i].first, found_[i].second);
-    if (found_.size() == kMostMistakes) what += fmt::format("\nno more than {} mistakes are told", kMostMistakes);
+    if (found_.size() == kMostErrors) what += fmt::format("\nno more than {} mistakes are told", kMostErrors);
     return failure(FaultKind::bad_file, found_.front().first, std::move(what));
   }
 
@@ -51,41 +51,41 @@ class Mistakes {
   std::vector<std::pair<std::string, std::string>> found_;
 };
 
-void check_temperature(const Segment& segment, const ChamberLimits& limits, Mistakes& mistakes) {
+void check_temperature(const Segment& segment, const ChamberLimits& limits, ErrorList& errors) {
   if (segment.target >= limits.lowest && segment.target <= limits.highest) return;
-  mistakes.note(segment, fmt::format("{:g} °C is beyond the chamber, expected {:g} to {:g} °C", segment.target.value,
-                                     limits.lowest.value, limits.highest.value));
+  errors.note(segment, fmt::format("{:g} °C is beyond the chamber, expected {:g} to {:g} °C", segment.target.value,
+                                   limits.lowest.value, limits.highest.value));
 }
 
-void check_rate(const Segment& segment, Celsius from, const ChamberLimits& limits, Mistakes& mistakes) {
+void check_rate(const Segment& segment, Celsius from, const ChamberLimits& limits, ErrorList& errors) {
   const bool heating = segment.target > from;
   const auto fastest = heating ? limits.fastest_heating : limits.fastest_cooling;
   if (segment.rate.value <= fastest.value + kRounding.value) return;
-  mistakes.note(segment, fmt::format("{:g} °C/min is faster than the chamber {}, expected at most {:g} °C/min",
-                                     segment.rate.value, heating ? "heats" : "cools", fastest.value));
+  errors.note(segment, fmt::format("{:g} °C/min is faster than the chamber {}, expected at most {:g} °C/min",
+                                   segment.rate.value, heating ? "heats" : "cools", fastest.value));
 }
 
-void check_deadline(const Segment& segment, Mistakes& mistakes) {
+void check_deadline(const Segment& segment, ErrorList& errors) {
   if (segment.deadline >= shortest(segment)) return;
-  mistakes.note(segment,
-                fmt::format("deadline too short: {:.0f} s, expected at least the {:.0f} s that the segment takes",
-                            to_seconds(segment.deadline), to_seconds(shortest(segment))));
+  errors.note(segment,
+              fmt::format("deadline too short: {:.0f} s, expected at least the {:.0f} s that the segment takes",
+                          to_seconds(segment.deadline), to_seconds(shortest(segment))));
 }
 
 /// Finds a hold whose time would run while the set point is still on its way: no ramp leads to it, and it does not
 /// wait.
-void check_step(const Segment& segment, Celsius from, Mistakes& mistakes) {
+void check_step(const Segment& segment, Celsius from, ErrorList& errors) {
   if (segment.kind == SegmentKind::ramp || segment.guaranteed_soak || segment.target == from) return;
-  mistakes.note(segment, fmt::format("the set point is {:g} °C before this hold at {:g} °C, whose time would run while "
-                                     "it is on its way, expected a ramp before it, or guaranteed_soak = true",
-                                     from.value, segment.target.value));
+  errors.note(segment, fmt::format("the set point is {:g} °C before this hold at {:g} °C, whose time would run while "
+                                   "it is on its way, expected a ramp before it, or guaranteed_soak = true",
+                                   from.value, segment.target.value));
 }
 
-void check_heeded(const Segment& segment, Mistakes& mistakes) {
-  if (segment.unheeded.empty()) return;
-  mistakes.note(segment,
-                fmt::format("nothing heeds {} without a guaranteed soak, expected guaranteed_soak = true with it",
-                            segment.unheeded));
+void check_soak_keys(const Segment& segment, ErrorList& errors) {
+  if (segment.ignored_keys.empty()) return;
+  errors.note(segment,
+              fmt::format("nothing heeds {} without a guaranteed soak, expected guaranteed_soak = true with it",
+                          segment.ignored_keys));
 }
 
 }  // namespace
@@ -118,44 +118,44 @@ Result<Profile> parse_profile(std::string_view text, const std::string& file) {
 }
 
 Result<void> check_profile(const Profile& profile, const ChamberLimits& limits) {
-  Mistakes mistakes;
+  ErrorList errors;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
-    check_temperature(segment, limits, mistakes);
-    if (segment.kind == SegmentKind::ramp) check_rate(segment, set_point_before(profile, i), limits, mistakes);
-    check_step(segment, set_point_before(profile, i), mistakes);
-    check_deadline(segment, mistakes);
-    check_heeded(segment, mistakes);
+    check_temperature(segment, limits, errors);
+    if (segment.kind == SegmentKind::ramp) check_rate(segment, set_point_before(profile, i), limits, errors);
+    check_step(segment, set_point_before(profile, i), errors);
+    check_deadline(segment, errors);
+    check_soak_keys(segment, errors);
   }
-  return mistakes.verdict();
+  return errors.verdict();
 }
 
 Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest) {
-  Mistakes mistakes;
+  ErrorList errors;
   for (const auto& segment : profile.segments)
     if (segment.target < lowest || segment.target > highest)
-      mistakes.note(segment, fmt::format("{:g} °C is beyond the air's limits of the rig, at which a run ends, expected "
-                                         "{:g} to {:g} °C",
-                                         segment.target.value, lowest.value, highest.value));
-  return mistakes.verdict();
+      errors.note(segment, fmt::format("{:g} °C is beyond the air's limits of the rig, at which a run ends, expected "
+                                       "{:g} to {:g} °C",
+                                       segment.target.value, lowest.value, highest.value));
+  return errors.verdict();
 }
 
 Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels) {
-  Mistakes mistakes;
+  ErrorList errors;
   for (const auto& segment : profile.segments)
     if (segment.kind == SegmentKind::hold && segment.soak_sensor != "air" &&
         std::find(channels.begin(), channels.end(), segment.soak_sensor) == channels.end())
-      mistakes.note(segment, fmt::format("soak_sensor is \"{}\", expected \"air\" or a channel of the rig: {}",
-                                         segment.soak_sensor, fmt::join(channels, ", ")));
-  return mistakes.verdict();
+      errors.note(segment, fmt::format("soak_sensor is \"{}\", expected \"air\" or a channel of the rig: {}",
+                                       segment.soak_sensor, fmt::join(channels, ", ")));
+  return errors.verdict();
 }
 
 Result<void> check_turns(const Profile& profile, bool can_turn) {
-  Mistakes mistakes;
+  ErrorList errors;
   for (const auto& segment : profile.segments)
     if (segment.unit.turned && !can_turn)
-      mistakes.note(segment, "the unit is turned here, expected a rig that says \"can_be_turned\" in [gyro]");
-  return mistakes.verdict();
+      errors.note(segment, "the unit is turned here, expected a rig that says \"can_be_turned\" in [gyro]");
+  return errors.verdict();
 }
 
 namespace {
@@ -173,7 +173,7 @@ std::string hms(Duration d) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-std::string soak_of(const Segment& segment) {
+std::string describe_soak(const Segment& segment) {
   if (!segment.guaranteed_soak) return "";
   return fmt::format("{} within ±{:g} K, at most {}", hms(segment.soak_time), segment.soak_band.value,
                      hms(segment.deadline));
@@ -186,7 +186,7 @@ class Table {
 
   void add(std::vector<std::string> row) {
     widths_.resize(row.size());
-    for (std::size_t c = 0; c < row.size(); ++c) widths_[c] = std::max(widths_[c], columns_of(row[c]));
+    for (std::size_t c = 0; c < row.size(); ++c) widths_[c] = std::max(widths_[c], count_columns(row[c]));
     rows_.push_back(std::move(row));
   }
 
@@ -202,12 +202,12 @@ class Table {
 
  private:
   [[nodiscard]] std::string padded(const std::string& cell, std::size_t column) const {
-    const std::string space(widths_[column] - columns_of(cell), ' ');
+    const std::string space(widths_[column] - count_columns(cell), ' ');
     return alignment_[column] == '>' ? space + cell : cell + space;
   }
 
   /// Counts the columns of UTF-8 text: one for each byte that begins a character.
-  [[nodiscard]] static std::size_t columns_of(const std::string& text) {
+  [[nodiscard]] static std::size_t count_columns(const std::string& text) {
     return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
   }
 
@@ -226,7 +226,8 @@ std::string segments_table(const Profile& profile, const Timeline& timeline) {
     table.add({std::to_string(i + 1), segment.name, hms(planned.start), hms(planned.duration),
                fmt::format("{:g}", planned.from.value), fmt::format("{:g}", planned.to.value),
                ramp ? fmt::format("{:g}", segment.rate.value) : "",
-               segment.cycle < 0 ? "" : profile.cycles[static_cast<std::size_t>(segment.cycle)], soak_of(segment)});
+               segment.cycle < 0 ? "" : profile.cycles[static_cast<std::size_t>(segment.cycle)],
+               describe_soak(segment)});
   }
   return table.text();
 }
@@ -242,7 +243,7 @@ std::string totals_table(const Timeline& timeline) {
   return table.text();
 }
 
-std::string prompts_of(const Profile& profile) {
+std::string describe_prompts(const Profile& profile) {
   std::string lines;
   for (std::size_t i = 0; i < profile.segments.size(); ++i)
     if (!profile.segments[i].prompt.empty())
@@ -270,7 +271,7 @@ Timeline plan(const Profile& profile) {
 
 std::string describe(const Profile& profile, const Timeline& timeline) {
   return fmt::format("{}: {}\n\n{}\n{}{}", profile.name, profile.title, segments_table(profile, timeline),
-                     totals_table(timeline), prompts_of(profile));
+                     totals_table(timeline), describe_prompts(profile));
 }
 
 }  // namespace gyrotherm::profile

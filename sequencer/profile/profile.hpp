@@ -49,7 +49,7 @@ struct Segment {
   /// Index into Profile::cycles, or -1.
   int cycle{-1};
   /// Soak keys of a segment without a guaranteed soak, as text; empty: none.
-  std::string unheeded{};
+  std::string ignored_keys{};
   std::string place{};  ///< "file:line:column" in the profile
 };
 

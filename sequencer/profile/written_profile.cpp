@@ -23,17 +23,17 @@ constexpr CelsiusPerMinute kFastest{1000};
 
 Duration whole_seconds(Duration d) { return std::chrono::ceil<std::chrono::seconds>(d); }
 
-bool sensible(Celsius t) { return t >= kColdest && t <= kHottest; }
-bool sensible(CelsiusPerMinute rate) { return rate > CelsiusPerMinute{0} && rate <= kFastest; }
+bool is_plausible(Celsius t) { return t >= kColdest && t <= kHottest; }
+bool is_plausible(CelsiusPerMinute rate) { return rate > CelsiusPerMinute{0} && rate <= kFastest; }
 
 void check(const TomlTable& table, std::string_view key, Celsius t) {
-  if (sensible(t)) return;
+  if (is_plausible(t)) return;
   table.mistake(
       key, fmt::format("\"{}\" is {:g} °C, expected {:g} to {:g} °C", key, t.value, kColdest.value, kHottest.value));
 }
 
 void check(const TomlTable& table, std::string_view key, CelsiusPerMinute rate) {
-  if (sensible(rate)) return;
+  if (is_plausible(rate)) return;
   table.mistake(key, fmt::format("\"{}\" is {:g} °C/min, expected more than 0, at most {:g} °C/min", key, rate.value,
                                  kFastest.value));
 }
@@ -44,8 +44,8 @@ void check(const TomlTable& table, std::string_view key, Duration d) {
 
 /// Returns the range of two values. Records an error for any other list and returns the neutral range.
 template <class T>
-WrittenRange<T> range_of(const TomlTable& table, std::string_view key, const std::vector<T>& values,
-                         WrittenRange<T> neutral) {
+WrittenRange<T> make_range(const TomlTable& table, std::string_view key, const std::vector<T>& values,
+                           WrittenRange<T> neutral) {
   if (values.size() != 2 || values[0] > values[1]) {
     table.mistake(key, fmt::format("\"{}\" is not a range, expected [low, high]", key));
     return neutral;
@@ -101,11 +101,11 @@ Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback
 
 /// Reads two rates, the first not above the second.
 WrittenRange<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key) {
-  return range_of(table, key, table.rates(key), {kFastest, kFastest});
+  return make_range(table, key, table.rates(key), {kFastest, kFastest});
 }
 
 WrittenRange<Duration> read_time_range(const TomlTable& table, std::string_view key) {
-  const auto range = range_of(table, key, table.durations(key), {kSecond, kSecond});
+  const auto range = make_range(table, key, table.durations(key), {kSecond, kSecond});
   return {whole_seconds(range.low), whole_seconds(range.high)};
 }
 
@@ -115,7 +115,7 @@ std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& tabl
   for (const auto& row : table.number_rows(key)) {
     std::vector<Celsius> ends;
     std::transform(row.begin(), row.end(), std::back_inserter(ends), [](double celsius) { return Celsius{celsius}; });
-    ranges.push_back(range_of(table, key, ends, {}));
+    ranges.push_back(make_range(table, key, ends, {}));
   }
   if (ranges.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected rows of [low, high]", key));
   return ranges;
@@ -144,7 +144,7 @@ std::optional<bool> read_either(const TomlTable& table, const char* key, const c
 constexpr int kDeepestNesting = 8;
 
 /// The context of a segment.
-struct Surroundings {
+struct SegmentContext {
   int depth{1};
   bool in_cycle{};
   bool pass_has_rate{};
@@ -158,7 +158,7 @@ void read_soak_conditions(const TomlTable& table, SoakRule& rule) {
 }
 
 /// Returns the soak keys of a segment without a guaranteed soak, separated by commas.
-std::string unheeded_of(const TomlTable& table, const SoakRule& rule) {
+std::string find_ignored_keys(const TomlTable& table, const SoakRule& rule) {
   std::vector<std::string> keys;
   for (const char* key : {"soak_time", "soak_band", "soak_sensor", "soak_dwell", "soak_slope"})
     if (!rule.guaranteed && table.has(key)) keys.emplace_back(key);
@@ -170,7 +170,7 @@ class SegmentReader {
  public:
   explicit SegmentReader(const SoakRule& defaults) : defaults_(defaults) {}
 
-  std::vector<WrittenSegment> read_all(const TomlTable& parent, const Surroundings& around) {
+  std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& around) {
     const auto tables = parent.tables("segment");
     if (tables.empty()) parent.mistake("", "there is no segment in it, expected at least one");
     std::vector<WrittenSegment> segments;
@@ -179,7 +179,7 @@ class SegmentReader {
   }
 
  private:
-  void read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into) {
+  void read(const TomlTable& table, const SegmentContext& around, std::vector<WrittenSegment>& into) {
     const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
     if (kind.empty() || table.text("kind") != kind) {
       // The meaning of the keys depends on the kind, so that none of them is unknown here.
@@ -207,14 +207,14 @@ class SegmentReader {
     hold.soak.band = read_band(table, "soak_band", defaults_.band);
     read_soak_conditions(table, hold.soak);
     if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
-    hold.soak.unheeded = unheeded_of(table, hold.soak);
+    hold.soak.ignored_keys = find_ignored_keys(table, hold.soak);
     hold.prompt = read_prompt(table);
     hold.off = read_either(table, "power", "on", "off");
     hold.turned = read_either(table, "axis", "as mounted", "turned");
     return hold;
   }
 
-  WrittenRamp read_ramp(const TomlTable& table, const Surroundings& around) {
+  WrittenRamp read_ramp(const TomlTable& table, const SegmentContext& around) {
     expect_set_point(table, "ramp");
     const WrittenRamp ramp{.to = read_temperature(table, "to"),
                            .rate = read_rate_if_any(table, "rate"),
@@ -226,7 +226,7 @@ class SegmentReader {
     return ramp;
   }
 
-  WrittenRepeat read_repeat(const TomlTable& table, const Surroundings& around) {
+  WrittenRepeat read_repeat(const TomlTable& table, const SegmentContext& around) {
     WrittenRepeat repeat;
     repeat.rates = read_rates(table, "rates");
     repeat.cycle = table.boolean("cycle", false);
@@ -266,7 +266,7 @@ class SegmentReader {
     random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
     random.soak.band = read_band(table, "soak_band", defaults_.band);
     read_soak_conditions(table, random.soak);
-    random.soak.unheeded = unheeded_of(table, random.soak);
+    random.soak.ignored_keys = find_ignored_keys(table, random.soak);
     return random;
   }
 
@@ -361,7 +361,7 @@ Segment hold_at(Celsius target, Duration time, const SoakRule& soak, std::option
                   .soak_dwell = soak.dwell,
                   .soak_slope = soak.slope,
                   .soak_time = soak.time.value_or(time),
-                  .unheeded = soak.unheeded};
+                  .ignored_keys = soak.ignored_keys};
   const auto at_least = shortest(segment);
   segment.deadline = deadline.value_or(soak.guaranteed ? 3 * at_least + soak.margin : at_least);
   return segment;
@@ -383,7 +383,7 @@ std::optional<Duration> ramp_time(Kelvins distance, CelsiusPerMinute rate) {
 }
 
 /// Returns the task for people that changes the state of the unit; empty if it does not change.
-std::string change_in_words(const UnitState& from, const UnitState& to) {
+std::string describe_change(const UnitState& from, const UnitState& to) {
   std::string words;
   if (from.off != to.off) words = to.off ? "switch the unit off" : "switch the unit on";
   if (from.turned != to.turned) {
@@ -412,7 +412,7 @@ class Expansion {
   void append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass) {
     auto segment = hold_at(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline);
     const auto before = std::exchange(unit_, {hold.off.value_or(unit_.off), hold.turned.value_or(unit_.turned)});
-    segment.prompt = hold.prompt.empty() ? change_in_words(before, unit_) : hold.prompt;
+    segment.prompt = hold.prompt.empty() ? describe_change(before, unit_) : hold.prompt;
     add(written, std::move(segment), pass);
   }
 

@@ -26,7 +26,7 @@ struct SoakRule {
   /// Added to three times the shortest duration to give the default deadline of a guaranteed soak.
   Duration margin = std::chrono::hours(2);
   /// Soak keys of a segment without a guaranteed soak, as text.
-  std::string unheeded{};
+  std::string ignored_keys{};
 };
 
 struct WrittenHold {

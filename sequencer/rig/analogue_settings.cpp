@@ -42,7 +42,7 @@ Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std
 
 /// Returns the unit under test that `gyro` names, or the rig's only unit if the key is absent. Otherwise records an
 /// error and returns nothing.
-std::optional<std::size_t> unit_named(const TomlTable& table, const std::vector<UnitSettings>& units) {
+std::optional<std::size_t> find_unit(const TomlTable& table, const std::vector<UnitSettings>& units) {
   if (!table.has("gyro") && units.size() == 1) return 0;
   const auto name = table.text("gyro");
   const auto found = std::ranges::find_if(units, [&](const auto& unit) { return unit.info.name == name; });
@@ -67,7 +67,7 @@ std::optional<AnalogueChannel> read_channel(const TomlTable& table, std::size_t 
                           .instrument = fmt::format("{}, input {}", instrument, input)};
   if (value.is_temperature && value.unit != kCelsius)
     table.mistake("unit", fmt::format("a temperature is in \"{}\", not in \"{}\"", kCelsius, value.unit));
-  const auto unit = unit_named(table, units);
+  const auto unit = find_unit(table, units);
   if (!unit) return std::nullopt;
   auto& settings = units[*unit];
   if (std::ranges::count(settings.info.values, channel.name, &record::ValueInfo::name) > 0)
@@ -121,9 +121,10 @@ std::unique_ptr<drivers::AnalogueInputs> make_analogue_inputs(const AnalogueSett
                                                               const std::string& place,
                                                               std::unique_ptr<drivers::Registers> registers,
                                                               std::unique_ptr<drivers::Pauses> pauses) {
-  std::vector<std::size_t> wanted;
-  for (const auto& channel : settings.channels) wanted.push_back(channel.input);
-  return make_modbus_analogue_inputs(settings.map, std::move(wanted), place, std::move(registers), std::move(pauses));
+  std::vector<std::size_t> used_inputs;
+  for (const auto& channel : settings.channels) used_inputs.push_back(channel.input);
+  return make_modbus_analogue_inputs(settings.map, std::move(used_inputs), place, std::move(registers),
+                                     std::move(pauses));
 }
 
 }  // namespace gyrotherm::rig

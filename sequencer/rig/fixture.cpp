@@ -15,7 +15,7 @@ constexpr double kRadian = std::numbers::pi / 180;
 using Vector = std::array<double, 3>;  ///< north, west, up
 
 /// Rotates a vector about the axis numbered `about`, right-handed.
-Vector turned(const Vector& v, std::size_t about, double radians) {
+Vector rotate(const Vector& v, std::size_t about, double radians) {
   const std::size_t i = (about + 1) % 3, j = (about + 2) % 3;
   Vector result = v;
   result[i] = v[i] * std::cos(radians) - v[j] * std::sin(radians);
@@ -23,10 +23,10 @@ Vector turned(const Vector& v, std::size_t about, double radians) {
   return result;
 }
 
-Vector in_the_room(const Fixture& fixture, const FixtureVector& vector) {
-  const auto rolled = turned(vector, 0, fixture.roll * kRadian);
-  const auto raised = turned(rolled, 1, -fixture.elevation * kRadian);
-  return turned(raised, 2, -fixture.azimuth * kRadian);
+Vector to_north_west_up(const Fixture& fixture, const FixtureVector& vector) {
+  const auto rolled = rotate(vector, 0, fixture.roll * kRadian);
+  const auto raised = rotate(rolled, 1, -fixture.elevation * kRadian);
+  return rotate(raised, 2, -fixture.azimuth * kRadian);
 }
 
 }  // namespace
@@ -62,9 +62,9 @@ Fixture read_fixture(const TomlTable& table) {
           .roll_uncertainty = read_uncertainty(table, "roll_uncertainty")};
 }
 
-void place_axis(const Fixture& fixture, const FixtureVector& direction,
-                const std::optional<double>& direction_uncertainty, record::AxisInfo& axis) {
-  const auto points = in_the_room(fixture, direction);
+void orient_axis(const Fixture& fixture, const FixtureVector& direction,
+                 const std::optional<double>& direction_uncertainty, record::AxisInfo& axis) {
+  const auto points = to_north_west_up(fixture, direction);
   const double level = std::hypot(points[0], points[1]);
   const double azimuth = level > 0 ? std::atan2(-points[1], points[0]) / kRadian : 0;
   const double elevation = std::atan2(points[2], level) / kRadian;

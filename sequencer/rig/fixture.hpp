@@ -44,7 +44,7 @@ struct Fixture {
 /// of the axis' direction in the fixture (`direction_uncertainty`, degrees). The uncertainties stay separate, because
 /// one angle of an axis cannot represent two angles of a fixture. A budget multiplies each by its own slope of the
 /// Earth's rate.
-void place_axis(const Fixture& fixture, const FixtureVector& direction,
-                const std::optional<double>& direction_uncertainty, record::AxisInfo& axis);
+void orient_axis(const Fixture& fixture, const FixtureVector& direction,
+                 const std::optional<double>& direction_uncertainty, record::AxisInfo& axis);
 
 }  // namespace gyrotherm::rig

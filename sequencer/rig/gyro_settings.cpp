@@ -28,7 +28,7 @@ struct GyroTable {
 };
 
 /// Reads an uncertainty from the axis' table; otherwise from the unit's, which applies to all its axes.
-std::optional<double> uncertainty_of(const TomlTable& axis, const TomlTable& unit, const char* key) {
+std::optional<double> read_axis_uncertainty(const TomlTable& axis, const TomlTable& unit, const char* key) {
   if (auto own = read_uncertainty(axis, key)) return own;
   return read_uncertainty(unit, key);
 }
@@ -62,7 +62,7 @@ std::vector<double> read_direction(const TomlTable& table) {
 }
 
 /// Reads the direction of a unit's only axis if the rig has no fixture.
-void place_alone(const TomlTable& table, record::AxisInfo& axis) {
+void read_single_direction(const TomlTable& table, record::AxisInfo& axis) {
   const bool located = table.has("latitude");
   const double latitude = located ? read_latitude(table) : 0, azimuth = table.number("azimuth", 0),
                elevation = table.number("elevation", 90);
@@ -95,19 +95,20 @@ record::AxisInfo read_axis(const AxisTable& axis, const TomlTable& unit, const s
   record::AxisInfo info{.name = axis.name, .kind = record::GyroKind::pulse_count};
   if (fixture) {
     const auto direction = read_direction(axis.table);
-    place_axis(*fixture, {direction[0], direction[1], direction[2]},
-               uncertainty_of(axis.table, unit, "direction_uncertainty"), info);
+    orient_axis(*fixture, {direction[0], direction[1], direction[2]},
+                read_axis_uncertainty(axis.table, unit, "direction_uncertainty"), info);
   } else {
-    place_alone(axis.table, info);
+    read_single_direction(axis.table, info);
   }
-  info.uncertainty.scale_factor_uncertainty_ppm = uncertainty_of(axis.table, unit, "scale_factor_uncertainty_ppm");
+  info.uncertainty.scale_factor_uncertainty_ppm =
+      read_axis_uncertainty(axis.table, unit, "scale_factor_uncertainty_ppm");
   info.uncertainty.turn_on_repeatability_deg_per_h =
-      uncertainty_of(axis.table, unit, "turn_on_repeatability_deg_per_h");
+      read_axis_uncertainty(axis.table, unit, "turn_on_repeatability_deg_per_h");
   return info;
 }
 
-std::vector<std::string> read_channels_of(const TomlTable& table, const char* key,
-                                          const std::vector<std::string>& channels) {
+std::vector<std::string> read_channel_names(const TomlTable& table, const char* key,
+                                            const std::vector<std::string>& channels) {
   auto names = table.texts(key);
   for (const auto& name : names)
     if (std::ranges::count(channels, name) == 0)
@@ -130,8 +131,8 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   unit.go_on_when_silent =
       table.choice("when_silent", {"suspend", "go_on"}, one_of_several ? "go_on" : "suspend") == "go_on";
   unit.has_own_thermometers = table.has("thermometers");
-  unit.info.gradients = read_channels_of(table, "thermometers", channels);
-  unit.info.three_point = read_channels_of(table, "three_point", channels);
+  unit.info.gradients = read_channel_names(table, "thermometers", channels);
+  unit.info.three_point = read_channel_names(table, "three_point", channels);
   if (unit.has_own_thermometers && unit.info.gradients.size() < 2)
     table.mistake("thermometers", "expected at least two thermometers");
   if (!unit.info.three_point.empty() && unit.info.three_point.size() != 3)

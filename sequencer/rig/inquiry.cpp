@@ -17,7 +17,7 @@ constexpr int kSeconds = 2;
 
 double in_ms(Duration time) { return to_seconds(time) * 1e3; }
 
-Result<std::vector<std::uint16_t>> words_of(const drivers::RegisterItem& item, drivers::Registers& registers) {
+Result<std::vector<std::uint16_t>> read_words(const drivers::RegisterItem& item, drivers::Registers& registers) {
   const auto count = std::max<std::uint16_t>(item.read_count, word_count(item.type));
   return registers.read(item.read_function.value_or(drivers::ReadFunction::holding_registers), item.address, count);
 }
@@ -61,19 +61,19 @@ std::string in_words(const drivers::ChamberEffort& effort) {
       what, status);
 }
 
-Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers) {
+Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
   if (!air || !set_point || !set_point->readable) return std::string();
   if (word_count(air->type) < 2 || word_count(set_point->type) < 2) return std::string();
-  const auto air_words = words_of(*air, registers);
+  const auto air_words = read_words(*air, registers);
   if (!air_words) return failure(air_words.error());
-  const auto set_point_words = words_of(*set_point, registers);
+  const auto set_point_words = read_words(*set_point, registers);
   if (!set_point_words) return failure(set_point_words.error());
   return in_words(probe_word_order(*air, *air_words, *set_point, *set_point_words));
 }
 
-Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {
+Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock) {
   const auto name = chamber.identify();
   if (!name) return failure(name.error());
   const auto state = chamber.inspect();
@@ -92,8 +92,8 @@ Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {
   return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);
 }
 
-Result<std::string> ask_thermometer(drivers::Thermometer& thermometer, const std::vector<std::string>& channels,
-                                    const Clock& clock) {
+Result<std::string> query_thermometer(drivers::Thermometer& thermometer, const std::vector<std::string>& channels,
+                                      const Clock& clock) {
   const auto name = thermometer.identify();
   if (!name) return failure(name.error());
   auto line = *name;
@@ -104,8 +104,8 @@ Result<std::string> ask_thermometer(drivers::Thermometer& thermometer, const std
   return line + "; " + text(time_calls([&] { (void)thermometer.read(); }, clock));
 }
 
-Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs, const std::vector<AnalogueReading>& channels,
-                                 const Clock& clock) {
+Result<std::string> query_analogue(drivers::AnalogueInputs& inputs, const std::vector<AnalogueReading>& channels,
+                                   const Clock& clock) {
   const auto name = inputs.identify();
   if (!name) return failure(name.error());
   auto line = *name;
@@ -198,18 +198,18 @@ std::string describe_values(const drivers::FrameFormat& frame, const std::vector
 
 }  // namespace
 
-Result<std::string> ask_gyro(drivers::Gyro& gyro, const GyroLine& line, const std::vector<UnitSettings>& units,
-                             bool is_simulated, const std::function<void()>& let_pass) {
+Result<std::string> query_gyro(drivers::Gyro& gyro, const GyroLine& line, const std::vector<UnitSettings>& units,
+                               bool is_simulated, const std::function<void()>& let_pass) {
   if (auto opened = gyro.open(); !opened) return failure(opened.error());
-  const auto who = gyro.identify();
-  if (!who) return failure(who.error());
+  const auto identity = gyro.identify();
+  if (!identity) return failure(identity.error());
   let_pass();
   if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
   const auto before = gyro.frames();
   const auto means = read_means(gyro, std::max<std::size_t>(line.frame.axes.size(), 1), let_pass);
   if (!means) return failure(means.error());
   const auto after = gyro.frames();
-  auto text = fmt::format("{} frames{}, mean of {:.3f} s", line.frame.name, who->empty() ? "" : " of " + *who,
+  auto text = fmt::format("{} frames{}, mean of {:.3f} s", line.frame.name, identity->empty() ? "" : " of " + *identity,
                           to_seconds(means->interval)) +
               describe_axes(line, units, *means) + describe_values(line.frame, means->values) +
               fmt::format("; {} frames seen, {} lost, {} bad", after.seen - before.seen, after.lost - before.lost,

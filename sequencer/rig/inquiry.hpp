@@ -32,14 +32,14 @@ struct RoundTrips {
 
 /// Describes the word orders that give plausible values of the unit's air temperature and set point; empty if the map
 /// needs no decision.
-[[nodiscard]] Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
+[[nodiscard]] Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
 /// Describes the chamber: identity, state, verified items, missing items, and the time of ten readings. Fails with the
 /// first fault.
-[[nodiscard]] Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock);
+[[nodiscard]] Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock);
 /// Describes a thermometer: identity, one reading or fault of each channel, and the time of ten readings. Fails if it
 /// cannot be identified.
-[[nodiscard]] Result<std::string> ask_thermometer(drivers::Thermometer& thermometer,
-                                                  const std::vector<std::string>& channels, const Clock& clock);
+[[nodiscard]] Result<std::string> query_thermometer(drivers::Thermometer& thermometer,
+                                                    const std::vector<std::string>& channels, const Clock& clock);
 /// The conversion of an input's reading to the value of a channel.
 struct AnalogueReading {
   std::string channel;  ///< "u1.discharge_current_a"
@@ -49,8 +49,8 @@ struct AnalogueReading {
 };
 /// Describes analogue inputs: identity, one value or fault of each channel, and the time of ten readings. Fails if they
 /// cannot be identified.
-[[nodiscard]] Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs,
-                                               const std::vector<AnalogueReading>& channels, const Clock& clock);
+[[nodiscard]] Result<std::string> query_analogue(drivers::AnalogueInputs& inputs,
+                                                 const std::vector<AnalogueReading>& channels, const Clock& clock);
 /// Warns if the chamber's air differs from every thermometer by more than 15 K: then one of them probably uses another
 /// unit, or is not in this chamber. Empty if a thermometer is near, or if there is none.
 [[nodiscard]] std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers);
@@ -62,8 +62,8 @@ struct AnalogueReading {
 /// Reads a gyro for two seconds and describes it: each axis (describe_rate), the housekeeping received, the numbers of
 /// frames seen, lost and bad, and the unit's verified settings. `units`: the rig's. `is_simulated`: the gyro takes no
 /// commands. `let_pass` advances a clock that does not run by itself by one second.
-[[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const GyroLine& line,
-                                           const std::vector<UnitSettings>& units, bool is_simulated,
-                                           const std::function<void()>& let_pass);
+[[nodiscard]] Result<std::string> query_gyro(drivers::Gyro& gyro, const GyroLine& line,
+                                             const std::vector<UnitSettings>& units, bool is_simulated,
+                                             const std::function<void()>& let_pass);
 
 }  // namespace gyrotherm::rig

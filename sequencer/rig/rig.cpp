@@ -105,7 +105,7 @@ class DriversOnWires final : public Drivers {
 /// Repeats a query that may be repeated, because one lost answer must not prevent a run. Returns the first failure if
 /// all fail.
 template <typename Ask>
-auto patiently(const Ask& ask) {
+auto with_retries(const Ask& ask) {
   constexpr int kMostTries = 3;
   auto answer = ask();
   for (int tries = 1; !answer && answer.error().kind != FaultKind::refused && tries < kMostTries; ++tries)
@@ -123,9 +123,9 @@ std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& sta
   return may_be_off;
 }
 
-std::string title_of_thermometer(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
+std::string thermometer_title(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
 
-std::string place_of(const GyroLine& line) {
+std::string describe_line(const GyroLine& line) {
   return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
 }
 
@@ -139,7 +139,7 @@ class AssembledRig : public Rig {
     chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
                                    noting(drivers_->pauses(), chamber_line_));
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
-      thermometers_.push_back(drivers_->thermometer(file_, i, title_of_thermometer(i)));
+      thermometers_.push_back(drivers_->thermometer(file_, i, thermometer_title(i)));
     for (std::size_t i = 0; i < file_.analogue_inputs.size(); ++i) analogue_.push_back(drivers_->analogue(file_, i));
   }
 
@@ -154,37 +154,37 @@ class AssembledRig : public Rig {
       return answer;
     };
     std::vector<Result<std::string>> answers{
-        titled("chamber", fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line), ask_chamber(watch))};
+        titled("chamber", fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line), query_chamber(watch))};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      answers.push_back(titled(title_of_thermometer(i), "on " + file_.thermometers[i].line,
-                               ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
+      answers.push_back(titled(thermometer_title(i), "on " + file_.thermometers[i].line,
+                               query_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
     if (answers.front())
       if (const auto warning = compare_air(); !warning.empty()) *answers.front() += "; " + warning;
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
       answers.push_back(
-          titled(title_of(file_.gyro_lines[i], file_.units), place_of(file_.gyro_lines[i]),
-                 ask_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
+          titled(title_of(file_.gyro_lines[i], file_.units), describe_line(file_.gyro_lines[i]),
+                 query_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
       answers.push_back(titled(title_of_analogue(i), "on " + file_.analogue_inputs[i].line,
-                               ask_analogue(*analogue_[i], readings_of(i), watch)));
+                               query_analogue(*analogue_[i], analogue_readings(i), watch)));
     return answers;
   }
 
   using Rig::prepare;
   Result<std::vector<std::string>> prepare(const Entrance& entrance, const drivers::ChamberProgram* program) override {
     if (auto opened = open_gyros(); !opened) return failure(opened.error());
-    auto names = ask_names();
+    auto names = query_identities();
     if (!names) return names;
-    const auto found = look_at_chamber();
+    const auto found = inspect_chamber();
     if (!found) return failure(found.error());
     const auto first = entrance(*found);
     if (!first) return failure(first.error());
     as_found_ = false;
-    const auto kept = set_out(*first, program);
+    const auto kept = start_chamber(*first, program);
     if (!kept) {
-      as_found_ = put_back(found->state, program != nullptr);
+      as_found_ = restore_chamber(found->state, program != nullptr);
       return failure(kept.error());
     }
     if (program) names->push_back(*kept);
@@ -202,7 +202,7 @@ class AssembledRig : public Rig {
     io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyros = {}, .chamber_line = chamber_line_.get()};
     all.chamber_known = known(kChamberTitle);
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels, known(title_of_thermometer(i))});
+      all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels, known(thermometer_title(i))});
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       io::GyroInputs inputs{*gyros_[i], {}, known(title_of(file_.gyro_lines[i], file_.units))};
       for (const auto& [unit, axes, values] : file_.gyro_lines[i].shares) inputs.shares.push_back({unit, axes, values});
@@ -227,10 +227,10 @@ class AssembledRig : public Rig {
   [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
 
   /// Queries the word order first, on a separate line that is closed again: some units accept one client at a time.
-  Result<std::string> ask_chamber(const Clock& watch) {
-    const auto order = ask_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
+  Result<std::string> query_chamber(const Clock& watch) {
+    const auto order = query_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
     if (!order) return order;
-    auto answer = gyrotherm::rig::ask_chamber(*chamber_, watch);
+    auto answer = gyrotherm::rig::query_chamber(*chamber_, watch);
     if (answer && !order->empty()) *answer += "; " + *order;
     return answer;
   }
@@ -246,7 +246,7 @@ class AssembledRig : public Rig {
   }
 
   /// Returns the conversions of a unit of analogue inputs, for the lines for people.
-  [[nodiscard]] std::vector<AnalogueReading> readings_of(std::size_t index) const {
+  [[nodiscard]] std::vector<AnalogueReading> analogue_readings(std::size_t index) const {
     const auto& settings = file_.analogue_inputs[index];
     std::vector<AnalogueReading> readings;
     for (const auto& channel : settings.channels) {
@@ -260,17 +260,17 @@ class AssembledRig : public Rig {
     return readings;
   }
 
-  Result<ChamberAsFound> look_at_chamber() {
-    const auto state = patiently([&] { return chamber_->inspect(); });
+  Result<ChamberAsFound> inspect_chamber() {
+    const auto state = with_retries([&] { return chamber_->inspect(); });
     if (!state) return failure(state.error());
-    const auto limits = patiently([&] { return chamber_->limits(); });
+    const auto limits = with_retries([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
     return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
   }
 
   /// Moves the chamber for the first time. Does not start it at a set point that it refused. Returns the chamber's
   /// description of the stored program.
-  Result<std::string> set_out(Celsius first, const drivers::ChamberProgram* program) {
+  Result<std::string> start_chamber(Celsius first, const drivers::ChamberProgram* program) {
     const auto moved = chamber_->send_set_point(first).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
@@ -278,7 +278,7 @@ class AssembledRig : public Rig {
     let_pass(1);
     // The first frame may be one whole period away, longer than one read waits.
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (const auto origin = patiently([&] { return gyros_[i]->take_origin(); }); !origin && !may_be_off_[i])
+      if (const auto origin = with_retries([&] { return gyros_[i]->take_origin(); }); !origin && !may_be_off_[i])
         return failure(origin.error());
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
@@ -286,7 +286,7 @@ class AssembledRig : public Rig {
   }
 
   /// Returns the chamber to its state as found. Returns true if it acknowledged every step.
-  bool put_back(const ChamberState& found, bool may_run_program) {
+  bool restore_chamber(const ChamberState& found, bool may_run_program) {
     chamber_->end_rest();
     bool done = !may_run_program || chamber_->end_program();
     if (!std::isnan(found.set_point.value)) done = chamber_->send_set_point_at_once(found.set_point) && done;
@@ -297,29 +297,29 @@ class AssembledRig : public Rig {
   Result<void> open_gyros() {
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (auto open = patiently([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
+      if (auto open = with_retries([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
     return {};
   }
 
   /// An instrument with an identity. A gyro that may be off need not answer.
-  struct Asked {
+  struct IdentifiedInstrument {
     std::string title;
     drivers::Identified& instrument;
     bool may_be_off = false;
   };
-  [[nodiscard]] std::vector<Asked> instruments_to_ask() {
-    std::vector<Asked> all{{kChamberTitle, *chamber_}};
-    for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({title_of_thermometer(i), *thermometers_[i]});
+  [[nodiscard]] std::vector<IdentifiedInstrument> identified_instruments() {
+    std::vector<IdentifiedInstrument> all{{kChamberTitle, *chamber_}};
+    for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({thermometer_title(i), *thermometers_[i]});
     for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({title_of_analogue(i), *analogue_[i]});
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       all.push_back({title_of(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
     return all;
   }
 
-  Result<std::vector<std::string>> ask_names() {
+  Result<std::vector<std::string>> query_identities() {
     std::vector<std::string> names;
-    for (const auto& [title, instrument, may_be_off] : instruments_to_ask()) {
-      const auto answer = patiently([&] { return instrument.identify(); });
+    for (const auto& [title, instrument, may_be_off] : identified_instruments()) {
+      const auto answer = with_retries([&] { return instrument.identify(); });
       if (!answer && !may_be_off) return failure(answer.error());
       if (!answer || answer->empty()) continue;
       for (const auto& line : file_.gyro_lines)
@@ -445,8 +445,8 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
 }
 
 /// Gives the channels of the virtual laboratory to the thermometers in order, regardless of the channels' names.
-Result<void> stand_in(const std::vector<std::string>& there, const RigFile& file,
-                      std::vector<simulator::VirtualThermometer>& thermometers) {
+Result<void> assign_virtual_channels(const std::vector<std::string>& there, const RigFile& file,
+                                     std::vector<simulator::VirtualThermometer>& thermometers) {
   std::size_t next = 0;
   for (auto& thermometer : thermometers)
     for (auto& channel : thermometer.channels) {
@@ -477,9 +477,10 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
   for (const auto& line : file.gyro_lines) options.gyros.push_back(virtual_gyro(line, file.units));
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
   if (!file.simulated)
-    if (auto stood_in = stand_in(simulator::thermometer_names_of(parameters->units), file, options.thermometers);
-        !stood_in)
-      return failure(stood_in.error());
+    if (auto assigned =
+            assign_virtual_channels(simulator::thermometer_names_of(parameters->units), file, options.thermometers);
+        !assigned)
+      return failure(assigned.error());
   for (const auto& settings : file.analogue_inputs)
     options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
   return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));

@@ -83,7 +83,7 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
 }
 
 /// Reads the word order. Returns the framing that the file requires, if any.
-std::optional<drivers::LinkKind> read_link_words(const TomlTable& chamber, RigFile& rig) {
+std::optional<drivers::LinkKind> read_link_keywords(const TomlTable& chamber, RigFile& rig) {
   rig.chamber_word_order = one_of_link(drivers::kWordOrders, chamber, "word_order");
   return one_of_link(drivers::kLinkKinds, chamber, "framing");
 }
@@ -98,8 +98,8 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
   };
   check("gradients", gradients);
   check("three_point", three_point);
-  const bool wanted = std::ranges::any_of(units, [](const auto& unit) { return !unit.has_own_thermometers; });
-  if ((wanted || table.has("gradients")) && gradients.size() < 2)
+  const bool is_required = std::ranges::any_of(units, [](const auto& unit) { return !unit.has_own_thermometers; });
+  if ((is_required || table.has("gradients")) && gradients.size() < 2)
     table.mistake("gradients", "expected at least two thermometers");
   if (!three_point.empty() && three_point.size() != 3)
     table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
@@ -139,7 +139,7 @@ std::vector<record::Channel> thermometer_channels(const RigFile& rig) {
   return channels;
 }
 
-std::vector<std::string> names_of(const std::vector<record::Channel>& channels) {
+std::vector<std::string> channel_names(const std::vector<record::Channel>& channels) {
   std::vector<std::string> names;
   for (const auto& channel : channels) names.push_back(channel.name);
   return names;
@@ -149,7 +149,7 @@ bool is_needed_by(const record::UnitInfo& unit, const std::string& channel) {
   return std::ranges::count(unit.gradients, channel) + std::ranges::count(unit.three_point, channel) > 0;
 }
 
-interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std::string>& channels) {
+interlocks::UnitLimits make_unit_limits(const UnitSettings& unit, const std::vector<std::string>& channels) {
   interlocks::UnitLimits limits{
       .name = unit.info.name, .go_on_when_silent = unit.go_on_when_silent, .thermometers = {}};
   for (std::size_t i = 0; i < channels.size(); ++i)
@@ -167,7 +167,7 @@ interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std
 }
 
 /// Lists the columns of each thermometer instrument, under its title.
-std::vector<interlocks::InstrumentChannels> instruments_of(const RigFile& rig) {
+std::vector<interlocks::InstrumentChannels> list_instruments(const RigFile& rig) {
   std::vector<interlocks::InstrumentChannels> instruments;
   std::size_t column = 0;
   for (const auto& entry : rig.thermometers) {
@@ -187,7 +187,7 @@ void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record)
                  fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
-std::vector<std::string> lines_of(const RigFile& rig) {
+std::vector<std::string> list_lines(const RigFile& rig) {
   std::vector<std::string> lines{rig.chamber_line};
   for (const auto& gyro : rig.gyro_lines) lines.push_back(gyro.line);
   for (const auto& settings : rig.thermometers) lines.push_back(settings.line);
@@ -200,7 +200,7 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
   std::set<std::string> taken;
   int hids = 0;
   bool any_hid = false;
-  for (const auto& text : lines_of(rig)) {
+  for (const auto& text : list_lines(rig)) {
     const auto line = drivers::parse_line(text);
     if (!line) continue;
     const auto* serial = std::get_if<drivers::SerialLine>(&*line);
@@ -215,8 +215,8 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
 }
 
 /// Checks that either all lines are virtual, or none.
-void settle_simulated(const TomlTable& root, RigFile& rig) {
-  const auto lines = lines_of(rig);
+void determine_simulated(const TomlTable& root, RigFile& rig) {
+  const auto lines = list_lines(rig);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
   if (count != 0 && !rig.simulated)
@@ -251,7 +251,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
     rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? folder_of(file) : known.folder,
                                                 rig.thermometers.size() + 1, seen));
   if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
-  const auto channels = names_of(thermometer_channels(rig));
+  const auto channels = channel_names(thermometer_channels(rig));
   auto gyros = read_gyros(*root, file, channels, known.gyro_streams);
   if (gyros) {
     rig.units = std::move(gyros->units);
@@ -266,18 +266,18 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_analysis(root->table("analysis"), channels, rig.units);
   read_safe(root->table("safe"), rig);
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
-  for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
-  rig.limits.instruments = instruments_of(rig);
+  for (const auto& unit : rig.units) rig.limits.units.push_back(make_unit_limits(unit, channels));
+  rig.limits.instruments = list_instruments(rig);
   rig.run_limits = interlocks::read_run_limits(*root);
   check_safe_air(*root, rig);
   if (gyros) check_names(*root, rig, known.chamber_map.has_value());
   if (gyros && analogue)
-    settle_simulated(*root, rig);
+    determine_simulated(*root, rig);
   else
     root->ignore("virtual");
   check_ports(*root, rig);
   rig.chamber_power = chamber.text("power", "");
-  const auto framing = read_link_words(chamber, rig);
+  const auto framing = read_link_keywords(chamber, rig);
   auto map = read_map(chamber, rig, framing, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!gyros) return failure(gyros.error());

@@ -63,12 +63,12 @@ using Kind = drivers::ThermometerKind;
 constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
 constexpr std::size_t kMostCoefficients = 10;
 
-std::size_t inputs_of(const ThermometerSettings& settings) {
+std::size_t count_inputs(const ThermometerSettings& settings) {
   return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
 }
 
 /// Records an error if the instrument cannot be on its line.
-void check_line_of(const TomlTable& table, const ThermometerSettings& settings) {
+void check_instrument_line(const TomlTable& table, const ThermometerSettings& settings) {
   const auto line = drivers::parse_line(settings.line);
   if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);
   if (!line) return table.mistake("line", line.error().what);
@@ -158,16 +158,16 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
 }
 
 /// Applies a table's uncertainty to all of `channels` without their own.
-void take_uncertainty(const TomlTable& table, std::span<record::Channel> channels) {
-  const auto said = read_uncertainty(table);
+void apply_uncertainty(const TomlTable& table, std::span<record::Channel> channels) {
+  const auto stated = read_uncertainty(table);
   for (auto& channel : channels) {
     auto& known = channel.uncertainty;
     if (!known.calibration) {
-      known.calibration = said.calibration;
-      known.rectangular = said.rectangular;
+      known.calibration = stated.calibration;
+      known.rectangular = stated.rectangular;
     }
-    if (!known.drift_in_a_year) known.drift_in_a_year = said.drift_in_a_year;
-    if (!known.calibrated) known.calibrated = said.calibrated;
+    if (!known.drift_in_a_year) known.drift_in_a_year = stated.drift_in_a_year;
+    if (!known.calibrated) known.calibrated = stated.calibrated;
   }
 }
 
@@ -190,7 +190,7 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
   if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMostCoefficients))
     table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMostCoefficients));
   read_certificate(table, {&*found, 1});
-  take_uncertainty(table, {&*found, 1});
+  apply_uncertainty(table, {&*found, 1});
 }
 
 void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
@@ -201,23 +201,25 @@ void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels
 }
 
 /// Returns "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3"; inputs count from 1.
-std::string input_in_words(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
-  const auto who = fmt::format("{} {} at {}", settings.driver, number, settings.line);
-  if (settings.kind != Kind::dcon || settings.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);
+std::string describe_input(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
+  const auto instrument = fmt::format("{} {} at {}", settings.driver, number, settings.line);
+  if (settings.kind != Kind::dcon || settings.addresses.empty())
+    return fmt::format("{}, input {}", instrument, input + 1);
   const auto module = std::min(input / drivers::kDconInputs, settings.addresses.size() - 1);
-  return fmt::format("{}, module {:02X}, input {}", who, settings.addresses[module], input % drivers::kDconInputs + 1);
+  return fmt::format("{}, module {:02X}, input {}", instrument, settings.addresses[module],
+                     input % drivers::kDconInputs + 1);
 }
 
 void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen,
                    ThermometerSettings& settings) {
   settings.channels = table.texts("channels");
-  if (settings.channels.empty() || settings.channels.size() > inputs_of(settings))
+  if (settings.channels.empty() || settings.channels.size() > count_inputs(settings))
     table.mistake("channels",
-                  fmt::format("{} channels, expected 1 to {}", settings.channels.size(), inputs_of(settings)));
+                  fmt::format("{} channels, expected 1 to {}", settings.channels.size(), count_inputs(settings)));
   for (std::size_t i = 0; i < settings.channels.size(); ++i) {
     const auto& name = settings.channels[i];
     if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is there twice", name));
-    settings.calibrated.push_back({.name = name, .instrument = input_in_words(settings, number, i), .offset = {}});
+    settings.calibrated.push_back({.name = name, .instrument = describe_input(settings, number, i), .offset = {}});
   }
 }
 
@@ -233,7 +235,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
     read_command(table, folder, settings);
   } else {
     settings.line = table.text("line");
-    check_line_of(table, settings);
+    check_instrument_line(table, settings);
   }
   if (table.has("link")) read_link(table, settings);
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
@@ -242,7 +244,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
   read_offsets(table, settings.calibrated);
   for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, settings.calibrated);
   read_certificate(table, settings.calibrated);
-  take_uncertainty(table, settings.calibrated);
+  apply_uncertainty(table, settings.calibrated);
   return settings;
 }
 

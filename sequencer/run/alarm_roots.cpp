@@ -25,7 +25,7 @@ constexpr std::array kSilences{InterlockId::chamber_silent,      InterlockId::th
                                InterlockId::unit_silent,         InterlockId::channel_lost};
 
 bool is_silence(InterlockId id) { return std::ranges::find(kSilences, id) != kSilences.end(); }
-bool is_of_gyro(InterlockId id) { return id == InterlockId::gyro_silent || id == InterlockId::unit_silent; }
+bool concerns_gyro(InterlockId id) { return id == InterlockId::gyro_silent || id == InterlockId::unit_silent; }
 
 /// Returns the line at an address, or a line of the instrument's own for a virtual one.
 RigLine& line_at(std::vector<RigLine>& lines, const std::string& address, const std::string& instrument) {
@@ -62,7 +62,7 @@ std::vector<std::size_t> lost_lines(const InterlockAlarm& alarm, const std::vect
       concerns = std::ranges::find(line.names, alarm.subject) != line.names.end();
     else if (alarm.id == InterlockId::chamber_silent)
       concerns = line.has_chamber;
-    else if (is_of_gyro(alarm.id))
+    else if (concerns_gyro(alarm.id))
       concerns = std::ranges::any_of(line.units, [&](auto unit) { return is_silent_unit(sample, unit); });
     else
       concerns =
@@ -74,7 +74,7 @@ std::vector<std::size_t> lost_lines(const InterlockAlarm& alarm, const std::vect
   return found;
 }
 
-std::string tag_of_line(const RigLine& line) { return fmt::format("{} {}", kLineLost, line.subject); }
+std::string line_tag(const RigLine& line) { return fmt::format("{} {}", kLineLost, line.subject); }
 
 void step_host(RootResult& result, const RootInputs& inputs) {
   auto& memory = result.memory;
@@ -110,7 +110,7 @@ void step_lines(RootResult& result, const std::vector<RigLine>& lines, const std
 
 }  // namespace
 
-std::vector<RigLine> lines_of(const rig::RigFile& rig) {
+std::vector<RigLine> rig_lines(const rig::RigFile& rig) {
   std::vector<RigLine> lines;
   line_at(lines, rig.chamber_line, "chamber").has_chamber = true;
   std::size_t column = 0;
@@ -149,7 +149,7 @@ RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, cons
       continue;
     }
     for (const auto i : lost_lines(alarm, lines, silent, inputs.sample)) {
-      if (root.empty()) root = tag_of_line(lines[i]);
+      if (root.empty()) root = line_tag(lines[i]);
       if (std::exchange(result.memory.lines[i].raised, true)) continue;
       result.raised.push_back(
           {kLineLost, lines[i].subject, fmt::format("no instrument on {} answers", lines[i].subject)});

@@ -27,7 +27,7 @@ struct RigLine {
   [[nodiscard]] bool can_be_root() const { return !thermometers.empty() || units.size() + (has_chamber ? 1 : 0) > 1; }
 };
 /// Returns the lines of the rig. Instruments at one address share a line.
-[[nodiscard]] std::vector<RigLine> lines_of(const rig::RigFile& rig);
+[[nodiscard]] std::vector<RigLine> rig_lines(const rig::RigFile& rig);
 
 /// The state of both roots between seconds.
 struct RootMemory {

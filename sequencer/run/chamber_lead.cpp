@@ -19,13 +19,13 @@ namespace {
 using interlocks::InterlockId;
 
 bool was_restarted(const interlocks::InterlockMemory& memory) {
-  return memory.stands(InterlockId::restarted) || memory.stands(InterlockId::restarted_off);
+  return memory.is_active(InterlockId::restarted) || memory.is_active(InterlockId::restarted_off);
 }
 
 /// Returns true if a restarted chamber is brought back without an operator. False if the restart holds the run.
-bool is_brought_back(const interlocks::InterlockMemory& memory) {
+bool returns_without_operator(const interlocks::InterlockMemory& memory) {
   const auto acts_by_itself = [&](InterlockId id) {
-    return memory.stands(id) && memory.of(id).reaction < interlocks::Reaction::hold;
+    return memory.is_active(id) && memory.most_affected(id).reaction < interlocks::Reaction::hold;
   };
   return acts_by_itself(InterlockId::restarted) || acts_by_itself(InterlockId::restarted_off);
 }
@@ -104,7 +104,7 @@ bool HostLead::waits_for_air(Celsius air) const {
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
 }
 
-bool is_changed_by_another(const interlocks::InterlockMemory& memory) {
+bool is_changed_externally(const interlocks::InterlockMemory& memory) {
   return memory.is_seen(interlocks::InterlockId::foreign_set_point) ||
          memory.is_seen(interlocks::InterlockId::not_following);
 }
@@ -112,13 +112,13 @@ bool is_changed_by_another(const interlocks::InterlockMemory& memory) {
 std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const LeadSecond& second, RunState state,
                                                     bool returning, const interlocks::InterlockMemory& memory) {
   if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
-  if (std::exchange(taking_over_, false) || is_brought_back(memory)) return bring_back(io, second);
+  if (std::exchange(taking_over_, false) || returns_without_operator(memory)) return bring_back(io, second);
   if (was_restarted(memory)) return std::nullopt;  // an operator decides
-  if (memory.stands(interlocks::InterlockId::not_taken))
+  if (memory.is_active(interlocks::InterlockId::not_taken))
     return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
-  if (is_changed_by_another(memory)) {
-    approaching_ = approaching_ || memory.stands(interlocks::InterlockId::foreign_set_point) ||
-                   memory.stands(interlocks::InterlockId::not_following);
+  if (is_changed_externally(memory)) {
+    approaching_ = approaching_ || memory.is_active(interlocks::InterlockId::foreign_set_point) ||
+                   memory.is_active(interlocks::InterlockId::not_following);
     // Applies from the first poll: an unexplained set point is not overwritten.
     return std::nullopt;
   }
@@ -138,7 +138,7 @@ constexpr int kStopTries = 3;
 
 /// Returns true if a controller may be carrying out a program. A program held at the panel makes no progress; an
 /// unknown activity is not judged.
-bool may_get_on(ChamberActivity activity) {
+bool may_progress(ChamberActivity activity) {
   if (activity == ChamberActivity::holding) return false;
   return activity == ChamberActivity::unknown || carries_out_program(activity);
 }
@@ -152,7 +152,7 @@ std::string capitals(const std::string& name) {
 
 /// Returns the reason why a controller cannot carry out a segment that begins at `from`; empty if it can. A
 /// controller's guaranteed soak uses its own air and counts the total time in the band.
-std::string beyond_a_controller(const profile::Segment& segment, Celsius from) {
+std::string controller_objection(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller waits for nobody, and here people are asked for something";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
     return fmt::format("a controller goes from {:g} °C to {:g} °C at once, expected a ramp before this hold",
@@ -179,7 +179,7 @@ Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
-    if (auto why = beyond_a_controller(segment, set_point_before(profile, i)); !why.empty())
+    if (auto why = controller_objection(segment, set_point_before(profile, i)); !why.empty())
       return failure(FaultKind::usage, segment.place, std::move(why));
     drivers::ProgramStep step{
         .kind = segment.kind == profile::SegmentKind::ramp ? drivers::StepKind::ramp : drivers::StepKind::soak,
@@ -219,7 +219,7 @@ std::string ControllerLead::objection_to_end(const LeadSecond& second) const {
   if (silent_ >= kGoneForGood) return "at the end of its program the chamber has been silent for " + spoken(silent_);
   if (!chamber) return {};
   const auto activity = chamber->activity;
-  if (!may_get_on(activity) && !has_finished(activity) && activity != ChamberActivity::off)
+  if (!may_progress(activity) && !has_finished(activity) && activity != ChamberActivity::off)
     return fmt::format("at the end of its program the controller does not carry it out: {}", name(activity));
   if (away_)
     return fmt::format("at the end of its program the air moves away from {:g} °C: {:.2f} °C", second.end.value,
@@ -239,8 +239,8 @@ void ControllerLead::watch_end(const LeadSecond& second) {
 std::string ControllerLead::judge(const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   if (!chamber) return {};
-  const bool gets_on = may_get_on(chamber->activity) || may_have_finished(second);
-  gone_ = gets_on ? Duration{} : gone_ + kSecond + second.missed;
+  const bool progresses = may_progress(chamber->activity) || may_have_finished(second);
+  gone_ = progresses ? Duration{} : gone_ + kSecond + second.missed;
   if (gone_ < kGoneForGood) return {};
   return fmt::format("the controller has not carried out its program for {}: {}", spoken(gone_),
                      name(chamber->activity));

@@ -80,7 +80,7 @@ class ChamberLead {
 };
 
 /// Returns true if the last reading shows a foreign set point or program, or a mode that does not follow the set point.
-[[nodiscard]] bool is_changed_by_another(const interlocks::InterlockMemory& memory);
+[[nodiscard]] bool is_changed_externally(const interlocks::InterlockMemory& memory);
 
 /// Sends the set points itself, along a path without jumps. Waits for the air after a deviation.
 class HostLead final : public ChamberLead {

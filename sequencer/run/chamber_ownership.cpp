@@ -34,10 +34,10 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
 
 /// gyrotherm-make-safe holds the lock for a moment at each look while it watches the air of a chamber that it has made
 /// safe.
-constexpr Duration kLongestLook = std::chrono::seconds(5);
-constexpr auto kLookAgain = std::chrono::milliseconds(50);
+constexpr Duration kLongestInspection = std::chrono::seconds(5);
+constexpr auto kRetryEvery = std::chrono::milliseconds(50);
 
-bool is_being_looked_at(const rig::RigFile& rig, const Fault& why) {
+bool is_being_inspected(const rig::RigFile& rig, const Fault& why) {
   if (why.kind != FaultKind::refused) return false;
   const auto holder = drivers::ChamberLock::holder(chamber_place(rig));
   return !holder || holder->words.ends_with(watchdog::kMadeSafeMark);
@@ -56,8 +56,8 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
   const auto pauses = drivers::real_pauses();
   auto lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
-  for (const Deadline limit(kLongestLook); !lock && is_being_looked_at(rig, lock.error()) && !limit.over();) {
-    pauses->rest(kLookAgain);
+  for (const Deadline limit(kLongestInspection); !lock && is_being_inspected(rig, lock.error()) && !limit.over();) {
+    pauses->rest(kRetryEvery);
     lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
   }
   if (!lock) return failure(lock.error());

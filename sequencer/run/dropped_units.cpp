@@ -37,7 +37,7 @@ void DroppedUnits::take_out(Sample& sample) const {
   }
 }
 
-std::vector<std::string> dropped_units_of(const record::Record& record) {
+std::vector<std::string> find_dropped_units(const record::Record& record) {
   std::vector<std::string> dropped;
   for (const auto& [slot, event] : record.events) {
     if (event.kind != EventKind::dropped && event.kind != EventKind::returned) continue;

@@ -38,6 +38,6 @@ class DroppedUnits {
 };
 
 /// Returns the units that the record's run dropped and did not return.
-[[nodiscard]] std::vector<std::string> dropped_units_of(const record::Record& record);
+[[nodiscard]] std::vector<std::string> find_dropped_units(const record::Record& record);
 
 }  // namespace gyrotherm::run

@@ -88,7 +88,7 @@ UnitState unit_at(const record::Record& record, std::size_t row) {
 
 /// Returns every second up to and including `last`: the set point that the chamber reported (if it was silent: the
 /// profile's), and the unit as the previous second left it. A gap has the set point of the second that ended it.
-std::vector<simulator::PastSecond> seconds_of(const record::Record& record, std::int64_t last) {
+std::vector<simulator::PastSecond> list_seconds(const record::Record& record, std::int64_t last) {
   std::vector<simulator::PastSecond> seconds;
   UnitState unit;
   for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
@@ -102,9 +102,9 @@ std::vector<simulator::PastSecond> seconds_of(const record::Record& record, std:
 
 /// Returns every second of the virtual world before the one that preparation takes: the preparation before the run, the
 /// recorded seconds, and the gap.
-std::vector<simulator::PastSecond> replay_of(const record::Record& record, const RunContinuation& on) {
+std::vector<simulator::PastSecond> make_replay(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
-  auto seconds = seconds_of(record, on.last_slot);
+  auto seconds = list_seconds(record, on.last_slot);
   seconds.insert(seconds.begin(), seconds.front());  // slot 0 shows the prepared state
   // The last second sent the next set point only if the chamber had accepted the previous one.
   const auto before = seconds.back().set_point;
@@ -129,11 +129,11 @@ std::optional<Celsius> last_soaked_on(const record::Record& record, const std::s
 /// with a slope limit is not credited with that second, because the slope was not recorded. A run that its deadline
 /// ended gets the whole deadline again; otherwise it would end in its first second.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
-                                          RunState stood) {
+                                          RunState last_state) {
   if (record.slot.empty()) return begin(profile);
-  const auto last = state_of(profile, record.progress.back());
+  const auto last = restore_state(profile, record.progress.back());
   if (!last) return last;
-  if (stood != RunState::execute) return profile::with_its_deadline_anew(*last);
+  if (last_state != RunState::execute) return profile::restart_deadline(*last);
   return next(profile, *last, {.elapsed = kSecond, .air = last_soaked_on(record, soak_sensor(profile, *last))});
 }
 
@@ -146,7 +146,7 @@ std::optional<Celsius> last_air_in_execute(const record::Record& record) {
   return std::nullopt;
 }
 
-std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
+std::map<std::string, std::string> stream_texts(const record::RunInfo& info) {
   std::map<std::string, std::string> streams;
   for (const auto& unit : info.units)
     if (!unit.stream_text.empty()) streams.emplace(unit.name, unit.stream_text);
@@ -154,15 +154,15 @@ std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
 }
 
 /// Returns true if a foreign set point was active when the last program of the run ended.
-bool foreign_set_point_stood(const record::Record& record) {
-  bool stood = false;
+bool had_foreign_set_point(const record::Record& record) {
+  bool is_active = false;
   for (const auto& [slot, event] : record.events) {
-    const bool is_of_it = event.about.interlock == name(interlocks::InterlockId::foreign_set_point) ||
-                          event.about.interlock == name(interlocks::InterlockId::not_following);
-    if (event.kind == EventKind::resumed || (is_of_it && event.kind == EventKind::recovered)) stood = false;
-    if (is_of_it && (event.kind == EventKind::interlock || event.kind == EventKind::fault)) stood = true;
+    const bool is_about_it = event.about.interlock == name(interlocks::InterlockId::foreign_set_point) ||
+                             event.about.interlock == name(interlocks::InterlockId::not_following);
+    if (event.kind == EventKind::resumed || (is_about_it && event.kind == EventKind::recovered)) is_active = false;
+    if (is_about_it && (event.kind == EventKind::interlock || event.kind == EventKind::fault)) is_active = true;
   }
-  return stood;
+  return is_active;
 }
 
 /// The last state of a run, and the reason why it ended.
@@ -171,21 +171,21 @@ struct Ending {
   std::string why = "the program was not running any more, and had no time to say why";
 };
 
-Ending ending_of(const record::Record& record) {
+Ending read_ending(const record::Record& record) {
   Ending ending;
   if (!record.state.empty()) ending.state = record.state.back();
   if (record.events.empty()) return ending;
   const auto& last = record.events.back().event;
   // Early records contain neither states nor reactions; they end with the interlock.
-  const bool is_of_old = last.about.reaction.empty();
-  if (ending.state == RunState::execute && last.kind == EventKind::interlock && is_of_old)
+  const bool is_early_format = last.about.reaction.empty();
+  if (ending.state == RunState::execute && last.kind == EventKind::interlock && is_early_format)
     ending.state = RunState::aborted;
   if (last.kind == EventKind::interrupted || ending.state == RunState::aborted) {
     ending.why = last.text;
   } else if (ending.state != RunState::execute) {
-    const auto told = std::find_if(record.events.rbegin(), record.events.rend(),
-                                   [](const auto& event) { return event.event.kind == EventKind::state; });
-    if (told != record.events.rend()) ending.why += "; it was " + told->event.text;
+    const auto reported = std::find_if(record.events.rbegin(), record.events.rend(),
+                                       [](const auto& event) { return event.event.kind == EventKind::state; });
+    if (reported != record.events.rend()) ending.why += "; it was " + reported->event.text;
   }
   return ending;
 }
@@ -202,28 +202,30 @@ std::string strangers_among(const std::map<std::string, std::string>& at_start,
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now) {
-  if (!stood.strangers.empty()) return {Reentry::ask, stood.strangers};
-  if (stood.aborted) return {Reentry::ask, "the run was aborted"};
-  if (stood.held) return {Reentry::ask, "the run was held"};
-  if (stood.foreign) return {Reentry::ask, "somebody else had changed the chamber"};
-  if (!stood.why_unknown.empty()) return {Reentry::ask, stood.why_unknown};
-  if (stood.down > kLongestUnattended)
-    return {Reentry::ask, fmt::format("down for {}, longer than {}", spoken(stood.down), spoken(kLongestUnattended))};
-  if (!stood.why_asks.empty()) return {Reentry::ask, stood.why_asks};
-  const auto lowest = std::min(stood.lowest, mild) - kResumeBand;
-  const auto highest = std::max(stood.highest, mild) + kResumeBand;
+ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now) {
+  if (!interrupted.strangers.empty()) return {Reentry::ask, interrupted.strangers};
+  if (interrupted.aborted) return {Reentry::ask, "the run was aborted"};
+  if (interrupted.held) return {Reentry::ask, "the run was held"};
+  if (interrupted.foreign) return {Reentry::ask, "somebody else had changed the chamber"};
+  if (!interrupted.why_unknown.empty()) return {Reentry::ask, interrupted.why_unknown};
+  if (interrupted.down > kLongestUnattended)
+    return {Reentry::ask,
+            fmt::format("down for {}, longer than {}", spoken(interrupted.down), spoken(kLongestUnattended))};
+  if (!interrupted.why_asks.empty()) return {Reentry::ask, interrupted.why_asks};
+  const auto lowest = std::min(interrupted.lowest, mild) - kResumeBand;
+  const auto highest = std::max(interrupted.highest, mild) + kResumeBand;
   if (air_now < lowest || air_now > highest)
     return {Reentry::ask, fmt::format("the air is at {:.2f} °C, beyond the segment's {:g} … {:g} °C", air_now.value,
-                                      stood.lowest.value, stood.highest.value)};
-  if (!stood.air) return {Reentry::stabilise, fmt::format("the air is at {:.2f} °C, it was not known", air_now.value)};
-  if (abs(air_now - *stood.air) > kResumeBand)
+                                      interrupted.lowest.value, interrupted.highest.value)};
+  if (!interrupted.air)
+    return {Reentry::stabilise, fmt::format("the air is at {:.2f} °C, it was not known", air_now.value)};
+  if (abs(air_now - *interrupted.air) > kResumeBand)
     return {Reentry::stabilise,
-            fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", air_now.value, stood.air->value)};
+            fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", air_now.value, interrupted.air->value)};
   return {};
 }
 
-std::string why_down_is_unknown(Duration down) {
+std::string unknown_downtime_reason(Duration down) {
   constexpr Duration kCorrection = 2 * kSecond;  // error of a correct clock
   if (down < -kCorrection)
     return fmt::format("the clock is {} behind the last second of the record: nobody knows how long it was down",
@@ -234,8 +236,8 @@ std::string why_down_is_unknown(Duration down) {
   return "";
 }
 
-std::string down_in_words(const InterruptedRun& stood) {
-  return stood.why_unknown.empty() ? spoken(stood.down) : "nobody knows how long";
+std::string down_in_words(const InterruptedRun& interrupted) {
+  return interrupted.why_unknown.empty() ? spoken(interrupted.down) : "nobody knows how long";
 }
 
 bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before) {
@@ -247,8 +249,8 @@ EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const prof
   return {std::clamp(air_now, limits.lowest, limits.highest), true};
 }
 
-SegmentExtremes extremes_of(const profile::Profile& profile, const profile::ProfileState& state) {
-  const auto index = static_cast<std::size_t>(position_of(profile, state).segment);
+SegmentExtremes segment_extremes(const profile::Profile& profile, const profile::ProfileState& state) {
+  const auto index = static_cast<std::size_t>(profile_position(profile, state).segment);
   const auto& segment = profile.segments[index];
   const auto from = segment.kind == profile::SegmentKind::ramp ? set_point_before(profile, index) : segment.target;
   return {std::min(from, segment.target), std::max(from, segment.target)};
@@ -257,15 +259,15 @@ SegmentExtremes extremes_of(const profile::Profile& profile, const profile::Prof
 Downtime downtime_of(const record::Record& record, const std::optional<record::RunStatus>& status,
                      const MachineTime& now) {
   const auto last = record.slot.empty() ? std::int64_t{-1} : record.slot.back();
-  const bool is_of_it = status && status->id == record.info.id;
-  if (is_of_it && !now.boot.empty() && status->written_in_boot == now.boot)
+  const bool is_about_it = status && status->id == record.info.id;
+  if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)
     return now.since_boot - status->written_since_boot + kSecond * (status->slot - last);
   const auto down = now.utc - record.last_utc.value_or(record.info.started_utc);
   const auto in_words = spoken(std::max(down, Duration{}));
-  if (is_of_it && down < now.since_boot)
+  if (is_about_it && down < now.since_boot)
     return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", in_words,
                               spoken(now.since_boot))};
-  const auto* cause = is_of_it ? "the machine was restarted meanwhile" : "no status file of this run is there";
+  const auto* cause = is_about_it ? "the machine was restarted meanwhile" : "no status file of this run is there";
   return {down, fmt::format("{}: it was down for {} by the wall clock alone", cause, in_words)};
 }
 
@@ -275,7 +277,7 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
   return rig::parse_rig(info.rig_text, path + " (rig)",
                         {.chamber_map = info.chamber_map_text,
                          .gyro_model = info.gyro_model_text,
-                         .gyro_streams = streams_of(info),
+                         .gyro_streams = stream_texts(info),
                          .analogue_maps = info.analogue_map_texts,
                          .folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)});
 }
@@ -294,35 +296,36 @@ Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int6
 
 /// Sets the downtime of a virtual rig: at least the one second that preparation takes, or zero if the run has no sample
 /// yet.
-void set_virtual_downtime(Duration down, bool has_begun, InterruptedRun& stood) {
-  stood.down = has_begun ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, kSecond))) : Duration{};
+void set_virtual_downtime(Duration down, bool has_begun, InterruptedRun& interrupted) {
+  interrupted.down =
+      has_begun ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, kSecond))) : Duration{};
 }
 
 /// Sets the downtime of a real rig, and the reasons for an operator to judge it. The run's clock continues during the
 /// downtime, even before the first sample.
-void set_real_downtime(const Downtime& downtime, InterruptedRun& stood) {
-  stood.why_asks = downtime.why_asks;
-  stood.why_unknown = why_down_is_unknown(downtime.down);
-  stood.down = stood.why_unknown.empty()
-                   ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(downtime.down, Duration{})))
-                   : kSecond;
+void set_real_downtime(const Downtime& downtime, InterruptedRun& interrupted) {
+  interrupted.why_asks = downtime.why_asks;
+  interrupted.why_unknown = unknown_downtime_reason(downtime.down);
+  interrupted.down = interrupted.why_unknown.empty()
+                         ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(downtime.down, Duration{})))
+                         : kSecond;
 }
 
 /// Collects the inputs of the resume rule. Uses profile, state, rig and last slot of `on`.
 InterruptedRun describe_interruption(const record::Record& record, const RunContinuation& on, RunState ending,
                                      const Downtime& downtime) {
-  const auto [lowest, highest] = extremes_of(on.profile, on.state);
-  InterruptedRun stood{.lowest = lowest,
-                       .highest = highest,
-                       .air = last_air_in_execute(record),
-                       .aborted = ending == RunState::aborting || ending == RunState::aborted,
-                       .held = ending == RunState::held,
-                       .foreign = foreign_set_point_stood(record)};
+  const auto [lowest, highest] = segment_extremes(on.profile, on.state);
+  InterruptedRun interrupted{.lowest = lowest,
+                             .highest = highest,
+                             .air = last_air_in_execute(record),
+                             .aborted = ending == RunState::aborting || ending == RunState::aborted,
+                             .held = ending == RunState::held,
+                             .foreign = had_foreign_set_point(record)};
   if (on.rig.simulated)
-    set_virtual_downtime(downtime.down, on.last_slot >= 0, stood);
+    set_virtual_downtime(downtime.down, on.last_slot >= 0, interrupted);
   else
-    set_real_downtime(downtime, stood);
-  return stood;
+    set_real_downtime(downtime, interrupted);
+  return interrupted;
 }
 
 /// Returns the start parameters of the rig. Uses all members of `on` except `start`.
@@ -330,10 +333,10 @@ rig::RigStart plan_start(const record::Record& record, const RunContinuation& on
   const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
   return {.seed = {.gyro = record.info.seed, .run = run, .days_later = record.info.days_later},
           .already = std::chrono::seconds(std::max(since_last, on.recorded + 1)),
-          .replay = on.rig.simulated ? replay_of(record, on) : std::vector<simulator::PastSecond>(),
+          .replay = on.rig.simulated ? make_replay(record, on) : std::vector<simulator::PastSecond>(),
           .first_set_point = demanded_set_point(on.profile, begin(on.profile)),
           .units_may_be_off = unit_may_be_off(on.profile, on.state),
-          .dropped_units = dropped_units_of(record)};
+          .dropped_units = find_dropped_units(record)};
 }
 
 }  // namespace
@@ -346,7 +349,7 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   if (!rig) return failure(rig.error());
   auto profile = profile::parse_profile(record.info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
-  auto ending = ending_of(record);
+  auto ending = read_ending(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());
   const auto last_slot = record.slot.empty() ? -1 : record.slot.back();

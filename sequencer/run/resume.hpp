@@ -83,12 +83,12 @@ struct ReentryDecision {
 
 /// Applies the resume rule. `mild`: the temperature that is harmless to the unit under test. The mild side extends from
 /// it to the segment's own extremes, and one band beyond both.
-[[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now);
+[[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now);
 /// Returns the reason why the downtime of a real run is unknown although the wall clock gives `down`: that lies before
 /// the last second, or a year after it. Empty if it is known.
-[[nodiscard]] std::string why_down_is_unknown(Duration down);
+[[nodiscard]] std::string unknown_downtime_reason(Duration down);
 /// Returns "2 min 08 s", or a text that the downtime is unknown.
-[[nodiscard]] std::string down_in_words(const InterruptedRun& stood);
+[[nodiscard]] std::string down_in_words(const InterruptedRun& interrupted);
 
 /// Returns true if the air is within kResumeBand of the goal, or of its earlier value.
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
@@ -106,7 +106,7 @@ struct EntryPoint {
 struct SegmentExtremes {
   Celsius lowest, highest;
 };
-[[nodiscard]] SegmentExtremes extremes_of(const profile::Profile& profile, const profile::ProfileState& state);
+[[nodiscard]] SegmentExtremes segment_extremes(const profile::Profile& profile, const profile::ProfileState& state);
 
 struct RunContinuation {
   rig::RigFile rig;

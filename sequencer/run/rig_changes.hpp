@@ -25,7 +25,7 @@ struct RigChange {
 class RigChanges {
  public:
   /// `rig` must outlive this object.
-  explicit RigChanges(const rig::RigFile& rig) : rig_(rig), lines_(lines_of(rig)) {}
+  explicit RigChanges(const rig::RigFile& rig) : rig_(rig), lines_(rig_lines(rig)) {}
 
   /// Compares the readings and the chamber's alarms with those of the previous sample. Ignores the `dropped` units. If
   /// `units_may_be_off`, the silence of a unit is not a fault.

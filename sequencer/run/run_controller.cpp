@@ -32,13 +32,15 @@ std::string promise(OperatorCommand command) {
   return "";
 }
 
-std::vector<std::string> names_of_units(const rig::RigFile& rig) {
+std::vector<std::string> unit_names(const rig::RigFile& rig) {
   std::vector<std::string> names;
   for (const auto& unit : rig.units) names.push_back(unit.info.name);
   return names;
 }
 
-std::string describe(const RunStateMachine& machine) { return record::in_words(run_state(machine), cause_of(machine)); }
+std::string describe(const RunStateMachine& machine) {
+  return record::in_words(run_state(machine), state_cause(machine));
+}
 
 }  // namespace
 
@@ -51,7 +53,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       next_slot_(first_slot),
       lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),
-      dropped_(names_of_units(rig.file())),
+      dropped_(unit_names(rig.file())),
       channels_(channels_of(rig.file())),
       changes_(rig.file()) {
   const auto all = plan(profile).all;
@@ -66,34 +68,34 @@ void RunController::begin_away(Celsius here, const std::string& cause, std::opti
 }
 
 void RunController::note(EventKind kind, std::string text, EventSubject about) {
-  if (!about.segment) about.segment = position_of(profile_, state_).segment;
+  if (!about.segment) about.segment = profile_position(profile_, state_).segment;
   events_.push_back({rig_.clock().now(), kind, std::move(text), std::move(about)});
 }
 
 bool RunController::takes_over(OperatorCommand command) const {
-  return command == OperatorCommand::resume && !taken_over_by_resume(memory_).empty();
+  return command == OperatorCommand::resume && !causes_ended_by_resume(memory_).empty();
 }
 
 std::string RunController::objection(OperatorCommand command) const {
   if (takes_over(command) && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
   if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
-  return standing_objection(command, takes_over(command));
+  return active_objection(command, takes_over(command));
 }
 
-std::string RunController::standing_objection(OperatorCommand command, bool takes_over) const {
-  const auto holds = command == OperatorCommand::resume ? standing_cause(interlocks::Reaction::hold, takes_over) : "";
+std::string RunController::active_objection(OperatorCommand command, bool takes_over) const {
+  const auto holds = command == OperatorCommand::resume ? active_cause(interlocks::Reaction::hold, takes_over) : "";
   return holds.empty() ? lead_->objection(command) : "what holds it still stands: " + holds;
 }
 
 /// Leaves out the causes that the operator's resume ends, if it takes the chamber over.
-std::string RunController::standing_cause(interlocks::Reaction reaction, bool takes_over) const {
-  const auto most = takes_over ? demand_beside(memory_, taken_over_by_resume(memory_)) : demand_;
+std::string RunController::active_cause(interlocks::Reaction reaction, bool takes_over) const {
+  const auto most = takes_over ? demand_without(memory_, causes_ended_by_resume(memory_)) : demand_;
   return most.reaction == reaction ? most.cause : "";
 }
 
-std::string RunController::answer_to(OperatorCommand command) const {
+std::string RunController::answer_for(OperatorCommand command) const {
   const auto suspends = command == OperatorCommand::resume
-                            ? standing_cause(interlocks::Reaction::suspend, takes_over(command))
+                            ? active_cause(interlocks::Reaction::suspend, takes_over(command))
                             : std::string();
   if (!suspends.empty()) return "goes on once this is over: " + suspends;
   if (command < OperatorCommand::stop) return promise(command);
@@ -134,7 +136,7 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
   const auto append = [&](const std::vector<record::Alarm>& rows) {
     for (const auto& row : rows) {
       const auto stored = store_.append_event(
-          acknowledgement_of(row, rig_.clock().now(), position_of(profile_, state_).segment, who, comment));
+          acknowledgement_of(row, rig_.clock().now(), profile_position(profile_, state_).segment, who, comment));
       if (!stored) result.objections.push_back(text(stored.error()));
       result.count += stored ? 1 : 0;
     }
@@ -173,7 +175,7 @@ control::ControlAnswer RunController::carry_out(const control::ControlRequest& r
     return {.done = false, .text = std::move(why)};
   }
   submit(*request.command, who, request.note);
-  return {.done = true, .text = answer_to(*request.command)};
+  return {.done = true, .text = answer_for(*request.command)};
 }
 
 std::optional<OperatorRequest> RunController::take_request() {
@@ -219,7 +221,7 @@ LeadSecond RunController::second(const Sample& sample, Duration missed) const {
           .in_last_segment = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()),
           .in_last_hold = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()) &&
                           profile_.segments.back().kind == profile::SegmentKind::hold,
-          .changed_by_another = is_changed_by_another(memory_),
+          .changed_by_another = is_changed_externally(memory_),
           .end = profile_.segments.back().target,
           .air_before = air_};
 }
@@ -239,7 +241,8 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   around.strangers = rig_.io().strangers();
   around.gyro_is_off = unit_may_be_off(profile_, state_);
   around.units_are_moved = run_state() == RunState::held;
-  around.is_turned = profile_.segments[static_cast<std::size_t>(position_of(profile_, state_).segment)].unit.turned;
+  around.is_turned =
+      profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.turned;
   around.dropped = dropped_.all();
   return around;
 }
@@ -255,18 +258,18 @@ void RunController::change_to(RunStateMachine machine) {
   const auto before = run_state();
   const auto after = run::run_state(machine);
   ensure(may_follow(before, after), "a run's states change along their table");
-  const bool told = before != after ||
-                    (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_)) ||
-                    (after == RunState::held && cause_of(machine) != cause_of(machine_));
-  const auto why = cause_of(machine_);
+  const bool is_reported =
+      before != after || (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_)) ||
+      (after == RunState::held && state_cause(machine) != state_cause(machine_));
+  const auto why = state_cause(machine_);
   machine_ = std::move(machine);
-  if (!told) return;
+  if (!is_reported) return;
   const bool again = after == RunState::execute;
   note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : describe(machine_));
 }
 
 /// Returns the task for people before the profile continues. A virtual rig confirms it at once.
-std::string RunController::prompt_of(const Sample& sample) {
+std::string RunController::required_prompt(const Sample& sample) {
   const auto& [segment, cycle, phase, in_segment, soaked, set_point] = sample.progress;
   if (in_segment != Duration{} || segment == answered_ || phase == Phase::complete) return {};
   const auto& prompt = profile_.segments[static_cast<std::size_t>(segment)].prompt;
@@ -293,11 +296,11 @@ void RunController::see_safe(const Sample& sample) {
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
   demand_ = demand;
   auto request = take_request();
-  if (const auto why = request ? standing_objection(request->command, request->takes_over) : ""; !why.empty()) {
+  if (const auto why = request ? active_objection(request->command, request->takes_over) : ""; !why.empty()) {
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  const bool takes_over = request && request->takes_over && !taken_over_by_resume(memory_).empty();
+  const bool takes_over = request && request->takes_over && !causes_ended_by_resume(memory_).empty();
   if (takes_over) lead_->allow_takeover();
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&
@@ -309,7 +312,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
                       .request = std::move(request),
-                      .prompt = prompt_of(sample),
+                      .prompt = required_prompt(sample),
                       .in_place = lead_->is_in_place(second(sample, missed)),
                       .safe_confirmed = safe_.is_confirmed(),
                       .complete = false,
@@ -343,7 +346,7 @@ profile::Observation RunController::observation(const Sample& sample) const {
 void RunController::note_soak(const ProfilePosition& before) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(before.segment)];
   if (!segment.guaranteed_soak) return;
-  const auto now = position_of(profile_, state_);
+  const auto now = profile_position(profile_, state_);
   const auto what =
       fmt::format("±{:g} K of {:g} °C on {}", segment.soak_band.value, segment.target.value, segment.soak_sensor);
   if (now.phase == Phase::overdue && before.phase != Phase::overdue)
@@ -359,9 +362,9 @@ void RunController::note_soak(const ProfilePosition& before) {
 }
 
 void RunController::step_profile(const Sample& sample) {
-  const bool stands = run_state() != RunState::execute;
-  state_ = stands ? stand(profile_, state_, observation(sample)) : next(profile_, state_, observation(sample));
-  if (stands) return;
+  const bool is_paused = run_state() != RunState::execute;
+  state_ = is_paused ? pause_clock(profile_, state_, observation(sample)) : next(profile_, state_, observation(sample));
+  if (is_paused) return;
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
   if (auto why = lead_->objection_to_end(second(sample, {})); !why.empty()) return change_to(Aborting{why, {}, false});
@@ -374,11 +377,11 @@ void RunController::step_profile(const Sample& sample) {
 /// last second.
 void RunController::command_chamber(const Sample& sample) {
   rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
-  const auto told = run_state() == RunState::aborting
-                        ? safe_.attempt(rig_.io(), kSecond * next_slot_)
-                        : lead_->send_set_point(rig_.io(), second(sample, {}), sample.state,
-                                                std::holds_alternative<Returning>(machine_), memory_);
-  if (told) note(EventKind::fault, *told);
+  const auto failed = run_state() == RunState::aborting
+                          ? safe_.attempt(rig_.io(), kSecond * next_slot_)
+                          : lead_->send_set_point(rig_.io(), second(sample, {}), sample.state,
+                                                  std::holds_alternative<Returning>(machine_), memory_);
+  if (failed) note(EventKind::fault, *failed);
 }
 
 void RunController::leave_to_the_controller() {
@@ -387,22 +390,22 @@ void RunController::leave_to_the_controller() {
 
 std::string RunController::foreign_hold() const {
   for (const auto id : {interlocks::InterlockId::foreign_set_point, interlocks::InterlockId::not_following})
-    if (memory_.is_seen(id)) return memory_.of(id).text;
+    if (memory_.is_seen(id)) return memory_.most_affected(id).text;
   return {};
 }
 
 RunStanding RunController::standing() const {
   const auto left = time_left(profile_, state_);
   return {.state = run_state(),
-          .cause = cause_of(machine_),
+          .cause = state_cause(machine_),
           .time_left = left,
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),
-          .faults_now = standing_faults(memory_)};
+          .faults_now = active_faults(memory_)};
 }
 
 std::string RunController::end_cause() const {
-  const auto cause = cause_of(machine_);
+  const auto cause = state_cause(machine_);
   const bool safe = run_state() == RunState::aborting || run_state() == RunState::aborted || safe_.is_confirmed();
   return safe ? cause + "; " + safe_.describe() : cause;
 }
@@ -421,7 +424,7 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
   auto sample = rig_.io().read(slot, rig_.clock());
   dropped_.take_out(sample);
-  sample.progress = position_of(profile_, state_);
+  sample.progress = profile_position(profile_, state_);
   note_changes(sample);
   const auto demand = judge_second(sample, missed);
   take_out_dead(rig_.file().limits, memory_.liveness, sample);

@@ -119,14 +119,14 @@ class RunController {
   /// Returns true if a command would take the chamber over from a foreign set point.
   [[nodiscard]] bool takes_over(control::OperatorCommand command) const;
   /// Returns the cause if the last second demands exactly this reaction; empty if it demands none, or another one.
-  [[nodiscard]] std::string standing_cause(interlocks::Reaction reaction, bool takes_over) const;
+  [[nodiscard]] std::string active_cause(interlocks::Reaction reaction, bool takes_over) const;
   /// Returns the answer to a command without an objection.
-  [[nodiscard]] std::string answer_to(control::OperatorCommand command) const;
+  [[nodiscard]] std::string answer_for(control::OperatorCommand command) const;
   /// Returns the reason why the last second or the lead forbids a command; empty if they do not.
-  [[nodiscard]] std::string standing_objection(control::OperatorCommand command, bool takes_over) const;
+  [[nodiscard]] std::string active_objection(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
   void see_safe(const Sample& sample);
-  [[nodiscard]] std::string prompt_of(const Sample& sample);
+  [[nodiscard]] std::string required_prompt(const Sample& sample);
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);

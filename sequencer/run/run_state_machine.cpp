@@ -13,14 +13,14 @@ RunStateMachine too_long(const char* what, Duration since, const std::string& ca
 }
 
 /// Returns to the profile, which may have a prompt first.
-RunStateMachine in_the_profile(const RunInputs& now) {
+RunStateMachine enter_profile(const RunInputs& now) {
   if (!now.prompt.empty()) return Held{now.prompt, {}};
   return Execute{};
 }
 
 /// Returns the state of a run that may resume.
-RunStateMachine onwards(const RunInputs& now, const std::string& cause) {
-  if (now.in_place) return in_the_profile(now);
+RunStateMachine resume_state(const RunInputs& now, const std::string& cause) {
+  if (now.in_place) return enter_profile(now);
   return Returning{cause, {}};
 }
 
@@ -29,25 +29,27 @@ std::string ended(const char* how, const OperatorRequest& request) {
   return fmt::format("{} by {}{}{}", how, request.who, request.reason.empty() ? "" : ": ", request.reason);
 }
 
-bool asks_for(const RunInputs& now, OperatorCommand command) { return now.request && now.request->command == command; }
+bool has_request(const RunInputs& now, OperatorCommand command) {
+  return now.request && now.request->command == command;
+}
 
 /// Returns the state that an abort, a stop, a hold or a pause demands, in every state in which the profile is carried
 /// out; nothing if there is no such demand.
-std::optional<RunStateMachine> overruled(const interlocks::RunLimits& limits, const RunInputs& now, bool held) {
+std::optional<RunStateMachine> overriding_state(const interlocks::RunLimits& limits, const RunInputs& now, bool held) {
   if (now.demand.reaction == interlocks::Reaction::abort) return Aborting{now.demand.cause, {}, false};
-  if (asks_for(now, OperatorCommand::abort)) return Aborting{ended("aborted", *now.request), {}, false};
-  if (asks_for(now, OperatorCommand::stop)) {
+  if (has_request(now, OperatorCommand::abort)) return Aborting{ended("aborted", *now.request), {}, false};
+  if (has_request(now, OperatorCommand::stop)) {
     if (limits.on_stop == interlocks::OnStop::hold && now.may_be_left) return Stopped{ended("stopped", *now.request)};
     return Aborting{ended("stopped", *now.request), {}, true};
   }
   if (held) return std::nullopt;
   if (now.demand.reaction == interlocks::Reaction::hold) return Held{now.demand.cause, {}};
-  if (asks_for(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}};
+  if (has_request(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}};
   return std::nullopt;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, const Execute&, const RunInputs& now) {
-  if (auto other = overruled(limits, now, false)) return *other;
+  if (auto other = overriding_state(limits, now, false)) return *other;
   if (!now.prompt.empty()) return Held{now.prompt, {}};
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   if (now.complete) return Completed{};
@@ -55,41 +57,41 @@ RunStateMachine step(const interlocks::RunLimits& limits, const Execute&, const 
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Suspended state, const RunInputs& now) {
-  if (auto other = overruled(limits, now, false)) return *other;
-  const bool stands = now.demand.reaction == interlocks::Reaction::suspend;
+  if (auto other = overriding_state(limits, now, false)) return *other;
+  const bool is_suspended = now.demand.reaction == interlocks::Reaction::suspend;
   state.since += now.elapsed;
-  state.clear = stands ? Duration{} : state.clear + now.elapsed;
-  if (stands) state.cause = now.demand.cause;
+  state.clear = is_suspended ? Duration{} : state.clear + now.elapsed;
+  if (is_suspended) state.cause = now.demand.cause;
   if (state.since >= limits.longest_suspended) return too_long("suspended", state.since, state.cause);
-  const bool asked = asks_for(now, OperatorCommand::resume) && !stands;
-  return asked || state.clear >= limits.resume_delay ? onwards(now, state.cause) : state;
+  const bool is_resumed = has_request(now, OperatorCommand::resume) && !is_suspended;
+  return is_resumed || state.clear >= limits.resume_delay ? resume_state(now, state.cause) : state;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const RunInputs& now) {
-  if (auto other = overruled(limits, now, false)) return *other;
+  if (auto other = overriding_state(limits, now, false)) return *other;
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   state.since += now.elapsed;
-  if (now.in_place) return in_the_profile(now);
+  if (now.in_place) return enter_profile(now);
   if (state.since >= limits.longest_return) return too_long("returning", state.since, state.cause);
   return state;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunInputs& now) {
-  if (auto other = overruled(limits, now, true)) return *other;
+  if (auto other = overriding_state(limits, now, true)) return *other;
   state.since += now.elapsed;
   if (state.since >= limits.longest_held) return too_long("held", state.since, state.cause);
-  if (!asks_for(now, OperatorCommand::resume)) return state;
+  if (!has_request(now, OperatorCommand::resume)) return state;
   if (now.takes_over) return Returning{state.cause, {}};
   if (now.demand.reaction == interlocks::Reaction::hold) return state;
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
-  return onwards(now, state.cause);
+  return resume_state(now, state.cause);
 }
 
 /// A stop that becomes an abort remains an abort.
 RunStateMachine step(const interlocks::RunLimits&, Aborting state, const RunInputs& now) {
   state.since += now.elapsed;
   if (state.stops && now.demand.reaction == interlocks::Reaction::abort) state = {now.demand.cause, state.since, false};
-  if (state.stops && asks_for(now, OperatorCommand::abort))
+  if (state.stops && has_request(now, OperatorCommand::abort))
     state = {ended("aborted", *now.request), state.since, false};
   if (!now.safe_confirmed) return state;
   if (state.stops) return Stopped{state.cause};
@@ -100,14 +102,14 @@ RunStateMachine step(const interlocks::RunLimits&, const Aborted& state, const R
 RunStateMachine step(const interlocks::RunLimits&, const Stopped& state, const RunInputs&) { return state; }
 RunStateMachine step(const interlocks::RunLimits&, const Completed& state, const RunInputs&) { return state; }
 
-RunState word(const Execute&) { return RunState::execute; }
-RunState word(const Suspended&) { return RunState::suspended; }
-RunState word(const Returning&) { return RunState::suspended; }
-RunState word(const Held&) { return RunState::held; }
-RunState word(const Aborting&) { return RunState::aborting; }
-RunState word(const Aborted&) { return RunState::aborted; }
-RunState word(const Stopped&) { return RunState::stopped; }
-RunState word(const Completed&) { return RunState::complete; }
+RunState to_run_state(const Execute&) { return RunState::execute; }
+RunState to_run_state(const Suspended&) { return RunState::suspended; }
+RunState to_run_state(const Returning&) { return RunState::suspended; }
+RunState to_run_state(const Held&) { return RunState::held; }
+RunState to_run_state(const Aborting&) { return RunState::aborting; }
+RunState to_run_state(const Aborted&) { return RunState::aborted; }
+RunState to_run_state(const Stopped&) { return RunState::stopped; }
+RunState to_run_state(const Completed&) { return RunState::complete; }
 
 std::string cause(const Execute&) { return {}; }
 std::string cause(const Completed&) { return {}; }
@@ -121,10 +123,10 @@ RunStateMachine next(const interlocks::RunLimits& limits, const RunStateMachine&
 }
 
 RunState run_state(const RunStateMachine& machine) {
-  return std::visit([](const auto& state) { return word(state); }, machine);
+  return std::visit([](const auto& state) { return to_run_state(state); }, machine);
 }
 
-std::string cause_of(const RunStateMachine& machine) {
+std::string state_cause(const RunStateMachine& machine) {
   return std::visit([](const auto& state) { return cause(state); }, machine);
 }
 

@@ -89,7 +89,7 @@ struct RunInputs {
 
 [[nodiscard]] RunState run_state(const RunStateMachine& machine);
 /// Returns the reason why the run is not in Execute; empty if there is none.
-[[nodiscard]] std::string cause_of(const RunStateMachine& machine);
+[[nodiscard]] std::string state_cause(const RunStateMachine& machine);
 /// Returns true if no state follows.
 [[nodiscard]] bool is_over(const RunStateMachine& machine);
 

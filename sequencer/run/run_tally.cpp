@@ -9,19 +9,19 @@
 namespace gyrotherm::run {
 namespace {
 
-std::string counted(std::int64_t count, const char* one, const char* many) {
+std::string with_count(std::int64_t count, const char* one, const char* many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 std::string in_words(const record::AlarmCount& alarms) {
-  auto words = counted(alarms.occurrences, "alarm", "alarms");
-  if (alarms.occurrences > 1) words += fmt::format(" of {}", counted(alarms.tags, "kind", "kinds"));
+  auto words = with_count(alarms.occurrences, "alarm", "alarms");
+  if (alarms.occurrences > 1) words += fmt::format(" of {}", with_count(alarms.tags, "kind", "kinds"));
   if (alarms.unacknowledged > 0) words += fmt::format(" ({} unacknowledged)", alarms.unacknowledged);
   return words;
 }
 
-std::string gaps_in_words(const RunTally& tally) {
-  const auto words = counted(tally.gaps, "gap", "gaps");
+std::string describe_gaps(const RunTally& tally) {
+  const auto words = with_count(tally.gaps, "gap", "gaps");
   return tally.gaps == 0 ? words : fmt::format("{} of {} in all", words, spoken(std::chrono::seconds(tally.gap_s)));
 }
 
@@ -46,9 +46,9 @@ RunTally tally_of(const record::Record& record, std::int64_t faulty_readings) {
 
 std::string in_words(const RunTally& tally, const record::AlarmCount& alarms) {
   return fmt::format("{}, {}, {} suspended, {} held, {}",
-                     counted(tally.faulty_readings, "faulty reading", "faulty readings"), in_words(alarms),
+                     with_count(tally.faulty_readings, "faulty reading", "faulty readings"), in_words(alarms),
                      spoken(std::chrono::seconds(tally.suspended_s)), spoken(std::chrono::seconds(tally.held_s)),
-                     gaps_in_words(tally));
+                     describe_gaps(tally));
 }
 
 }  // namespace gyrotherm::run

@@ -10,11 +10,11 @@ using watchdog::SafeAction;
 
 constexpr Duration kEachSecondFor = std::chrono::seconds(10);
 constexpr Duration kThenEvery = std::chrono::seconds(10);
-constexpr Duration kTellEvery = std::chrono::seconds(60);
+constexpr Duration kReportEvery = std::chrono::seconds(60);
 
 bool is_due(const std::optional<Duration>& last, Duration at, Duration every) { return !last || at - *last >= every; }
 
-watchdog::SafeGoal goal_of(const rig::RigFile& rig) {
+watchdog::SafeGoal make_goal(const rig::RigFile& rig) {
   auto goal = watchdog::safe_goal(rig.chamber_map, rig.safe_set_point, rig.safe_observe);
   goal.switch_off = rig.safe_off;
   return goal;
@@ -22,7 +22,7 @@ watchdog::SafeGoal goal_of(const rig::RigFile& rig) {
 
 }  // namespace
 
-SafeSequence::SafeSequence(const rig::RigFile& rig) : target_(rig.safe_set_point), evidence_(goal_of(rig)) {}
+SafeSequence::SafeSequence(const rig::RigFile& rig) : target_(rig.safe_set_point), evidence_(make_goal(rig)) {}
 
 /// Sends the set point, then the mode. Switches a chamber off if everything else had no effect, even if it refuses the
 /// set point.
@@ -43,12 +43,12 @@ Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
 
 std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration at) {
   if (!began_) began_ = at;
-  const bool at_once = at - *began_ < kEachSecondFor || is_due(insisted_, at, kThenEvery);
-  if (at_once) insisted_ = at;
+  const bool at_once = at - *began_ < kEachSecondFor || is_due(forced_, at, kThenEvery);
+  if (at_once) forced_ = at;
   const auto done = carry_out(io, at_once);
   trouble_ = done ? "" : text(done.error());
-  if ((done && !evidence_.is_ineffective()) || !is_due(told_, at, kTellEvery)) return std::nullopt;
-  told_ = at;
+  if ((done && !evidence_.is_ineffective()) || !is_due(reported_, at, kReportEvery)) return std::nullopt;
+  reported_ = at;
   return describe() + "; it is tried until it can";
 }
 

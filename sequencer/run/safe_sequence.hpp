@@ -41,7 +41,7 @@ class SafeSequence {
   Celsius target_;
   watchdog::SafeEvidence evidence_;
   bool confirmed_ = false;
-  std::optional<Duration> began_, told_, insisted_;
+  std::optional<Duration> began_, reported_, forced_;
   std::string trouble_;
 };
 

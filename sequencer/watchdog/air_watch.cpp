@@ -50,7 +50,7 @@ AirVerdict AirWatch::judge(double air_c) const {
   const bool stays = near_since_ && watched_ - *near_since_ >= std::min(observe_, kNearFor);
   const bool comes = farthest_k_ - now >= kTowardsK && now <= nearest_k_ + kTowardsK;
   if (stays || comes || source_ == AirSource::seen_off) return AirVerdict::shown;
-  return watched_ >= std::max(observe_ * kStandsStillTimes, kStandsStill) ? AirVerdict::stands_still
+  return watched_ >= std::max(observe_ * kStandsStillTimes, kStandsStill) ? AirVerdict::does_not_move
                                                                           : AirVerdict::watching;
 }
 
@@ -86,7 +86,7 @@ std::string AirWatch::describe() const {
                                 spoken(std::chrono::floor<std::chrono::seconds>(watched_)));
   switch (verdict_) {
     case AirVerdict::moves_away: return fmt::format("{}: moves AWAY from {:g} °C", seen, set_point_.value);
-    case AirVerdict::stands_still: return fmt::format("{}: does NOT move towards {:g} °C", seen, set_point_.value);
+    case AirVerdict::does_not_move: return fmt::format("{}: does NOT move towards {:g} °C", seen, set_point_.value);
     case AirVerdict::watching: return seen + ": being watched";
     case AirVerdict::shown: break;
   }

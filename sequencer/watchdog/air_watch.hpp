@@ -27,7 +27,7 @@ enum class AirVerdict {
   /// The air is farther away than before.
   moves_away,
   /// The air is neither near nor approaching.
-  stands_still,
+  does_not_move,
 };
 
 /// Air within this distance of the set point has arrived.

@@ -23,7 +23,7 @@ namespace gyrotherm::watchdog {
 
 namespace {
 
-struct Seen {
+struct ProcessState {
   ProcessIdentity identity;
   /// The process only waits to be reaped, or for threads that the kernel still holds.
   bool ended = false;
@@ -31,7 +31,7 @@ struct Seen {
 };
 
 /// Reads proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
-std::optional<Seen> see(std::int64_t pid) {
+std::optional<ProcessState> see(std::int64_t pid) {
   std::ifstream file(fmt::format("/proc/{}/stat", pid));
   // Reads nothing if the process ends now: a streambuf throws in that case.
   std::string stat;
@@ -43,15 +43,15 @@ std::optional<Seen> see(std::int64_t pid) {
   fields >> state;
   constexpr int kFieldsBetween = 18;
   for (int i = 0; i < kFieldsBetween; ++i) fields >> skipped;
-  Seen found{.identity = {.pid = pid, .started = 0, .boot = boot_id()},
-             .ended = state == "Z" || state == "X",
-             .stopped = state == "T" || state == "t"};
+  ProcessState found{.identity = {.pid = pid, .started = 0, .boot = boot_id()},
+                     .ended = state == "Z" || state == "X",
+                     .stopped = state == "T" || state == "t"};
   if (!(fields >> found.identity.started)) return {};
   return found;
 }
 
 /// Returns a handle of the process; closed if the process has ended.
-Descriptor handle_of(const ProcessIdentity& process) {
+Descriptor open_handle(const ProcessIdentity& process) {
   Descriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<pid_t>(process.pid), 0)));
   // Compared after the handle is open: from now on the number cannot pass to another process.
   const auto found = see(process.pid);
@@ -66,26 +66,26 @@ bool ends(const Descriptor& handle, Duration within) {
 
 }  // namespace
 
-std::optional<ProcessIdentity> identity_of(std::int64_t pid) {
+std::optional<ProcessIdentity> read_process_identity(std::int64_t pid) {
   const auto found = see(pid);
   return found && !found->ended ? std::optional(found->identity) : std::nullopt;
 }
 
 ProcessIdentity own_identity() {
-  return identity_of(::getpid()).value_or(ProcessIdentity{.pid = ::getpid(), .started = 0, .boot = {}});
+  return read_process_identity(::getpid()).value_or(ProcessIdentity{.pid = ::getpid(), .started = 0, .boot = {}});
 }
 
-bool lives(const ProcessIdentity& process) { return identity_of(process.pid) == process; }
+bool lives(const ProcessIdentity& process) { return read_process_identity(process.pid) == process; }
 
 bool is_stopped(std::int64_t pid) {
   const auto found = see(pid);
   return found && found->stopped;
 }
 
-bool ends(const ProcessIdentity& process, Duration within) { return ends(handle_of(process), within); }
+bool ends(const ProcessIdentity& process, Duration within) { return ends(open_handle(process), within); }
 
 bool kill_surely(const ProcessIdentity& process, Duration within) {
-  const auto handle = handle_of(process);
+  const auto handle = open_handle(process);
   if (handle.is_open()) ::syscall(SYS_pidfd_send_signal, handle.number(), SIGKILL, nullptr, 0);
   return ends(handle, within);
 }
@@ -98,7 +98,7 @@ constexpr auto kSlice = std::chrono::milliseconds(1000);
 bool readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
 
 /// Reads one byte. Fails if none arrives before the deadline.
-Result<char> take_byte(int descriptor, const Deadline& deadline) {
+Result<char> read_byte(int descriptor, const Deadline& deadline) {
   char byte = 0;
   if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not come");
   if (::read(descriptor, &byte, 1) == 1) return byte;
@@ -106,11 +106,11 @@ Result<char> take_byte(int descriptor, const Deadline& deadline) {
 }
 
 /// Reads digits up to a line break.
-Result<std::size_t> take_length(int descriptor, const Deadline& deadline) {
+Result<std::size_t> read_length(int descriptor, const Deadline& deadline) {
   constexpr std::size_t kLongest = 4'000'000, kMostDigits = 8;
   std::string digits;
   for (;;) {
-    const auto byte = take_byte(descriptor, deadline);
+    const auto byte = read_byte(descriptor, deadline);
     if (!byte) return failure(byte.error());
     if (*byte == '\n') break;
     digits += *byte;
@@ -136,10 +136,10 @@ std::string safe_state_message(std::string_view safe_state_text) {
 
 Result<std::string> receive_safe_state(int descriptor, Duration within) {
   const Deadline deadline(within);
-  const auto first = take_byte(descriptor, deadline);
+  const auto first = read_byte(descriptor, deadline);
   if (!first) return failure(first.error());
   if (*first != kSafeStateFollows) return failure(FaultKind::corrupted, "guard", "its orders begin otherwise");
-  const auto length = take_length(descriptor, deadline);
+  const auto length = read_length(descriptor, deadline);
   if (!length) return failure(length.error());
   std::string text(*length, '\0');
   for (std::size_t have = 0; have < text.size();) {

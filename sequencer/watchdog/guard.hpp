@@ -24,7 +24,7 @@ struct ProcessIdentity {
 };
 
 /// Returns nothing if there is no such process, or if it has ended and only waits to be reaped.
-[[nodiscard]] std::optional<ProcessIdentity> identity_of(std::int64_t pid);
+[[nodiscard]] std::optional<ProcessIdentity> read_process_identity(std::int64_t pid);
 [[nodiscard]] ProcessIdentity own_identity();
 [[nodiscard]] bool lives(const ProcessIdentity& process);
 

@@ -24,8 +24,8 @@ namespace {
 
 constexpr Duration kBetweenTries = std::chrono::milliseconds(300);
 constexpr Duration kLastTryBefore = std::chrono::seconds(8);
-constexpr int kTriesOfTheRest = 3;
-constexpr int kMostQuestions = 3;
+constexpr int kTriesOfLaterSteps = 3;
+constexpr int kMostQueries = 3;
 
 class Attempt {
  public:
@@ -35,23 +35,23 @@ class Attempt {
   SafeAttempt carry_out() {
     if (task_ == SafeTask::look) return look();
     if (send_set_point())
-      for (int i = 0; i < kTriesOfTheRest && done_.reached != SafeStage::all; ++i) leave_as_wanted();
+      for (int i = 0; i < kTriesOfLaterSteps && done_.reached != SafeStage::all; ++i) leave_as_required();
     else
-      switch_off_all_the_same();
-    if (!done_.state && recognise_chamber() && inspect()) told(done_.reached, done_.details);
+      switch_off_anyway();
+    if (!done_.state && recognise_chamber() && inspect()) report(done_.reached, done_.details);
     return done_;
   }
 
  private:
-  void told(SafeStage reached, std::string details) {
+  void report(SafeStage reached, std::string details) {
     done_.reached = std::max(done_.reached, reached);
     done_.details = std::move(details);
-    means_.told(done_);
+    means_.report(done_);
   }
 
   /// Waits before a retry. Reconnects a broken connection, which may still deliver the answer to an earlier request.
   void try_later(const Fault& fault) {
-    told(done_.reached, text(fault));
+    report(done_.reached, text(fault));
     means_.wait(kBetweenTries);
     if (fault.kind == FaultKind::disconnected) chamber_ = means_.connect();
     if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
@@ -61,16 +61,18 @@ class Attempt {
   /// query is sent the set point in spite of that, because the run compared its identity before.
   [[nodiscard]] Result<void> recognise_chamber() {
     if (is_recognised_) return {};
-    const auto who = chamber_->recognise();
-    const bool is_other = who ? !goal_.identity.starts_with(*who) && !goal_.identity.empty()
-                              : who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
+    const auto identity = chamber_->recognise();
+    const bool is_other =
+        identity ? !goal_.identity.starts_with(*identity) && !goal_.identity.empty()
+                 : identity.error().kind == FaultKind::mismatch || identity.error().kind == FaultKind::refused;
     if (is_other)
       return failure(FaultKind::mismatch, "chamber",
                      fmt::format("nothing is sent to another instrument: {}; the run began with: {}",
-                                 who ? *who : text(who.error()), goal_.identity.empty() ? "its map" : goal_.identity));
-    is_recognised_ = who.has_value();
-    const bool is_asked_again = !who && ++unrecognised_ < kMostQuestions;
-    return is_asked_again ? failure(who.error()) : Result<void>{};
+                                 identity ? *identity : text(identity.error()),
+                                 goal_.identity.empty() ? "its map" : goal_.identity));
+    is_recognised_ = identity.has_value();
+    const bool is_repeated = !identity && ++unrecognised_ < kMostQueries;
+    return is_repeated ? failure(identity.error()) : Result<void>{};
   }
 
   [[nodiscard]] Result<void> send_once() {
@@ -86,7 +88,7 @@ class Attempt {
       ++done_.tries;
       const auto sent = send_once();
       if (sent) {
-        told(SafeStage::set_point, shown_set_point(goal_));
+        report(SafeStage::set_point, shown_set_point(goal_));
         return true;
       }
       try_later(sent.error());
@@ -102,24 +104,24 @@ class Attempt {
   }
 
   SafeAttempt look() {
-    for (int i = 0; i < kTriesOfTheRest && !done_.state; ++i) {
+    for (int i = 0; i < kTriesOfLaterSteps && !done_.state; ++i) {
       const auto known = recognise_chamber();
       const auto state = known ? inspect() : failure(known.error());
-      told(state ? SafeStage::all : SafeStage::nothing, state ? "read" : text(state.error()));
+      report(state ? SafeStage::all : SafeStage::nothing, state ? "read" : text(state.error()));
     }
     return done_;
   }
 
   /// Switches off a chamber that refuses the set point, if everything else had no effect.
-  void switch_off_all_the_same() {
+  void switch_off_anyway() {
     if (task_ != SafeTask::off || !recognise_chamber()) return;
-    if (const auto off = chamber_->stop(); !off) told(done_.reached, done_.details + "; " + text(off.error()));
+    if (const auto off = chamber_->stop(); !off) report(done_.reached, done_.details + "; " + text(off.error()));
   }
 
   [[nodiscard]] bool wants_off() const { return goal_.switch_off || task_ == SafeTask::off; }
 
   /// Writes the mode of the safe state, and reads the chamber afterwards.
-  [[nodiscard]] Result<ChamberState> see_to_mode() {
+  [[nodiscard]] Result<ChamberState> write_mode() {
     const auto switched = wants_off() ? chamber_->stop() : Result<void>();
     const auto state = inspect();
     if (!switched) return failure(switched.error());
@@ -136,7 +138,7 @@ class Attempt {
     if (auto known = recognise_chamber(); !known) return failure(known.error());
     if (auto ended = chamber_->end_program(); !ended) return failure(ended.error());
     if (auto sent = chamber_->send_set_point_at_once(goal_.set_point); !sent) return failure(sent.error());
-    const auto state = see_to_mode();
+    const auto state = write_mode();
     if (!state) return failure(state.error());
     if (!std::isnan(state->set_point.value) && abs(state->set_point - goal_.set_point) > goal_.tolerance)
       return failure(FaultKind::mismatch, "chamber set point",
@@ -145,9 +147,9 @@ class Attempt {
                        wants_off() ? ", conditioning switched off" : "");
   }
 
-  void leave_as_wanted() {
+  void leave_as_required() {
     const auto settled = settle();
-    if (settled) return told(SafeStage::all, *settled);
+    if (settled) return report(SafeStage::all, *settled);
     try_later({settled.error().kind, "", fmt::format("{}, but {}", shown_set_point(goal_), text(settled.error()))});
   }
 
@@ -161,10 +163,10 @@ class Attempt {
   SafeAttempt done_;
 };
 
-constexpr Duration kForTheRest = std::chrono::seconds(30);
+constexpr Duration kForLaterSteps = std::chrono::seconds(30);
 
 /// Returns the file name of a process' program, also of a removed file; "" if this user has no permission.
-std::string program_of(std::int64_t pid) {
+std::string program_name(std::int64_t pid) {
   constexpr std::string_view kRemoved = " (deleted)";
   std::error_code error;
   auto name = std::filesystem::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename().string();
@@ -185,7 +187,7 @@ bool is_successor(const drivers::ChamberHolder& holder, const std::string& progr
 }
 
 /// Returns "STAGE STATE AIR SET_POINT ACTIVITY DETAILS"; STATE is 0 if none was read.
-std::string line_of(const SafeAttempt& attempt) {
+std::string to_line(const SafeAttempt& attempt) {
   auto details = attempt.details;
   std::replace(details.begin(), details.end(), '\n', ' ');
   const auto state = attempt.state.value_or(ChamberState{});
@@ -221,7 +223,7 @@ void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::
   (void)attempt_safe(chamber.goal,
                      {.connect = chamber.connect,
                       .wait = [](Duration time) { std::this_thread::sleep_for(time); },
-                      .told = [&](const SafeAttempt& attempt) { tell(line_of(attempt)); },
+                      .report = [&](const SafeAttempt& attempt) { tell(to_line(attempt)); },
                       .clock = clock},
                      task);
 }
@@ -264,7 +266,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
   const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + std::string(kMadeSafeMark));
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = drivers::ChamberLock::holder(chamber.place);
-    const auto program = holder ? program_of(holder->pid) : "";
+    const auto program = holder ? program_name(holder->pid) : "";
     if (holder && is_successor(*holder, program, safe_state)) {
       voice.say("another program has the chamber: " + holder->words);
       return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
@@ -277,7 +279,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
     const auto line = work.next(longest - clock.now().since_start);
     if (!line) break;
     take(*line, rescued);
-    if (rescued.reached != SafeStage::nothing) longest = kSafeWithin + kForTheRest;
+    if (rescued.reached != SafeStage::nothing) longest = kSafeWithin + kForLaterSteps;
   }
   if (!work.has_ended()) rescued.details += "; the attempt did not come to its end in time";
   return rescued;
@@ -285,7 +287,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
 
 SafeTask SafeRescue::task() const {
   if (!in_touch_ || evidence_.next() == SafeAction::set_point)
-    return evidence_.is_ineffective() && evidence_.wants_off() ? SafeTask::off : SafeTask::leave_as_wanted;
+    return evidence_.is_ineffective() && evidence_.wants_off() ? SafeTask::off : SafeTask::leave_as_required;
   switch (evidence_.next()) {
     case SafeAction::follow: return SafeTask::follow;
     case SafeAction::off: return SafeTask::off;

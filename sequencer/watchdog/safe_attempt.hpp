@@ -31,7 +31,7 @@ enum class SafeStage {
 /// The task of an attempt, in addition to sending the set point.
 enum class SafeTask {
   /// Goal and mode decide.
-  leave_as_wanted,
+  leave_as_required,
   /// Write the mode in any case.
   follow,
   /// Switch off in any case.
@@ -57,7 +57,7 @@ struct AttemptMeans {
   std::function<std::unique_ptr<drivers::Chamber>()> connect;
   std::function<void(Duration)> wait;
   /// Receives each stage reached, and each fault.
-  std::function<void(const SafeAttempt&)> told;
+  std::function<void(const SafeAttempt&)> report;
   const Clock& clock;
 };
 
@@ -67,7 +67,7 @@ inline constexpr Duration kSafeWithin = std::chrono::seconds(10);
 /// Repeats the set point on one connection (on a new one after a line failure), for the last time before eight seconds
 /// have passed. Once the chamber has shown it, carries out the remaining steps, at most three times.
 [[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means,
-                                       SafeTask task = SafeTask::leave_as_wanted);
+                                       SafeTask task = SafeTask::leave_as_required);
 
 struct SafeStateChamber {
   std::string place;  ///< names its lock (drivers/chamber/chamber_lock.hpp)
@@ -93,7 +93,7 @@ struct Rescued {
 /// stopped, and is not the program that has died. Ends an attempt that hangs after ten seconds, or thirty seconds later
 /// if the chamber has shown the safe set point.
 [[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
-                                   SafeTask task = SafeTask::leave_as_wanted);
+                                   SafeTask task = SafeTask::leave_as_required);
 
 /// Makes a chamber safe by attempts. Each has its own connection, so that a program that takes the run over finds the
 /// chamber free. Judges the readings of all attempts together.

@@ -82,7 +82,7 @@ void SafeEvidence::watch_air(Celsius air, Duration at, bool was_complete) {
   const auto trend = trend_.see(air, at);
   const auto verdict = complete ? air_.see(air, at) : AirVerdict::watching;
   const bool mode_fails = mode_wrong_since_ && at - *mode_wrong_since_ > kModeWithin;
-  if (trend == AirVerdict::moves_away || verdict == AirVerdict::moves_away || verdict == AirVerdict::stands_still ||
+  if (trend == AirVerdict::moves_away || verdict == AirVerdict::moves_away || verdict == AirVerdict::does_not_move ||
       mode_fails)
     escalate(air, at);
   if (is_safe()) ineffective_ = false;

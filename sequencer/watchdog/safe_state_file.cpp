@@ -19,16 +19,16 @@ namespace gyrotherm::watchdog {
 
 namespace {
 
-constexpr const char* kOfTheMap = "of the map";
+constexpr const char* kFromMap = "of the map";
 
 const char* to_string(const std::optional<drivers::WordOrder>& order) {
   const auto found = std::find_if(drivers::kWordOrders.begin(), drivers::kWordOrders.end(),
                                   [&](const auto& w) { return w.second == order; });
-  return found == drivers::kWordOrders.end() ? kOfTheMap : found->first;
+  return found == drivers::kWordOrders.end() ? kFromMap : found->first;
 }
 
 std::optional<drivers::WordOrder> read_order(const TomlTable& table) {
-  if (table.text("word_order") == kOfTheMap) return std::nullopt;
+  if (table.text("word_order") == kFromMap) return std::nullopt;
   return one_of(drivers::kWordOrders, table, "word_order");
 }
 
@@ -69,7 +69,7 @@ Duration read_observe(const TomlTable& table) {
 }
 
 /// Returns the reason to distrust the open file: another user owns it or may write it. Empty if there is none.
-std::string objection(int file) {
+std::string distrust_reason(int file) {
   struct stat found {};
   if (::fstat(file, &found) != 0) return "cannot be looked at";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
@@ -126,7 +126,7 @@ Result<std::optional<SafeState>> read_safe_state(const std::string& file) {
   if (::lstat(file.c_str(), &named) != 0 && errno == ENOENT) return std::nullopt;
   const auto opened = open_regular_file(file, Links::refused);
   if (!opened) return failure(opened.error());
-  if (auto why = objection(opened->descriptor.number()); !why.empty())
+  if (auto why = distrust_reason(opened->descriptor.number()); !why.empty())
     return failure(FaultKind::bad_file, file, std::move(why));
   const auto text = read_whole(*opened, file);
   if (!text) return failure(text.error());

@@ -9,10 +9,10 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-constexpr Duration kLook = std::chrono::seconds(2);
+constexpr Duration kReadWithin = std::chrono::seconds(2);
 constexpr Duration kSameFor = std::chrono::minutes(1);
 constexpr Duration kGoneFor = std::chrono::hours(24);
-constexpr const char *kStand = "stand", *kGone = "gone", *kFulfilled = "fulfilled", *kAnothers = "another's";
+constexpr const char *kActive = "stand", *kGone = "gone", *kFulfilled = "fulfilled", *kAnothers = "another's";
 
 }  // namespace
 
@@ -36,17 +36,17 @@ bool Trail::leave(const Rescued& rescued) {
   trace_.confirmed = confirmed;
   trace_.details = rescued.details;
   trace_to_write_ = true;
-  go_on();
+  start_pending_work();
   return true;
 }
 
 void Trail::remove_safe_state() {
   to_disarm_ = true;
-  go_on();
+  start_pending_work();
 }
 
 /// Starts the pending work once the previous work is done.
-void Trail::go_on() {
+void Trail::start_pending_work() {
   if (writing_) {
     (void)writing_->next({});
     if (!writing_->has_ended()) return;
@@ -63,29 +63,29 @@ void Trail::go_on() {
 
 bool Trail::settle(Duration within) {
   const Deadline deadline(within);
-  for (go_on(); writing_; go_on()) {
+  for (start_pending_work(); writing_; start_pending_work()) {
     (void)writing_->next(deadline.left());
     if (deadline.over()) break;
   }
   return !writing_ && !trace_to_write_ && !to_disarm_;
 }
 
-std::string Trail::look_at_orders() const {
+std::string Trail::read_orders() const {
   const auto now = read_safe_state(safe_state_path(safe_state_.record));
-  if (!now) return kStand;
-  if (*now) return (*now)->written_by == safe_state_.written_by ? kStand : kAnothers;
+  if (!now) return kActive;
+  if (*now) return (*now)->written_by == safe_state_.written_by ? kActive : kAnothers;
   const auto left = read_trace(safe_state_.record);
   const bool by_another = left && *left && (*left)->confirmed && (*left)->at >= began_ && **left != trace_;
   return by_another ? kFulfilled : kGone;
 }
 
 std::optional<std::string> Trail::reason_to_end() {
-  if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(look_at_orders()); });
-  const auto orders = looking_->next(kLook);
+  if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(read_orders()); });
+  const auto orders = looking_->next(kReadWithin);
   if (orders || looking_->has_ended()) looking_.reset();
   if (orders == kAnothers) return "the safe-state file is another run's";
   if (orders == kFulfilled) return "another program has made the chamber safe";
-  if (orders == kStand) gone_until_.reset();
+  if (orders == kActive) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);
   if (gone_until_ && gone_until_->over()) return "the safe-state file has been gone for a day";
   return {};

@@ -36,8 +36,8 @@ class Trail {
   [[nodiscard]] std::string describe() const { return watchdog::describe(trace_); }
 
  private:
-  void go_on();
-  [[nodiscard]] std::string look_at_orders() const;
+  void start_pending_work();
+  [[nodiscard]] std::string read_orders() const;
 
   const SafeState& safe_state_;
   MadeSafe trace_;

@@ -86,8 +86,8 @@ int spawn(const GuardProgram& program, const std::string& record, int input, pid
 /// Returns systemd's limit of silence, or nothing if systemd does not watch this program.
 std::optional<std::string> watchdog_limit() {
   const char* limit = std::getenv("WATCHDOG_USEC");
-  const char* whose = std::getenv("WATCHDOG_PID");
-  if (!limit || (whose && std::to_string(::getpid()) != whose)) return {};
+  const char* pid = std::getenv("WATCHDOG_PID");
+  if (!limit || (pid && std::to_string(::getpid()) != pid)) return {};
   return limit;
 }
 
@@ -101,7 +101,7 @@ bool send_all(int line, std::string_view bytes) {
 }
 
 /// Returns true if the guard reports in time that it watches.
-bool says_that_it_watches(int line) {
+bool confirms_watching(int line) {
   char answer = 0;
   return ready(line, POLLIN, Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
          answer == kWatching;
@@ -137,20 +137,20 @@ struct WatchdogClient::Ties {
    public:
     void begins(std::string words) {
       words_ = std::move(words);
-      stands_ = true;
+      is_active_ = true;
       seen_ = steady_clock::now();
     }
     void is_over() {
-      if (std::exchange(stands_, false)) seen_ = steady_clock::now();
+      if (std::exchange(is_active_, false)) seen_ = steady_clock::now();
     }
     [[nodiscard]] std::string words() const {
-      return stands_ || steady_clock::now() - seen_ < kToldFor ? words_ : std::string();
+      return is_active_ || steady_clock::now() - seen_ < kShownFor ? words_ : std::string();
     }
 
    private:
-    static constexpr auto kToldFor = std::chrono::seconds(10);
+    static constexpr auto kShownFor = std::chrono::seconds(10);
     std::string words_;
-    bool stands_ = false;
+    bool is_active_ = false;
     steady_clock::time_point seen_{};
   };
 
@@ -204,7 +204,7 @@ Result<void> WatchdogClient::Ties::start_guard() {
   theirs.close();
   const char preparing = kPreparing;
   if (!send_all(own.number(), safe_state_message(to_text(safe_state))) || !send_all(own.number(), {&preparing, 1}) ||
-      !says_that_it_watches(own.number())) {
+      !confirms_watching(own.number())) {
     end_guard(pid, std::move(own));
     return refuse("it does not say that it watches");
   }

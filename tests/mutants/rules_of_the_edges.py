@@ -71,7 +71,7 @@ MUTANTS = [
      "for (const auto& text : in.around.strangers) if (text.empty()) all.push_back",
      "faults_test", shown_by("AnotherChamberAtTheAddress")),
     ("a resumed run asks nobody who answers", "sequencer/run/resume.cpp",
-     "if (!stood.strangers.empty()) return {Reentry::ask, stood.strangers};", "",
+     "if (!interrupted.strangers.empty()) return {Reentry::ask, interrupted.strangers};", "",
      "run_test", "ResumeRule.AsksForAnotherInstrumentThanTheRunBeganWith"),
 
     # Lost channels.
@@ -84,7 +84,7 @@ MUTANTS = [
      "(void)is_needed; return {};",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisNeeds")),
     ("a damaged record is no alarm", "sequencer/interlocks/interlocks.cpp",
-     "auto found = where_told(in.around.record_damage);", "Found found;",
+     "auto found = found_if_any(in.around.record_damage);", "Found found;",
      "faults_test", shown_by("ARecordWhoseFileIsTakenAway")),
     ("a missing guard is no alarm", "sequencer/interlocks/interlocks.cpp",
      "all.push_back({.text = text, .subject = subject});", "(void)text, (void)subject;",

@@ -24,7 +24,7 @@ class RunHarness {
   [[nodiscard]] run::RunController& run_controller() { return run_controller_; }
   [[nodiscard]] const run::RunController& run_controller() const { return run_controller_; }
   [[nodiscard]] run::RunOutcome outcome() const { return outcome_; }
-  [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, run_controller_.state()); }
+  [[nodiscard]] ProfilePosition progress() const { return profile_position(profile_, run_controller_.state()); }
 
   std::function<void(std::int64_t slot)> before_second = {};  ///< is called before the time of a slot passes
   std::function<void()> after_tick = {};

@@ -37,8 +37,8 @@ TEST(ControlRequest, GoesThroughAMessageUnchanged) {
     const auto request = request_of(word, text);
     ASSERT_TRUE(request) << text;
     EXPECT_EQ(parse_request(to_message(*request)), *request) << text;
-    EXPECT_EQ(word_of(*request), word);
-    EXPECT_EQ(text_of(*request), text);
+    EXPECT_EQ(command_keyword(*request), word);
+    EXPECT_EQ(command_text(*request), text);
   }
 }
 

@@ -143,14 +143,14 @@ std::vector<BrokenThing> what_falls_silent() {
            .at = kRamp,
            .breaks = [](D& d) { d.plant().chamber().line().trouble.gone = true; },
            .acts_within = 6,
-           .mends = [](D& d) { d.plant().chamber().line().trouble.gone = false; }},
+           .repairs = [](D& d) { d.plant().chamber().line().trouble.gone = false; }},
           {.shows = "AThermometersLineCut",
            .cause = interlocks::InterlockId::thermometers_lost,
            .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(0).trouble.gone = true; },
            .acts_within = 6,
-           .mends = [](D& d) { d.plant().thermometer(0).trouble.gone = false; },
+           .repairs = [](D& d) { d.plant().thermometer(0).trouble.gone = false; },
            .setting = with([](rig::RigFile& file) {
              file.limits.thermometers_needed = 5;
              for (auto& unit : file.limits.units) unit.thermometers.clear();
@@ -162,7 +162,7 @@ std::vector<BrokenThing> what_falls_silent() {
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
            .acts_within = 6,
-           .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
+           .repairs = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
            .also = {interlocks::InterlockId::channel_lost}},
           {.shows = "TheGyrosLineCut",
            .cause = interlocks::InterlockId::gyro_silent,
@@ -170,7 +170,7 @@ std::vector<BrokenThing> what_falls_silent() {
            .at = kRamp,
            .breaks = [](D& d) { d.plant().gyro().line().trouble.gone = true; },
            .acts_within = 8,
-           .mends = [](D& d) { d.plant().gyro().line().trouble.gone = false; }}};
+           .repairs = [](D& d) { d.plant().gyro().line().trouble.gone = false; }}};
 }
 
 std::vector<BrokenThing> what_the_chamber_does() {
@@ -181,7 +181,7 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .at = kHold,
        .breaks = open_door,
        .acts_within = 3,
-       .mends =
+       .repairs =
            [](D& d) {
              all_sound(d);
              well(d);
@@ -193,14 +193,14 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .at = kHold,
        .breaks = [](D& d) { condition(d, kSupplyLost); },
        .acts_within = 3,
-       .mends = well},
+       .repairs = well},
       {.shows = "ADoorThatNoSwitchTells",
        .cause = interlocks::InterlockId::air_rate,
        .reaction = interlocks::Reaction::suspend,
        .at = kInTheCold,
        .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.door_open = true; }); },
        .acts_within = 60,
-       .mends = all_sound,
+       .repairs = all_sound,
        .over_within = 300,
        .setting = with([](rig::RigFile& file) { file.limits.air_fastest = {12}; }, kCold)},
       {.shows = "HeatersStuckWarmTheArticle",
@@ -209,7 +209,7 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .at = kFirstHold,
        .breaks = [](D& d) { output(d, 1); },
        .acts_within = 120,
-       .mends = [](D& d) { output(d, {}); },
+       .repairs = [](D& d) { output(d, {}); },
        .over_within = 300,
        .setting = with([](rig::RigFile& file) { file.limits.thermometers_fastest = {2}; })},
       {.shows = "HeatersWithoutPower",
@@ -218,7 +218,7 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .at = kRamp - 60,
        .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
        .acts_within = 900,
-       .mends = all_sound,
+       .repairs = all_sound,
        .over_within = 600},
       {.shows = "HeatersWithoutPowerNearALimit",
        .cause = interlocks::InterlockId::following,
@@ -244,28 +244,28 @@ std::vector<BrokenThing> what_no_longer_measures() {
            .at = kHold,
            .breaks = [](D& d) { freeze_thermometers(d, 8); },
            .acts_within = 130,
-           .mends = all_sound},
+           .repairs = all_sound},
           {.shows = "AFrozenSensorOfTheAir",
            .cause = interlocks::InterlockId::frozen,
            .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.air_is_frozen = true; }); },
            .acts_within = 400,
-           .mends = all_sound},
+           .repairs = all_sound},
           {.shows = "AGyroThatCountsNothing",
            .cause = interlocks::InterlockId::gyro_dead,
            .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().gyro().trouble.dead = true; },
            .acts_within = 65,
-           .mends = [](D& d) { d.plant().gyro().trouble.dead = false; }},
+           .repairs = [](D& d) { d.plant().gyro().trouble.dead = false; }},
           {.shows = "ThermometersOutsideTheChamber",
            .cause = interlocks::InterlockId::no_thermal_response,
            .reaction = interlocks::Reaction::hold,
            .at = kFirstHold,
            .breaks = [](D& d) { freeze_thermometers(d, 9); },
            .acts_within = 1000,
-           .mends = all_sound,
+           .repairs = all_sound,
            .setting = with([](rig::RigFile& file) {
              file.limits.frozen_after = std::chrono::hours(10);
              file.limits.response_step = {15};
@@ -281,21 +281,21 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
            .at = kHold,
            .breaks = [](D& d) { d.plant().laboratory().change_set_point({45}); },
            .acts_within = 2,
-           .mends = [](D& d) { d.plant().laboratory().change_set_point({40}); }},
+           .repairs = [](D& d) { d.plant().laboratory().change_set_point({40}); }},
           {.shows = "SwitchedOffAtThePanel",
            .cause = interlocks::InterlockId::foreign_set_point,
            .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { d.plant().laboratory().switch_on(false); },
            .acts_within = 5,
-           .mends = [](D& d) { d.plant().laboratory().switch_on(true); }},
+           .repairs = [](D& d) { d.plant().laboratory().switch_on(true); }},
           {.shows = "ManualMode",
            .cause = interlocks::InterlockId::not_following,
            .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { d.plant().write("control_mode", 2); },
            .acts_within = 5,
-           .mends = [](D& d) { d.plant().write("control_mode", 1); }},
+           .repairs = [](D& d) { d.plant().write("control_mode", 1); }},
           {.shows = "APowerCutOfTheChamber",
            .cause = interlocks::InterlockId::restarted,
            .reaction = interlocks::Reaction::suspend,
@@ -322,7 +322,7 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
                  d.plant().chamber().line().trouble.gone = false;
                },
            .acts_within = 5,
-           .mends = [](D& d) { d.plant().laboratory().switch_on(true); }},
+           .repairs = [](D& d) { d.plant().laboratory().switch_on(true); }},
           {.shows = "AnotherChamberAtTheAddress",
            .cause = interlocks::InterlockId::another_instrument,
            .reaction = interlocks::Reaction::hold,
@@ -335,14 +335,14 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
                  d.plant().chamber().line().trouble.gone = false;
                },
            .acts_within = 2,
-           .mends = [](D& d) { d.plant().write("identity", 21868); }},
+           .repairs = [](D& d) { d.plant().write("identity", 21868); }},
           {.shows = "SetPointsAcknowledgedAndNotApplied",
            .cause = interlocks::InterlockId::not_taken,
            .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().chamber().trouble.ignores_writes = true; },
            .acts_within = 5,
-           .mends = [](D& d) { d.plant().chamber().trouble.ignores_writes = false; },
+           .repairs = [](D& d) { d.plant().chamber().trouble.ignores_writes = false; },
            .over_within = 120}};
 }
 
@@ -359,7 +359,7 @@ std::vector<BrokenThing> what_computers_do() {
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
            .acts_within = 62,
-           .mends = [](D& d) { d.make_room_on_disk(); },
+           .repairs = [](D& d) { d.make_room_on_disk(); },
            .over_within = 11,
            .setting = {.rows_on_disk = 14'400}},
           {.shows = "AFullDiskForLongerThanTheMemoryHolds",
@@ -368,7 +368,7 @@ std::vector<BrokenThing> what_computers_do() {
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
            .acts_within = 60,
-           .mends = [](D& d) { d.make_room_on_disk(); },
+           .repairs = [](D& d) { d.make_room_on_disk(); },
            .over_within = 11,
            .setting = {.rows_on_disk = 40}}};
 }
@@ -380,7 +380,7 @@ std::vector<BrokenThing> what_only_warns() {
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
            .acts_within = 1,
-           .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
+           .repairs = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
            .setting = with([](rig::RigFile& file) {
              for (auto& unit : file.limits.units) unit.thermometers.clear();
            })},
@@ -390,7 +390,7 @@ std::vector<BrokenThing> what_only_warns() {
            .at = kRamp,
            .breaks = [](D& d) { d.plant().gyro(1).line().trouble.gone = true; },
            .acts_within = 8,
-           .mends = [](D& d) { d.plant().gyro(1).line().trouble.gone = false; },
+           .repairs = [](D& d) { d.plant().gyro(1).line().trouble.gone = false; },
            .setting = with([](rig::RigFile& file) {
              file.units.push_back(file.units.front());
              file.units.back().info.name = "other";
@@ -416,14 +416,14 @@ std::vector<BrokenThing> what_only_warns() {
                  d.run_controller().see_guard({{"guard", "the guard has ended"}});
                },
            .acts_within = 1,
-           .mends = [](D& d) { d.run_controller().see_guard({}); }},
+           .repairs = [](D& d) { d.run_controller().see_guard({}); }},
           {.shows = "AThermometerApartFromTheOthers",
            .cause = interlocks::InterlockId::disagreement,
            .reaction = interlocks::Reaction::warn,
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 40); },
            .acts_within = 61,
-           .mends = all_sound,
+           .repairs = all_sound,
            .over_within = 11,
            .setting = with([](rig::RigFile& file) {
              file.limits.disagreement = {30};
@@ -436,7 +436,7 @@ std::vector<BrokenThing> what_only_warns() {
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 3); },
            .acts_within = 31,
-           .mends = all_sound,
+           .repairs = all_sound,
            .over_within = 12},
           {.shows = "AFrozenThermometer",
            .cause = interlocks::InterlockId::stuck,
@@ -448,7 +448,7 @@ std::vector<BrokenThing> what_only_warns() {
                  plant(d, [=](simulator::LaboratoryFaults& faults) { faults.thermometers[0].shown_c = shown; });
                },
            .acts_within = 600,
-           .mends = all_sound,
+           .repairs = all_sound,
            .over_within = 11},
           {.shows = "AStepOfTheTimeOfDay",
            .cause = interlocks::InterlockId::wall_clock,

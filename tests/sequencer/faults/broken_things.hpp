@@ -19,7 +19,7 @@ struct BrokenThing {
   void (*breaks)(BreakableRun&);
   int acts_within;  ///< seconds
   /// Null: passes by itself.
-  void (*mends)(BreakableRun&) = {};
+  void (*repairs)(BreakableRun&) = {};
   /// Seconds after the repair.
   int over_within = 60;
   Setting setting = {};

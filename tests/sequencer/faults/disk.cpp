@@ -25,7 +25,7 @@ bool is_of_disk(InjectedFaultKind kind) { return kind >= Kind::disk_full && kind
 
 bool has_faults_of_disk(const Schedule& schedule) {
   return std::ranges::any_of(schedule, [](const auto& fault) {
-    return is_of_disk(fault.kind) || is_of_record(fault.kind) || fault.kind == Kind::power_cut;
+    return is_of_disk(fault.kind) || concerns_record(fault.kind) || fault.kind == Kind::power_cut;
   });
 }
 

@@ -17,10 +17,10 @@ class EachInterlock : public ::testing::TestWithParam<BrokenThing> {
  protected:
   static constexpr int kWhile = 30;  ///< seconds for which a fault lasts
 
-  void mend() {
-    if (broken_.mends) broken_.mends(d_);
+  void repair() {
+    if (broken_.repairs) broken_.repairs(d_);
   }
-  [[nodiscard]] bool stands() const { return !d_.standing().empty(); }
+  [[nodiscard]] bool is_active() const { return !d_.standing().empty(); }
   [[nodiscard]] bool all_stand() const { return d_.standing().size() > broken_.also.size(); }
 
   void expect_a_warning_alone();
@@ -36,8 +36,8 @@ class EachInterlock : public ::testing::TestWithParam<BrokenThing> {
 void EachInterlock::expect_a_warning_alone() {
   const auto before = d_.progress();
   d_.seconds(kWhile);
-  mend();
-  const auto over = broken_.for_good ? 0 : d_.until([&] { return !stands(); }, broken_.over_within);
+  repair();
+  const auto over = broken_.for_good ? 0 : d_.until([&] { return !is_active(); }, broken_.over_within);
   EXPECT_NE(over, -1) << "it is over by itself";
   EXPECT_EQ(d_.run_controller().run_state(), RunState::execute);
   EXPECT_EQ(d_.progress().in_segment - before.in_segment, std::chrono::seconds(kWhile + over));
@@ -53,12 +53,12 @@ void EachInterlock::expect_it_waits_and_goes_on_by_itself() {
     ASSERT_EQ(d_.chambers_set_point(), set_point);
     ASSERT_EQ(d_.progress(), stood);
   }
-  mend();
+  repair();
   const auto on = d_.until(RunState::execute, broken_.over_within);
-  EXPECT_GE(on, broken_.mends ? d_.file().run_limits.resume_delay / std::chrono::seconds(1) : 0);
+  EXPECT_GE(on, broken_.repairs ? d_.file().run_limits.resume_delay / std::chrono::seconds(1) : 0);
   EXPECT_EQ(d_.progress().segment, stood.segment);
   EXPECT_LE(d_.progress().in_segment - stood.in_segment, std::chrono::seconds(1));
-  EXPECT_NE(d_.until([&] { return !stands(); }, broken_.over_within), -1) << "it is over";
+  EXPECT_NE(d_.until([&] { return !is_active(); }, broken_.over_within), -1) << "it is over";
   EXPECT_NEAR(d_.chambers_set_point().value, d_.progress().set_point.value, 0.1);
 }
 
@@ -66,9 +66,9 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   const auto stood = d_.progress();
   const auto set_point = d_.chambers_set_point();
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held);
-  mend();
+  repair();
   d_.seconds(900);
-  EXPECT_FALSE(stands()) << "its alarm is over";
+  EXPECT_FALSE(is_active()) << "its alarm is over";
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
   EXPECT_EQ(d_.progress(), stood);
   EXPECT_EQ(d_.chambers_set_point(), set_point);
@@ -144,7 +144,7 @@ TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
     EXPECT_NEAR(d.until(RunState::aborting, 200), 90, 2) << broken.shows;
     if (cause == interlocks::InterlockId::chamber_silent) {
       EXPECT_EQ(d.seconds(60), run::RunOutcome::going_on) << "nobody can tell whether it is safe";
-      broken.mends(d);
+      broken.repairs(d);
     }
     EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.shows;
     EXPECT_EQ(d.chambers_set_point(), kSafe);

@@ -25,11 +25,11 @@ bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::g
 
 }  // namespace
 
-bool is_of_record(InjectedFaultKind kind) { return kind >= Kind::file_removed && kind <= Kind::file_overwritten; }
+bool concerns_record(InjectedFaultKind kind) { return kind >= Kind::file_removed && kind <= Kind::file_overwritten; }
 
-bool is_of_program(InjectedFaultKind kind) {
+bool concerns_program(InjectedFaultKind kind) {
   return kind >= Kind::program_late || kind == Kind::machine_sleeps || kind == Kind::disk_fails_once ||
-         is_of_record(kind);
+         concerns_record(kind);
 }
 
 std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
@@ -45,7 +45,7 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
   for (; next_ < schedule_.size() && schedule_[next_].at <= second; ++next_) {
     const auto& fault = schedule_[next_];
     last_change_ = second;
-    if (is_of_program(fault.kind)) {
+    if (concerns_program(fault.kind)) {
       of_program.push_back(fault);
       if (fault.kind != Kind::machine_sleeps && fault.kind != Kind::outputs_blocked) continue;
     }
@@ -131,7 +131,7 @@ void FaultInjector::stand(const InjectedFault& fault) {
     for (std::size_t i = 0; i < plant_.gyro_count(); ++i) plant_.gyro(i).line().trouble.gone = true;
     return;
   }
-  if (is_of_program(fault.kind)) return;
+  if (concerns_program(fault.kind)) return;
   if (fault.kind <= Kind::chamber_wrong_number) return stand_on_line(fault);
   if (fault.kind <= Kind::air_sensor_broken) return stand_in_chamber(fault);
   if (is_of_thermometer_line(fault.kind) || is_of_gyro(fault.kind)) return stand_on_line(fault);

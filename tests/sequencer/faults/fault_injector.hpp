@@ -47,8 +47,8 @@ class FaultInjector {
 };
 
 /// Returns true for a fault of the record's files by another program.
-[[nodiscard]] bool is_of_record(InjectedFaultKind kind);
+[[nodiscard]] bool concerns_record(InjectedFaultKind kind);
 /// Returns true for a fault of the program, its machine, its record or the operator.
-[[nodiscard]] bool is_of_program(InjectedFaultKind kind);
+[[nodiscard]] bool concerns_program(InjectedFaultKind kind);
 
 }  // namespace gyrotherm::faults

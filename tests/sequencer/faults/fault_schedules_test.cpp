@@ -27,12 +27,12 @@ const SimulatedSetup& ground_of(const std::string& profile) {
 /// Returns a folder in memory if there is one: a simulated run syncs thousands of times.
 std::string folder() { return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : ::testing::TempDir(); }
 
-SimulatedRunSetting setting_of(std::uint64_t seed, Schedule schedule) {
+SimulatedRunSetting make_setting(std::uint64_t seed, Schedule schedule) {
   return {.seed = seed, .schedule = std::move(schedule), .folder = folder(), .sync_every = sync_every(seed)};
 }
 
 /// Fails for each violated invariant. `fault_schedules --first SEED --reduce` reproduces a failure.
-void expect_no_law_broken(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
+void expect_invariants_hold(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto report = carry_out(ground, setting);
   for (const auto& violation : report.violations)
     ADD_FAILURE() << ground.profile.name << ", seed " << setting.seed << ": " << violation << "\n"
@@ -47,7 +47,7 @@ TEST_P(HourLong, FaultSchedulesBreakNoLaw) {
   const auto& ground = ground_of(kHour);
   const auto options = options_for(ground);
   for (auto seed = GetParam(); seed < GetParam() + kSeedsInABlock; ++seed)
-    expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options)));
+    expect_invariants_hold(ground, make_setting(seed, draw_schedule(seed, options)));
 }
 INSTANTIATE_TEST_SUITE_P(FaultSchedules, HourLong, ::testing::Values(1, 51, 101, 151, 201, 251));
 
@@ -55,19 +55,19 @@ class Whole : public ::testing::TestWithParam<std::uint64_t> {};
 TEST_P(Whole, QualificationsWithFaultsBreakNoLaw) {
   const auto& ground = ground_of(GetParam() % 4 < 2 ? kWhole : kSoaked);
   for (auto seed = GetParam(); seed < GetParam() + 2; ++seed)
-    expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options_for(ground))));
+    expect_invariants_hold(ground, make_setting(seed, draw_schedule(seed, options_for(ground))));
 }
 INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 3, 5, 7, 9));
 
 TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/regressions.txt");
   ASSERT_TRUE(file);
-  SimulatedRunSetting setting = setting_of(0, {});
+  SimulatedRunSetting setting = make_setting(0, {});
   std::string profile;
   int carried_out = 0;
   const auto carry_out_what_was_read = [&] {
     if (profile.empty()) return;
-    expect_no_law_broken(ground_of(profile), setting);
+    expect_invariants_hold(ground_of(profile), setting);
     ++carried_out;
   };
   for (std::string line; std::getline(file, line);) {
@@ -80,7 +80,7 @@ TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
     std::istringstream words(line);
     std::uint64_t seed = 0;
     ASSERT_TRUE(words >> profile >> seed) << line;
-    setting = setting_of(seed, {});
+    setting = make_setting(seed, {});
   }
   carry_out_what_was_read();
   EXPECT_GT(carried_out, 0);
@@ -88,7 +88,7 @@ TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
 
 TEST(FaultSchedules, WithoutFaultsEverySecondExecutesAndNothingIsAlarmed) {
   for (const std::uint64_t seed : {0U, 1U}) {
-    const auto report = carry_out(ground_of(kHour), setting_of(seed, {}));
+    const auto report = carry_out(ground_of(kHour), make_setting(seed, {}));
     EXPECT_TRUE(report.violations.empty()) << report.violations.front();
     EXPECT_EQ(report.ending, Ending::complete);
     EXPECT_EQ(report.seconds_in_state[static_cast<std::size_t>(RunState::execute)],
@@ -100,7 +100,7 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
   const auto& ground = ground_of(kHour);
   std::set<std::uint64_t> logs;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const auto setting = setting_of(seed, draw_schedule(seed, options_for(ground)));
+    const auto setting = make_setting(seed, draw_schedule(seed, options_for(ground)));
     const auto first = carry_out(ground, setting);
     EXPECT_EQ(first.log_hash, carry_out(ground, setting).log_hash) << "seed " << seed;
     logs.insert(first.log_hash);
@@ -112,10 +112,10 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
 TEST(FaultSchedules, ALotOfGyrosBreaksNoLaw) {
   const auto lot = simulated_setup(kHour, "virtual-lot");
   for (std::uint64_t seed = 1; seed <= 6; ++seed)
-    expect_no_law_broken(lot, setting_of(seed, draw_schedule(seed, options_for(lot))));
+    expect_invariants_hold(lot, make_setting(seed, draw_schedule(seed, options_for(lot))));
   const Schedule one_comes_to_grief{{.at = 300, .kind = InjectedFaultKind::gyro_gone, .target = 3, .lasts = 1500},
                                     {.at = 400, .kind = InjectedFaultKind::unit_dropped, .target = 3, .lasts = 2000}};
-  const auto report = carry_out(lot, setting_of(7, one_comes_to_grief));
+  const auto report = carry_out(lot, make_setting(7, one_comes_to_grief));
   EXPECT_EQ(report.violations, std::vector<std::string>{});
   EXPECT_EQ(report.ending, Ending::complete);
 }
@@ -134,7 +134,7 @@ TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
     EXPECT_GE(drawn[static_cast<InjectedFaultKind>(kind)], 3) << name(static_cast<InjectedFaultKind>(kind));
   std::array<std::int64_t, 7> seconds{};
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-    const auto report = carry_out(ground_of(kHour), setting_of(seed, draw_schedule(seed, options)));
+    const auto report = carry_out(ground_of(kHour), make_setting(seed, draw_schedule(seed, options)));
     for (std::size_t i = 0; i < seconds.size(); ++i) seconds[i] += report.seconds_in_state[i];
   }
   for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
@@ -146,7 +146,7 @@ TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
   const auto with = [](std::uint64_t seed, InjectedFaultKind kind, double size) {
     const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
                             {.at = 1500, .kind = InjectedFaultKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
-    const auto report = carry_out(ground_of(kHour), setting_of(seed, schedule));
+    const auto report = carry_out(ground_of(kHour), make_setting(seed, schedule));
     for (const auto& violation : report.violations) ADD_FAILURE() << name(kind) << ": " << violation;
     EXPECT_EQ(report.ending, Ending::complete) << name(kind);
     EXPECT_EQ(report.lives, 2) << name(kind);
@@ -169,7 +169,7 @@ TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
 
 TEST(FaultSchedules, AMachineThatSleptIsHeld) {
   const Schedule schedule{{.at = 600, .kind = InjectedFaultKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
-  const auto report = carry_out(ground_of(kHour), setting_of(4, schedule));
+  const auto report = carry_out(ground_of(kHour), make_setting(4, schedule));
   EXPECT_TRUE(report.violations.empty()) << report.violations.front();
   EXPECT_GT(report.seconds_in_state[static_cast<std::size_t>(RunState::held)], 0);
 }
@@ -191,7 +191,7 @@ std::map<int, std::int64_t> rows_by_segment(const SimulatedRunReport& report) {
 /// not, and was resumed.
 void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup& ground,
                        const SimulatedRunReport& twin) {
-  auto setting = setting_of(2, {});
+  auto setting = make_setting(2, {});
   setting.sync_every = static_cast<std::int64_t>(rows);
   constexpr std::int64_t kBeginsAt = 2, kNotYetOnTheDisk = 2;
   setting.schedule = {{.at = static_cast<std::int64_t>(rows) + kBeginsAt + kNotYetOnTheDisk,
@@ -230,7 +230,7 @@ constexpr std::int64_t kDown = 30;
 /// boundary, from `first` on.
 void expect_resume_equals_twin(const std::string& profile, std::size_t first, std::size_t each) {
   const auto& ground = ground_of(profile);
-  const auto twin = carry_out(ground, setting_of(2, {}));
+  const auto twin = carry_out(ground, make_setting(2, {}));
   ASSERT_EQ(twin.ending, Ending::complete);
   const auto ends = ends_of_segments(twin);
   ASSERT_EQ(ends.size() + 1, ground.profile.segments.size());

@@ -24,7 +24,7 @@ constexpr std::int64_t kRecoversWithin = 3600;
 /// Attempts for a set point that the chamber refused.
 constexpr int kMostTries = 3;
 /// Longest time to the alarm, with the last batch before a sync is requested.
-constexpr std::int64_t kUntilTold = 15;
+constexpr std::int64_t kUntilAlarm = 15;
 constexpr std::int64_t kLinkSettles = 16;  ///< pause of a failed line: 10 s
 
 double largest_step_k(const profile::ChamberLimits& limits, bool up) {
@@ -95,12 +95,12 @@ void Invariants::life_begins(std::int64_t last_recorded) {
   last_time_ = std::chrono::seconds(last_recorded);  // later rows are lost
   last_state_.reset();
   quiet_ticks_ = {};
-  storage_told_ = false;
+  storage_alarm_ = false;
   lost_channels_.clear();
-  begin_liveness_anew();
+  restart_liveness();
 }
 
-bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
+bool Invariants::is_active(InjectedFaultKind first, InjectedFaultKind last) const {
   return std::ranges::any_of(injector_.standing(),
                              [&](const auto& fault) { return fault.kind >= first && fault.kind <= last; });
 }
@@ -113,8 +113,8 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
   const auto& limits = file_.chamber_limits;
   auto before = in_force_;
   sent_before_ = sent_;
-  const bool is_broken =
-      stands(Kind::heater_weak, Kind::machinery_stuck) || stands(Kind::air_sensor_frozen, Kind::air_sensor_frozen);
+  const bool is_broken = is_active(Kind::heater_weak, Kind::machinery_stuck) ||
+                         is_active(Kind::air_sensor_frozen, Kind::air_sensor_frozen);
   is_kept_away_ = is_kept_away_ || is_broken;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
@@ -256,11 +256,12 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
       broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
   for (const auto& event : recording.events()) {
     if (event.about.interlock == name(interlocks::InterlockId::storage))
-      storage_told_ = event.kind != EventKind::recovered;
+      storage_alarm_ = event.kind != EventKind::recovered;
   }
-  const bool dead = stands(Kind::disk_full, Kind::disk_fails) || stands(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
+  const bool dead =
+      is_active(Kind::disk_full, Kind::disk_fails) || is_active(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
   quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
-  if (quiet_ticks_.disk_dead > seconds(file_.limits.backlog) + kUntilTold && !storage_told_)
+  if (quiet_ticks_.disk_dead > seconds(file_.limits.backlog) + kUntilAlarm && !storage_alarm_)
     broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
 }
 
@@ -272,11 +273,11 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
   for (std::size_t i = 0; i < lost_channels_.size(); ++i) {
     auto& lost = lost_channels_[i];
     const auto& name = file_.limits.channels[i];
-    lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.told};
+    lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.reported};
     for (const auto& event : recording.events())
-      lost.told = lost.told || (event.kind == EventKind::fault && event.about.channel == name) ||
-                  event.about.interlock == interlocks::name(interlocks::InterlockId::frozen);
-    if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
+      lost.reported = lost.reported || (event.kind == EventKind::fault && event.about.channel == name) ||
+                      event.about.interlock == interlocks::name(interlocks::InterlockId::frozen);
+    if (lost.ticks > 1 && !lost.reported) broken("I21", second, fmt::format("{} is lost, and no word", name));
     const bool is_needed = std::ranges::any_of(file_.limits.units, [&](const auto& unit) {
       return !operators.has_dropped(unit.name) && std::ranges::count(unit.thermometers, i) > 0;
     });
@@ -418,13 +419,13 @@ void Invariants::count_ticks(const Sample& sample) {
   const auto count = [](std::int64_t& ticks_so_far, bool so) { ticks_so_far = so ? ticks_so_far + 1 : 0; };
   const auto& laboratory = plant_.laboratory();
   const bool tcp = plant_.chamber().is_tcp();
-  const bool line = stands(Kind::chamber_silent, Kind::chamber_wrong_number) ||
-                    stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
-  const bool dead = stands(Kind::chamber_silent, Kind::chamber_answers_lost) ||
-                    stands(Kind::chamber_exception, Kind::chamber_exception) ||
-                    stands(Kind::chamber_foreign_unit, Kind::chamber_foreign_unit) ||
-                    (tcp && stands(Kind::chamber_wrong_number, Kind::chamber_wrong_number)) ||
-                    stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
+  const bool line = is_active(Kind::chamber_silent, Kind::chamber_wrong_number) ||
+                    is_active(Kind::air_sensor_broken, Kind::air_sensor_broken);
+  const bool dead = is_active(Kind::chamber_silent, Kind::chamber_answers_lost) ||
+                    is_active(Kind::chamber_exception, Kind::chamber_exception) ||
+                    is_active(Kind::chamber_foreign_unit, Kind::chamber_foreign_unit) ||
+                    (tcp && is_active(Kind::chamber_wrong_number, Kind::chamber_wrong_number)) ||
+                    is_active(Kind::air_sensor_broken, Kind::air_sensor_broken);
   count(ticks.link_bad, dead);
   count(ticks.link_good, !line);
   const bool good = ticks.link_good >= kLinkSettles;
@@ -432,7 +433,7 @@ void Invariants::count_ticks(const Sample& sample) {
   for (std::size_t i = 0; i < plant_.thermometer_count(); ++i)
     silent_lines += plant_.thermometer(i).trouble.silent || plant_.thermometer(i).trouble.gone ? 1 : 0;
   count(ticks.thermometers_bad, silent_lines == plant_.thermometer_count());
-  count(ticks.door, good && stands(Kind::door_open, Kind::door_open));
+  count(ticks.door, good && is_active(Kind::door_open, Kind::door_open));
   count(ticks.off, good && !laboratory.is_on());
   count(ticks.other_set_point, good && sent_before_ && abs(in_force_ - *sent_before_) > Kelvins{0.05});
   const auto& limits = file_.limits;
@@ -447,8 +448,8 @@ void Invariants::count_ticks(const Sample& sample) {
   const bool reads_back =
       abs(laboratory.set_point() - file_.safe_set_point) <= drivers::set_point_tolerance(file_.chamber_map) + kSame;
   const bool safe = reads_back || !laboratory.is_on();
-  const bool obeys = !stands(Kind::chamber_ignores_writes, Kind::chamber_clamps);
-  const bool lossy_alone = injector_.standing().size() == 1 && stands(Kind::chamber_lossy, Kind::chamber_lossy);
+  const bool obeys = !is_active(Kind::chamber_ignores_writes, Kind::chamber_clamps);
+  const bool lossy_alone = injector_.standing().size() == 1 && is_active(Kind::chamber_lossy, Kind::chamber_lossy);
   count(ticks.lossy, lossy_alone && severity(sample.state) == severity(RunState::aborting) && !safe);
   count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }

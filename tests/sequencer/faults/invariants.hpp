@@ -51,7 +51,7 @@ class Invariants {
   void no_tick() {
     quiet_ticks_ = {};
     untroubled_ticks_.clear();
-    begin_liveness_anew();
+    restart_liveness();
   }
   /// Judges the position at which a resumed run continues.
   void judge_resumption(std::int64_t second, const ProfilePosition& at);
@@ -62,7 +62,7 @@ class Invariants {
   /// Judges a run that has ended and counts the chamber as safe.
   void left_as_safe(std::int64_t second);
   /// Returns true if a fault of the kinds from `first` to `last` is active.
-  [[nodiscard]] bool stands(InjectedFaultKind first, InjectedFaultKind last) const;
+  [[nodiscard]] bool is_active(InjectedFaultKind first, InjectedFaultKind last) const;
   void broken(const char* invariant, std::int64_t second, const std::string& what);
 
   [[nodiscard]] const Violations& violations() const { return violations_; }
@@ -79,10 +79,10 @@ class Invariants {
   /// A thermometer without a reading.
   struct LostChannel {
     std::int64_t ticks{};
-    bool told{};
+    bool reported{};
   };
 
-  void begin_liveness_anew() { ticks_of_life_ = 0, identical_.clear(), without_counts_.clear(), beyond_.clear(); }
+  void restart_liveness() { ticks_of_life_ = 0, identical_.clear(), without_counts_.clear(), beyond_.clear(); }
   void judge_set_points(std::int64_t second, RunState state);
   void judge_rows(std::int64_t second, const RecordingStore& recording);
   void judge_values(std::int64_t second, const Sample& sample);
@@ -123,7 +123,7 @@ class Invariants {
   /// Last slot with a row or a gap.
   std::int64_t last_slot_ = -1;
   Ticks quiet_ticks_;
-  bool storage_told_ = false;
+  bool storage_alarm_ = false;
   /// Index of each channel in the laboratory.
   std::vector<std::size_t> places_;
   std::vector<LostChannel> lost_channels_;

@@ -82,7 +82,7 @@ class SimulatedRun {
   void pass_second();
   void obey(const InjectedFault& fault);
   void attack(const InjectedFault& fault);
-  void see_to_the_record();
+  void check_attack_is_noticed();
   [[nodiscard]] Result<run::RunContinuation> take_up();
   [[nodiscard]] bool is_another_connected() const;
   void begin_run();
@@ -166,14 +166,14 @@ Result<run::RunContinuation> SimulatedRun::take_up() {
                        fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
   if (on->profile.text != ground_.profile.text) invariants_.broken("I16", second_, "another profile than before");
   invariants_.life_begins(on->recorded);
-  invariants_.judge_resumption(second_, profile::position_of(on->profile, on->state));
+  invariants_.judge_resumption(second_, profile::profile_position(on->profile, on->state));
   return on;
 }
 
 /// Returns true if another instrument is connected. Then no operator starts a run.
 bool SimulatedRun::is_another_connected() const {
-  return invariants_.stands(InjectedFaultKind::chamber_exchanged, InjectedFaultKind::chamber_exchanged) ||
-         invariants_.stands(InjectedFaultKind::thermometer_exchanged, InjectedFaultKind::thermometer_exchanged);
+  return invariants_.is_active(InjectedFaultKind::chamber_exchanged, InjectedFaultKind::chamber_exchanged) ||
+         invariants_.is_active(InjectedFaultKind::thermometer_exchanged, InjectedFaultKind::thermometer_exchanged);
 }
 
 /// Starts the first program of a run. An operator also starts again a run that cannot be resumed.
@@ -286,7 +286,7 @@ void SimulatedRun::obey(const InjectedFault& fault) {
     case InjectedFaultKind::power_cut: return end_life(fault.lasts, true);
     default: break;
   }
-  if (is_of_record(fault.kind)) return attack(fault);
+  if (concerns_record(fault.kind)) return attack(fault);
   if (fault.kind == InjectedFaultKind::unit_dropped) {
     const auto unit = static_cast<std::size_t>(fault.target) % file_.units.size();
     return operators_.drop(file_.units[unit].info.name, fault.lasts, *run_controller_, second_);
@@ -306,7 +306,7 @@ void SimulatedRun::attack(const InjectedFault& fault) {
 
 /// Checks that the program has noticed an attack and continued in another file. P12: it reports the attack. If it has
 /// left the file on a sick disk, it has its rows in memory and checks the file when the record is closed.
-void SimulatedRun::see_to_the_record() {
+void SimulatedRun::check_attack_is_noticed() {
   if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
   attacked_at_.reset();
   const bool was_left = part_of_sick_disk_ && store_->health().parts > *part_of_sick_disk_;
@@ -362,10 +362,11 @@ void SimulatedRun::second() {
   }
   if (listener_) {
     listener_->hear();
-    if (!invariants_.stands(InjectedFaultKind::outputs_blocked, InjectedFaultKind::outputs_blocked)) listener_->read();
+    if (!invariants_.is_active(InjectedFaultKind::outputs_blocked, InjectedFaultKind::outputs_blocked))
+      listener_->read();
   }
   disk_.attend(second_);
-  see_to_the_record();
+  check_attack_is_noticed();
 }
 
 /// Compares the record with its input: each slot in one row or one gap, and all rows.

@@ -30,7 +30,7 @@ void run(std::string_view text) {
   (void)check_profile(*profile, {});
   auto state = begin(*profile);
   for (int i = 0; i < 100; ++i) state = next(*profile, state, {std::chrono::seconds(1 + i * i), Celsius{20}});
-  require(state_of(*profile, position_of(*profile, state)).has_value());
+  require(restore_state(*profile, profile_position(*profile, state)).has_value());
   if (profile->segments.size() < 100) require(!describe(*profile, timeline).empty());
 }
 

@@ -41,7 +41,7 @@ TEST(Machine, BeginsWithTheFirstSecondOfTheFirstSegment) {
   const auto profile = soak_profile();
   const auto state = begin(profile);
   ASSERT_TRUE(std::holds_alternative<Holding>(state));
-  EXPECT_EQ(position_of(profile, state),
+  EXPECT_EQ(profile_position(profile, state),
             (ProfilePosition{.segment = 0, .cycle = -1, .phase = Phase::holding, .set_point = Celsius{20}}));
 }
 
@@ -157,17 +157,18 @@ TEST(Soak, IsOverdueAfterItsDeadlineAndStaysSo) {
   EXPECT_TRUE(std::holds_alternative<WaitingForSoak>(state));
   state = next(profile, state, {kSecond, Celsius{20}});
   ASSERT_TRUE(std::holds_alternative<Overdue>(state));
-  const auto before = position_of(profile, state);
-  EXPECT_EQ(position_of(profile, after(profile, state, 1000, Celsius{25})), before);
+  const auto before = profile_position(profile, state);
+  EXPECT_EQ(profile_position(profile, after(profile, state, 1000, Celsius{25})), before);
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
 }
 
 TEST(Soak, WithItsDeadlineAnewHasAllOfItAndKeepsWhatWasSoaked) {
   const auto profile = soak_profile();
   auto state = after(profile, at_soak(profile), 20, Celsius{25});
-  EXPECT_EQ(position_of(profile, with_its_deadline_anew(state)), position_of(profile, state)) << "it was not overdue";
-  state = with_its_deadline_anew(after(profile, state, 181, Celsius{20}));
-  EXPECT_EQ(position_of(profile, state).soaked, std::chrono::seconds(20));
+  EXPECT_EQ(profile_position(profile, restart_deadline(state)), profile_position(profile, state))
+      << "it was not overdue";
+  state = restart_deadline(after(profile, state, 181, Celsius{20}));
+  EXPECT_EQ(profile_position(profile, state).soaked, std::chrono::seconds(20));
   EXPECT_FALSE(std::holds_alternative<Overdue>(after(profile, state, 180, Celsius{20})));
   EXPECT_TRUE(std::holds_alternative<Overdue>(after(profile, state, 181, Celsius{20})));
 }
@@ -178,7 +179,7 @@ TEST(Machine, CompleteStaysAtTheLastSetPoint) {
   EXPECT_TRUE(std::holds_alternative<Complete>(state));
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
   EXPECT_EQ(time_left(profile, state), Duration::zero());
-  EXPECT_EQ(position_of(profile, state).segment, 2);
+  EXPECT_EQ(profile_position(profile, state).segment, 2);
 }
 
 TEST(TimeLeft, FallsByASecondEachSecondThatCounts) {
@@ -203,15 +204,16 @@ TEST(ProfilePosition, ComesBackAsTheStateItWas) {
     std::mt19937_64 random(seed);
     auto state = begin(profile);
     for (int i = 0; i < 300; ++i) {
-      const auto progress = position_of(profile, state);
-      const auto back = state_of(profile, progress);
+      const auto progress = profile_position(profile, state);
+      const auto back = restore_state(profile, progress);
       ASSERT_TRUE(back.has_value()) << text(back.error());
       ASSERT_EQ(back->index(), state.index());
-      ASSERT_EQ(position_of(profile, *back), progress);
+      ASSERT_EQ(profile_position(profile, *back), progress);
       std::optional<Celsius> air;
       if (random() % 8 != 0) air = Celsius{20 + static_cast<double>(random() % 70) / 10};
       const Observation seen{Duration(random() % 3'000'000'000), air};
-      ASSERT_EQ(position_of(profile, next(profile, *back, seen)), position_of(profile, next(profile, state, seen)));
+      ASSERT_EQ(profile_position(profile, next(profile, *back, seen)),
+                profile_position(profile, next(profile, state, seen)));
       state = next(profile, state, seen);
     }
   }
@@ -224,7 +226,7 @@ TEST(ProfilePosition, OfAnotherProfileIsRefused) {
     progress.segment = segment;
     progress.phase = phase;
     progress.in_segment = in_segment;
-    const auto state = state_of(profile, progress);
+    const auto state = restore_state(profile, progress);
     EXPECT_TRUE(state || state.error().kind == FaultKind::mismatch);
     return state ? "nothing" : state.error().what;
   };

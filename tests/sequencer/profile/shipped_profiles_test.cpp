@@ -48,7 +48,7 @@ Run run(const Profile& profile) {
   Run run;
   auto state = begin(profile);
   for (; run.steps < 1'000'000; ++run.steps) {
-    run.ended = position_of(profile, state).phase;
+    run.ended = profile_position(profile, state).phase;
     if (run.ended == Phase::complete || run.ended == Phase::overdue) break;
     state = next(profile, state, {seconds(1), air.after_a_second(demanded_set_point(profile, state))});
   }

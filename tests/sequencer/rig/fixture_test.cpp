@@ -14,7 +14,7 @@ constexpr double kOmega = 15.041067;  // °/h
 record::AxisInfo placed(const Fixture& fixture, const FixtureVector& direction,
                         const std::optional<double>& direction_uncertainty = {}) {
   record::AxisInfo axis;
-  place_axis(fixture, direction, direction_uncertainty, axis);
+  orient_axis(fixture, direction, direction_uncertainty, axis);
   return axis;
 }
 

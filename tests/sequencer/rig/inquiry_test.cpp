@@ -69,7 +69,7 @@ is = "open"
   auto without_door = std::make_unique<tests::FakeRegisters>();
   without_door->words = {{1, 20}, {2, 20}};
   const auto chamber = make_modbus_chamber(*map, std::move(without_door));
-  const auto answer = ask_chamber(*chamber, VirtualClock());
+  const auto answer = query_chamber(*chamber, VirtualClock());
   ASSERT_TRUE(answer) << text(answer.error());
   EXPECT_NE(answer->find("WARNING: not watched, the unit does not have it: door (exception 2, illegal data address)"),
             std::string::npos)
@@ -174,7 +174,7 @@ Result<RigFile> mixed_rig_with(const std::string& stream, const std::string& key
 
 std::string asked(const RigFile& rig, std::int64_t counts, const std::vector<double>& values) {
   SteadyGyro gyro(counts, values);
-  const auto answer = ask_gyro(gyro, rig.gyro_lines[0], rig.units, false, [] {});
+  const auto answer = query_gyro(gyro, rig.gyro_lines[0], rig.units, false, [] {});
   return answer ? *answer : text(answer.error());
 }
 

@@ -28,7 +28,7 @@ class Roots {
     rig.thermometers[1].channels = {"C", "D"};
     rig.units = {rig::UnitSettings{}};
     rig.gyro_lines.push_back({.line = gyro, .frame = {}, .stream = {}, .shares = {{.unit = 0}}});
-    lines_ = lines_of(rig);
+    lines_ = rig_lines(rig);
     sample.chamber.value = ChamberState{{20}, {20}};
     sample.thermometers.assign(4, {Celsius{20}, {}});
     sample.units.resize(1);

@@ -46,9 +46,9 @@ TEST(DroppedUnits, OfARunThatGoesOnAreInItsRecord) {
   record::Record record;
   record.events = {event(EventKind::dropped, "u1"), event(EventKind::dropped, "u2"), event(EventKind::fault, "u3"),
                    event(EventKind::returned, "u1")};
-  EXPECT_EQ(dropped_units_of(record), std::vector<std::string>{"u2"});
+  EXPECT_EQ(find_dropped_units(record), std::vector<std::string>{"u2"});
   DroppedUnits units({"u1", "u2"});
-  units.drop(dropped_units_of(record));
+  units.drop(find_dropped_units(record));
   EXPECT_EQ(units.all(), (std::vector{false, true}));
 }
 

@@ -24,10 +24,10 @@ TEST(InterlockId, OneAlarmUntilItIsOver) {
   EXPECT_EQ(bench.alarms, 1);
   bench.chamber().activity = ChamberActivity::running;
   bench.seconds(9);
-  EXPECT_EQ(standing_faults(bench.memory).size(), 1u);
+  EXPECT_EQ(active_faults(bench.memory).size(), 1u);
   bench.seconds(1);
   EXPECT_EQ(bench.over, 1);
-  EXPECT_TRUE(standing_faults(bench.memory).empty());
+  EXPECT_TRUE(active_faults(bench.memory).empty());
 }
 
 TEST(InterlockId, EachThermometerMayHaveLimitsOfItsOwn) {
@@ -122,7 +122,7 @@ TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
     bench.thermometer(0, wrong);
     bench.seconds(61);
     ASSERT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << wrong;
-    EXPECT_EQ(bench.memory.of(interlocks::InterlockId::disagreement).column, 0U) << wrong;
+    EXPECT_EQ(bench.memory.most_affected(interlocks::InterlockId::disagreement).column, 0U) << wrong;
   }
 }
 
@@ -375,7 +375,7 @@ TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
   bench.sample.thermometers[1].value = silence();
   bench.sample.thermometers[8].value = silence();
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
-  EXPECT_EQ(standing_faults(bench.memory),
+  EXPECT_EQ(active_faults(bench.memory),
             (std::vector<std::string>{"no reading of thermometer B", "no reading of thermometer shell"}));
   EXPECT_EQ(bench.seconds(1000).reaction, interlocks::Reaction::warn);
   EXPECT_EQ(bench.alarms, 2);
@@ -389,7 +389,7 @@ TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
   EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), -1) << "B is not needed";
   bench.sample.thermometers[3].value = silence();
   EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), 5);
-  EXPECT_EQ(bench.memory.of(interlocks::InterlockId::needed_channel_lost).text,
+  EXPECT_EQ(bench.memory.most_affected(interlocks::InterlockId::needed_channel_lost).text,
             "no reading of thermometer D, which the analysis needs");
   bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::needed_channel_lost)] =
       interlocks::Reaction::warn;
@@ -428,8 +428,8 @@ TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnown
   bench.seconds(3);
   bench.chamber().activity = ChamberActivity::off;
   bench.second();
-  EXPECT_GT(bench.memory.of(interlocks::InterlockId::restarted_off).samples, 0);
-  EXPECT_EQ(bench.memory.of(interlocks::InterlockId::foreign_set_point).samples, 0);
+  EXPECT_GT(bench.memory.most_affected(interlocks::InterlockId::restarted_off).samples, 0);
+  EXPECT_EQ(bench.memory.most_affected(interlocks::InterlockId::foreign_set_point).samples, 0);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ TEST(InterlockSubjects, RaiseAlarmForEachOfTwoThermometersThatDisagreeAtOnce) {
   bench.thermometer(0, 35);
   bench.seconds(70);
   EXPECT_EQ(bench.raised, (Strings{"disagreement C", "disagreement A"}));
-  EXPECT_EQ(standing_faults(bench.memory).size(), 2U);
+  EXPECT_EQ(active_faults(bench.memory).size(), 2U);
 }
 
 TEST(InterlockSubjects, RaiseAlarmForGuardWhileSafeStateFileIsMissing) {

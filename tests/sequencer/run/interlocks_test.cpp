@@ -123,7 +123,7 @@ TEST(Interlocks, WhatCannotBeSeenAnyMoreDemandsNothingBesideAnother) {
   for (std::size_t i = 1; i < samples.size(); ++i) samples[i].chamber.value = no_reply();
   const auto result = after_all(samples, limits);
   ASSERT_EQ(result.demand.reaction, interlocks::Reaction::suspend);
-  EXPECT_EQ(demand_beside(result.memory, {interlocks::InterlockId::chamber_silent}).reaction,
+  EXPECT_EQ(demand_without(result.memory, {interlocks::InterlockId::chamber_silent}).reaction,
             interlocks::Reaction::go_on);
 }
 

@@ -76,14 +76,14 @@ TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
   using std::chrono_literals::operator""s;
   using std::chrono_literals::operator""h;
   for (const Duration known : {Duration(0s), Duration(-2s), Duration(90s), Duration(24h * 366)})
-    EXPECT_EQ(why_down_is_unknown(known), "") << spoken(known);
-  EXPECT_EQ(why_down_is_unknown(-10h),
+    EXPECT_EQ(unknown_downtime_reason(known), "") << spoken(known);
+  EXPECT_EQ(unknown_downtime_reason(-10h),
             "the clock is 10 h 00 min 00 s behind the last second of the record: nobody knows how long it was down");
-  EXPECT_EQ(why_down_is_unknown(24h * 20'000),
+  EXPECT_EQ(unknown_downtime_reason(24h * 20'000),
             "by the clock it was down for 20000 days, which is not believed: nobody knows how long it was");
   auto stood = hot();
   EXPECT_EQ(down_in_words(stood), "30 s");
-  stood.why_unknown = why_down_is_unknown(-10h);
+  stood.why_unknown = unknown_downtime_reason(-10h);
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
   EXPECT_EQ(down_in_words(stood), "nobody knows how long");
 }
@@ -175,10 +175,10 @@ TEST(ResumeRule, StabilisesWhereTheAirWasNeverSeen) {
 
 TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
   const auto profile = profile::parsed(profile::kHold20 + "[[segment]]\nkind = \"ramp\"\nto = -30\nrate = 5\n");
-  const auto hold = extremes_of(profile, profile::Holding{0, {}, {}});
+  const auto hold = segment_extremes(profile, profile::Holding{0, {}, {}});
   EXPECT_EQ(hold.lowest, Celsius{20});
   EXPECT_EQ(hold.highest, Celsius{20});
-  const auto ramp = extremes_of(profile, profile::Ramping{1, std::chrono::seconds(10)});
+  const auto ramp = segment_extremes(profile, profile::Ramping{1, std::chrono::seconds(10)});
   EXPECT_EQ(ramp.lowest, Celsius{-30});
   EXPECT_EQ(ramp.highest, Celsius{20});
 }
@@ -197,8 +197,8 @@ TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
   ASSERT_EQ(dry_run.run(static_cast<std::int64_t>(last) + 1), RunOutcome::going_on);
   const auto on = continuation_of(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
-  EXPECT_EQ(position_of(on->profile, on->state).soaked, Duration{});
-  EXPECT_EQ(position_of(on->profile, on->state), whole->progress[last + 1]);
+  EXPECT_EQ(profile_position(on->profile, on->state).soaked, Duration{});
+  EXPECT_EQ(profile_position(on->profile, on->state), whole->progress[last + 1]);
 }
 
 /// The run has never been at the profile's set point, so that there is no earlier air to compare with.
@@ -248,7 +248,7 @@ TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
   const auto on = continuation_of(record, dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
   EXPECT_TRUE(on->stood.aborted);
-  const auto stands = position_of(on->profile, on->state);
+  const auto stands = profile_position(on->profile, on->state);
   EXPECT_EQ(stands.phase, Phase::holding);
   EXPECT_EQ(stands.soaked, last.soaked);
   EXPECT_LT(stands.in_segment, std::chrono::hours(1));

@@ -48,7 +48,7 @@ const RunStateMachine kReturning = Returning{"the door is open", {}};
 TEST(RunStateMachine, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
   const auto suspended = after(Execute{}, seeing(interlocks::Reaction::suspend));
   ASSERT_EQ(run_state(suspended), RunState::suspended);
-  EXPECT_EQ(cause_of(suspended), "the door is open");
+  EXPECT_EQ(state_cause(suspended), "the door is open");
   EXPECT_EQ(state_after(suspended, quiet(), 9), RunState::suspended);
   EXPECT_EQ(state_after(suspended, quiet(), 10), RunState::execute);
   const auto flapping = after(after(suspended, quiet(), 9), seeing(interlocks::Reaction::suspend));
@@ -70,7 +70,7 @@ TEST(RunStateMachine, AProfilesPromptHoldsWhatNothingGraverStops) {
   asked.prompt = "the profile asks: switch the unit on";
   const auto held = after(Execute{}, asked);
   ASSERT_EQ(run_state(held), RunState::held);
-  EXPECT_EQ(cause_of(held), asked.prompt);
+  EXPECT_EQ(state_cause(held), asked.prompt);
   EXPECT_EQ(state_after(held, quiet(), 100), RunState::held);
   EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
   auto grave = seeing(interlocks::Reaction::abort);
@@ -82,22 +82,22 @@ TEST(RunStateMachine, AProfilesPromptHoldsWhatNothingGraverStops) {
   for (const auto& other : {kSuspended, kHeld}) {
     auto on = told(OperatorCommand::resume);
     on.prompt = asked.prompt;
-    EXPECT_EQ(cause_of(after(other, on)), asked.prompt) << "it comes when the other cause is gone";
+    EXPECT_EQ(state_cause(after(other, on)), asked.prompt) << "it comes when the other cause is gone";
   }
-  EXPECT_EQ(cause_of(after(kReturning, asked)), asked.prompt);
+  EXPECT_EQ(state_cause(after(kReturning, asked)), asked.prompt);
 }
 
 TEST(RunStateMachine, APauseIsNoFailure) {
   const auto paused = after(Execute{}, told(OperatorCommand::pause));
   EXPECT_EQ(run_state(paused), RunState::held);
-  EXPECT_EQ(cause_of(paused), "paused by Ada");
+  EXPECT_EQ(state_cause(paused), "paused by Ada");
   EXPECT_EQ(run_state(after(kSuspended, told(OperatorCommand::pause))), RunState::held);
 }
 
 TEST(RunStateMachine, NothingLastsLongerThanItsLimit) {
   EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7199), RunState::suspended);
   EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7200), RunState::aborting);
-  EXPECT_EQ(cause_of(after(kSuspended, seeing(interlocks::Reaction::suspend), 7200)),
+  EXPECT_EQ(state_cause(after(kSuspended, seeing(interlocks::Reaction::suspend), 7200)),
             "suspended for 2 h 00 min 00 s: the door is open");
   EXPECT_EQ(state_after(kHeld, quiet(), 43'199), RunState::held);
   EXPECT_EQ(state_after(kHeld, quiet(), 43'200), RunState::aborting);
@@ -130,7 +130,7 @@ TEST(RunStateMachine, AnAbortIsLatchedAndWaitsForTheChamber) {
   const auto aborted = after(aborting, confirmed);
   ASSERT_EQ(run_state(aborted), RunState::aborted);
   EXPECT_TRUE(is_over(aborted));
-  EXPECT_EQ(cause_of(aborted), "too hot");
+  EXPECT_EQ(state_cause(aborted), "too hot");
   for (const auto command : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
     EXPECT_EQ(state_after(aborted, told(command)), RunState::aborted);
 }

@@ -22,7 +22,7 @@ AirVerdict after(Duration length, AirSource source, const std::function<double(d
   AirVerdict verdict{};
   for (Duration at{}; at <= length; at += kSecond) {
     verdict = watch.see({air_at(to_seconds(at))}, at);
-    if (verdict == AirVerdict::moves_away || verdict == AirVerdict::stands_still) return verdict;
+    if (verdict == AirVerdict::moves_away || verdict == AirVerdict::does_not_move) return verdict;
   }
   return verdict;
 }
@@ -53,7 +53,7 @@ TEST(AirWatch, ExtendsTheWatchOfSlowAirAndEndsItForAirThatStands) {
   EXPECT_EQ(after(minutes(8), kController, slow), AirVerdict::watching);
   EXPECT_EQ(after(minutes(9), kController, slow), AirVerdict::shown);
   EXPECT_EQ(after(minutes(14), kController, [](double) { return 60.0; }), AirVerdict::watching);
-  EXPECT_EQ(after(minutes(16), kController, [](double) { return 60.0; }), AirVerdict::stands_still);
+  EXPECT_EQ(after(minutes(16), kController, [](double) { return 60.0; }), AirVerdict::does_not_move);
 }
 
 TEST(AirWatch, IsNotMisledByOneReading) {

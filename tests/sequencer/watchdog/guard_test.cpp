@@ -119,7 +119,7 @@ pid_t idle_child() {
 
 TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
   const auto child = idle_child();
-  const auto known = identity_of(child);
+  const auto known = read_process_identity(child);
   ASSERT_TRUE(known);
   EXPECT_TRUE(lives(*known));
   ::kill(child, SIGSTOP);
@@ -132,11 +132,11 @@ TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
 
 TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
   const auto child = idle_child();
-  auto another = identity_of(child);
+  auto another = read_process_identity(child);
   ASSERT_TRUE(another);
   ++another->started;
   EXPECT_TRUE(kill_surely(*another, std::chrono::seconds(1)));
-  auto of_another_boot = identity_of(child);
+  auto of_another_boot = read_process_identity(child);
   of_another_boot->boot += "x";
   EXPECT_TRUE(kill_surely(*of_another_boot, std::chrono::seconds(1)));
   EXPECT_EQ(::waitpid(child, nullptr, WNOHANG), 0) << "it lives";
@@ -148,13 +148,13 @@ TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
 TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
   for (int i = 0; i < 500; ++i) {
     const auto child = idle_child();
-    const auto known = identity_of(child);
+    const auto known = read_process_identity(child);
     std::thread reaper([child, i] {
       ::usleep(static_cast<useconds_t>(i % 100));
       ::kill(child, SIGKILL);
       ::waitpid(child, nullptr, 0);
     });
-    while (identity_of(child)) {
+    while (read_process_identity(child)) {
     }
     EXPECT_TRUE(known && ends(*known, std::chrono::seconds(5)));
     reaper.join();

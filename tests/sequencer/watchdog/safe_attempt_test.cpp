@@ -76,11 +76,11 @@ class FakeChamber final : public drivers::Chamber {
 };
 
 SafeAttempt attempt(FakeChamber::ProfileState& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}},
-                    SafeTask task = SafeTask::leave_as_wanted) {
+                    SafeTask task = SafeTask::leave_as_required) {
   return attempt_safe(goal,
                       {.connect = [&] { return std::make_unique<FakeChamber>(state); },
                        .wait = [&](Duration time) { state.clock.advance(time); },
-                       .told = [](const auto&) {},
+                       .report = [](const auto&) {},
                        .clock = state.clock},
                       task);
 }
@@ -215,7 +215,7 @@ TEST(MakeSafe, TellsEachStageAsItComes) {
   std::vector<SafeStage> stages;
   (void)attempt_safe(kOff, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
                             .wait = [&](Duration time) { state.clock.advance(time); },
-                            .told = [&](const SafeAttempt& so_far) { stages.push_back(so_far.reached); },
+                            .report = [&](const SafeAttempt& so_far) { stages.push_back(so_far.reached); },
                             .clock = state.clock});
   EXPECT_EQ(stages, (std::vector{SafeStage::nothing, SafeStage::set_point, SafeStage::all}));
 }

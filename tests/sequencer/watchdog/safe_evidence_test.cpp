@@ -22,16 +22,16 @@ struct Chamber {
   double set_point = 60, air = 60, heats_k = 0.5;
   ChamberActivity activity = ChamberActivity::running;
   bool obeys_mode = true, obeys_off = true;
-  std::string told{};
+  std::string commands{};
 
   void take(SafeAction action) {
-    if (action == SafeAction::set_point) set_point = 22, told += "set ";
+    if (action == SafeAction::set_point) set_point = 22, commands += "set ";
     if (action == SafeAction::follow) {
-      told += "follow ";
+      commands += "follow ";
       if (obeys_mode) activity = ChamberActivity::running;
     }
     if (action == SafeAction::off) {
-      told += "off ";
+      commands += "off ";
       if (obeys_off) activity = ChamberActivity::off;
     }
   }
@@ -71,7 +71,7 @@ TEST(SafeEvidence, WantsSetPointModeAndAir) {
   Chamber chamber;
   SafeEvidence evidence(kGoal);
   EXPECT_EQ(until_safe(evidence, chamber), 301) << evidence.describe();
-  EXPECT_EQ(chamber.told, "set ");
+  EXPECT_EQ(chamber.commands, "set ");
   EXPECT_EQ(evidence.describe().find("set point read back; mode running; air "), 0u) << evidence.describe();
   EXPECT_NE(evidence.describe().find("moves towards 22 °C"), std::string::npos) << evidence.describe();
 }
@@ -82,7 +82,7 @@ TEST(SafeEvidence, WritesTheModeOfAChamberThatDoesNotFollow) {
     Chamber chamber{.activity = activity};
     SafeEvidence evidence(kGoal);
     EXPECT_GT(until_safe(evidence, chamber), 300) << name(activity);
-    EXPECT_EQ(chamber.told, "set follow ") << name(activity);
+    EXPECT_EQ(chamber.commands, "set follow ") << name(activity);
   }
 }
 
@@ -92,7 +92,7 @@ TEST(SafeEvidence, SwitchesOffWhatHeatsOnWhateverModeIsWritten) {
   bool alarmed = false;
   EXPECT_GT(until_safe(evidence, chamber, [&](int) { alarmed = alarmed || evidence.is_ineffective(); }), 300);
   EXPECT_TRUE(alarmed);
-  EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+  EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
   EXPECT_LT(chamber.air, 75) << "found within some kelvin";
   EXPECT_FALSE(evidence.is_ineffective()) << "it has helped";
 }
@@ -101,8 +101,8 @@ TEST(SafeEvidence, SwitchesOffWhatShowsTheRightModeAndMovesAway) {
   Chamber chamber{.heats_k = 0};  // "running", and does not follow
   SafeEvidence evidence(kGoal);
   EXPECT_GT(until_safe(evidence, chamber), 15 * 60) << "air that stands still is watched for longer";
-  EXPECT_TRUE(chamber.told.starts_with("set set follow ")) << chamber.told;
-  EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+  EXPECT_TRUE(chamber.commands.starts_with("set set follow ")) << chamber.commands;
+  EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
 }
 
 TEST(SafeEvidence, NeverEndsWhileTheAirMovesAway) {
@@ -124,7 +124,7 @@ TEST(SafeEvidence, SwitchesOffAgainWhatComesOnAgain) {
     if (s == 2 || s == 100) chamber.activity = ChamberActivity::running;
   };
   EXPECT_GT(until_safe(evidence, chamber, on_again), 400) << "watched anew";
-  EXPECT_EQ(chamber.told, "set off off off ");
+  EXPECT_EQ(chamber.commands, "set off off off ");
 }
 
 TEST(SafeEvidence, SendsTheSetPointAgainThatSomebodyElseChanged) {
@@ -134,22 +134,22 @@ TEST(SafeEvidence, SendsTheSetPointAgainThatSomebodyElseChanged) {
     if (s == 200) chamber.set_point = 60;
   };
   EXPECT_GT(until_safe(evidence, chamber, change), 500);
-  EXPECT_EQ(chamber.told, "set set ");
+  EXPECT_EQ(chamber.commands, "set set ");
 }
 
 TEST(SafeEvidence, LeavesAChamberOffThatSomebodyHasSwitchedOff) {
   Chamber chamber{.activity = ChamberActivity::off};
   SafeEvidence evidence(kGoal);
   EXPECT_EQ(until_safe(evidence, chamber), 301) << "somebody may reach into it";
-  EXPECT_EQ(chamber.told, "set ");
+  EXPECT_EQ(chamber.commands, "set ");
 }
 
 TEST(SafeEvidence, DoesNotBelieveAModeThatHasNoMeaning) {
   Chamber chamber{.heats_k = 0, .activity = ChamberActivity::unknown};
   SafeEvidence evidence(kGoal);
   EXPECT_GT(until_safe(evidence, chamber), 120 + 300);
-  EXPECT_EQ(chamber.told.find("follow"), std::string::npos) << "it may be off";
-  EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+  EXPECT_EQ(chamber.commands.find("follow"), std::string::npos) << "it may be off";
+  EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
   SafeEvidence falling(kGoal);
   falling.acknowledge(SafeAction::set_point);
   for (int s = 0; s <= 400; ++s) {

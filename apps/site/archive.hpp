@@ -12,7 +12,7 @@
 namespace gyrotherm::site {
 
 /// Returns digest and size of a file. Fails with bad_file if it cannot be read.
-[[nodiscard]] Result<RunFileDigest> digest_of(const std::string& path);
+[[nodiscard]] Result<RunFileDigest> make_digest(const std::string& path);
 
 /// Archives one file. With a folder, copies the file to FOLDER/<sha256>.db unless it exists: the copy has a temporary
 /// name until it is synced and its digest, computed while it is written, matches. A file with the final name is

@@ -24,7 +24,7 @@ std::string in_one_line(const char* message) {
 }
 
 /// Returns the kind of a server's fault, by its SQLSTATE.
-FaultKind kind_of(std::string_view state) {
+FaultKind fault_kind(std::string_view state) {
   if (state.size() != 5) return FaultKind::disconnected;
   const auto group = state.substr(0, 2);
   for (const char* permanent : {"0A", "22", "23", "28", "42", "P0", "3D", "3F"})
@@ -175,7 +175,7 @@ Result<Answer> Postgres::answer() {
     if (status == PGRES_TUPLES_OK || status == PGRES_COMMAND_OK || refused) continue;
     const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
     const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
-    refused = Fault{kind_of(state != nullptr ? state : ""), kStore,
+    refused = Fault{fault_kind(state != nullptr ? state : ""), kStore,
                     in_one_line(message != nullptr ? message : PQresultErrorMessage(result))};
   }
   if (refused) return failure(std::move(*refused));

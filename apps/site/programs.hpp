@@ -18,7 +18,7 @@ namespace gyrotherm::site {
 inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileExit = 4, kInterruptedExit = 5;
 
 /// Parses the command line. Returns the exit code if the program must end now, otherwise nothing.
-[[nodiscard]] inline std::optional<int> parsed(CLI::App& cli, int argc, char** argv) {
+[[nodiscard]] inline std::optional<int> parse_command_line(CLI::App& cli, int argc, char** argv) {
   refuse_wrong_values(cli);
   try {
     cli.parse(argc, argv);
@@ -32,7 +32,7 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
 }
 
 /// Prints a fault and returns its exit code.
-[[nodiscard]] inline int exit_of(const std::string& program, const Fault& fault) {
+[[nodiscard]] inline int report_fault(const std::string& program, const Fault& fault) {
   if (fault.kind == FaultKind::interrupted) return kInterruptedExit;
   write_to_stderr(fmt::format("{}: {}\n", program, plain(text(fault), Blanks::kept)));
   switch (fault.kind) {

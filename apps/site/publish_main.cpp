@@ -25,9 +25,9 @@ struct PublishOptions {
   bool json = false;
 };
 
-void say(const std::string& line) { write_to_stderr(plain(line) + "\n"); }
+void print_line(const std::string& line) { write_to_stderr(plain(line) + "\n"); }
 
-void complain(const Fault& fault) { say("gyrotherm-publish: " + text(fault)); }
+void complain(const Fault& fault) { print_line("gyrotherm-publish: " + text(fault)); }
 
 std::string in_lines(const std::vector<RunLag>& lags) {
   std::string lines;
@@ -57,7 +57,7 @@ std::string in_json(const std::vector<RunLag>& lags) {
 Result<void> publish(const PublishOptions& options, int stop) {
   auto settings = read_site(options.site);
   if (!settings) return failure(settings.error());
-  Publisher publisher(*settings, stop, say, complain);
+  Publisher publisher(*settings, stop, print_line, complain);
   if (options.once) return publisher.once();
   if (!options.status) return publisher.serve();
   return publisher.lags().and_then(
@@ -78,7 +78,7 @@ int run_publish(int argc, char** argv) {
   auto* status = cli.add_flag("--status", options.status, "say how far the store is behind, and end");
   status->excludes(once);
   cli.add_flag("--json", options.json, "the status as JSON")->needs(status);
-  if (const auto code = parsed(cli, argc, argv)) return *code;
+  if (const auto code = parse_command_line(cli, argc, argv)) return *code;
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
@@ -86,7 +86,7 @@ int run_publish(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
   const Descriptor stop(::signalfd(kNoDescriptor, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
   const auto done = publish(options, stop.number());
-  return done ? kDoneExit : exit_of(cli.get_name(), done.error());
+  return done ? kDoneExit : report_fault(cli.get_name(), done.error());
 }
 
 }  // namespace

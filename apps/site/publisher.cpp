@@ -27,14 +27,14 @@ constexpr int kBatchesInTurn = 25;
 /// Pause after a refusal of the store. Its owner may change something meanwhile.
 constexpr Duration kRest = std::chrono::minutes(1);
 
-bool is_of_store(const Fault& fault) { return fault.where == kStore; }
+bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
 
 /// Returns true if the record is being written without a live copy, or before its first copy.
 bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
 /// Returns the states that identify the files whose id was read: the identity of a live copy, which grows; identity and
 /// content of any other file.
-std::vector<FileState> states_of(const record::RecordFiles& files) {
+std::vector<FileState> read_states(const record::RecordFiles& files) {
   std::vector<FileState> states;
   for (const auto& file : files.parts)
     states.push_back(file.is_live_copy ? read_file_identity(file.path) : read_file_state(file.path));
@@ -43,11 +43,11 @@ std::vector<FileState> states_of(const record::RecordFiles& files) {
 
 /// Fails, like a record that is being written, if the files have changed. The next round tries again.
 Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<FileState>& states) {
-  if (states_of(files) == states) return {};
+  if (read_states(files) == states) return {};
   return failure(FaultKind::storage, files.parts.front().path, record::kBeingWritten);
 }
 
-Result<std::string> id_in(const record::RecordFiles& files) {
+Result<std::string> read_id(const record::RecordFiles& files) {
   return record::open_source(files.parts.back()).and_then([](record::Database database) {
     return database.ask("SELECT value FROM meta WHERE key = 'id'");
   });
@@ -76,11 +76,11 @@ std::uint64_t seed_of_this_process() {
 
 }  // namespace
 
-Publisher::Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> say,
+Publisher::Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> report,
                      std::function<void(const Fault&)> complain)
     : settings_(std::move(settings)),
       patience_({.answer = settings_.longest_answer, .stop = stop}),
-      say_(std::move(say)),
+      report_(std::move(report)),
       complain_(std::move(complain)) {}
 
 Result<void> Publisher::connect() {
@@ -100,7 +100,7 @@ void Publisher::disconnect(const Fault& why) {
   complain_(why);
 }
 
-void Publisher::look() {
+void Publisher::find_files() {
   std::set<std::string> records;
   found_documents_.clear();
   for (const auto& folder : folders_below(settings_.folders)) {
@@ -113,19 +113,19 @@ void Publisher::look() {
   std::erase_if(documents_, [&](const auto& entry) { return !found_documents_.contains(entry.first); });
 }
 
-bool Publisher::set_aside(const Fault& fault, const std::string& path, std::string& told) {
-  if (is_of_store(fault) && fault.kind != FaultKind::refused) return false;
+bool Publisher::set_aside(const Fault& fault, const std::string& path, std::string& reported) {
+  if (is_store_fault(fault) && fault.kind != FaultKind::refused) return false;
   if (fault.kind == FaultKind::interrupted) return false;
   if (has_to_wait(fault)) return true;
   if (!first_trouble_) first_trouble_ = fault;
-  if (auto line = text(fault); line != told) {
-    told = std::move(line);
-    complain_({fault.kind, path, is_of_store(fault) ? "the store refuses it: " + fault.what : told});
+  if (auto line = text(fault); line != reported) {
+    reported = std::move(line);
+    complain_({fault.kind, path, is_store_fault(fault) ? "the store refuses it: " + fault.what : reported});
   }
   return true;
 }
 
-Result<void> Publisher::ask_position(Run& run) {
+Result<void> Publisher::query_position(Run& run) {
   if (run.position) return {};
   auto position = store_->position(run.info.id);
   if (!position) return failure(position.error());
@@ -147,7 +147,7 @@ Result<Publisher::Backlog> Publisher::send_rows(const record::RecordFiles& files
     const bool was_whole = batch->rows == static_cast<std::size_t>(kBatchRows);
     const auto last = batch->last;
     auto next = was_whole ? next_rows(files, run.channels, last) : Result<RowBatch>(RowBatch{});
-    if (auto arrived = store_->rows_are_in(); !arrived) return failure(arrived.error());
+    if (auto arrived = store_->await_rows(); !arrived) return failure(arrived.error());
     run.position->slot = last;
     batch = std::move(next);
   }
@@ -183,13 +183,13 @@ Result<void> Publisher::send_state(Run& run, const RunNow& now) {
 
 Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
   if (run.position->is_closed()) return {};
-  const auto end = end_of(run.info, files);
+  const auto end = read_end(run.info, files);
   if (!end) return failure(end.error());
   if (auto same = check_unchanged(files, run.states); !same) return same;
   if (!end->finished) return send_state(run, {.state = end->state, .cause = end->cause, .alarms = end->alarms});
   std::vector<RunFileDigest> digests;
   for (const auto& file : files.parts) {
-    auto digest = digest_of(file.path);
+    auto digest = make_digest(file.path);
     if (!digest) return failure(digest.error());
     if (auto kept = archive(settings_.archive, *digest, patience_.stop); !kept) return kept;
     digests.push_back(std::move(*digest));
@@ -197,12 +197,12 @@ Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
   if (auto same = check_unchanged(files, run.states); !same) return same;
   if (auto finished = store_->finish_run(run.info.id, end_as_json(*end, digests)); !finished) return finished;
   run.position->finished = true;
-  say_(fmt::format("{}: {} rows are in the store", files.path, end->rows));
+  report_(fmt::format("{}: {} rows are in the store", files.path, end->rows));
   return {};
 }
 
 Result<Publisher::Backlog> Publisher::send_recorded(const record::RecordFiles& files, Run& run) {
-  if (auto asked = ask_position(run); !asked) return failure(asked.error());
+  if (auto queried = query_position(run); !queried) return failure(queried.error());
   if (run.position->is_closed()) return Backlog::none;
   const auto rows = send_rows(files, run);
   if (!rows || *rows == Backlog::some) return rows;
@@ -218,9 +218,9 @@ Result<void> Publisher::send_live_state(const std::optional<record::RunStatus>& 
 
 Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_written, Watched& watched) {
   const auto identity = read_file_identity(files.path);
-  auto states = states_of(files);
+  auto states = read_states(files);
   // A record that replaced another one may have its number in the file system.
-  const auto id = id_in(files);
+  const auto id = read_id(files);
   if (!id) return failure(id.error());
   if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
     const auto begun = record::has_begun(files);
@@ -239,8 +239,8 @@ Result<Publisher::Backlog> Publisher::send_run(const std::string& path, Watched&
   const Stamp stamp{.record = read_file_state(path),
                     .status = read_file_state(record::status_path(path)),
                     .live_copy = read_file_identity(record::live_copy_path(path))};
-  if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Backlog::none;
-  watched.rests.reset();
+  if (watched.settled == stamp || (watched.paused_until && !watched.paused_until->over())) return Backlog::none;
+  watched.paused_until.reset();
   const auto status = record::fresh_status(path);
   const auto files = record::find_source_files(path, status.has_value());
   if (!files) return failure(files.error());
@@ -268,7 +268,7 @@ Result<void> Publisher::send_document(const std::string& path) {
     if (!there) return failure(there.error());
     if (!*there) {
       if (auto added = store_->add_document(settings_.rig, **document); !added) return added;
-      say_(fmt::format("{}: is in the store", path));
+      report_(fmt::format("{}: is in the store", path));
     }
   }
   documents_.insert_or_assign(path, state);
@@ -277,7 +277,7 @@ Result<void> Publisher::send_document(const std::string& path) {
 
 Result<Publisher::Backlog> Publisher::round() {
   first_trouble_.reset();
-  look();
+  find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   auto backlog = Backlog::none;
   for (auto& [path, watched] : runs_) {
@@ -286,17 +286,17 @@ Result<Publisher::Backlog> Publisher::round() {
     if (sent) continue;
     if (!set_aside(sent.error(), path, watched.trouble)) return failure(sent.error());
     if (sent.error().kind != FaultKind::refused) continue;
-    watched.rests.emplace(kRest);
+    watched.paused_until.emplace(kRest);
     if (watched.run) watched.run->position.reset();
   }
   for (const auto& path : found_documents_) {
     const auto sent = send_document(path);
     if (sent) continue;
-    std::string told;
-    if (!set_aside(sent.error(), path, told)) return failure(sent.error());
+    std::string reported;
+    if (!set_aside(sent.error(), path, reported)) return failure(sent.error());
     documents_.insert_or_assign(path, read_file_state(path));
   }
-  if (!store_trouble_.empty() || !has_sent_) say_("the store takes what is sent: " + store_->place());
+  if (!store_trouble_.empty() || !has_sent_) report_("the store takes what is sent: " + store_->place());
   store_trouble_.clear();
   has_sent_ = true;
   return backlog;
@@ -331,7 +331,7 @@ Result<void> Publisher::once() {
 }
 
 Result<std::vector<RunLag>> Publisher::lags() {
-  look();
+  find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   std::vector<RunLag> lags;
   for (const auto& [path, watched] : runs_) {

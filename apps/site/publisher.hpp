@@ -72,9 +72,9 @@ class Backoff {
 
 class Publisher {
  public:
-  /// `say` receives a line for each change of state, `complain` each fault, once. The publisher stops once `stop` is
+  /// `report` receives a line for each change of state, `complain` each fault, once. The publisher stops once `stop` is
   /// readable.
-  Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> say,
+  Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> report,
             std::function<void(const Fault&)> complain);
 
   /// Sends until `stop` is readable. Fails with bad_file or usage if the first connection fails with it, because
@@ -105,7 +105,7 @@ class Publisher {
     std::optional<Run> run;
     std::optional<Stamp> settled;
     /// Pause after the store's refusal.
-    std::optional<Deadline> rests;
+    std::optional<Deadline> paused_until;
     std::string trouble;  ///< last reported trouble
   };
   /// States if more rows can be sent at once. Sending a long run is interrupted for the other runs.
@@ -113,7 +113,7 @@ class Publisher {
 
   [[nodiscard]] Result<void> connect();
   void disconnect(const Fault& why);
-  void look();
+  void find_files();
   /// Sends a turn of each run found, and the new documents. Returns Backlog::some if a run has more rows.
   [[nodiscard]] Result<Backlog> round();
   /// Sends a turn of one run. Skips it if its files are unchanged since it was sent whole, or if the store refused
@@ -124,7 +124,7 @@ class Publisher {
   [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, Watched& watched);
   /// Sends the rows of a turn and, if these are all, the events and gaps. Sends nothing to a closed run.
   [[nodiscard]] Result<Backlog> send_recorded(const record::RecordFiles& files, Run& run);
-  [[nodiscard]] Result<void> ask_position(Run& run);
+  [[nodiscard]] Result<void> query_position(Run& run);
   [[nodiscard]] Result<Backlog> send_rows(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_events_and_gaps(const record::RecordFiles& files, Run& run);
   /// Sends state, cause and alarms from a status file, if it belongs to this run.
@@ -135,11 +135,11 @@ class Publisher {
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
   /// Returns true if the fault concerns this file only, and reports it once.
-  [[nodiscard]] bool set_aside(const Fault& fault, const std::string& path, std::string& told);
+  [[nodiscard]] bool set_aside(const Fault& fault, const std::string& path, std::string& reported);
 
   SiteSettings settings_;
   Patience patience_;
-  std::function<void(const std::string&)> say_;
+  std::function<void(const std::string&)> report_;
   std::function<void(const Fault&)> complain_;
   std::optional<Store> store_;
   bool has_sent_ = false;      ///< a round has succeeded

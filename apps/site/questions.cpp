@@ -54,12 +54,12 @@ std::string cell_for_people(const Answer& answer, int row, int column) {
   return fmt::format("{:.4g}", std::strtod(std::string(text).c_str(), nullptr));
 }
 
-std::size_t width_of(std::string_view text) {
+std::size_t count_columns(std::string_view text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](unsigned char c) { return (c & 0xC0) != 0x80; }));
 }
 
 void append_padded(std::string& line, const std::string& cell, std::size_t width, bool right) {
-  const std::string blanks(width - width_of(cell), ' ');
+  const std::string blanks(width - count_columns(cell), ' ');
   line += right ? blanks + cell : cell + blanks;
 }
 
@@ -92,7 +92,7 @@ std::string as_table(const Answer& answer) {
     std::vector<std::string> cells{answer.name(column)};
     for (int row = 0; row < answer.rows(); ++row) cells.push_back(cell_for_people(answer, row, column));
     std::size_t width = 0;
-    for (const auto& cell : cells) width = std::max(width, width_of(cell));
+    for (const auto& cell : cells) width = std::max(width, count_columns(cell));
     for (std::size_t i = 0; i < lines.size(); ++i) {
       if (column > 0) lines[i] += "  ";
       append_padded(lines[i], cells[i], width, is_number(answer, column));

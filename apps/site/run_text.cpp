@@ -22,7 +22,7 @@ constexpr std::array kDocumentKinds{"calibration", "model", "report"};
 constexpr std::size_t kLargestDocument = 32'000'000;
 
 template <class Words>
-std::vector<std::string> words_of(const Words& values) {
+std::vector<std::string> list_keywords(const Words& values) {
   std::vector<std::string> words;
   for (const auto value : values) words.emplace_back(name(value));
   return words;
@@ -34,8 +34,8 @@ StoredChannel common_channel(std::string_view column) {
   if (column.ends_with("_ns")) channel.unit = "ns";
   if (column.ends_with("_c")) channel.unit = "°C";
   channel.measures = column.starts_with("chamber") ? "chamber" : "program";
-  if (column == "phase") channel.words = words_of(kPhases);
-  if (column == "state") channel.words = words_of(kRunStates);
+  if (column == "phase") channel.words = list_keywords(kPhases);
+  if (column == "state") channel.words = list_keywords(kRunStates);
   return channel;
 }
 
@@ -61,17 +61,17 @@ StoredChannel own_channel(const record::ChannelColumn& column, const record::Run
   return channel;
 }
 
-Json day_or_nothing(const std::optional<std::chrono::sys_days>& day) {
+Json day_or_empty(const std::optional<std::chrono::sys_days>& day) {
   return day ? Json(record::format_day(*day)) : Json("");
 }
 
-Json calibration_of(const record::Channel& thermometer) {
+Json calibration_as_json(const record::Channel& thermometer) {
   Json calibration{{"instrument", thermometer.instrument},
                    {"offset_k", thermometer.offset.value},
                    {"polynomial", thermometer.polynomial},
                    {"certificate", thermometer.certificate},
-                   {"calibrated", day_or_nothing(thermometer.uncertainty.calibrated)},
-                   {"due", day_or_nothing(thermometer.due)}};
+                   {"calibrated", day_or_empty(thermometer.uncertainty.calibrated)},
+                   {"due", day_or_empty(thermometer.due)}};
   if (const auto u = thermometer.uncertainty.calibration) calibration["standard_uncertainty_k"] = u->value;
   if (const auto drift = thermometer.uncertainty.drift_in_a_year) calibration["drift_k_per_year"] = drift->value;
   return calibration;
@@ -83,7 +83,7 @@ Json channel_as_json(const StoredChannel& channel) {
             {"measures", channel.measures},
             {"unit_under_test", channel.unit_under_test}};
   if (!channel.words.empty()) json["words"] = channel.words;
-  if (channel.thermometer != nullptr) json["calibration"] = calibration_of(*channel.thermometer);
+  if (channel.thermometer != nullptr) json["calibration"] = calibration_as_json(*channel.thermometer);
   return json;
 }
 
@@ -125,7 +125,7 @@ RunState last_state(const record::RunStatus& status) {
 }
 
 /// Returns the sum of the row counts of all files.
-Result<std::int64_t> count_of(const record::RecordFiles& files, const char* table, const char* key) {
+Result<std::int64_t> count_rows(const record::RecordFiles& files, const char* table, const char* key) {
   std::int64_t sum = 0;
   return record::each_row(files, {.what = "count(*)", .table = table, .key = key, .order = "1", .first = -1},
                           [&](const record::Statement& row) {
@@ -263,7 +263,7 @@ std::string alarms_as_json(const std::vector<record::Alarm>& alarms) {
   return text_of(list);
 }
 
-Result<RunEnd> end_of(const record::RunInfo& info, const record::RecordFiles& files) {
+Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& files) {
   RunEnd end;
   auto database = record::open_source(files.parts.back());
   if (!database) return failure(database.error());
@@ -282,9 +282,9 @@ Result<RunEnd> end_of(const record::RunInfo& info, const record::RecordFiles& fi
                               end.ended_ns, database->ask_integer(
                                                 "SELECT utc_ns FROM sample ORDER BY slot DESC LIMIT 1", end.ended_ns));
                         })
-                        .and_then([&] { return record::into(end.rows, count_of(files, "sample", "slot")); })
-                        .and_then([&] { return record::into(end.events, count_of(files, "event", "slot")); })
-                        .and_then([&] { return record::into(end.gaps, count_of(files, "gap", "first")); });
+                        .and_then([&] { return record::into(end.rows, count_rows(files, "sample", "slot")); })
+                        .and_then([&] { return record::into(end.events, count_rows(files, "event", "slot")); })
+                        .and_then([&] { return record::into(end.gaps, count_rows(files, "gap", "first")); });
   return read.map([&] { return end; });
 }
 

@@ -91,7 +91,7 @@ struct RunEnd {
   std::string chain_head;
 };
 /// Reads the end of a run from the files of its record. Fails like read_record().
-[[nodiscard]] Result<RunEnd> end_of(const record::RunInfo& info, const record::RecordFiles& files);
+[[nodiscard]] Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& files);
 
 /// A file of a finished run.
 struct RunFileDigest {

@@ -41,7 +41,7 @@ std::string passfile_at(const TomlTable& table, const std::string& file, const s
   return table.has("passfile") ? path_from(file, table.text("passfile")) : "";
 }
 
-StoreAddress store_of(const TomlTable& table, const std::string& file, const std::string& credentials) {
+StoreAddress read_store_address(const TomlTable& table, const std::string& file, const std::string& credentials) {
   StoreAddress address{.conninfo = table.text("address")};
   if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
     table.mistake("address", good.error().what);
@@ -49,7 +49,7 @@ StoreAddress store_of(const TomlTable& table, const std::string& file, const std
   return address;
 }
 
-ArchiveSettings archive_of(const TomlTable& table, const std::string& file) {
+ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
   ArchiveSettings archive;
   if (table.has("folder") == table.has("command")) table.mistake("folder", "has one of folder and command");
   if (table.has("folder")) archive.folder = path_from(file, table.text("folder"));
@@ -78,14 +78,14 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   for (const auto& folder : root->texts("folders")) site.folders.push_back(path_from(file, folder));
   if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders with records");
   const auto store = root->table("store");
-  site.store = store_of(store, file, credentials);
+  site.store = read_store_address(store, file, credentials);
   site.longest_wait = store.duration("longest_wait", site.longest_wait);
   site.longest_answer = store.duration("longest_answer", site.longest_answer);
   constexpr Duration kLeast = std::chrono::milliseconds(100);
   if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
   if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
   if (root->has("live")) root->mistake("live", "[live] is no longer read: the store has the live state; remove it");
-  if (root->has("archive")) site.archive = archive_of(root->table("archive"), file);
+  if (root->has("archive")) site.archive = read_archive(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;
 }

@@ -29,7 +29,7 @@ struct SiteOptions {
   Asked asked;
 };
 
-Result<Postgres> store_of(const SiteOptions& options) {
+Result<Postgres> connect_store(const SiteOptions& options) {
   if (!options.store.empty()) return Postgres::connect({options.store, options.passfile}, {});
   if (options.site_file.empty())
     return failure(FaultKind::usage, {}, "expected --store ADDRESS or --site FILE: where the store is");
@@ -59,16 +59,16 @@ Result<void> warn_of_unbounded_roles(Postgres& store) {
 }
 
 Result<int> bring_up_to_date(const SiteOptions& options) {
-  auto store = store_of(options);
+  auto store = connect_store(options);
   if (!store) return failure(store.error());
   bool any = false;
-  Result<void> told;
+  Result<void> printed;
   const auto migrated = migrate(*store, migrations(), options.to, [&](const Migration& step) {
     any = true;
-    told = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
+    printed = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
   });
-  if (migrated && !any) told = write_to_stdout("nothing to do\n");
-  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return told; }).map([] {
+  if (migrated && !any) printed = write_to_stdout("nothing to do\n");
+  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return printed; }).map([] {
     return kDoneExit;
   });
 }
@@ -82,7 +82,7 @@ Result<int> show(const SiteOptions& options, const Answer& answer) {
 
 /// Prints the numbers of rigs, runs, rows and calibrations in the store, and its size.
 Result<int> show_status(const SiteOptions& options) {
-  auto store = store_of(options);
+  auto store = connect_store(options);
   if (!store) return failure(store.error());
   const auto answer = store->ask(
       "SELECT (SELECT max(number) FROM gyrotherm.migration) AS migration, (SELECT count(*) FROM gyrotherm.rig) AS rigs,"
@@ -110,7 +110,7 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
     command.add_option("--unit", options.asked.unit, "of the unit with this serial number alone");
   command.callback([&options, &question, &action] {
     action = [&options, &question]() -> Result<int> {
-      auto store = store_of(options);
+      auto store = connect_store(options);
       if (!store) return failure(store.error());
       const auto answer = ask(*store, question, options.asked);
       if (!answer) return failure(answer.error());
@@ -120,7 +120,7 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
 }
 
 /// Removes the words after "--" from the command line and returns them. They are for the commands of a job's tasks.
-std::vector<std::string> words_behind_dashes(int& argc, char** argv) {
+std::vector<std::string> take_trailing_words(int& argc, char** argv) {
   const auto end = argv + argc;
   const auto dashes = std::find(argv, end, std::string_view("--"));
   if (dashes == end) return {};
@@ -151,10 +151,10 @@ int run_site(int argc, char** argv) {
   status.add_flag("--json", options.json, "as JSON");
   status.callback([&] { action = [&] { return show_status(options); }; });
   for (const auto& question : questions()) add_question(cli, question, options, action);
-  add_job_commands(cli, words_behind_dashes(argc, argv), action);
-  if (const auto code = parsed(cli, argc, argv)) return *code;
+  add_job_commands(cli, take_trailing_words(argc, argv), action);
+  if (const auto code = parse_command_line(cli, argc, argv)) return *code;
   const auto done = action();
-  return done ? *done : exit_of(cli.get_name(), done.error());
+  return done ? *done : report_fault(cli.get_name(), done.error());
 }
 
 }  // namespace

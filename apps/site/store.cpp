@@ -44,7 +44,7 @@ Result<void> Store::send_rows(const std::string& run, const RowBatch& batch) {
                           {run, std::to_string(batch.after), batch.slots, batch.utcs, batch.numbers});
 }
 
-Result<void> Store::rows_are_in() {
+Result<void> Store::await_rows() {
   return connection_.answer().map([](const Answer&) {});
 }
 

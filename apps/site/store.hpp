@@ -25,9 +25,9 @@ class Store {
   /// Returns the position of a run in the store, or nothing if the store does not have the run.
   [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
   [[nodiscard]] Result<void> add_run(const std::string& run, const std::string& rig, const std::string& json);
-  /// Sends rows. rows_are_in() waits for the answer, so that the next batch is read meanwhile.
+  /// Sends rows. await_rows() waits for the answer, so that the next batch is read meanwhile.
   [[nodiscard]] Result<void> send_rows(const std::string& run, const RowBatch& batch);
-  [[nodiscard]] Result<void> rows_are_in();
+  [[nodiscard]] Result<void> await_rows();
   [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);
   [[nodiscard]] Result<void> add_gaps(const std::string& run, std::int64_t after, const std::string& json);
   [[nodiscard]] Result<void> say_state(const std::string& run, const RunNow& now);

@@ -115,7 +115,7 @@ void send_all(const Options& options, const Recorded& recorded, int number, cons
         continue;
       }
       const auto sent = store->send_rows(rig.run, batch_of(recorded, rig.sent + 1, due)).and_then([&] {
-        return store->rows_are_in();
+        return store->await_rows();
       });
       if (!sent) return lags.fail(sent.error());
       const auto now = clock.now().since_start - begun - rig.phase;

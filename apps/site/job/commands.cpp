@@ -35,7 +35,7 @@ struct JobOptions {
   PlanOptions plan;
 };
 
-Result<Spreading> spreading_of(const JobOptions& options) {
+Result<Spreading> make_spreading(const JobOptions& options) {
   Spreading how{.by = {}, .words = options.for_by, .waits = !options.detach};
   const bool has_slurm = !program_in_path("sbatch").empty();
   how.by = options.by == name(By::slurm) || (options.by.empty() && has_slurm) ? By::slurm : By::parallel;
@@ -49,18 +49,18 @@ Result<Spreading> spreading_of(const JobOptions& options) {
 }
 
 /// Prints the time and the progress, such as "7 of 24 tasks are done, 1 failed".
-void say(const Progress& progress) {
+void print_progress(const Progress& progress) {
   const std::string failed = progress.bad > 0 ? fmt::format(", {} failed", progress.bad) : "";
   write_to_stderr(fmt::format("{} {} of {} tasks are done{}\n", civil_time(SteadyClock().now().utc), progress.good,
                               progress.all, failed));
 }
 
 /// Prints the tasks that failed. Returns the exit code of the first one.
-Result<int> complain(const Job& job, const std::string& folder) {
+Result<int> report_failures(const Job& job, const std::string& folder) {
   std::vector<std::string> failed;
   int code = 0;
   for (const Task& task : job.tasks) {
-    const auto end = end_of(folder, task);
+    const auto end = read_task_end(folder, task);
     if (!end) return failure(end.error());
     if (!*end || (*end)->is_good()) continue;
     if (failed.empty()) code = (*end)->exit_code;
@@ -73,8 +73,8 @@ Result<int> complain(const Job& job, const std::string& folder) {
 }
 
 /// Distributes a job, waits for it, and carries out its final steps.
-Result<int> hand_out(const Job& job, const std::string& folder, const JobOptions& options) {
-  auto how = spreading_of(options);
+Result<int> distribute(const Job& job, const std::string& folder, const JobOptions& options) {
+  auto how = make_spreading(options);
   if (!how) return failure(how.error());
   sigset_t ends;
   sigemptyset(&ends);
@@ -83,9 +83,9 @@ Result<int> hand_out(const Job& job, const std::string& folder, const JobOptions
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
   const Descriptor stop(::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
   how->stop = stop.number();
-  Progress told{};
+  Progress reported{};
   const auto progress = spread(job, folder, *how, [&](const Progress& now) {
-    if (now != std::exchange(told, now)) say(now);
+    if (now != std::exchange(reported, now)) print_progress(now);
   });
   pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);
   if (!progress && progress.error().kind == FaultKind::interrupted && how->by == By::slurm)
@@ -101,7 +101,7 @@ Result<int> hand_out(const Job& job, const std::string& folder, const JobOptions
     if (!ended) return ended;
     code = std::max(code, *ended);
   }
-  const auto failed = complain(job, folder);
+  const auto failed = report_failures(job, folder);
   return failed && *failed != 0 ? failed : code;
 }
 
@@ -109,11 +109,11 @@ Result<int> begin(const Result<Job>& job, const std::string& out, const JobOptio
   if (!job) return failure(job.error());
   const auto folder = out + "/job";
   if (auto written = write_job(*job, folder); !written) return failure(written.error());
-  return hand_out(*job, folder, options);
+  return distribute(*job, folder, options);
 }
 
 Result<int> train_lot(const JobOptions& options) {
-  const auto how = spreading_of(options);
+  const auto how = make_spreading(options);
   if (!how) return failure(how.error());
   Job here{.title = {}, .in = fs::current_path().string(), .tasks = {}, .then = {}};
   const auto recorded = carry_out(here, records_of_lot(options.rig, options.lot, options.plan));
@@ -121,12 +121,12 @@ Result<int> train_lot(const JobOptions& options) {
   return begin(plan_lot(options.rig, options.lot, options.plan), options.lot, options);
 }
 
-Result<int> go_on(const JobOptions& options) {
+Result<int> continue_job(const JobOptions& options) {
   const auto job = read_job(options.out);
   if (!job) return failure(job.error());
   std::string lines;
   for (const Task& task : job->tasks) {
-    const auto end = end_of(options.out, task);
+    const auto end = read_task_end(options.out, task);
     if (!end) return failure(end.error());
     if (options.again && *end && !(*end)->is_good()) forget_end(options.out, task);
     const auto state = !*end ? "not done" : (*end)->is_good() ? "done" : "failed";
@@ -135,11 +135,11 @@ Result<int> go_on(const JobOptions& options) {
     lines += fmt::format("{:<24} {:<9}{}\n", task.name, state, detail);
   }
   if (auto written = write_to_stdout(lines); !written) return failure(written.error());
-  if (options.again || options.wait) return hand_out(*job, options.out, options);
+  if (options.again || options.wait) return distribute(*job, options.out, options);
   return 0;
 }
 
-Result<int> work_on(const JobOptions& options) {
+Result<int> run_task(const JobOptions& options) {
   const auto job = read_job(options.out);
   if (!job) return failure(job.error());
   const auto end = carry_out(*job, options.out, options.number);
@@ -147,7 +147,7 @@ Result<int> work_on(const JobOptions& options) {
   return end->is_good() ? 0 : end->exit_code;
 }
 
-void add_handing_out(CLI::App& command, JobOptions& options) {
+void add_distribution_options(CLI::App& command, JobOptions& options) {
   command
       .add_option("--by", options.by,
                   "who works on the tasks: slurm, or GNU parallel (default: slurm, if sbatch is there)")
@@ -156,8 +156,8 @@ void add_handing_out(CLI::App& command, JobOptions& options) {
       ->allow_extra_args(false);
 }
 
-void add_plan(CLI::App& command, JobOptions& options) {
-  add_handing_out(command, options);
+void add_plan_options(CLI::App& command, JobOptions& options) {
+  add_distribution_options(command, options);
   command.add_flag("--detach", options.detach, "hand out to Slurm, and do not wait");
   command.add_option("--threads", options.plan.threads, "of each task")
       ->check(CLI::Range(1, 1024))
@@ -181,7 +181,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
                     train_lot);
   train.add_option("--rig", options->rig, "the rig")->required();
   train.add_option("--lot", options->lot, "the folder of the experiment, as of qualify --out")->required();
-  add_plan(train, *options);
+  add_plan_options(train, *options);
 
   auto& seeds = add(
       "seeds",
@@ -197,7 +197,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   seeds.add_option("--first", options->first_seed, "the first seed")->capture_default_str();
   seeds.add_option("--last", options->last_seed, "the last")->capture_default_str();
   seeds.add_option("--out", options->out, "the folder for all of it")->required();
-  add_plan(seeds, *options);
+  add_plan_options(seeds, *options);
 
   auto& units =
       add("leave-one-out",
@@ -207,7 +207,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   units.add_option("records", options->records, "one of each unit")->required();
   units.add_option("--hours", options->hours, "of its own that a unit's model has")->capture_default_str();
   units.add_option("--out", options->out, "the folder for all of it")->required();
-  add_plan(units, *options);
+  add_plan_options(units, *options);
 
   auto& placement = add("placement",
                         "Example: gyrotherm-site placement rate.db --out placement -- --confirm\n\n"
@@ -215,17 +215,17 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
                         [](const JobOptions& o) { return begin(plan_placement(o.records, o.out, o.plan), o.out, o); });
   placement.add_option("records", options->records, "the records")->required();
   placement.add_option("--out", options->out, "the folder for all of it")->required();
-  add_plan(placement, *options);
+  add_plan_options(placement, *options);
 
-  auto& job = add("job", "Example: gyrotherm-site job lot/job --wait\n\nHow far a job is.", go_on);
+  auto& job = add("job", "Example: gyrotherm-site job lot/job --wait\n\nHow far a job is.", continue_job);
   job.add_option("job", options->out, "its folder")->required();
   job.add_flag("--wait", options->wait, "hand out what is not done, wait for it, and do what comes then");
   job.add_flag("--again", options->again, "what failed, too");
-  add_handing_out(job, *options);
+  add_distribution_options(job, *options);
 
   auto& task = add(
       "task", "Example: gyrotherm-site task lot/job 7\n\nCarries out one task of a job: what Slurm and parallel call.",
-      work_on);
+      run_task);
   task.add_option("job", options->out, "its folder")->required();
   task.add_option("number", options->number, "of the task, from 0")->required();
 }

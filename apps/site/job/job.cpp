@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr int kInterruptedExitCode = 5, kFirstSignal = 128;
 
 std::string job_path(const std::string& folder) { return folder + "/job.json"; }
-std::string file_of(const std::string& folder, const Task& task, const char* suffix) {
+std::string task_file(const std::string& folder, const Task& task, const char* suffix) {
   return fmt::format("{}/tasks/{}{}", folder, task.name, suffix);
 }
 
@@ -116,8 +116,8 @@ Result<Job> read_job(const std::string& folder) {
   return job;
 }
 
-Result<std::optional<TaskEnd>> end_of(const std::string& folder, const Task& task) {
-  const auto path = file_of(folder, task, ".json");
+Result<std::optional<TaskEnd>> read_task_end(const std::string& folder, const Task& task) {
+  const auto path = task_file(folder, task, ".json");
   const auto text = read_text_file_if_any(path);
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
@@ -129,19 +129,19 @@ Result<std::optional<TaskEnd>> end_of(const std::string& folder, const Task& tas
   return end;
 }
 
-void forget_end(const std::string& folder, const Task& task) { ::unlink(file_of(folder, task, ".json").c_str()); }
+void forget_end(const std::string& folder, const Task& task) { ::unlink(task_file(folder, task, ".json").c_str()); }
 
 Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t index) {
   if (index >= job.tasks.size())
     return failure(FaultKind::usage, folder, fmt::format("has {} tasks, and no number {}", job.tasks.size(), index));
   const Task& task = job.tasks[index];
-  const auto before = end_of(folder, task);
+  const auto before = read_task_end(folder, task);
   if (!before) return failure(before.error());
   if (*before) return **before;
   const auto began = std::chrono::steady_clock::now();
   TaskEnd end{.machine = machine_name()};
   for (const Step& step : task.steps) {
-    const auto code = carry_out(job, step, fs::absolute(file_of(folder, task, ".log")));
+    const auto code = carry_out(job, step, fs::absolute(task_file(folder, task, ".log")));
     if (!code) return failure(code.error());
     if (*code == kInterruptedExitCode || *code >= kFirstSignal)
       return failure(FaultKind::interrupted, task.name, fmt::format("was stopped: exit code {}", *code));
@@ -149,7 +149,7 @@ Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t
     if (!end.is_good()) break;
   }
   end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  if (auto written = replace_text_file(file_of(folder, task, ".json"), text_of(json_of(end), 1) + "\n"); !written)
+  if (auto written = replace_text_file(task_file(folder, task, ".json"), text_of(json_of(end), 1) + "\n"); !written)
     return failure(written.error());
   return end;
 }
@@ -180,7 +180,7 @@ struct Axis {
   Words options;      ///< options that select it
 };
 
-std::vector<Axis> axes_of(const record::RunInfo& info) {
+std::vector<Axis> list_axes(const record::RunInfo& info) {
   std::vector<Axis> axes;
   for (const auto& unit : info.units)
     for (std::size_t i = 0; i < unit.axes.size(); ++i) {
@@ -206,7 +206,7 @@ Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOp
 Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanOptions& options) {
   const auto info = record::read_info(lot + "/rate.db");
   if (!info) return failure(info.error());
-  const auto axes = axes_of(*info);
+  const auto axes = list_axes(*info);
   if (axes.size() < 2) return failure(FaultKind::usage, rig, "has one axis; gyrotherm qualify trains it");
   auto job = empty_job("every axis of " + lot, options);
   for (const Axis& axis : axes)
@@ -277,7 +277,7 @@ Result<Job> plan_placement(const std::vector<std::string>& records, const std::s
   const auto info = record::read_info(records.front());
   if (!info) return failure(info.error());
   auto job = empty_job("placement on " + records.front(), options);
-  for (const Axis& axis : axes_of(*info))
+  for (const Axis& axis : list_axes(*info))
     job.tasks.push_back({.name = axis.label,
                          .steps = {{.words = Words{"placement"} + records + axis.options + options.words +
                                              with_threads(options) + Words{"--quiet", "--json"},

@@ -53,7 +53,7 @@ struct TaskEnd {
 [[nodiscard]] Result<Job> read_job(const std::string& folder);
 
 /// Reads FOLDER/tasks/NAME.json.
-[[nodiscard]] Result<std::optional<TaskEnd>> end_of(const std::string& folder, const Task& task);
+[[nodiscard]] Result<std::optional<TaskEnd>> read_task_end(const std::string& folder, const Task& task);
 /// Removes the end of a failed task, so that the task is repeated.
 void forget_end(const std::string& folder, const Task& task);
 

@@ -29,13 +29,13 @@ namespace fs = std::filesystem;
 constexpr int kAttempts = 3;
 // Below Slurm's default MaxArraySize, 1001.
 constexpr std::size_t kLargestArray = 1000;
-constexpr Duration kLook = std::chrono::milliseconds(200);
-constexpr Duration kPatience = std::chrono::minutes(2);  // for Slurm's answer
-constexpr auto kAskQueue = std::chrono::seconds(2);
+constexpr Duration kPollEvery = std::chrono::milliseconds(200);
+constexpr Duration kSlurmTimeout = std::chrono::minutes(2);  // for Slurm's answer
+constexpr auto kQueryEvery = std::chrono::seconds(2);
 
 std::string program() { return program_beside_this_one("gyrotherm-site"); }
 
-std::vector<std::string> lines_of(const std::string& text) {
+std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream all(text);
   for (std::string line; all >> line;) lines.push_back(line);
@@ -43,12 +43,12 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 /// Returns the number of an array from the output of `sbatch --parsable`: NUMBER, or NUMBER;CLUSTER.
-Result<std::string> number_of_array(const std::string& said) {
-  auto number = said.substr(0, said.find_first_of(";\n"));
+Result<std::string> parse_array_number(const std::string& output) {
+  auto number = output.substr(0, output.find_first_of(";\n"));
   const bool is_one = !number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
   if (is_one) return number;
   return failure(FaultKind::refused, "sbatch",
-                 fmt::format("expected the number of a job, found \"{}\"", trimmed(said, " \n")));
+                 fmt::format("expected the number of a job, found \"{}\"", trimmed(output, " \n")));
 }
 
 /// Escapes a file name for Slurm.
@@ -59,16 +59,16 @@ std::string as_pattern(const std::string& file) {
 }
 
 /// Quotes a word for a shell.
-std::string for_a_shell(const std::string& word) {
+std::string quote_for_shell(const std::string& word) {
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return text + "'";
 }
 
-Result<std::vector<std::size_t>> left_of(const Job& job, const std::string& folder) {
+Result<std::vector<std::size_t>> unfinished_tasks(const Job& job, const std::string& folder) {
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < job.tasks.size(); ++i) {
-    const auto end = end_of(folder, job.tasks[i]);
+    const auto end = read_task_end(folder, job.tasks[i]);
     if (!end) return failure(end.error());
     if (!*end) left.push_back(i);
   }
@@ -83,9 +83,9 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
   virtual ~Workers() = default;
   /// Returns true if workers of an earlier call still run.
-  [[nodiscard]] virtual Result<bool> are_at_it() = 0;
+  [[nodiscard]] virtual Result<bool> are_running() = 0;
   virtual Result<void> begin(const std::vector<std::size_t>& tasks) = 0;
-  [[nodiscard]] virtual Result<bool> are_through() = 0;
+  [[nodiscard]] virtual Result<bool> have_finished() = 0;
 };
 
 class Slurm : public Workers {
@@ -93,8 +93,8 @@ class Slurm : public Workers {
   Slurm(const Job& job, std::string folder, const std::vector<std::string>& words)
       : job_(job), folder_(std::move(folder)), words_(words) {}
 
-  [[nodiscard]] Result<bool> are_at_it() override {
-    if (const auto text = read_text_file(ids_file())) ids_ = lines_of(*text);
+  [[nodiscard]] Result<bool> are_running() override {
+    if (const auto text = read_text_file(ids_file())) ids_ = split_lines(*text);
     if (ids_.empty()) return false;
     return is_any_queued();
   }
@@ -107,11 +107,11 @@ class Slurm : public Workers {
       std::vector<std::size_t> part;
       const auto from = tasks[first] / kLargestArray * kLargestArray;
       for (; first < tasks.size() && tasks[first] < from + kLargestArray; ++first) part.push_back(tasks[first] - from);
-      std::vector<std::string> command{"sbatch", "--parsable", "--array=" + ranges_of(part),
+      std::vector<std::string> command{"sbatch", "--parsable", "--array=" + to_ranges(part),
                                        "--output=" + as_pattern(folder_ + "/slurm.log")};
       command.insert(command.end(), words_.begin(), words_.end());
       command.insert(command.end(), {script, std::to_string(from)});
-      const auto number = printed_by(command, kPatience).and_then(number_of_array);
+      const auto number = printed_by(command, kSlurmTimeout).and_then(parse_array_number);
       if (!number) return failure(number.error());
       ids_.push_back(*number);
       if (auto kept = replace_text_file(ids_file(), fmt::format("{}\n", fmt::join(ids_, "\n"))); !kept) return kept;
@@ -120,10 +120,10 @@ class Slurm : public Workers {
   }
 
   /// An array that Slurm has forgotten is finished.
-  [[nodiscard]] Result<bool> are_through() override {
+  [[nodiscard]] Result<bool> have_finished() override {
     const auto now = std::chrono::steady_clock::now();
-    if (now - asked_ < kAskQueue) return false;
-    asked_ = now;
+    if (now - queried_ < kQueryEvery) return false;
+    queried_ = now;
     return is_any_queued().map([](bool any) { return !any; });
   }
 
@@ -132,9 +132,9 @@ class Slurm : public Workers {
 
   /// Returns true if an array is queued. It has the number that sbatch returned, which its elements share.
   [[nodiscard]] Result<bool> is_any_queued() const {
-    const auto queue = printed_by({"squeue", "--noheader", "--format=%F", "--me"}, kPatience);
+    const auto queue = printed_by({"squeue", "--noheader", "--format=%F", "--me"}, kSlurmTimeout);
     if (!queue) return failure(queue.error());
-    const auto queued = lines_of(*queue);
+    const auto queued = split_lines(*queue);
     return std::ranges::any_of(ids_, [&](const auto& id) { return std::ranges::count(queued, id) > 0; });
   }
 
@@ -142,7 +142,7 @@ class Slurm : public Workers {
   std::string folder_;
   const std::vector<std::string>& words_;
   std::vector<std::string> ids_;
-  std::chrono::steady_clock::time_point asked_{};
+  std::chrono::steady_clock::time_point queried_{};
 };
 
 class Parallel : public Workers {
@@ -155,19 +155,19 @@ class Parallel : public Workers {
     static_cast<void>(wait_for(child_));
   }
 
-  [[nodiscard]] Result<bool> are_at_it() override { return false; }  // they end with their caller
+  [[nodiscard]] Result<bool> are_running() override { return false; }  // they end with their caller
 
   Result<void> begin(const std::vector<std::size_t>& tasks) override {
     const auto jobs = std::max(1U, std::thread::hardware_concurrency() / static_cast<unsigned>(job_.threads));
     std::vector<std::string> command{"parallel", "--will-cite", "--jobs", std::to_string(jobs), "--halt", "never"};
     command.insert(command.end(), words_.begin(), words_.end());
-    const std::vector<std::string> task{for_a_shell(program()), "task", for_a_shell(folder_), ":::"};
+    const std::vector<std::string> task{quote_for_shell(program()), "task", quote_for_shell(folder_), ":::"};
     command.insert(command.end(), task.begin(), task.end());
     for (const auto number : tasks) command.push_back(std::to_string(number));
     return start(command, {.log = folder_ + "/parallel.log"}).map([&](pid_t child) { child_ = child; });
   }
 
-  [[nodiscard]] Result<bool> are_through() override {
+  [[nodiscard]] Result<bool> have_finished() override {
     siginfo_t info{};
     if (::waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == 0)
       return false;
@@ -183,7 +183,7 @@ class Parallel : public Workers {
   pid_t child_{};
 };
 
-std::unique_ptr<Workers> workers_of(const Job& job, const std::string& folder, const Spreading& how) {
+std::unique_ptr<Workers> make_workers(const Job& job, const std::string& folder, const Spreading& how) {
   if (how.by == By::slurm) return std::make_unique<Slurm>(job, folder, how.words);
   return std::make_unique<Parallel>(job, folder, how.words);
 }
@@ -192,17 +192,17 @@ std::unique_ptr<Workers> workers_of(const Job& job, const std::string& folder, c
 
 const char* name(By by) { return by == By::slurm ? "slurm" : "parallel"; }
 
-Result<Progress> progress_of(const Job& job, const std::string& folder) {
+Result<Progress> count_progress(const Job& job, const std::string& folder) {
   Progress progress{.all = job.tasks.size()};
   for (const Task& task : job.tasks) {
-    const auto end = end_of(folder, task);
+    const auto end = read_task_end(folder, task);
     if (!end) return failure(end.error());
     if (*end) ++((*end)->is_good() ? progress.good : progress.bad);
   }
   return progress;
 }
 
-std::string ranges_of(const std::vector<std::size_t>& numbers) {
+std::string to_ranges(const std::vector<std::size_t>& numbers) {
   std::string text;
   for (std::size_t first = 0; first < numbers.size();) {
     std::size_t last = first;
@@ -223,32 +223,33 @@ std::string slurm_script(const Job& job, const std::string& folder) {
       "#SBATCH --requeue\n"
       "#SBATCH --open-mode=append\n"
       "exec {} task {} \"$(($1 + SLURM_ARRAY_TASK_ID))\"\n",
-      job.title, job.tasks.size(), job.tasks.size() - 1, job.threads, for_a_shell(program()), for_a_shell(folder));
+      job.title, job.tasks.size(), job.tasks.size() - 1, job.threads, quote_for_shell(program()),
+      quote_for_shell(folder));
 }
 
 Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
-                        const std::function<void(const Progress&)>& tell) {
+                        const std::function<void(const Progress&)>& report) {
   const auto absolute = fs::absolute(folder).string();
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const auto left = left_of(job, absolute);
+    const auto left = unfinished_tasks(job, absolute);
     if (!left) return failure(left.error());
-    if (left->empty()) return progress_of(job, absolute);
-    const auto workers = workers_of(job, absolute, how);
-    const auto at_it = workers->are_at_it();
-    if (!at_it) return failure(at_it.error());
-    if (!*at_it)
+    if (left->empty()) return count_progress(job, absolute);
+    const auto workers = make_workers(job, absolute, how);
+    const auto running = workers->are_running();
+    if (!running) return failure(running.error());
+    if (!*running)
       if (auto begun = workers->begin(*left); !begun) return failure(begun.error());
-    if (!how.waits) return progress_of(job, absolute);
-    for (bool through = false; !through;) {
-      const auto asked = workers->are_through();
-      if (!asked) return failure(asked.error());
+    if (!how.waits) return count_progress(job, absolute);
+    for (bool finished = false; !finished;) {
+      const auto is_finished = workers->have_finished();
+      if (!is_finished) return failure(is_finished.error());
       // Set before the progress is read, so that a task that ends in between is seen.
-      through = *asked;
-      const auto progress = progress_of(job, absolute);
+      finished = *is_finished;
+      const auto progress = count_progress(job, absolute);
       if (!progress) return progress;
-      tell(*progress);
+      report(*progress);
       if (progress->left() == 0) return progress;
-      if (!through && ready(how.stop, POLLIN, Deadline(kLook)))
+      if (!finished && ready(how.stop, POLLIN, Deadline(kPollEvery)))
         return failure(FaultKind::interrupted, folder, "is not waited for any more");
     }
   }

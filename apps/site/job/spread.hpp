@@ -30,19 +30,19 @@ struct Progress {
   [[nodiscard]] std::size_t left() const { return all - good - bad; }
   bool operator==(const Progress&) const = default;
 };
-[[nodiscard]] Result<Progress> progress_of(const Job& job, const std::string& folder);
+[[nodiscard]] Result<Progress> count_progress(const Job& job, const std::string& folder);
 
 /// Returns the numbers in the form of sbatch: "0-3,7".
-[[nodiscard]] std::string ranges_of(const std::vector<std::size_t>& numbers);
+[[nodiscard]] std::string to_ranges(const std::vector<std::size_t>& numbers);
 
 /// Returns the script of an array: the text of FOLDER/job.sh.
 [[nodiscard]] std::string slurm_script(const Job& job, const std::string& folder);
 
 /// Distributes the tasks without an end, unless the workers of an earlier call still run, and waits. Distributes a task
-/// that died, with its machine or out of memory, up to three times in all; does not repeat a failed task. `tell`
+/// that died, with its machine or out of memory, up to three times in all; does not repeat a failed task. `report`
 /// receives the progress. Fails with refused if the workers do not answer, or if tasks die again and again, and with
 /// interrupted.
 [[nodiscard]] Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
-                                      const std::function<void(const Progress&)>& tell);
+                                      const std::function<void(const Progress&)>& report);
 
 }  // namespace gyrotherm::site

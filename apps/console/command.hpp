@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What every subcommand is made of: options, and an action that ends in an exit code or a fault; and what more than
-/// one of them asks of the machine.
+/// Building blocks of all subcommands: options, an action that ends in an exit code or a fault, and small functions
+/// that several commands share.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,15 +15,15 @@
 
 namespace gyrotherm::app {
 
-/// Names of the values that options and positionals take, for ->type_name(value::kRig). Help and manual show the name,
-/// and a shell completes the value accordingly (command_info.hpp).
+/// Names of the values of options and positional arguments, for ->type_name(value::kRig). Help and manual pages print
+/// the name; shells complete the value by it (command_info.hpp).
 namespace value {
 inline constexpr const char *kProfile = "PROFILE", *kRig = "RIG", *kMap = "MAP", *kGyro = "GYRO", *kRecord = "RECORD",
                             *kRecordOrFolder = "RECORD|FOLDER", *kModel = "MODEL", *kTable = "TABLE", *kToml = "TOML",
                             *kPem = "PEM", *kCode = "SOURCE", *kFile = "FILE", *kFolder = "FOLDER";
 }  // namespace value
 
-/// The exit codes that users rely on.
+/// Exit codes of all programs. Scripts rely on them; they do not change.
 enum class Exit : int {
   done = 0,
   outside_limits = 1,
@@ -36,7 +36,7 @@ enum class Exit : int {
 
 [[nodiscard]] Exit exit_for(const Fault& fault);
 
-/// What each of them means, as manual pages say it.
+/// Meaning of each exit code, for manual pages.
 inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
     {Exit::done, "done"},
     {Exit::outside_limits, "done, and a result is outside a limit of the profile's [accept] table"},
@@ -49,7 +49,7 @@ inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
     {Exit::interlock,
      "an interlock ended the run, and the chamber was made safe or could not be: the message says which"}};
 
-/// A program of subcommands.
+/// Program with subcommands.
 struct Program {
   Program(const std::string& name, const std::string& description);
 
@@ -58,12 +58,13 @@ struct Program {
   Result<Exit> outcome = Exit::done;
 };
 
-/// Adds a subcommand to the program, or below another command: "gyrotherm report sign". Its help opens with an example.
-/// What its options are read into lives as long as the program; its callback puts the outcome into the program.
+/// Adds a subcommand to the program or below another command: "gyrotherm report sign". Its help begins with the
+/// example. Objects that receive option values must live as long as the program. The caller sets a callback that stores
+/// the outcome in the program.
 CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& name, const std::string& description,
                          const std::string& example);
-/// Does the same, and has it carry out `what` with its options, in which defaults may be put first; nothing where one
-/// of its own subcommands is given.
+/// Adds a subcommand that calls `what` with its options. The caller may set defaults in the returned options. Does not
+/// call `what` if the user gave a subcommand of this command.
 template <class Options>
 std::pair<CLI::App&, Options&> add_subcommand(Program& program, CLI::App& parent, const std::string& name,
                                               const std::string& description, const std::string& example,
@@ -76,7 +77,7 @@ std::pair<CLI::App&, Options&> add_subcommand(Program& program, CLI::App& parent
   return {command, *options};
 }
 
-/// Each to the program itself.
+/// Adds a command to the program itself.
 CLI::App& add_command(Program& program, const std::string& name, const std::string& description,
                       const std::string& example);
 
@@ -86,33 +87,32 @@ std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& 
   return add_subcommand(program, program.cli, name, description, example, what);
 }
 
-/// `completion SHELL`: a script that completes this program's command lines.
+/// Adds `completion SHELL`, which prints a script that completes this program's command lines.
 void add_completion(Program& program);
-/// `manual [COMMAND]`, which the build makes the manual pages with.
+/// Adds `manual [COMMAND]`. The build makes the manual pages with it.
 void add_manual(Program& program);
 
-/// The option --outside, what to do with inputs beyond those of the training; `refused` is what becomes of one that is
-/// refused.
+/// Adds the option --outside: the treatment of inputs outside the trained range. `refused` describes the result for a
+/// refused input in the help.
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");
 
-/// Refuses what begins with a minus sign.
+/// Refuses a value that begins with a minus sign.
 [[nodiscard]] CLI::Validator not_negative();
-/// Refuses "-" for a file or a folder that is written: it is no word for standard output there.
+/// Refuses "-" as the name of an output file or folder: "-" does not mean standard output there.
 [[nodiscard]] CLI::Validator not_a_dash();
 
-/// Adds a subcommand that reads none of the words after it, options and --help among them, but hands them to `action`.
+/// Adds a subcommand that does not parse its arguments, not even --help, and passes all of them to `action`.
 void add_forwarded(Program& program, const std::string& name, const std::string& description,
                    const std::string& example,
                    std::function<Result<Exit>(const std::vector<std::string>& words)> action);
 
-/// Becomes a program that was installed beside this one, with these words on its command line; returns only if that
-/// cannot be.
+/// Replaces this process by a program that was installed next to it, with these arguments. Returns only if that fails.
 [[nodiscard]] Result<Exit> become_program(const std::string& name, std::vector<std::string> words);
 
-/// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
+/// Parses the command line, runs the subcommand and prints its fault, if any. Returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
 
-/// The most that the program has held so far.
+/// Returns the largest resident memory of the process so far.
 [[nodiscard]] double peak_memory_mb();
 
 }  // namespace gyrotherm::app

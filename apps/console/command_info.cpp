@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kExampleMark = "Example: ";
 
-/// "TEXT:{a,b}" → "a", "b": how CLI11 writes down what a value must be one of.
+/// Returns the permitted values in CLI11's type name: "TEXT:{a,b}" gives "a" and "b".
 std::vector<std::string> choices_in(std::string_view type) {
   std::vector<std::string> choices;
   const auto begins = type.find('{'), ends = type.rfind('}');

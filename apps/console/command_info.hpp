@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The commands of a program and their options as the parser of the command line knows them: the one description that
-/// manual pages and the shells' completions are made of.
+/// Description of a program's commands and options, read from the command-line parser. Manual pages and shell
+/// completions are made from it.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,18 +12,22 @@
 
 namespace gyrotherm::app {
 
-/// An option, or a word that stands by itself.
+/// Option or positional argument.
 struct OptionInfo {
-  std::vector<std::string> names;    ///< "--verbose", "-v"; empty for a word
-  std::string value;                 ///< what it takes, like "RIG" (value.hpp); empty for a flag
-  std::vector<std::string> choices;  ///< where it is one of a few words
+  /// "--verbose", "-v"; empty for a positional argument
+  std::vector<std::string> names;
+  /// name of its value, such as "RIG" (namespace value); empty for a flag
+  std::string value;
+  /// permitted values, if there is a fixed list
+  std::vector<std::string> choices;
   std::string description;
   bool is_required = false;
-  bool repeats = false;  ///< may have several values
+  bool repeats = false;  ///< takes several values
 };
 
 struct CommandInfo {
-  std::vector<std::string> path;  ///< "report", "sign"; empty for the program itself
+  /// "report", "sign"; empty for the program itself
+  std::vector<std::string> path;
   std::string program;
   std::string example;
   std::string description;
@@ -32,21 +36,23 @@ struct CommandInfo {
   std::vector<CommandInfo> below{};
 };
 
-/// A kind of value, with which files a shell completes it.
+/// Kind of value, with the files that a shell offers for it.
 struct ValueKind {
   std::string_view name;
-  const ShippedKind* shipped;             ///< names of shipped files, or null
-  std::vector<std::string_view> endings;  ///< of files, like "db"; empty: every file
-  bool is_folder = false;                 ///< folders alone
+  /// kind of shipped files, or null
+  const ShippedKind* shipped;
+  /// file name endings such as "db"; empty for all files
+  std::vector<std::string_view> endings;
+  bool is_folder = false;  ///< only folders
 };
 
-/// The kind of that name, or null if its values are no files.
+/// Returns the kind with that name, or null if its values are not files.
 [[nodiscard]] const ValueKind* value_kind(std::string_view name);
 
-/// Hidden commands and options are left out.
+/// Describes all commands and options except hidden ones.
 [[nodiscard]] CommandInfo describe_commands(const CLI::App& program);
 
-/// The first sentence of a description, its first letter small and without its full stop, as a list shows it.
+/// Returns the first sentence of a description for a list: without full stop, first letter in lower case.
 [[nodiscard]] std::string in_short(const std::string& description);
 
 }  // namespace gyrotherm::app

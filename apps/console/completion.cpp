@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Scripts that let a shell complete the commands of a program, their options and values, made of the description that
-/// the parser has. A script asks for names of shipped files when it needs them, by `completion --names`.
+/// Scripts that let a shell complete a program's commands, options and values, made from CommandInfo. A script reads
+/// the names of shipped files from `completion --names` when it needs them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,14 +16,14 @@
 namespace gyrotherm::app {
 namespace {
 
-/// The text with each `from` as `to`.
+/// Replaces each `from` in the text by `to`.
 std::string with(std::string text, std::string_view from, std::string_view to) {
   for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
     text.replace(at, from.size(), to);
   return text;
 }
 
-/// Within single quotes of bash and zsh, and of fish.
+/// Quote text for bash and zsh, and for fish.
 std::string quoted(const std::string& text) { return "'" + with(text, "'", "'\\''") + "'"; }
 std::string fish_quoted(const std::string& text) { return "'" + with(with(text, "\\", "\\\\"), "'", "\\'") + "'"; }
 
@@ -31,8 +31,8 @@ std::string joined(const std::vector<std::string>& words, const char* by = " ") 
   return fmt::format("{}", fmt::join(words, by));
 }
 
-/// "gyrotherm-thermal" → "_gyrotherm_thermal", and the words of a command after two more of these: a name that shells
-/// take, and that is no other program's.
+/// Returns the name of a shell function: "gyrotherm-thermal" gives "_gyrotherm_thermal"; "__" and a subcommand follow
+/// for each level. Shells accept the name, and no other program uses it.
 std::string function_of(const CommandInfo& command, const char* lead = "_") {
   std::string name = lead + command.program;
   for (const auto& word : command.path) name += "__" + word;
@@ -51,7 +51,7 @@ std::vector<std::string> names_of(const std::vector<OptionInfo>& options) {
   return names;
 }
 
-/// Each command of a program, and itself.
+/// Calls `what` for a command and all commands below it.
 void for_each(const CommandInfo& command, const std::function<void(const CommandInfo&)>& what) {
   what(command);
   for (const auto& below : command.below) for_each(below, what);
@@ -59,7 +59,7 @@ void for_each(const CommandInfo& command, const std::function<void(const Command
 
 // ---- bash
 
-/// What _…_reply of the script is told to offer: "shipped RIG toml", "words coarse fine", "folders", "files db",
+/// Returns the argument for the script's _…_reply: "shipped RIG toml", "words coarse fine", "folders", "files db" or
 /// "none".
 std::string bash_offer(const OptionInfo& option) {
   if (!option.choices.empty()) return "words " + joined(option.choices);
@@ -168,7 +168,7 @@ complete -F FUNCTION PROGRAM
 
 // ---- zsh
 
-/// Up to where a list has room for it, without what _arguments would take for its own.
+/// Shortens a description for a list and removes characters that are special to _arguments.
 std::string zsh_text(const std::string& description) {
   auto text = in_short(description);
   for (const char* special : {"[", "]", ":", "\\"}) text = with(text, special, "");
@@ -180,10 +180,10 @@ std::string zsh_action(const OptionInfo& option, const std::string& function) {
   const auto* kind = value_kind(option.value);
   if (kind == nullptr) return " ";
   if (kind->is_folder) return "_files -/";
-  std::string pattern;  // with one ending in brackets zsh would take it for qualifiers
+  std::string pattern;
   if (kind->endings.size() == 1) pattern = fmt::format(" -g \"*.{}\"", kind->endings.front());
   if (kind->endings.size() > 1) pattern = fmt::format(" -g \"*.({})\"", fmt::join(kind->endings, "|"));
-  // Behind a blank _arguments leaves the words of a call as they are.
+  // The leading blank keeps _arguments from changing the arguments of the call.
   if (kind->shipped != nullptr) return fmt::format(" {}__shipped {}{}", function, kind->name, pattern);
   return "_files" + pattern;
 }

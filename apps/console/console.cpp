@@ -25,7 +25,7 @@ bool may_move() {
   return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr && !is_dumb;
 }
 
-/// "12 min 03 s left", or nothing while there is nothing to go by.
+/// Returns ", 12 min 03 s left", or nothing until 1 % and two seconds have passed.
 std::string time_left(double fraction, steady_clock::duration spent) {
   if (fraction < 0.01 || spent < std::chrono::seconds(2) || fraction >= 1) return {};
   const auto seconds = std::chrono::duration<double>(spent).count() * (1 - fraction) / fraction;
@@ -36,7 +36,7 @@ struct TerminalSize {
   std::size_t columns = 80, rows = 24;
 };
 
-/// Asks the terminal behind stderr.
+/// Returns the size of the terminal on stderr, or 80 × 24.
 TerminalSize terminal_size() {
   winsize size{};
   TerminalSize found;
@@ -55,7 +55,7 @@ void Console::never_wait() {
   err_.never_wait();
 }
 
-/// What instruments and files say cannot steer the terminal.
+/// Removes control characters: text from instruments and files must not control the terminal.
 void Console::put_message(std::string words) {
   const auto text = plain(words, Blanks::kept);
   err_.say([&](std::size_t dropped) {
@@ -75,7 +75,7 @@ void Console::data(std::string_view text) {
   fact([&](std::size_t) { return plain(text, Blanks::kept); });
 }
 
-/// What is drawn on the terminal goes first, for stdout may be that terminal too.
+/// Erases the panel first, because stdout may be the same terminal.
 void Console::fact(const std::function<std::string(std::size_t missed)>& text) {
   if (moving_) put_message({});
   out_.say(text);
@@ -114,7 +114,7 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   auto shown = lines();
   if (!moving_) return put_message(shown.front() + "\n");
   const auto [columns, rows] = terminal_size();
-  // What has left the screen at its top cannot be redrawn.
+  // Lines that have scrolled off the top cannot be redrawn.
   if (shown.size() >= rows) shown.resize(std::max<std::size_t>(rows, 2) - 1);
   for (auto& line : shown) line = cut_to(plain(line), columns);
   err_.draw(std::move(shown));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How the program speaks: data on stdout, messages and progress on stderr.
+/// Output of a program: data on stdout, messages and progress on stderr.
 #pragma once
 
 #include <chrono>
@@ -13,50 +13,51 @@
 
 namespace gyrotherm::app {
 
-/// All calls come from the main thread.
+/// All functions are called from the main thread.
 class Console {
  public:
   Console();
 
-  bool json = false;     ///< facts as JSON
-  bool samples = false;  ///< … and each second of a run
+  /// Facts as JSON; with `samples` also each second of a run.
+  bool json = false;
+  bool samples = false;
   bool quiet = false;    ///< no messages, no progress
-  bool verbose = false;  ///< more of them
+  bool verbose = false;  ///< more messages
 
-  /// From now on no call waits for whoever reads stdout or stderr. What cannot be shown in time is dropped, pictures
-  /// first; of messages and of facts the next ones say how many were.
+  /// Makes all later calls return without waiting for a slow reader of stdout or stderr. Output that cannot be written
+  /// in time is dropped, panels first. The next message or fact reports how many of its kind were dropped.
   void never_wait();
 
-  /// One line for people, on stderr.
+  /// Prints one line for people on stderr.
   void say(std::string_view message);
-  /// One line of more detail, with --verbose.
+  /// Prints one line of detail on stderr if --verbose was given.
   void detail(std::string_view message);
-  /// Data, on stdout: text, without what could steer a terminal.
+  /// Prints text on stdout, without characters that could control a terminal.
   void data(std::string_view text);
-  /// One line of data; `text` is told how many such lines before it were dropped since the last one was not.
+  /// Prints one line of data. `text` gets the number of such lines that were dropped since the last printed one.
   void fact(const std::function<std::string(std::size_t missed)>& text);
-  /// A fault of the program of that name, on stderr, whole even with --quiet.
+  /// Prints a fault of the named program on stderr, in full even with --quiet.
   void complain(std::string_view program, const Fault& fault);
 
-  /// Shows a stage, its percentage and the time left: on a terminal one moving line, elsewhere a plain line now and
-  /// then.
+  /// Shows a stage, its percentage and the remaining time. On a terminal one line is redrawn; elsewhere a plain line is
+  /// printed every 10 s.
   void progress(std::string_view stage, double fraction);
-  /// Shows a few lines, redrawn in place on a terminal at most ten times a second; elsewhere the first of them as a
-  /// plain line now and then, and where `at_once`.
+  /// Shows a few lines. On a terminal they are redrawn in place, at most ten times a second. Elsewhere the first of
+  /// them is printed as a plain line every minute, and immediately with `at_once`.
   void panel(const std::function<std::vector<std::string>()>& lines, bool at_once);
-  /// progress() as a sink that also asks for a stop once the user has pressed Ctrl-C.
+  /// Returns a sink that calls progress() and requests a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();
 
-  /// Whether a panel is redrawn in place.
+  /// Returns whether a panel is redrawn in place.
   [[nodiscard]] bool redraws() const { return moving_; }
-  /// Whether some data could not be written.
+  /// Returns whether some data could not be written.
   [[nodiscard]] bool data_was_lost() const { return out_.has_failed(); }
 
  private:
   void put_message(std::string words);
 
   Outlet out_, err_;
-  bool moving_;  ///< stderr is a terminal and may be redrawn
+  bool moving_;  ///< stderr is a capable terminal
   std::string stage_;
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
 };

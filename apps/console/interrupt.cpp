@@ -13,7 +13,8 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr std::int64_t kOnePress = 500'000'000;  ///< ns: signals as near as that were one press of a key
+/// Signals within this time were one press of a key, in ns.
+constexpr std::int64_t kOnePress = 500'000'000;
 
 std::atomic<int> stops_so_far{0};
 std::atomic<int> terminations_so_far{0};
@@ -37,7 +38,7 @@ void on_signal(int number) {
     first_at = now_ns();
   } else if (second_ends && now_ns() - first_at > kOnePress) {
     std::signal(number, SIG_DFL);
-    std::raise(number);  // taken when this handler returns
+    std::raise(number);  // delivered when this handler returns
   }
   [[maybe_unused]] const auto written = ::write(wake_pipe[1], "", 1);
   errno = before;

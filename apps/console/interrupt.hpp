@@ -1,40 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Ctrl-C, SIGTERM and a lost terminal (SIGHUP) end the program at once, unless a command asks to be told of them, so
-/// as to stop in order; nothing is done in the signal handler itself.
+/// Handling of Ctrl-C, SIGTERM and a lost terminal (SIGHUP). By default they end the program at once. A command that
+/// must stop in order calls watch_for_interrupts() and polls; the signal handler itself only counts.
 #pragma once
 
 namespace gyrotherm::app {
 
-/// What the second signal does where the first has not ended the program, and came half a second before or earlier.
+/// Effect of a second signal that arrives more than half a second after the first.
 enum class SecondInterrupt {
-  ends,        ///< the program, at once
-  is_counted,  ///< and no more: whoever drives a real chamber decides
+  ends,        ///< ends the program at once
+  is_counted,  ///< only counts; the command decides
 };
 
-/// Takes SIGINT, SIGTERM and SIGHUP over; a SIGHUP that was ignored when the program started (nohup) stays ignored. For
-/// a command that looks at interrupted() again and again, from where it begins to. Again: `second` anew.
+/// Catches SIGINT, SIGTERM and SIGHUP from now on. A SIGHUP that was ignored at the start of the program (nohup)
+/// remains ignored. Call it where polling of interrupted() begins. A further call changes `second` only.
 void watch_for_interrupts(SecondInterrupt second);
 
-/// A reader that has gone, and a bound on the size of files, are found by the write that fails, not by SIGPIPE and
-/// SIGXFSZ. Once, at the start of the program.
+/// Ignores SIGPIPE and SIGXFSZ, so that a closed reader or a file size limit makes the write fail instead of ending the
+/// program. Call it once, at the start of the program.
 void let_writes_fail();
 
-/// True from the first such signal on, forgiven ones aside.
+/// Returns whether a signal has arrived. Forgiven hang-ups do not count.
 [[nodiscard]] bool interrupted();
 
-/// How many there have been, forgiven ones aside.
+/// Counts all signals except forgiven hang-ups.
 [[nodiscard]] int interrupts();
-/// How many asked for an end (SIGINT, SIGTERM), and how many said that the terminal is lost (SIGHUP).
+/// Count the requests to stop (SIGINT, SIGTERM) and the losses of the terminal (SIGHUP).
 [[nodiscard]] int stops();
-/// Counts the SIGTERM among them: a shutdown, a service manager, the end of a session.
+/// Counts SIGTERM alone: a shutdown, a service manager or the end of a session.
 [[nodiscard]] int terminations();
 [[nodiscard]] int hangups();
-/// The lost terminal has been answered, and is no interrupt any more.
+/// Marks all hang-ups so far as handled; interrupts() no longer counts them.
 void forgive_hangups();
 
-/// Becomes readable at each such signal; for an event loop. None (−1) while nobody watches.
+/// Returns a descriptor that becomes readable at each signal, for an event loop; −1 before watch_for_interrupts().
 [[nodiscard]] int interrupt_descriptor();
-/// Makes it wait for the next one.
+/// Reads the descriptor empty, so that it waits for the next signal.
 void take_wake_ups();
 
 }  // namespace gyrotherm::app

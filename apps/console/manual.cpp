@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Manual pages: names, synopsis and options of the description that the parser has, prose written by hand. The build
-/// makes them with `gyrotherm manual`, which help does not show.
+/// Manual pages. Names, synopsis and options come from CommandInfo, prose from docs/man. The build makes the pages with
+/// the hidden command `gyrotherm manual`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,14 +19,14 @@
 namespace gyrotherm::app {
 namespace {
 
-/// The part of a page that the parser does not know.
+/// Content of a page that is not part of CommandInfo: prose of docs/man, release date and version of the program.
 struct ManualText {
-  std::string prose;    ///< as docs/man has it: paragraphs of the description, then sections
-  std::string date;     ///< of the release, "2026-11-21"
-  std::string version;  ///< of the program
+  std::string prose;  ///< description paragraphs, then sections
+  std::string date;   ///< release date, "2026-11-21"
+  std::string version;
 };
 
-/// Text as roff shows it: backslashes and hyphens are themselves, and no line is taken for a request.
+/// Escapes text for roff: backslashes and hyphens are printed literally, and no line is taken for a request.
 std::string roff(std::string_view text) {
   std::string escaped;
   bool begins_line = true;
@@ -52,12 +52,12 @@ std::string capitals(std::string text) {
   return text;
 }
 
-/// "gyrotherm report sign"
+/// Returns "gyrotherm report sign".
 std::string full_name(const CommandInfo& command) {
   return command.path.empty() ? command.program : fmt::format("{} {}", command.program, fmt::join(command.path, " "));
 }
 
-/// "gyrotherm-report"
+/// Returns "gyrotherm-report".
 std::string page_name(const CommandInfo& command) {
   return command.path.empty() ? command.program : command.program + "-" + command.path.front();
 }
@@ -69,7 +69,7 @@ std::string value_of(const OptionInfo& option) {
   return text;
 }
 
-/// What must be given stands there, the rest as "[options]".
+/// Returns the command with its required arguments and options; all other options are shown as "[options]".
 std::string synopsis(const CommandInfo& command) {
   auto text = bold(full_name(command));
   for (const auto& word : command.words) {
@@ -92,7 +92,7 @@ std::string option_entry(const OptionInfo& option) {
                      !option.names.empty() && option.repeats ? "; may be given several times" : "");
 }
 
-/// Those of every command come last.
+/// Recognises the options that every command has. They are listed last.
 bool is_common(const OptionInfo& option) {
   const auto& name = option.names.back();
   return name == "--help" || name == "--json" || name == "--verbose" || name == "--quiet" || name == "--version";
@@ -105,7 +105,8 @@ std::string option_entries(const CommandInfo& command) {
   return text + common;
 }
 
-/// Paragraphs are apart by an empty line; a line of a list begins with its word and a colon.
+/// Returns the paragraphs of a description, which empty lines separate. A line of a list begins with its keyword and a
+/// colon.
 std::string paragraphs(const std::string& description) {
   std::string text;
   for (std::size_t at = 0; at < description.size();) {
@@ -124,7 +125,7 @@ std::string example_of(const CommandInfo& command) {
   return command.example.empty() ? "" : fmt::format(".PP\n.EX\n{}\n.EE\n", roff(command.example));
 }
 
-/// `words` bold, *words* slanted; nothing else is special.
+/// Formats `text` as bold and *text* as italic. No other character is special.
 std::string inline_roff(std::string_view line) {
   std::string shown;
   std::string_view left = line;
@@ -147,12 +148,12 @@ std::vector<std::string> lines_in(const std::string& text) {
   return lines;
 }
 
-/// Prose as docs/man has it: "# SECTION", "## Part", paragraphs, a term above the lines ": …" that explain it, and
-/// lines set in by four blanks, which stay as they are.
+/// Converts prose of docs/man: "# SECTION", "## Part", paragraphs, a term above the lines ": …" that explain it, and
+/// lines indented by four blanks, which are printed literally.
 std::string roff_of_prose(const std::string& prose) {
   const auto lines = lines_in(prose);
   std::string page;
-  bool is_new = false, is_code = false;  // a paragraph begins; a block of code goes on
+  bool is_new = false, is_code = false;  // paragraph begins; inside a code block
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto& line = lines[i];
     const bool indented = line.starts_with("    ");
@@ -181,7 +182,7 @@ std::string roff_of_prose(const std::string& prose) {
   return page + (is_code ? ".EE\n.RE\n" : "");
 }
 
-/// What stands before the first section, the sections, and the last of them, SEE ALSO.
+/// Text before the first section, the sections, and SEE ALSO, which is the last one.
 struct Sections {
   std::string first, middle, see_also;
 };
@@ -198,13 +199,14 @@ std::string header(const std::string& name, const ManualText& text) {
                      roff(capitals(name)), text.date, text.version);
 }
 
-/// What a command does, after its name: a program's description begins with that.
+/// Returns the purpose of a command. A program's name is removed from the start of its description.
 std::string purpose_of(const CommandInfo& command) {
   auto text = in_short(command.description);
   return text.starts_with(command.program + " ") ? text.substr(command.program.size() + 1) : text;
 }
 
-/// A list of the commands, each with its page; or of what stands below one, in whole.
+/// Lists the commands below a command: for the program itself one line and a page for each, otherwise their complete
+/// entries.
 std::string commands_below(const CommandInfo& command) {
   if (command.below.empty()) return {};
   std::string text = ".SH COMMANDS\n";
@@ -223,8 +225,8 @@ std::string exit_status() {
   return text;
 }
 
-/// Returns the page of a command, with all commands below it; of the program itself a list of its commands,
-/// each with its page. The sections of the prose are between the options and the exit status, SEE ALSO at the end.
+/// Returns the page of a command with all commands below it. The page of the program lists its commands instead, each
+/// with its page. The sections of the prose are between the options and the exit status; SEE ALSO is at the end.
 std::string manual_page(const CommandInfo& command, const ManualText& text) {
   const auto prose = sections_of(text.prose);
   auto page = header(page_name(command), text) +
@@ -235,7 +237,7 @@ std::string manual_page(const CommandInfo& command, const ManualText& text) {
   return page + commands_below(command) + prose.middle + exit_status() + prose.see_also;
 }
 
-/// Returns a page that is prose alone, of a program with a parser of its own.
+/// Returns a page that consists of prose only, for a program with a parser of its own.
 std::string manual_page(const std::string& name, const ManualText& text) {
   return header(name, text) + roff_of_prose(text.prose);
 }

@@ -22,13 +22,14 @@ namespace {
 constexpr auto kLongestFarewell = std::chrono::seconds(1);
 constexpr int kForever = -1;
 
-/// Writes all, however long the reader takes; false once it cannot be written, or the user wants to stop (`impatient`).
+/// Writes all text, however long the reader takes. Returns false if a write fails or, if `impatient`, the user wants to
+/// stop.
 bool write_all(int descriptor, std::string_view text, bool impatient) {
   while (!text.empty()) {
     const auto written = ::write(descriptor, text.data(), text.size());
     if (written >= 0) {
       text.remove_prefix(static_cast<std::size_t>(written));
-    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {  // somebody else who has it open made it so
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {  // another process made it non-blocking
       pollfd reader{descriptor, POLLOUT, 0};
       ::poll(&reader, 1, kForever);
     } else if (errno != EINTR) {
@@ -41,23 +42,23 @@ bool write_all(int descriptor, std::string_view text, bool impatient) {
 
 }  // namespace
 
-/// What the outlet and its thread share.
+/// State shared by the outlet and its thread.
 struct Outlet::SharedState {
   explicit SharedState(int to) : descriptor(to) {}
 
   const int descriptor;
-  std::mutex mutex;  ///< guards everything below
+  std::mutex mutex;  ///< guards all members below
   std::condition_variable work, progress;
   std::deque<std::string> lines;
-  std::size_t waiting{};                            ///< bytes in `lines`
-  std::size_t dropped{};                            ///< since the last lines that were taken
-  std::optional<std::vector<std::string>> picture;  ///< the newest
-  Screen screen;                                    ///< as the descriptor was given it
+  std::size_t waiting{};  ///< bytes in `lines`
+  std::size_t dropped{};  ///< since the last accepted lines
+  std::optional<std::vector<std::string>> picture;
+  Screen screen;  ///< state of the descriptor's terminal
   bool by_thread{}, writing{}, stop{}, failed{};
 
   [[nodiscard]] bool is_idle() const { return lines.empty() && !picture && !writing; }
 
-  /// The next bytes, lines before the picture. Called with the lock, and not when idle.
+  /// Returns the next bytes, lines before the picture. Requires the lock, and something to write.
   std::string next() {
     if (lines.empty()) return screen.picture(*std::exchange(picture, std::nullopt));
     auto text = screen.message(lines.front());
@@ -66,7 +67,7 @@ struct Outlet::SharedState {
     return text;
   }
 
-  /// Called and returns with the lock.
+  /// Writes the next bytes. Releases the lock while it writes.
   void write_next(std::unique_lock<std::mutex>& lock) {
     const auto text = next();
     writing = true;
@@ -78,7 +79,7 @@ struct Outlet::SharedState {
     progress.notify_all();
   }
 
-  /// The work of the thread.
+  /// Writes until it is asked to stop. Runs in the thread.
   void serve() {
     block_signals();
     std::unique_lock lock(mutex);
@@ -89,7 +90,7 @@ struct Outlet::SharedState {
     }
   }
 
-  /// Writes what there is, or has the thread do it. Called with the lock.
+  /// Writes everything, or wakes the thread to do it. Requires the lock.
   void hand_over(std::unique_lock<std::mutex>& lock) {
     if (by_thread) return work.notify_one();
     while (!is_idle()) write_next(lock);
@@ -129,7 +130,7 @@ bool Outlet::has_failed() const {
   return desk_->failed;
 }
 
-/// A thread whose write does not come back is left behind in it.
+/// Waits one second at most for the thread. If its write hangs, the thread is detached.
 Outlet::~Outlet() {
   if (!writer_.joinable()) return;
   std::unique_lock lock(desk_->mutex);

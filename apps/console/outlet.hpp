@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The way out of the program for text: its standard output, or its standard error. Whoever reads it may stop reading
-/// (Ctrl-S, a stalled connection, a full pipe, a file on a disk that hangs), and a run that drives a chamber must not
-/// wait for that.
+/// Writer for standard output or standard error. A reader may stop reading (Ctrl-S, a stalled connection, a full pipe,
+/// a file on a disk that hangs). A run that drives a chamber must not wait for it.
 #pragma once
 
 #include <functional>
@@ -15,44 +14,47 @@
 
 namespace gyrotherm::app {
 
-/// Calls come from one thread.
+/// All functions are called from one thread.
 class Outlet {
  public:
-  /// `descriptor` outlives it.
+  /// `descriptor` must outlive the object.
   explicit Outlet(int descriptor);
-  /// Waits for what is still to be written, a second at most if never_wait() was called.
+  /// Waits until all text is written; at most one second if never_wait() was called.
   ~Outlet();
   Outlet(const Outlet&) = delete;
   Outlet& operator=(const Outlet&) = delete;
 
-  /// Until now each call waits until its text is written. From now on none does: a thread of the outlet's own writes.
+  /// Makes all later calls return at once: a thread of the object writes. Before, each call waits until its text is
+  /// written.
   void never_wait();
 
-  /// Whole lines, in order. Where too much waits already they are dropped, and counted: the next lines that are taken
-  /// get that number.
+  /// Writes whole lines in order. Lines are dropped and counted while more than kMostWaiting bytes wait; the next
+  /// accepted lines get that count.
   using Lines = std::function<std::string(std::size_t dropped)>;
   void say(const Lines& lines);
-  /// Lines that are drawn in place on a terminal. One that waits is replaced: only the newest counts.
+  /// Draws lines in place on a terminal. A picture that still waits is replaced by the newest.
   void draw(std::vector<std::string> picture);
 
-  /// Whether something could not be written: a full disk, a reader who has gone.
+  /// Returns whether some text could not be written: the disk is full or the reader has gone.
   [[nodiscard]] bool has_failed() const;
 
-  /// Bytes that wait at most.
+  /// Maximum number of waiting bytes.
   static constexpr std::size_t kMostWaiting = 1 << 18;
 
  private:
   struct SharedState;
   std::shared_ptr<SharedState>
-      desk_;  ///< shared with the thread, which may outlast the outlet if a write does not come back
+      /// Shared with the thread, which may outlive the object if a write hangs.
+      desk_;
   std::thread writer_;
 };
 
 class Screen {
  public:
-  /// The bytes that put whole lines of text above where the picture was; the picture is gone until it is drawn again.
+  /// Returns the bytes that replace the picture by whole lines of text. The picture is drawn again with the next
+  /// picture().
   [[nodiscard]] std::string message(std::string_view text);
-  /// The bytes that draw these lines in the place of those drawn before; the cursor stays in the last of them.
+  /// Returns the bytes that replace the previous picture by these lines. The cursor remains in the last line.
   [[nodiscard]] std::string picture(const std::vector<std::string>& lines);
 
  private:
@@ -60,7 +62,7 @@ class Screen {
   std::size_t lines_open_ = 0;
 };
 
-/// The first characters of a line, as many as fit: one that wraps would leave its rest on the terminal.
+/// Returns as many characters of a line as fit. A line that wraps could not be erased completely.
 [[nodiscard]] std::string cut_to(const std::string& line, std::size_t width);
 
 }  // namespace gyrotherm::app

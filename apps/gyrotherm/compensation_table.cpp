@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
 constexpr std::size_t kSlotColumn = 0;
 
-/// "A [°C]" without its unit.
+/// Split a title such as "A [°C]" into name and unit.
 std::string_view name_in(std::string_view title) { return title.substr(0, title.rfind(" [")); }
 std::string_view unit_in(std::string_view title) {
   const auto at = title.rfind(" [");
@@ -32,15 +32,16 @@ std::optional<std::size_t> find(const std::vector<std::string>& header, std::str
   return find_if(header, [&](const std::string& title) { return name_in(title) == name; });
 }
 
-/// A thermometer and a gyro may both be called "A"; a temperature or what the gyro has turned, by its unit.
+/// Finds a column by name. A thermometer and a gyro may have the same name; the unit distinguishes temperature and
+/// rotation.
 std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name, bool is_temperature) {
   return find_if(header, [&](const std::string& title) {
     return name_in(title) == name && (unit_in(title) == "°C") == is_temperature;
   });
 }
 
-/// Of a plain header, which need not say units: fails with bad_file at a column with one that its numbers do not have
-/// here.
+/// Checks the units of a plain header. A title without a unit is accepted. Fails with bad_file if a unit is not the one
+/// that the column must have.
 Result<void> check_units(const std::vector<std::string>& header, std::size_t bias) {
   static const std::set<std::string_view> temperature{"", "°C", "C", "degC"}, rate{"", "°/h", "deg/h"};
   for (std::size_t k = 0; k <= bias; ++k) {
@@ -64,14 +65,14 @@ std::set<std::string> inputs_of(const model::Model& model) {
   return names;
 }
 
-/// What the comments say of "thermometer A" or "axis u1.x": the text after it; empty if they say nothing.
+/// Returns the text of the comment on "thermometer A" or "axis u1.x", or an empty text.
 std::string_view said_of(const std::vector<std::string>& comments, const std::string& what) {
   for (const std::string& comment : comments)
     if (comment.starts_with(what + ": ")) return std::string_view(comment).substr(what.size() + 2);
   return {};
 }
 
-/// The number after a word of what is said.
+/// Returns the number that follows a keyword in a comment.
 std::optional<double> number_after(std::string_view said, std::string_view word) {
   const auto at = said.find(word);
   if (at == std::string_view::npos) return std::nullopt;
@@ -94,8 +95,8 @@ record::Channel calibration_of(const std::vector<std::string>& comments, const s
   return channel;
 }
 
-/// How export calls what an axis' unit tells of itself: "u1.temperature", without the unit where a rig has no name for
-/// it.
+/// Returns the title that `export` gives to a value of the axis's unit: "u1.temperature", or without the unit if the
+/// rig does not name it.
 std::string own_title(const std::string& input, const data::AxisChoice& axis) {
   const std::string prefix = is_named(axis) ? axis.unit + "." : std::string();
   return prefix + (input == data::kSelf ? "temperature" : input.substr(data::kAux.size()));
@@ -151,7 +152,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   }
   if (turned) table.columns_.push_back(*turned);
   const auto time = find_if(header, [](const std::string& title) { return title == kTimeOfExport; });
-  table.columns_.push_back(time.value_or(kSlotColumn));  // without a time, rows are a second apart by their slots
+  table.columns_.push_back(time.value_or(kSlotColumn));  // one row per second without time
   table.columns_.push_back(kSlotColumn);
   return table;
 }

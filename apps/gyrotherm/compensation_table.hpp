@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which columns of a text table `compensate` reads, and what makes temperatures and a bias of them.
+/// Columns that `compensate` reads from a text table, and their conversion to temperatures and bias.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,32 +16,34 @@
 
 namespace gyrotherm::app {
 
-/// A table of temperatures and a bias: one with a header like "A,B,C,bias" and perhaps a last column "at_rest", or the
-/// text that `export` makes of a record, whose readings are calibrated, and whose rotation becomes a bias, by what its
-/// comments say.
+/// Table of temperatures and a bias. Either a plain table with a header like "A,B,C,bias" and an optional last column
+/// "at_rest", or a record as `export` writes it. The comments of an exported table give the calibration of each
+/// thermometer and the conversion of rotation to bias.
 class CompensationTable {
  public:
-  /// Fails with bad_file (a header that is neither; a table of export that does not say the Earth's rate) or usage (a
-  /// table without an input of the model or without the axis). `tracked`: a column "at_rest" may be there.
+  /// Reads the header. Fails with bad_file if it is neither kind of header, or if an exported table does not contain
+  /// the Earth rate. Fails with usage if the table has no column for an input of the model or for the axis. `tracked`
+  /// permits the column "at_rest".
   [[nodiscard]] static Result<CompensationTable> of(const std::vector<std::string>& header,
                                                     const std::vector<std::string>& comments, const model::Model& model,
                                                     const data::AxisChoice& axis, bool tracked);
 
-  /// The columns to be read: the temperatures, then what the bias is made of, then perhaps at_rest or, of a table of
-  /// export, the time and the slot.
+  /// Returns the columns to read: the temperatures, the columns of the bias, then at_rest, if any, or the time and slot
+  /// of an exported table.
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   [[nodiscard]] const std::vector<std::string>& thermometers() const { return thermometers_; }
   [[nodiscard]] bool says_rest() const { return says_rest_; }
-  /// Whether it is of export and says in which second each row was; of any other, rows are a second apart.
+  /// Returns whether the table was exported and contains the second of each row. Rows of any other table are one second
+  /// apart.
   [[nodiscard]] bool says_second() const { return rotation_.has_value(); }
 
-  /// Of rows of columns(): temperatures in °C, the bias in °/h, whether the gyro was at rest, and the slot, where the
-  /// table says it.
+  /// Convert rows of columns(): temperatures in °C, bias in °/h, whether the gyro was at rest, and the slot of an
+  /// exported table.
   [[nodiscard]] data::SampleMatrix temperatures_c(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] Eigen::VectorXd bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] bool at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const;
   [[nodiscard]] Eigen::VectorXd slot(const Eigen::Ref<const data::SampleMatrix>& rows) const;
-  /// Seconds since the run started, of a table of export.
+  /// Returns the seconds since the start of the run, for an exported table.
   [[nodiscard]] Eigen::VectorXd time_s(const Eigen::Ref<const data::SampleMatrix>& rows) const;
 
  private:
@@ -49,13 +51,15 @@ class CompensationTable {
 
   std::vector<std::size_t> columns_;
   std::vector<std::string> thermometers_;
-  std::vector<record::Channel> calibrations_;  ///< of each thermometer; empty of a table that is calibrated
+  /// One calibration per thermometer; empty if the table is calibrated already.
+  std::vector<record::Channel> calibrations_;
   struct Rotation {
     double scale{}, earth_rate_deg_per_h{};
-    bool over_interval{};  ///< pulses, with a column of the interval after them
-    bool may_be_turned{};  ///< with a column after these of how the unit was mounted, by which the Earth's rate counts
+    bool over_interval{};  ///< pulses; a column of intervals follows
+    /// A further column contains the mounting, which decides the sign of the Earth rate.
+    bool may_be_turned{};
   };
-  std::optional<Rotation> rotation_;  ///< nothing: the column is a bias
+  std::optional<Rotation> rotation_;  ///< empty if the column is bias
   bool says_rest_ = false;
 };
 

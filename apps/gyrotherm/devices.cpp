@@ -30,7 +30,7 @@ const char* supported_as(const drivers::HidDeviceFound& device) {
   return "";
 }
 
-/// Whether udev finds the rules where a package, or somebody, has put them.
+/// Returns whether the rules are installed in any folder that udev reads.
 bool has_rules() {
   constexpr std::array kFolders{kRulesFolder, "/usr/local/lib/udev/rules.d", "/usr/lib/udev/rules.d",
                                 "/lib/udev/rules.d"};
@@ -69,7 +69,7 @@ Node node_at(const std::string& path) {
   return node;
 }
 
-/// Ports of some adapters belong to root alone until a rule says otherwise.
+/// The ports of some adapters belong to root until a udev rule changes that.
 std::string fix_of_serial(const Node& node) {
   if (node.allowed) return "";
   if (node.group != "root") return fmt::format("sudo usermod -aG {} \"$USER\"   # then log in again", node.group);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What is plugged in, whether this user may open it, and what to do if not.
+/// Devices that are connected, with the user's access to them and commands that grant it.
 #pragma once
 
 #include <string>
@@ -11,28 +11,30 @@ namespace gyrotherm::app {
 struct Node {
   std::string path;
   bool allowed{};
-  std::string group;  ///< that owns it; empty if it is not there
+  std::string group;  ///< empty if it does not exist
 };
 [[nodiscard]] Node node_at(const std::string& path);
 
-/// The command that allows the use of a serial port; empty if it is allowed.
+/// Returns the command that grants access to a serial port, or an empty string if access is granted already.
 [[nodiscard]] std::string fix_of_serial(const Node& node);
-/// … of an HID device.
+/// Returns the same for an HID device.
 [[nodiscard]] std::string fix_of_hid(const Node& node);
 
-/// One thing that is plugged in.
+/// Connected device.
 struct Device {
   Node node;
   bool is_hid{};
-  std::string line{};  ///< for a rig file; empty if no driver speaks to it
+  /// Line for a rig file; empty if no driver supports the device.
+  std::string line{};
   std::string description{};
-  std::string usb{};     ///< "0403:6001", vendor and product; empty if it is not on USB
-  std::string serial{};  ///< its number there
-  std::string driver{};  ///< of an HID device; empty if none speaks to it
-  std::string fix{};     ///< commands that allow its use, if it is not allowed
+  std::string usb{};     ///< "0403:6001", vendor and product; otherwise empty
+  std::string serial{};  ///< USB serial number
+  std::string driver{};  ///< only for HID devices
+  /// Commands that grant access; empty if it is granted.
+  std::string fix{};
 };
 
-/// Serial ports and HID devices.
+/// Lists serial ports and HID devices.
 [[nodiscard]] std::vector<Device> all_devices();
 
 }  // namespace gyrotherm::app

@@ -19,11 +19,12 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kFollowEvery = std::chrono::milliseconds(200);
-constexpr auto kSilence = std::chrono::seconds(2);  ///< of a copy that nobody writes: whoever did may have died
-constexpr auto kCopyPatience =
-    std::chrono::seconds(10);  ///< with a run that has no copy: it has only begun, or it ends
+/// Time without a new row after which the writer of a live copy may have died.
+constexpr auto kSilence = std::chrono::seconds(2);
+/// Longest wait for a live copy: the run has just started, or is about to end.
+constexpr auto kCopyPatience = std::chrono::seconds(10);
 
-/// What has been printed so far, and what is printed next.
+/// Prints rows and keeps the last printed slot.
 class Table {
  public:
   explicit Table(Console& console) : console_(console) {}
@@ -36,7 +37,7 @@ class Table {
     if (!record.slot.empty()) last_ = std::max(last_, record.slot.back());
   }
   [[nodiscard]] std::int64_t last() const { return last_; }
-  /// The run whose rows they are; empty before the first.
+  /// Returns the id of the printed run, or an empty string before the first row.
   [[nodiscard]] const std::string& run() const { return run_; }
 
  private:
@@ -51,8 +52,8 @@ bool is_being_written(const std::string& path) {
   return status && status->being_written;
 }
 
-/// The rows that are not in the table yet. The copy of another run is none: a program that died left it behind, or that
-/// run's record has the same name but for ".db".
+/// Returns the rows that are not printed yet. Refuses the live copy of another run: a program that died may have left
+/// it, or the other record has the same name without ".db".
 Result<record::Record> new_rows(const std::string& path, const Table& table) {
   auto copy = record::open_live_copy(path);
   if (!copy) return failure(copy.error());
@@ -65,7 +66,7 @@ Result<record::Record> new_rows(const std::string& path, const Table& table) {
   return record::record_of(*copy, {.after = table.last()});
 }
 
-/// Fails if another run has the record's name by now.
+/// Fails if another run uses the record's name by now.
 Result<void> check_same_run(const std::string& path, const std::string& run, const Table& table) {
   if (table.run().empty() || run == table.run()) return {};
   return failure(FaultKind::bad_file, path,
@@ -92,7 +93,7 @@ Result<void> follow_record(Console& console, const std::string& given) {
       if (auto same = check_same_run(path, status->id, table); !same) return same;
     const auto whole = record::read_record(path);
     if (whole) return check_same_run(path, whole->info.id, table).map([&] { table.add(*whole); });
-    const bool may_come = rows || is_being_written(path);  // a copy stands there until its record is closed
+    const bool may_come = rows || is_being_written(path);  // copy exists until the record closes
     if (!may_come || steady_clock::now() - seen > kCopyPatience) return failure(whole.error());
   }
   return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A running record, followed row by row through its live copy.
+/// Printing of a running record, row by row, through its live copy.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace gyrotherm::app {
 
-/// Prints the rows that there are as `export` writes them, then each second's as it comes, until the run has ended or
-/// Ctrl-C is pressed; the path of the live copy will do. A run that has ended already is printed whole. Fails like
-/// read_record(), also where the record is being written and has no live copy of that run, and with bad_file if another
-/// run takes its place meanwhile.
+/// Prints the existing rows in the format of `export`, then each new second, until the run has ended or Ctrl-C is
+/// pressed. A closed record is printed completely. `path` may also be the path of the live copy. Fails like
+/// read_record(), also if a record that is being written has no live copy of its run, and with bad_file if another run
+/// replaces it meanwhile.
 [[nodiscard]] Result<void> follow_record(Console& console, const std::string& path);
 
 }  // namespace gyrotherm::app

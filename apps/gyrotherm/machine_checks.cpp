@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 // ---- disk
 
 constexpr double kMegabyte = 1e6;
-/// A run of one axis and eight thermometers writes some 17 MB a day, its live copy as much again.
+/// A run with one axis and eight thermometers writes about 17 MB a day, and its live copy the same amount.
 constexpr double kScarceBytes = 1000 * kMegabyte, kTooFewBytes = 100 * kMegabyte;
 constexpr std::uint64_t kScarceInodes = 10'000, kTooFewInodes = 100;
 
@@ -79,7 +79,7 @@ Finding check_file_system(const std::string& folder, const struct statfs& disk) 
 
 Finding check_space(const std::string& folder, const struct statvfs& disk) {
   const auto bytes = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
-  const bool has_inodes = disk.f_files != 0;  // some file systems have no table of them
+  const bool has_inodes = disk.f_files != 0;  // 0: no inode table
   Finding finding{"disk", FindingState::ok, "", "", FaultKind::storage};
   finding.found = fmt::format("{}: {:.1f} GB free", folder, bytes / 1e9);
   if (has_inodes) finding.found += fmt::format(", {} inodes", disk.f_favail);
@@ -95,7 +95,7 @@ Finding check_space(const std::string& folder, const struct statvfs& disk) {
 
 // ---- limits
 
-/// The program keeps a few files for each instrument and each reader.
+/// The program opens a few files for each instrument and each reader.
 constexpr rlim_t kEnoughFiles = 256;
 constexpr rlim_t kEnoughMemory = 1'000'000'000;
 
@@ -108,7 +108,7 @@ std::string in_words(rlim_t limit, const char* unit) {
   return limit == RLIM_INFINITY ? "no limit" : fmt::format("{} {}", limit, unit);
 }
 
-/// A limit that a run would sooner or later meet, however large it is.
+/// Reports any limit on a resource as a fault, because a long run reaches it at some time.
 Finding check_unlimited(const char* what, __rlimit_resource_t resource, const char* unit, const char* option,
                         const char* ends) {
   const auto limit = limit_of(resource);
@@ -136,7 +136,7 @@ Finding check_memory() {
   return finding;
 }
 
-/// Nothing is locked, so that any limit will do; it is told because people look for it.
+/// Reports the limit for information only: the program locks no memory.
 Finding check_locked_memory() {
   return {"locked memory", FindingState::ok, in_words(limit_of(RLIMIT_MEMLOCK), "bytes") + ", of which none is needed",
           ""};
@@ -169,10 +169,10 @@ Finding check_program(const char* name, FindingState missing, const char* why) {
 // ---- programs and settings that disturb serial adapters
 
 constexpr const char* kInstallRules = "gyrotherm devices lists the command that installs its udev rules";
-/// Adapters that brltty's rules have claimed, as they write USB ids.
+/// Adapters that brltty's rules claim, in the notation of these rules.
 constexpr std::array<std::string_view, 4> kTakenByBrltty{"403/6001", "10c4/ea60", "67b/2303", "1a86/7523"};
 
-/// Returns the text of a file of the system without blanks at its ends; empty if it cannot be read.
+/// Returns the text of a system file without blanks at both ends, or an empty text if it cannot be read.
 std::string content(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
@@ -189,7 +189,7 @@ bool is_running(const std::string& program, const std::string& root) {
 
 std::string tty_of(const Device& device) { return fs::path(device.node.path).filename().string(); }
 
-/// Returns whether a udev property keeps ModemManager from the port.
+/// Returns whether a udev property keeps ModemManager away from the port.
 bool is_left_to_us(const Device& device, const std::string& root) {
   const auto number = content(root + "/sys/class/tty/" + tty_of(device) + "/dev");
   const auto properties = "\n" + content(root + "/run/udev/data/c" + number) + "\n";
@@ -209,7 +209,7 @@ Finding check_modem_manager(const std::vector<Device>& adapters, const std::stri
           fmt::format("{}; or: sudo systemctl disable --now ModemManager", kInstallRules)};
 }
 
-/// The first rules file of brltty that claims an adapter of a common kind; empty if there is none.
+/// Returns the first rules file of brltty that claims a common adapter, or an empty string.
 std::string rules_of_brltty(const std::string& root) {
   for (const auto* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"})
     for (const auto& entry : entries_of(root + folder)) {
@@ -237,7 +237,7 @@ Finding check_brltty(const std::string& root) {
   return {kName, FindingState::ok, "takes no serial adapter", ""};
 }
 
-/// The folder of a port's USB device in /sys; empty if it is not found.
+/// Returns the folder of a port's USB device in /sys, or an empty path.
 fs::path usb_device(const Device& device, const std::string& root) {
   std::error_code error;
   auto folder = fs::canonical(root + "/sys/class/tty/" + tty_of(device) + "/device", error);

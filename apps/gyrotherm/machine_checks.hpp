@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether this machine, as it is set up, can carry a run of days out: what `doctor` finds beside the instruments.
-/// Nothing here writes to a disk or speaks to an instrument.
+/// Checks of the machine for runs that take days; `doctor` prints them in addition to the instruments. No check writes
+/// to a disk or communicates with an instrument.
 #pragma once
 
 #include <string>
@@ -17,33 +17,34 @@ enum class FindingState { ok, warning, fault };
   return word_in<FindingState::fault>({"ok", "warning", "fault"}, state);
 }
 
-/// One thing that was looked at.
+/// Result of one check.
 struct Finding {
   std::string what;  ///< "disk", "line of the chamber"
   FindingState state{};
   std::string found;
-  std::string fix;                           ///< where it is not ok
-  FaultKind kind = FaultKind::disconnected;  ///< of a fault: what the exit code is made of
+  std::string fix;  ///< empty if ok
+  /// Kind of a fault; decides the exit code.
+  FaultKind kind = FaultKind::disconnected;
 };
 
-/// The program's own files: shipped profiles, gyrotherm-make-safe, gyrotherm-pdf.
+/// Checks the files of the program: shipped profiles, gyrotherm-make-safe, gyrotherm-pdf.
 [[nodiscard]] std::vector<Finding> check_installation();
 
-/// The disk of a folder in which records are to be: whether it may be written, space, inodes, kind of file system.
+/// Checks the disk of a folder for records: permission to write, free space, inodes, kind of file system.
 [[nodiscard]] std::vector<Finding> check_disk(const std::string& folder);
 
-/// Whether the machine's clock follows UTC, by the kernel's word.
+/// Checks whether the kernel reports the clock as synchronised with UTC.
 [[nodiscard]] Finding check_clock();
 
-/// Limits of this process, which a run started here would have: open files, size of files, processor time, memory,
-/// locked memory, priority.
+/// Checks the limits of this process, which a run inherits: open files, file size, processor time, memory, locked
+/// memory, priority.
 [[nodiscard]] std::vector<Finding> check_limits();
 
 // Programs and settings that disturb serial adapters: ModemManager sends AT commands to every new port, brltty takes
 // adapters for braille displays, USB autosuspend switches adapters off.
 
-/// Looks at /proc, /sys, /run/udev and the udev rules below `root`, and at those of `devices` that are serial adapters
-/// on USB. Returns a finding about ModemManager, one about brltty, and one for each adapter that may be suspended.
+/// Checks /proc, /sys, /run/udev and the udev rules below `root`, and the USB serial adapters among `devices`. Returns
+/// a finding about ModemManager, one about brltty, and one for each adapter that may be suspended.
 [[nodiscard]] std::vector<Finding> check_serial_adapters(const std::vector<Device>& devices,
                                                          const std::string& root = "");
 

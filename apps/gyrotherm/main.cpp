@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
+/// The gyrotherm program. Reads the command line, runs one command and returns its exit code.
 #include <filesystem>
 #include <string>
 
@@ -9,7 +9,7 @@
 
 namespace gyrotherm::app {
 
-// A command is a file of apps/gyrotherm/commands that defines one of these, and its name in the list below.
+// Each file in apps/gyrotherm/commands defines one of these functions. kCommands lists them.
 void add_qualify(Program& program);
 void add_run(Program& program);
 void add_go(Program& program);
@@ -51,11 +51,10 @@ bool is_link(const std::string& path) {
   return fs::is_symlink(fs::symlink_status(path, error));
 }
 
-/// A record's parts, its live copy and the socket of its run are found by its name: what is given as a link to it goes
-/// by its own.
+/// Resolves a link to a record. The parts, live copy and socket of a record are found by its own name.
 std::string record_behind(std::string path) {
   std::error_code error;
-  if (!fs::exists(path, error)) return path;  // nothing is written to where a link may lead
+  if (!fs::exists(path, error)) return path;  // a new record, no link
   for (int links = 0; links < kMostLinks && is_link(path) && !record::is_live_copy(path); ++links)
     path = (fs::path(path).parent_path() / fs::read_symlink(path, error)).string();
   return path;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Nothing there is none.
+/// Returns whether a file exists and is an SQLite database.
 Result<bool> is_sqlite_file(const std::string& path) {
   constexpr std::string_view kBeginning = "SQLite format 3";
   std::error_code error;
@@ -30,13 +30,14 @@ Result<bool> is_sqlite_file(const std::string& path) {
   return size == static_cast<ssize_t>(bytes.size()) && bytes == kBeginning;
 }
 
-/// What stands beside a record while it is written, or where its writer died.
+/// Returns whether a run is writing a record with this name, or died while it wrote one.
 bool has_files_of_a_run(const std::string& path) {
   return record::is_there(record::status_path(path)) || record::is_there(control::control_socket_path(path)) ||
          record::is_there(watchdog::safe_state_path(path));
 }
 
-/// The record that a file stands beside by its name: "run.db" of "run.db-wal"; empty: there is no such name.
+/// Returns the record that a file belongs to by its name: "run.db" for "run.db-wal". Returns an empty string for other
+/// names.
 std::string record_beside(const std::string& path) {
   const auto ending = record::ending_beside_a_record(path);
   return ending.empty() ? std::string() : path.substr(0, path.size() - ending.size());

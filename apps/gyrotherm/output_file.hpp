@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The file that a command writes: where it may, and what it never writes over.
+/// Checks of the path of an output file. A command never overwrites a record.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 
 namespace gyrotherm::app {
 
-/// The flag --force of a command that writes a file which somebody may want to keep.
+/// Adds the flag --force, which allows a command to overwrite an existing file.
 void add_force_flag(CLI::App& command, bool& force);
 
-/// Fails with usage where the folder that it would lie in is not there, or where it is one itself.
+/// Fails with usage if the folder of the file does not exist, or if `path` is a folder.
 [[nodiscard]] Result<void> check_can_be_made(const std::string& path);
 
-/// Fails also where `path` is there already and is not to be written over; and, whatever `force` says, where it is of a
-/// record: an SQLite file, as records, their parts and live copies are, what stands beside one, or a name that a run
-/// has. Fails with bad_file if that cannot be told.
+/// Fails also if the file exists and `force` is not set. Fails regardless of `force` if the file belongs to a record:
+/// an SQLite file such as a record, a part or a live copy, a file next to a record, or the name of a run. Fails with
+/// bad_file if the check itself fails.
 [[nodiscard]] Result<void> check_is_free(const std::string& path, bool force);
 
 }  // namespace gyrotherm::app

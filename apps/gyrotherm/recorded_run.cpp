@@ -18,7 +18,7 @@ namespace gyrotherm::app {
 
 namespace {
 
-/// First and one past the last; without that, to the end.
+/// Range of clusters [first, end); without `end` up to the last cluster.
 struct ClusterRange {
   Eigen::Index first{};
   std::optional<Eigen::Index> end{};
@@ -50,7 +50,7 @@ Result<CheckedRun> check_recorded_run(Console& console, const std::string& path,
   if (!files)
     return failure(record::is_locked(files.error()) ? record::explain_read_fault(files.error(), path) : files.error());
   const auto verified = record::verify_record(*files);
-  // The fault of reading a locked record names the program that writes it.
+  // Reading a locked record fails with a fault that names the writing program.
   if (!verified && !record::is_locked(verified.error())) return failure(verified.error());
   return CheckedRun{.files = std::move(*files), .verified = verified.value_or(record::Verified{})};
 }
@@ -70,7 +70,7 @@ void add_unverified_flag(CLI::App& command, bool& unverified) {
 
 namespace {
 
-/// Makes the clusters that are asked for.
+/// Makes the clusters of the requested range.
 Result<data::Clusters> clusters_of(const data::Dataset& dataset, const RecordedRunOptions& options) {
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records, as evidence: seen to be as they were written, and ready for analysis.
+/// Records as input of an analysis: found, verified and loaded.
 #pragma once
 
 #include <string>
@@ -16,56 +16,59 @@
 
 namespace gyrotherm::app {
 
-/// A record whose files were found, and what is known of them; nothing of those that were not verified.
+/// Files of a record and the result of their verification; empty if not verified.
 struct CheckedRun {
   record::RecordFiles files;
   record::Verified verified;
 };
-/// Finds the files of a record and verifies them (verify_record). Fails with bad_file naming the first place that is
-/// not as it was written, and like read_record() if the record cannot be read. With `unverified` the files are only
-/// found, and a warning is printed.
+/// Finds the files of a record and verifies them (verify_record). Fails with bad_file that names the first altered
+/// position, and like read_record() if the record cannot be read. With `unverified` the files are only found, and a
+/// warning is printed.
 [[nodiscard]] Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
 struct RecordedRunOptions {
-  std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13, "14:" for the others; empty: all
+  /// Range of clusters: "0:14" for 0 … 13, "14:" for 14 and later, empty for all.
+  std::string clusters{};
   bool unverified = false;
-  data::AxisChoice axis{};  ///< empty names: of the only one that it has
+  /// Chosen axis. Empty if the record has only one axis.
+  data::AxisChoice axis{};
   double cluster_length_s = 100;
-  bool leaves_out_outliers = false;  ///< load_recorded_runs() alone: samples that data::find_spikes() finds
+  /// Removes the samples that data::find_spikes() finds. Only for load_recorded_runs().
+  bool leaves_out_outliers = false;
 };
 /// Adds --unit and --axis.
 void add_axis_options(CLI::App& command, data::AxisChoice& axis);
-/// The axis that was asked for or, if none was, the one that the model was trained on.
+/// Returns the requested axis or, if none was requested, the one on which the model was trained.
 [[nodiscard]] data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked);
 /// Adds the flag --unverified to a command that reads records.
 void add_unverified_flag(CLI::App& command, bool& unverified);
 
-/// Fails like check_recorded_run, load_dataset and make_clusters, or with usage if the clusters are no range, or not
-/// that many.
+/// Verifies and loads a record and makes its clusters. Fails like check_recorded_run, load_dataset and make_clusters,
+/// or with usage if the range of clusters is malformed or exceeds the record.
 [[nodiscard]] Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
                                                           const RecordedRunOptions& options);
 
-/// Several of them, in order.
+/// Several loaded records, in order.
 struct RecordedRuns {
   std::vector<data::Dataset> datasets;
   std::vector<data::Clusters> clusters;
-  std::vector<std::string> outliers;  ///< of each record that has any: what was found, and what became of it
+  std::vector<std::string> outliers;  ///< per affected record: findings and treatment
 };
 [[nodiscard]] Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std::string>& paths,
                                                       const RecordedRunOptions& options);
 
-/// Where qualify leaves the model of an axis that is called `inputs`: FOLDER/UNIT/AXIS/model-INPUTS.json, without AXIS
-/// where the unit has one, without UNIT where the rig file names none.
+/// Returns the path where qualify writes the model `inputs` of an axis: FOLDER/UNIT/AXIS/model-INPUTS.json. AXIS is
+/// omitted if the unit has a single axis, UNIT if the rig file does not name it.
 [[nodiscard]] std::string model_path(const std::string& folder, const data::AxisChoice& axis,
                                      const std::string& inputs);
 
-/// Writes a model, replacing a file of that name. Fails with numeric, and writes nothing, where load_model() would
-/// refuse what is to be written; with storage if it cannot be written.
+/// Writes a model and replaces an existing file. Fails with numeric, and writes nothing, if load_model() would refuse
+/// the result; fails with storage if the file cannot be written.
 [[nodiscard]] Result<void> write_model(const std::string& path, const model::Model& model);
 
-/// Fails with bad_file.
+/// Reads a model. Fails with bad_file.
 [[nodiscard]] Result<model::Model> load_model(const std::string& path);
-/// Fails with bad_file.
+/// Reads a type prior. Fails with bad_file.
 [[nodiscard]] Result<population::TypePrior> load_type_prior(const std::string& path);
 
 }  // namespace gyrotherm::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Profiles that were read and checked before anything moves: against a rig, its controller, and the figures of
+/// Profiles that are read and checked before anything moves: against a rig, its controller, and the quantities of
 /// reports.
 #pragma once
 
@@ -12,21 +12,21 @@
 
 namespace gyrotherm::app {
 
-/// Reads a profile, a file or the shipped one of that name, and checks it against what the rig's chamber can do, and
-/// for soaks on sensors that it does not have. Without a rig it is checked by itself. Fails with bad_file, every
-/// mistake with its place.
+/// Reads a profile, a file or a shipped profile of that name, and checks it against the limits of the rig's chamber,
+/// its air and its sensors. Without a rig only the profile itself is checked. Fails with bad_file; the fault lists
+/// every error with its position.
 [[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
-/// Does the same with the text of a profile; its mistakes are told under this name.
+/// Checks the text of a profile in the same way. Its errors are reported under `name`.
 [[nodiscard]] Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written,
                                                    const std::string& name);
 
-/// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
-/// the rig's safe one.
+/// Fails with out_of_range if the present limits of the chamber's controller exclude a set point of the profile or the
+/// safe set point.
 [[nodiscard]] Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
                                             const rig::RigFile& rig);
 
-/// Checks that the [accept] table of a profile names figures of the report alone. `file` is the profile's. Fails with
-/// bad_file.
+/// Fails with bad_file if the [accept] table of a profile names a quantity that reports do not have. `file` is the path
+/// of the profile.
 [[nodiscard]] Result<void> check_accept(const profile::Profile& profile, const std::string& file);
 
 }  // namespace gyrotherm::app

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr const char* kSchema = "gyrotherm-confirmed-command/1";
 constexpr const char* kTrust = "\"gyrotherm resume RUN.db --trust-commands\" starts it all the same";
 
-/// The commands that a real rig starts; a virtual line has no program.
+/// Returns the commands that a real rig starts. A virtual line has no program.
 std::vector<drivers::ProgramCommand> commands_of(const rig::RigFile& rig) {
   std::vector<drivers::ProgramCommand> commands;
   for (const auto& thermometer : rig.thermometers)
@@ -43,7 +43,7 @@ std::string absolute(const std::string& path) {
   return whole.has_filename() ? whole.string() : whole.parent_path().string();  // "rigs/." ends with a slash
 }
 
-/// What was confirmed, apart from the content of files.
+/// Returns the confirmed subject without the content of its files.
 std::string subject_of(const std::string& rig_file, const drivers::ProgramCommand& command) {
   std::vector<std::string> words;
   for (const auto& word : command.words) words.push_back(toml_quoted(word));
@@ -64,7 +64,7 @@ std::string file_line(const std::string& file) {
   return fmt::format("file = [{}, \"{}\"]\n", toml_quoted(file), digest ? *digest : "unreadable");
 }
 
-/// Returns the file that an interpreter would run: the first word after the program that names one.
+/// Returns the file that an interpreter would run: the first argument that names a file.
 std::optional<std::string> script_of(const drivers::ProgramCommand& command) {
   for (std::size_t i = 1; i < command.words.size(); ++i) {
     const auto& word = command.words[i];
@@ -79,7 +79,7 @@ std::string kept_at(const std::string& folder, const std::string& rig_file, cons
   return fmt::format("{}/{}.toml", folder, sha256(subject_of(rig_file, command)));
 }
 
-/// Why another user could have written what has that name; empty: none could.
+/// Returns how another user could have written the file, or an empty string.
 std::string objection_to(const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return path + " cannot be looked at";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The programs that this user has started as drivers from a rig file (`driver = "process"`), with the digests of their
-/// files, in the user's state folder. `run` and `go` write it, `resume` asks it. A record proves nothing of the kind:
-/// its author can write any command into it, and chain it anew.
+/// Programs that this user has started as drivers from a rig file (`driver = "process"`), with the digests of their
+/// files. They are kept in the user's state folder. `run` and `go` store them, `resume` checks them. The record itself
+/// is no evidence: its author can write any command into it and compute a new chain.
 #pragma once
 
 #include <string>
@@ -11,21 +11,21 @@
 
 namespace gyrotherm::app {
 
-/// Returns $XDG_STATE_HOME/gyrotherm/confirmed-commands, else ~/.local/state/gyrotherm/confirmed-commands by $HOME;
-/// empty without either.
+/// Returns $XDG_STATE_HOME/gyrotherm/confirmed-commands, otherwise $HOME/.local/state/gyrotherm/confirmed-commands, or
+/// an empty string if neither variable is set.
 [[nodiscard]] std::string confirmed_commands_folder();
 
-/// Returns what is kept of a command: the rig file, the folder, the words, and of the program and of the first other
-/// word that names a file the path and digest. Files below /usr but /usr/local belong to packages and have no digest
-/// here, so that a security update does not keep a run from being resumed.
+/// Returns the stored text of a command: rig file, folder and arguments, and the path and digest of the program and of
+/// the first argument that names a file. Files below /usr, except /usr/local, belong to packages and are stored without
+/// digest, so that a security update does not prevent a resume.
 [[nodiscard]] std::string confirmation_text(const std::string& rig_file, const drivers::ProgramCommand& command);
 
-/// Keeps the commands of a rig as confirmed, for the rig file of that path. Does nothing on a rig without any. Fails
-/// with storage.
+/// Stores the commands of a rig as confirmed for the rig file at that path. Does nothing for a rig without commands.
+/// Fails with storage.
 [[nodiscard]] Result<void> confirm_commands(const std::string& rig_file, const rig::RigFile& rig);
 
-/// Fails with refused if a command of the rig is not as it was confirmed for the rig file of that path, or if another
-/// user could have written what is kept.
+/// Fails with refused if a command of the rig differs from the confirmed one of that rig file, or if another user could
+/// have written the stored text.
 [[nodiscard]] Result<void> check_commands(const std::string& rig_file, const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

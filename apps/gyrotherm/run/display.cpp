@@ -14,7 +14,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// "Wed 25 Nov 19:40 UTC".
+/// Returns "Wed 25 Nov 19:40 UTC".
 std::string weekday_and_hour(Duration utc) {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(utc).count();
   return fmt::format("{:%a %d %b %H:%M} UTC", fmt::gmtime(static_cast<std::time_t>(seconds)));
@@ -89,7 +89,7 @@ void Display::see(const Sample& sample) {
     for (auto& axis : bias_[unit]) axis.see(sample.units[unit].count);
 }
 
-/// Of one gyro alone both biases, of a unit among several the mean of each axis.
+/// Returns both biases of a single gyro, or the mean bias of each axis of a unit.
 std::string Display::unit_line(std::size_t unit) const {
   const auto& axes = bias_[unit];
   if (bias_.size() == 1 && axes.size() == 1)
@@ -124,7 +124,7 @@ std::optional<Duration> Display::time_left(const Sample& sample, const RunStandi
   return from_seconds(to_seconds(spent) / passed * to_seconds(left));
 }
 
-/// What the clock on the wall shows, and will show at the end.
+/// Returns the wall-clock time now and at the end.
 std::string Display::clock_line(const Sample& sample, const RunStanding& standing) const {
   const auto now = clock_.now().utc;
   auto line = fmt::format("  {}", civil_time(now));
@@ -132,7 +132,7 @@ std::string Display::clock_line(const Sample& sample, const RunStanding& standin
   return line;
 }
 
-/// As many in a line as the narrowest terminal shows.
+/// Distributes the readings over lines that fit the narrowest terminal.
 std::vector<std::string> Display::temperature_lines(const Sample& sample) const {
   constexpr std::size_t kNarrowest = 60;
   std::vector<std::string> all{" "};

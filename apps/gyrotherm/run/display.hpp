@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The second that `run` and `resume` show of a run under way: as a few lines, redrawn in place on a terminal, a plain
-/// one now and then elsewhere, none with --quiet; and as JSON.
+/// Presentation of the current second by `run` and `resume`: a few lines, redrawn in place on a terminal, a plain line
+/// every minute elsewhere, nothing with --quiet; and JSON.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@
 
 namespace gyrotherm::app {
 
-/// Measures the bias on one axis: the rate less what of the Earth's rate is known.
+/// Measures the bias of one axis: the rate minus the known part of the Earth rate.
 class BiasMeter {
  public:
-  /// The axis numbered `index` of its unit.
+  /// Measures the axis numbered `index` of its unit.
   explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
   void see(const Reading<GyroCount>& reading) { meter_.see(reading); }
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return bias_of(meter_.last_second()); }
-  /// Takes the seconds among the last 100 that had a reading; nothing if there is none.
+  /// Returns the mean over the last 100 s, without seconds that have no reading; nothing if none has one.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const { return bias_of(meter_.mean()); }
 
  private:
@@ -39,19 +39,19 @@ class BiasMeter {
 
 class Display {
  public:
-  /// All of them outlive it.
+  /// All arguments must outlive the object.
   Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig);
 
-  /// Each second.
+  /// Takes each second.
   void see(const Sample& sample);
-  /// Now and then: after each second or each batch of them.
+  /// Shows the present state, after each second or each batch of seconds.
   void show(const Sample& sample, const RunStanding& standing, std::span<const record::Alarm> alarms);
 
-  /// The lines for a terminal, the newest second in them. `alarms`: the rows of the list, newest first.
+  /// Returns the lines for a terminal, for the newest second. `alarms` are sorted from new to old.
   [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing,
                                                std::span<const record::Alarm> alarms = {}) const;
-  /// How long the end is away, by the clock on the wall: of a dry run by how fast it has gone so far; nothing while
-  /// that is not known, or where the run does not go on.
+  /// Returns the wall-clock time until the end. For a virtual rig it is extrapolated from the speed so far. Returns
+  /// nothing while the speed is unknown.
   [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunStanding& standing) const;
 
  private:
@@ -64,15 +64,15 @@ class Display {
   const profile::Profile& profile_;
   const rig::RigFile& rig_;
   std::vector<record::Channel> channels_;
-  std::vector<std::vector<BiasMeter>> bias_;  ///< of each unit's axes
+  std::vector<std::vector<BiasMeter>> bias_;  ///< per unit and axis
   SteadyClock clock_;
-  std::optional<std::pair<std::int64_t, Duration>> first_seen_;  ///< a slot, and when it was seen
+  std::optional<std::pair<std::int64_t, Duration>> first_seen_;  ///< slot, and when it was seen
   int shown_segment_ = -1;
   RunState shown_state_{};
 };
 
-/// Returns a second as a line of JSON: raw readings as they came, null where there is none; keys say the unit.
-/// `events`: those of this second.
+/// Returns a second as a line of JSON: raw readings, null if missing; keys contain the physical unit. `events` must
+/// belong to this second.
 [[nodiscard]] std::string sample_json(const Sample& sample, std::span<const Event> events, const record::RunInfo& info);
 
 }  // namespace gyrotherm::app

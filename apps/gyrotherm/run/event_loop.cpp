@@ -20,10 +20,12 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kLongestBatch = std::chrono::milliseconds(500);
-constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that was told to stop
-constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
+/// Longest wait for the disk after a request to stop.
+constexpr auto kLongestFarewell = std::chrono::seconds(3);
+/// Ticks between two readings of the wall clock.
+constexpr int kTicksPerLook = 64;
 
-/// Where the run stands, with what the disk has to say.
+/// Returns the state of the run with faults of the disk added.
 RunStanding standing_of(const UnderWay& run) {
   auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())
@@ -31,7 +33,7 @@ RunStanding standing_of(const UnderWay& run) {
   return standing;
 }
 
-/// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
+/// Opens the control socket. Prints a warning if that fails; the run then takes no requests.
 std::optional<control::ControlSocket> ears_of(const UnderWay& run) {
   auto socket = control::ControlSocket::open(run.path);
   if (socket) return std::move(*socket);
@@ -69,7 +71,7 @@ Result<run::RunOutcome> stopped(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
-/// Ends a run after SIGTERM, when the safe set point was sent. The guard gets no good-bye and takes over.
+/// Ends a run after SIGTERM, when the safe set point was sent. The watchdog gets no release and takes over.
 Result<run::RunOutcome> terminated(const UnderWay& run) {
   const auto now = run.rig.clock().now();
   if (auto noted = run.store.append_event({now, EventKind::interrupted, run.run_controller.end_cause()}); !noted)
@@ -79,8 +81,8 @@ Result<run::RunOutcome> terminated(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
-/// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
-/// obeyed, and it is said why.
+/// Ignores the first signal, and prints the reason, while the chamber is being made safe or an operator has ended the
+/// run.
 bool must_stay(const UnderWay& run) {
   if (run.run_controller.is_told_to_end()) {
     run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
@@ -92,13 +94,13 @@ bool must_stay(const UnderWay& run) {
   return true;
 }
 
-/// The operator does not wait for the chamber: somebody else goes on trying.
+/// Ends without waiting for the chamber: the watchdog continues to make it safe.
 Result<run::RunOutcome> left_to_the_guard(const UnderWay& run) {
   await_disk(run);
   return failure(FaultKind::interlock, "", run.run_controller.end_cause());
 }
 
-/// Alarms and changes of state are told at once, each by itself: who is not there now reads them later.
+/// Prints alarms and changes of state at once, each on its own line.
 void tell_events(const UnderWay& run) {
   for (const auto& event : run.run_controller.last_events()) switch (event.kind) {
       case EventKind::fault:
@@ -111,7 +113,7 @@ void tell_events(const UnderWay& run) {
     }
 }
 
-/// The second that was ticked last, for programs that asked for each.
+/// Prints the last tick's second for programs that requested each second.
 void tell_sample(const UnderWay& run) {
   if (!run.console.samples || run.run_controller.last().slot + 1 != run.run_controller.next_slot()) return;
   run.console.fact([&](std::size_t) {
@@ -119,7 +121,7 @@ void tell_sample(const UnderWay& run) {
   });
 }
 
-/// One real-time tick and what follows from it. Nothing in it waits for a person, a terminal, a disk or a lock.
+/// Real-time tick and the actions after it. None of them waits for a person, a terminal, a disk or a lock.
 class RealTime {
  public:
   explicit RealTime(const UnderWay& run)
@@ -143,14 +145,14 @@ class RealTime {
   }
 
  private:
-  /// The timer is armed each time for the next whole second of the rig's clock: slot k is ticked at its end, k + 1 s.
+  /// Starts the timer for the next whole second of the rig's clock: slot k is ticked at its end, k + 1 s.
   void arm() {
     const auto now = run_.rig.clock().now().since_start;
     const auto next_second = std::chrono::floor<std::chrono::seconds>(now) + std::chrono::seconds(1);
     timer_.start(std::chrono::ceil<std::chrono::milliseconds>(next_second - now));
   }
 
-  /// The loop may still deliver what was due with the event that ended it; then nothing more is to be recorded.
+  /// Ends the loop. Qt may still deliver pending events afterwards; `ended_` keeps them from recording anything.
   void end(Result<run::RunOutcome> result) {
     ended_ = true;
     timer_.stop();
@@ -158,14 +160,15 @@ class RealTime {
     QCoreApplication::quit();
   }
 
-  /// What is acknowledged a moment later is told too.
+  /// Waits for the disk, so that the last seconds are acknowledged, too.
   Result<run::RunOutcome> with_its_last_second(Result<run::RunOutcome> outcome) {
     await_disk(run_);
     if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
     return outcome;
   }
 
-  /// Does as the rig file says: who closes a terminal may mean no more than that.
+  /// Reacts to a closed terminal as the rig file requires. A user may close a terminal and still want the run to
+  /// continue.
   void hang_up() {
     if (hangups() == seen_hangups_) return;
     seen_hangups_ = hangups();
@@ -176,7 +179,7 @@ class RealTime {
       run_.run_controller.submit(control::OperatorCommand::abort, "the terminal, which was closed");
   }
 
-  /// Returns true after a SIGTERM that is to leave the chamber safe. A shutdown does not wait: the guard takes over.
+  /// Returns true after a SIGTERM that must leave the chamber safe. A shutdown does not wait: the watchdog takes over.
   [[nodiscard]] bool is_terminated() const {
     return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;
   }
@@ -185,14 +188,14 @@ class RealTime {
     take_wake_ups();
     if (ended_) return;
     hang_up();
-    listen(run_, ears_);  // what was told before outranks Ctrl-C
+    listen(run_, ears_);  // earlier requests outrank Ctrl-C
     if (is_terminated() && !run_.ownership.troubles().empty()) return stay_without_a_guard();
     if (stops() == 0 || (!is_terminated() && must_stay(run_))) return;
-    leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // who was told "held" finds it held
+    leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // completes an accepted hold first
     if (!leaves_) leave();
   }
 
-  /// Ends the run as an abort does, once the chamber has confirmed: no guard would take over.
+  /// Aborts, and ends once the chamber has confirmed: no watchdog could take over.
   void stay_without_a_guard() {
     run_.console.say("no guard watches the chamber: this program ends once the chamber is safe");
     if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
@@ -205,7 +208,7 @@ class RealTime {
     run_.run_controller.make_safe("stopped by SIGTERM");
     run_.ownership.heartbeat({});  // before waiting for the disk
     if (run_.ownership.troubles().empty()) return end(terminated(run_));
-    arm();  // without a guard: ends once confirmed
+    arm();  // no watchdog: end when confirmed
   }
 
   void tick() {
@@ -232,9 +235,9 @@ class RealTime {
   std::optional<control::ControlSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
-  bool leaves_ = false;  ///< with the next tick
+  bool leaves_ = false;  ///< leave at the next tick
   int seen_hangups_ = 0;
-  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< once ended
+  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< valid once ended
 };
 
 }  // namespace

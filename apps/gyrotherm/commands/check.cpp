@@ -32,7 +32,8 @@ std::string thermal_model(const rig::RigFile& rig) {
   return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
 }
 
-/// The limiter is the safety function: a real rig whose file says nothing of it is worth a warning.
+/// Describes the chamber's own limiter, which is the safety function. Warns if the file of a real rig does not describe
+/// it.
 std::string limiter_line(const rig::RigFile& rig) {
   if (rig.limiter) return fmt::format("    its limiter trips: {}; look whether it is set so\n", in_words(*rig.limiter));
   if (rig.simulated) return {};
@@ -61,7 +62,7 @@ std::string thermometer_lines(const rig::RigFile& rig) {
   return lines;
 }
 
-/// Of a rig with one axis.
+/// Describes the gyro of a rig with one axis.
 std::string gyro_line(const rig::RigFile& rig) {
   const auto& stream = rig.gyro_lines.front().stream;
   const auto& gyro = *rig.gyro_lines.front().frame.gyro();
@@ -74,7 +75,7 @@ std::string gyro_line(const rig::RigFile& rig) {
                      thermal_model(rig), stream->confidence, stream->source);
 }
 
-/// A row of the lot: an axis of a unit.
+/// Returns a table row for one axis of a unit.
 std::string axis_row(const rig::UnitSettings& unit, std::size_t index, const rig::GyroLine& line) {
   const auto& info = unit.info;
   const auto& axis = info.axes[index];
@@ -85,7 +86,7 @@ std::string axis_row(const rig::UnitSettings& unit, std::size_t index, const rig
                      index == 0 ? fmt::format("{}", fmt::join(info.gradients, " ")) : "");
 }
 
-/// The units under test as a table, an axis a row.
+/// Returns the units under test as a table with a row per axis.
 std::string lot_lines(const rig::RigFile& rig) {
   auto lines = fmt::format("  {} units under test{}\n    {:<10} {:<14} {:<16} {:<22} {:>11} {:>12}  {}\n",
                            rig.units.size(), thermal_model(rig), "axis", "serial number", "frames", "line", "earth °/h",
@@ -112,7 +113,7 @@ std::string analogue_lines(const rig::RigFile& rig) {
   return lines;
 }
 
-/// A sentence for each serial line whose device may have another name tomorrow.
+/// Returns a sentence for each serial line whose device name may change.
 std::vector<std::string> unstable_names(const rig::RigFile& rig) {
   std::vector<std::string> sentences;
   for (const auto& connected : instrument_lines(rig))
@@ -218,9 +219,9 @@ Json timeline_json(const profile::Profile& profile, const profile::Timeline& tim
   return json;
 }
 
-/// What each instrument said of itself, and the first fault.
+/// Identities that the instruments reported, and the first fault.
 struct Answers {
-  std::vector<std::string> all;  ///< of one that has a fault: what that is
+  std::vector<std::string> all;  ///< identity or fault of each instrument
   std::optional<Fault> fault;
 };
 
@@ -228,7 +229,7 @@ Result<std::unique_ptr<rig::Rig>> assemble(const rig::RigFile& file, std::uint64
   return rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
 }
 
-/// Asks each instrument who it is and reads it once, and the chamber which set points it takes.
+/// Queries the identity of each instrument, reads it once, and reads the chamber's set point limits.
 Result<Answers> ask_instruments(const rig::RigFile& file, std::uint64_t seed, drivers::SetPointRange& limits) {
   auto rig = assemble(file, seed);
   if (!rig) return failure(rig.error());
@@ -244,15 +245,15 @@ Result<Answers> ask_instruments(const rig::RigFile& file, std::uint64_t seed, dr
   return answers;
 }
 
-/// What was found, for people and for programs.
+/// Findings for people and for programs.
 struct Findings {
   std::string words;
   Json json;
-  drivers::SetPointRange controller;  ///< where it was asked
-  std::optional<Fault> fault{};       ///< of the first instrument that has one
+  drivers::SetPointRange controller;  ///< set only after a query
+  std::optional<Fault> fault{};       ///< first fault of an instrument
 };
 
-/// Checks the rig and, if asked to, its instruments.
+/// Checks the rig and, with --connect, its instruments.
 Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
@@ -284,7 +285,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     if (!checked) return failure(checked.error());
     rig = std::move(*checked);
   }
-  if (found.fault) {  // all that was found out is told all the same
+  if (found.fault) {  // print all findings before the fault
     console.data(console.json ? text_of(found.json) + "\n" : found.words);
     return failure(*found.fault);
   }

@@ -37,7 +37,7 @@ struct CompensateArguments {
 /// Returns U, °/h, of a mean whose worst input lies so far outside the trained range.
 using Expanded = std::function<double(double excess)>;
 
-/// One line for each row; an empty field where there is no value. With `expanded`, U in a second one.
+/// Returns one line per row, empty if the row has no value. With `expanded`, U is a second field.
 std::string lines_of(const Eigen::VectorXd& values, const Expanded& expanded, const Eigen::VectorXd& excess) {
   std::string lines;
   for (Eigen::Index row = 0; row < values.size(); ++row) {
@@ -50,7 +50,7 @@ std::string lines_of(const Eigen::VectorXd& values, const Expanded& expanded, co
   return lines;
 }
 
-/// What is done with the rows of one input: the model's compensation and, if it is asked for, tracking after it.
+/// Compensation of the rows of one input and, if requested, tracking of the residual bias.
 class Compensation {
  public:
   using Noise = std::optional<tracking::BiasNoise>;
@@ -58,8 +58,8 @@ class Compensation {
                                                  model::Outside outside, const Noise& noise, const Expanded& expanded);
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
-  /// A line for each row. Fails with bad_file, once those before it have their lines, at a row whose slot is none or
-  /// not after that of the row before.
+  /// Prints a line for each row. Fails with bad_file at a row whose slot is missing or not greater than the previous
+  /// one; all rows before it are answered first.
   [[nodiscard]] Result<void> answer(Console& console, const record::LiveRows& rows);
   [[nodiscard]] long long outside() const { return stream_.outside(); }
   [[nodiscard]] long long missing_s() const { return missing_s_; }
@@ -82,10 +82,10 @@ class Compensation {
   std::optional<tracking::RestTracker> tracker_;
   Expanded expanded_;  ///< may be empty
   double last_slot_ = -1;
-  std::optional<double> late_s_;   ///< a row's time less its slot
-  double shift_s_{};               ///< by which seconds are more than slots
-  long long rows_{}, rows_off_{};  ///< rows, and those that are not a slot's time after the one before
-  long long missing_s_{};          ///< seconds of which there is no row
+  std::optional<double> late_s_;  ///< time minus slot, last row
+  double shift_s_{};               ///< accumulated difference of seconds and slots
+  long long rows_{}, rows_off_{};  ///< all rows, irregularly timed rows
+  long long missing_s_{};          ///< seconds without a row
 };
 
 Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
@@ -122,7 +122,7 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
                              record::kMostSlots));
 }
 
-/// How many rows, from the first, have a slot after that of the row before.
+/// Returns the number of leading rows whose slots increase.
 Eigen::Index Compensation::rows_in_order(const Rows& rows) {
   if (!table_.says_second()) return rows.rows();
   const Eigen::VectorXd slots = table_.slot(rows);
@@ -135,9 +135,9 @@ Eigen::Index Compensation::rows_in_order(const Rows& rows) {
   return row;
 }
 
-/// Puts into `seconds` when each row was: its slot, and the seconds by which its time went on further than its slot.
-/// Our own records have a row a second and count the missing ones; those that were imported number their rows, and keep
-/// the times of their file. Returns the row at which most rows so far are not a second apart, if there is one.
+/// Computes the second of each row from its slot and the accumulated difference of time and slot. Our own records have
+/// a row per second and skip the slots of missing ones. Imported records number their rows and keep the times of their
+/// file. Returns the row at which most rows so far are not one second apart, if any.
 std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
   constexpr double kOff_s = 0.5;
   constexpr int kEnough = 3;
@@ -174,7 +174,7 @@ std::string Compensation::lines_for(const Rows& rows, const Eigen::VectorXd& sec
 constexpr std::size_t kMostInput = 1 << 20;
 constexpr int kUntilAWord = -1;
 
-/// True if a read would not wait: there is input, or its end, or a fault. False too once a stop is asked for.
+/// Returns true if a read would not block: there is input, its end or an error. Returns false once a stop is requested.
 bool ready(int timeout_ms) {
   std::array<pollfd, 2> waits{{{STDIN_FILENO, POLLIN, 0}, {interrupt_descriptor(), POLLIN, 0}}};
   while (::poll(waits.data(), waits.size(), timeout_ms) < 0) {
@@ -183,11 +183,11 @@ bool ready(int timeout_ms) {
   return waits[0].revents != 0 && !interrupted();
 }
 
-/// Standard input as it arrives: all that is ready at once, and never a wait for more than that.
+/// Reader of standard input that takes all available bytes and does not wait for more.
 class StandardInput {
  public:
-  /// Waits until there is input, then takes what is ready, at most a megabyte. Empty at the end of the input and once
-  /// the user has asked for a stop. Fails with storage. The text lasts until the next call.
+  /// Waits for input, then returns the available bytes, at most one megabyte. Returns an empty text at the end of the
+  /// input and after a stop was requested. Fails with storage. The text is valid until the next call.
   [[nodiscard]] Result<std::string_view> next() {
     buffer_.resize(kMostInput);
     std::size_t taken = 0;
@@ -207,8 +207,8 @@ class StandardInput {
   std::string buffer_;
 };
 
-/// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once. `open` is called
-/// with the header and the comments before it.
+/// Answers all available rows, then waits: rows that arrive in bulk are answered in bulk, a single row at once. `open`
+/// is called with the header and the comments before it.
 using Open = std::function<Result<Compensation>(const std::vector<std::string>& header,
                                                 const std::vector<std::string>& comments)>;
 Result<void> answer(Console& console, const Open& open, std::string_view head,
@@ -236,8 +236,8 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
   return {};
 }
 
-/// Returns U of a mean over the model's cluster length and says it with its k; empty if it was not asked for. Fails
-/// with usage if the model does not know it. The model must outlive what is returned.
+/// Returns the function that computes U of a mean over the model's cluster length, and prints U and k. Returns an empty
+/// function if it was not requested. Fails with usage if the model has no budget. The model must outlive the result.
 Result<Expanded> expanded_uncertainty(Console& console, const model::Model& model, bool wanted) {
   if (!wanted) return Expanded();
   if (!model.uncertainty)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a run could be carried out here: the machine, what is plugged in, and the lines of a rig. A line is opened
-/// at most; nothing is written to it.
+/// Checks whether a run is possible here: the machine, the connected devices, and the lines of a rig. A line may be
+/// opened; nothing is written to it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -72,7 +72,7 @@ Finding check_hid(const drivers::HidLine& line, const std::vector<Device>& devic
   return {"", FindingState::ok, device.node.path + " may be opened", ""};
 }
 
-/// It is looked for, and not run: what it does when it runs is not known.
+/// Checks that the program exists and may be run. Does not start it, because its effects are unknown.
 Finding check_program(const drivers::ProgramCommand& program) {
   const auto found = find_program(program);
   if (!found)
@@ -92,7 +92,8 @@ Finding check_line(const Connected& connected, const std::vector<Device>& device
   return {"", FindingState::ok, "virtual", ""};
 }
 
-/// Some instruments take one connection alone: while a run goes on, its lines are left to it.
+/// Checks the lines of a rig. Some instruments accept only one connection, so the lines of an active run are not
+/// opened.
 std::vector<Finding> check_lines(const rig::RigFile& rig, const std::vector<Device>& devices) {
   if (!rig.simulated)
     if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(rig)))
@@ -110,7 +111,8 @@ std::vector<Finding> check_lines(const rig::RigFile& rig, const std::vector<Devi
   return findings;
 }
 
-/// Of what no rig was named for: a port that may not be opened is nobody's fault yet.
+/// Checks the devices when no rig was named. A port without access is only a warning then, because it may not be
+/// needed.
 std::vector<Finding> check_devices(const std::vector<Device>& devices) {
   std::vector<Finding> findings;
   for (const auto& device : devices) {

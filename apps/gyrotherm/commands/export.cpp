@@ -34,7 +34,7 @@ struct ExportArguments {
   data::AxisChoice axis;
 };
 
-/// What a model makes of each second of a record.
+/// Compensated seconds of a record.
 struct CompensatedRows {
   data::Dataset dataset;
   Eigen::VectorXd compensated_deg_per_h{};
@@ -42,7 +42,8 @@ struct CompensatedRows {
   Eigen::VectorXd expanded_deg_per_h{};  ///< empty without a budget
 };
 
-/// A model takes rows for seconds: its means, rates and lags are of so many. A logger's second may be a little off.
+/// Fails unless rows are one second apart: a model's means, rates and lags are defined in seconds. The clock of a
+/// logger may be off by 1 %.
 Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
   constexpr double kOff = 0.01;
   const double interval_s = data::sample_interval_s(dataset);
@@ -113,7 +114,7 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
   return text;
 }
 
-/// Returns, as its neighbours do, how many rows were written.
+/// Returns the number of rows written.
 Result<std::size_t> write_compensated(Console& console, const record::RecordFiles& files,
                                       const ExportArguments& options, const exchange::ExportChoice& choice) {
   if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
@@ -148,7 +149,7 @@ Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const r
   return exchange::check_choice(choice, info).map([&] { return choice; });
 }
 
-/// The record as others want it.
+/// Writes the chosen rows as text table, NetCDF or gnuplot script. Returns their number.
 Result<std::size_t> write_rows(const record::RecordFiles& files, const ExportArguments& options,
                                const exchange::ExportChoice& choice) {
   auto whole = record::read_record(files);

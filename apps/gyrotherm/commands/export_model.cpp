@@ -42,7 +42,7 @@ Result<void> export_data(Console& console, const ExportModelArguments& options, 
   return put(console, options.out, *rows);
 }
 
-/// The source beside its header; both are named after the file.
+/// Writes the C source and, next to it, its header. Both are named after the output file.
 Result<void> export_c(Console& console, const ExportModelArguments& options, const model::Model& model) {
   const std::filesystem::path source = options.out;
   if (source.extension() != ".c") {

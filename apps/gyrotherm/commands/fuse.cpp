@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Many axes as one rate vector.
+/// The command `fuse`: combines many axes into one rate vector.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ struct FuseArguments {
   bool force = false, unverified = false;
 };
 
-/// Axis, as in "u1.x" → its model's file.
+/// Model file of each axis, such as "u1.x".
 using ModelFiles = std::map<std::string, std::string>;
 
 Result<ModelFiles> named_models(const std::vector<std::string>& words) {
@@ -48,13 +48,13 @@ Result<ModelFiles> named_models(const std::vector<std::string>& words) {
   return files;
 }
 
-/// Where qualify leaves it: DIR/UNIT/AXIS/model-NAME.json, without AXIS where the unit has one.
+/// Returns the model file of an axis: the one given on the command line, otherwise the path where qualify writes it.
 std::string file_of(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
   if (const auto found = named.find(in_words(axis)); found != named.end()) return found->second;
   return model_path(options.folder, axis, options.inputs);
 }
 
-/// Those that were asked for, or all.
+/// Returns the requested axes, or all if none was requested.
 Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info, const std::vector<std::string>& wanted,
                                                    const std::string& path) {
   const std::vector<data::AxisChoice> all = data::axes_of(info);
@@ -109,8 +109,9 @@ struct Healthy {
   std::optional<model::HealthyRates> rates{};
 };
 
-/// Learns from the named record, else from the rate record that qualify left beside the models. Reports a
-/// missing record. Takes rates from a named record alone: models err less in the record they were trained on.
+/// Learns from the named record or, without it, from the record of the ramp program that qualify left next to the
+/// models. Reports a missing record. Takes rates only from a named record: models err less in the record they were
+/// trained on.
 Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {
@@ -141,7 +142,7 @@ constexpr const char* kCsvHeader =
     "time_s,rate_x_deg_per_h,rate_y_deg_per_h,rate_z_deg_per_h,U_x_deg_per_h,U_y_deg_per_h,U_z_deg_per_h,parity,"
     "contradicts,left_out\n";
 
-/// A line of the table; empty fields where nothing is known.
+/// Returns a line of the table; missing values are empty fields.
 std::string csv_line(const model::FusedAxes& axes, const model::FusedRun& run, Eigen::Index row) {
   std::string line = number(run.time_s(row), 0);
   for (Eigen::Index k = 0; k < 3; ++k) line += "," + number(run.rate_deg_per_h(row, k), 6);
@@ -231,7 +232,7 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
   return text;
 }
 
-/// The source beside its header.
+/// Writes the C source and, next to it, its header.
 Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArguments& options) {
   const std::filesystem::path source = options.export_c;
   if (source.extension() != ".c")
@@ -269,7 +270,7 @@ Result<void> fuse_one(Console& console, const std::string& path, const Healthy& 
   if (!options.export_c.empty())
     if (auto written = write_c(console, *run, options); !written) return written;
   std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
-  if (console.json && options.runs.size() > 1) summary = text_of(Json::parse(summary)) + "\n";  // a record a line
+  if (console.json && options.runs.size() > 1) summary = text_of(Json::parse(summary)) + "\n";  // a record per line
   if (options.out == "-") {
     console.say(summary);
   } else {

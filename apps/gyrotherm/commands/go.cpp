@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One set point by hand: a run of a single hold, with all that watches over a run.
+/// The command `go`: one manual set point, executed as a run of a single hold with all protection of a run.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -25,13 +25,13 @@ struct GoArguments {
   std::string out;
 };
 
-/// "go-2026-11-25-224503.db", in UTC.
+/// Returns "go-2026-11-25-224503.db", in UTC.
 std::string record_of_now() {
   const auto seconds = SteadyClock().now().utc / std::chrono::seconds(1);
   return fmt::format("go-{:%Y-%m-%d-%H%M%S}.db", fmt::gmtime(static_cast<std::time_t>(seconds)));
 }
 
-// The profile that goes to a set point and stays.
+// Returns the text of a profile that moves to the set point and holds it.
 std::string written_profile(const GoArguments& options) {
   return fmt::format(R"(schema = "gyrotherm-profile/1"
 name = "go to {0:g} °C"
@@ -44,7 +44,7 @@ time = "{1}"
                      options.at, options.time);
 }
 
-/// What is wrong with the set point or the time, without the places of a file that nobody wrote.
+/// Returns a fault about the set point or the time, without the positions in the generated profile.
 tl::unexpected<Fault> wrong_wish(const Fault& fault) {
   static const std::regex place(R"((^|\n)go:\d+:\d+: )");
   return failure(FaultKind::usage, "", std::regex_replace(text(fault), place, "$1"));

@@ -40,10 +40,10 @@ Result<Exit> guess(Console& console, const ImportArguments& options) {
   return Exit::done;
 }
 
-/// Returns the time of the first row to the nearest second, as a serial date of eight decimals is meant.
+/// Returns the time of the first row, rounded to a second: a serial date has only eight decimals.
 std::string start_in_words(Duration started) { return civil_time(std::chrono::round<std::chrono::seconds>(started)); }
 
-/// What is known of the rows and of each channel, for people.
+/// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMost = 40;
   std::string rows = fmt::format("of {} rows of the file", summary.file_rows);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `gyrotherm site` and `gyrotherm thermal`: commands that other programs carry out. This one, which commands chambers,
-/// links neither a database nor the finite elements.
+/// `gyrotherm site` and `gyrotherm thermal`, which start other programs. This program controls chambers and links
+/// neither a database nor the finite elements.
 #include <string>
 #include <utility>
 #include <vector>

@@ -25,7 +25,7 @@ struct PlacementArguments {
   model::TrainingOptions training;
 };
 
-/// A set of the elimination, tuned anew with support vectors.
+/// Results of a set of the elimination, tuned again with support vectors.
 struct Confirmed {
   data::Figures held_out;
   std::vector<data::Figures> unseen;  ///< one per unseen record
@@ -49,7 +49,7 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
   return confirmed;
 }
 
-/// Tells the figures of the whole set, and of each step of the elimination.
+/// Returns the results of the whole set and of each step of the elimination; empty without --confirm.
 Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options,
                                            const RecordedRuns& records, const RecordedRuns& unseen,
                                            const model::Placement& placement) {
@@ -144,7 +144,8 @@ std::string json(const RecordedRuns& records, const model::Placement& placement,
   return text_of(json) + "\n";
 }
 
-/// What decides is of one gyro, of one zero and no run twice; what is reported on besides is of that gyro, and unseen.
+/// Checks that the deciding records are of one gyro with one bias reference and that no run occurs twice. The records
+/// of --verify must be of the same gyro and must not be among the deciding ones.
 Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
   for (const RecordedRuns* runs : {&records, &unseen})
     if (auto sound = model::check_records(runs->datasets, runs->clusters); !sound) return sound;

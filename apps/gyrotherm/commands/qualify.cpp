@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole experiment: two runs, three models and all methods beside them, a report; of each axis that the rig has.
+/// The command `qualify`: the whole experiment. Two runs, three models and all methods in comparison, and a report, for
+/// each axis of the rig.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,14 +41,14 @@ struct QualifyArguments {
   std::uint64_t days_later{};
   bool compare = false;
   std::vector<std::string> only;  ///< axes of a lot
-  bool records_only = false;      ///< models are made by whoever comes next
-  CalibrationArguments report;    ///< the calibration report; without its texts none is written
+  bool records_only = false;      ///< stops before training
+  CalibrationArguments report;    ///< written only if it has texts
 };
 
-/// Wall time of each stage; kept apart from results, because it varies from run to run.
+/// Wall time of each stage. Kept apart from results, because it varies from run to run.
 class Timings {
  public:
-  /// Ends the stage before, if any.
+  /// Ends the previous stage, if any.
   void begin(std::string stage) {
     end();
     stages_.emplace_back(std::move(stage), 0.0);
@@ -59,7 +60,7 @@ class Timings {
       stages_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
     running_ = false;
   }
-  /// Stages in order with their seconds, and the most memory that the program has held.
+  /// Returns the stages in order with their seconds, and the peak memory of the process.
   [[nodiscard]] std::string to_json() const {
     Json json{{"schema", "gyrotherm-timings/1"}, {"stages", Json::array()}};
     double total = 0;
@@ -83,20 +84,21 @@ class Timings {
   bool running_ = false;
 };
 
-/// One of the runs: its plan, and its record once that is there.
+/// Run of the experiment: its plan and, once it exists, its record.
 struct Run {
   std::string stage;  ///< "rate", "random", "30 days later"
   std::string path;
   profile::Profile profile{};
   std::uint64_t days_later{};
   record::Record record{};
-  std::string sha256{};  ///< of the record's rows as `export` writes them
+  /// Digest of the record's rows as `export` writes them.
+  std::string sha256{};
 };
 
-/// A run that was recorded before, of whatever program.
+/// Returns whether the run is an existing record, of any program.
 bool is_recorded(const Run& run) { return run.profile.text.empty(); }
 
-/// True if the record at `path` is (part of) this very experiment.
+/// Returns whether the record belongs to this experiment.
 bool belongs(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
              const StartOptions& start) {
   return info.profile_text == profile.text && info.rig_text == rig.text &&
@@ -105,7 +107,7 @@ bool belongs(const record::RunInfo& info, const profile::Profile& profile, const
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 
-/// The random program once more, so many days after the others; or a record that is there.
+/// Plans the random program again, so many days later; `what` may also name an existing record.
 Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const Run& random) {
   std::uint64_t days{};
   const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), days);
@@ -126,7 +128,7 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
              .days_later = random.days_later + days};
 }
 
-/// Records a run, or goes on with it, or keeps it: whatever is still to be done.
+/// Records a run, resumes it, or keeps it if it is complete.
 Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
   if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
   const auto info = record::read_info(run.path);
@@ -141,7 +143,7 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
   return {};
 }
 
-/// With the name of a unit, no more than what is of it, if the digest of all is known.
+/// Reads a record. With the name of a unit it reads only that unit, if the digest of the whole record is known.
 Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
   const auto known = digests.of_rows(run.path);
   if (!known) return failure(known.error());
@@ -155,7 +157,7 @@ Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::
   return *known ? Result<void>() : digests.remember(run.path, run.sha256);
 }
 
-/// The unit that all of the axes are of, if it is one.
+/// Returns the unit of all axes, or an empty string if they belong to several units.
 std::string unit_of(const std::vector<data::AxisChoice>& axes) {
   const bool is_one = !axes.empty() && std::ranges::all_of(axes, [&](const data::AxisChoice& axis) {
     return axis.unit == axes.front().unit;
@@ -174,7 +176,8 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .days_later = options.days_later};
 }
 
-/// Those on which a model is chosen. Read before anything moves: a run takes days, and a wrong name is told at once.
+/// Reads the records on which a model is chosen. Called before anything moves: a run takes days, and a wrong name
+/// should be reported at once.
 Result<std::vector<data::RecordedRun>> load_further(Console& console, const std::vector<std::string>& paths,
                                                     const profile::Profile& rate) {
   const auto loaded = load_recorded_runs(console, paths, {});
@@ -186,7 +189,7 @@ Result<std::vector<data::RecordedRun>> load_further(Console& console, const std:
   return further;
 }
 
-/// The runs of an experiment.
+/// Runs of an experiment.
 struct Runs {
   Run rate, random;
   std::vector<Run> later;
@@ -204,7 +207,7 @@ Result<ExperimentRun> run_of_one_axis(const Run& run) {
       });
 }
 
-/// Of a rig with one axis.
+/// Assembles the experiment of a rig with one axis.
 Result<AxisExperiment> experiment_of_one_axis(const Runs& runs, std::vector<data::RecordedRun> further) {
   auto rate = run_of_one_axis(runs.rate);
   if (!rate) return failure(rate.error());
@@ -243,7 +246,7 @@ std::string result_table(const report::Report& report, const model::Qualificatio
          fmt::format("recommended: {}{}\n", found.recommended.empty() ? "" : found.recommended + ", ", found.statement);
 }
 
-/// What is left on the later runs; nothing if there are none.
+/// Returns the table of residual errors on the later runs, or an empty text without such runs.
 std::string later_table(const report::Report& report) {
   if (report.later.empty()) return "";
   std::string text = fmt::format("{:<39} {:>20}", "RMSE, °/h (in their intervals of 95 %)", "random");
@@ -259,7 +262,7 @@ std::string later_table(const report::Report& report) {
   return text + "\n";
 }
 
-/// Of the units of the runs, with the models that were trained, where the laboratory or an order was named.
+/// Writes the calibration report of the units with the trained models, if a laboratory or an order was named.
 Result<void> write_calibration_report(Console& console, const QualifyArguments& options, Timings& timings) {
   if (options.report.laboratory.empty() && options.report.order.empty()) return {};
   timings.begin("calibration report");
@@ -271,7 +274,7 @@ Result<void> write_calibration_report(Console& console, const QualifyArguments& 
   return {};
 }
 
-/// What is left to be written once all is trained and reported.
+/// Writes the calibration report and the timings after training and reports.
 Result<void> write_rest(Console& console, const QualifyArguments& options, Timings& timings) {
   if (auto written = write_calibration_report(console, options, timings); !written) return written;
   timings.end();
@@ -345,7 +348,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
-/// Records what is not recorded yet, and reads all of it, or what is of these axes.
+/// Records the missing runs and reads all of them, limited to the unit of `only` if it is a single one.
 Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
                              const std::vector<data::AxisChoice>& only, KnownDigests& digests, Runs& runs,
                              Timings& timings) {
@@ -386,7 +389,7 @@ std::vector<record::UnitInfo> units_of(const rig::RigFile& rig) {
   return units;
 }
 
-/// Of --only; none if it was not given.
+/// Returns the axes of --only, or none without that option.
 Result<std::vector<data::AxisChoice>> axes_wanted(const QualifyArguments& options, const rig::RigFile& rig) {
   if (!options.only.empty() && has_one_axis(rig))
     return failure(FaultKind::usage, "--only", "is for a rig with several axes; this one has one");

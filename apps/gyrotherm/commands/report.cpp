@@ -13,14 +13,14 @@
 
 namespace gyrotherm::app {
 
-// The other subcommands: report_state.cpp and report_verify.cpp define them.
+// Further subcommands, defined in report_state.cpp and report_verify.cpp.
 void add_report_state(Program& program, CLI::App& report);
 void add_report_sign(Program& program, CLI::App& report);
 void add_report_verify(Program& program, CLI::App& report);
 
 namespace {
 
-/// What qualify left in a folder.
+/// Rebuilds the report of the experiment in a folder that qualify wrote.
 Result<Exit> rebuild(Console& console, const std::string& folder) {
   const auto report = folder + "/report";
   if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
@@ -28,7 +28,7 @@ Result<Exit> rebuild(Console& console, const std::string& folder) {
   return Exit::done;
 }
 
-/// Whether models are taken from a folder: one that is named as theirs, or the one that all the rest is taken from.
+/// Returns whether models are read from a folder: a named one, or the folder of the records.
 bool has_models_in_a_folder(const CalibrationArguments& options, bool is_folder) {
   const bool are_there_too = is_folder && !options.out.empty() && options.left.empty();
   return are_there_too || !options.left_folder.empty() || !options.found_folder.empty();

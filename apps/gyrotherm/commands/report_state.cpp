@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `report authorise`, `report sign` and `report supersede`: from a draft to a report that may be issued, is signed,
-/// and is no longer valid.
+/// `report authorise`, `report sign` and `report supersede`: changes of a report's state from draft to authorised,
+/// signed and superseded.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,8 +26,8 @@ Result<Exit> write_again(Console& console, const FiledReport& filed, const std::
   return Exit::done;
 }
 
-/// Checks that a report is a draft, or was authorised and is no longer as it was then: its views were changed, or
-/// gyrotherm 0.1.0 authorised it, which kept no digests. Such a report is authorised again unless it is signed.
+/// Checks that a report is a draft, or was authorised and has changed since: its views were changed, or gyrotherm 0.1.0
+/// authorised it without storing digests. A changed report is authorised again unless it is signed.
 Result<void> check_may_be_authorised(Console& console, const FiledReport& filed, const std::string& folder) {
   const report::CalibrationReport& report = filed.report;
   if (report.state == report::ReportState::draft) return {};
@@ -49,7 +49,7 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   report::CalibrationReport& report = filed->report;
   if (auto may = check_may_be_authorised(console, *filed, options.folder); !may) return failure(may.error());
   auto missing = report.missing;
-  for (const std::string& one : report::placeholders_in(report))  // drafts of 0.1.0
+  for (const std::string& one : report::placeholders_in(report))  // drafts of gyrotherm 0.1.0
     if (std::ranges::find(missing, one) == missing.end()) missing.push_back(one);
   if (!missing.empty())
     return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(missing, "; ")));
@@ -71,7 +71,7 @@ Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
   return Exit::done;
 }
 
-/// Only a report that may be issued takes the place of another one, and only of the same unit.
+/// Checks that a report may replace another one: it is authorised and of the same unit.
 Result<void> may_replace(const FiledReport& by, const report::CalibrationReport& report) {
   const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
   const report::CalibrationReport& one = by.report;

@@ -24,7 +24,7 @@ struct SignedReportArguments {
   std::string on_day;
 };
 
-/// The file of that name beside the report, or in the folder that the report's is in.
+/// Returns the file with that name in the folder of the report or in its parent folder; empty if there is none.
 std::string found_beside(const std::string& folder, const std::string& name) {
   std::error_code error;
   if (name.empty() || name.find('/') != std::string::npos) return {};
@@ -34,7 +34,7 @@ std::string found_beside(const std::string& folder, const std::string& name) {
   return {};
 }
 
-/// How many files the report says that a record has.
+/// Counts the files of a record that the report names.
 int files_named(const report::CalibrationReport& report, const std::string& record) {
   return 1 + static_cast<int>(std::ranges::count_if(report.files, [&](const report::UsedFile& file) {
            const auto part = record::part_name(file.name);
@@ -42,13 +42,14 @@ int files_named(const report::CalibrationReport& report, const std::string& reco
          }));
 }
 
-/// Whether a record has the rows that a report names by the digest of what `export` writes of them.
+/// Returns whether the digest of a record's rows is the one that the report names.
 bool has_rows(const std::string& path, const std::string& sha256) {
   const auto record = record::read_record(path);
   return record && digest_of(*record) == sha256;
 }
 
-/// A file that the report rests on: a record by its own chain too, known by the bytes of all its files, or by its rows.
+/// Checks a file that the report used. A record is also checked by its own chain; it is identified by the bytes of all
+/// its files or by its rows.
 Check check_used(const std::string& folder, const report::CalibrationReport& report, const report::UsedFile& file) {
   using enum Check::Outcome;
   const std::string path = found_beside(folder, file.name);

@@ -21,10 +21,9 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   apply_json_of_run(console, options.json);
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
-  // A record that cannot be read says so below; until then Ctrl-C ends this at once.
+  // A record that cannot be read is reported by resume_run(); Ctrl-C ends the program at once up to there.
   const auto status = record::read_status(options.run);
-  // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
-  // looked at.
+  // A virtual run is replayed from the record before the record is opened for writing. Its files are verified first.
   if (status && status->simulated)
     if (const auto whole = record::find_record_files(options.run).and_then(record::verify_files); !whole)
       return failure(whole.error());

@@ -19,8 +19,8 @@ struct RunArguments {
   StartOptions start;
 };
 
-/// "short rate" → "short rate.db": a plain name in the working folder, whatever the profile's name is: what could lead
-/// elsewhere, hide the file or steer a terminal becomes "_".
+/// Returns the file name of a record: "short rate" gives "short rate.db". The file is always in the working folder:
+/// characters that lead to another folder, hide the file or control a terminal become "_".
 std::string record_named_after(const std::string& profile_name) {
   constexpr std::size_t kLongest = 100;
   std::string name;

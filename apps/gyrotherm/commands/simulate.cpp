@@ -25,9 +25,10 @@ struct SimulateArguments {
   bool pty = false;
 };
 
-constexpr auto kSlice = std::chrono::milliseconds(10);  // of wall time, between two looks at the gyro's line
+constexpr auto kSlice = std::chrono::milliseconds(10);  // wall time between two advances
 
-/// Seconds of the world per second of wall time; 0: as fast as the machine goes. Nothing if the text is no pace.
+/// Returns the seconds of virtual time per second of wall time, 0 for maximum speed, or nothing if the text is not a
+/// pace.
 std::optional<double> pace_of(const std::string& text) {
   if (text == "real") return 1;
   if (text == "max") return 0;
@@ -50,7 +51,7 @@ std::string modbus_in_words(const drivers::RegisterMap& map, const simulator::Se
   return fmt::format("{}, unit {}, {}", to_string(link, serial), link.modbus.unit, map.name);
 }
 
-/// What speaks on an instrument's line: "Modbus TCP, unit 1, Watlow F4T".
+/// Describes the protocol and instrument on a line: "Modbus TCP, unit 1, Watlow F4T".
 std::string what_speaks(const rig::RigFile& rig, const simulator::ServedLine& served) {
   if (served.instrument == "chamber") return modbus_in_words(rig.chamber_map, served);
   for (const auto& line : rig.gyro_lines)
@@ -78,7 +79,7 @@ void print_addresses(Console& console, const rig::RigFile& rig, const simulator:
                       i + 1, rig.thermometers[i].driver));
 }
 
-/// Waits for at most that long; false once the user wants to stop.
+/// Waits at most that long. Returns false once the user wants to stop.
 bool wait(steady_clock::duration time) {
   pollfd descriptor{interrupt_descriptor(), POLLIN, 0};
   const auto ms = std::chrono::ceil<std::chrono::milliseconds>(time).count();

@@ -22,10 +22,10 @@ std::string degrees(const std::optional<Celsius>& value) {
   return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
 }
 
-/// Of a foreign table, which no profile made.
+/// Returns whether the record was imported: it has no profile.
 bool is_import(const record::RunStatus& status) { return status.segment_count == 0; }
 
-/// Of a run that nobody carries out.
+/// Returns whether a run that no program executes needs an operator.
 bool waits_for_people(RunState state) {
   return state == RunState::held || state == RunState::aborting || state == RunState::aborted;
 }
@@ -54,7 +54,7 @@ std::string alarm_lines(const record::RunStatus& status) {
   return text;
 }
 
-/// Where it goes, and what is wrong with it.
+/// Describes the progress of a run and its faults.
 std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
   auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
@@ -77,7 +77,8 @@ std::string standing_lines(const record::RunStatus& status) {
   return text;
 }
 
-/// Whether the program that carries the run out answers, by the age of what it wrote; nothing where none does.
+/// Returns whether the program that executes the run is alive, judged by the age of the status file; nothing if the
+/// record is not being written.
 std::optional<bool> answers(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = age_of(status);
@@ -116,7 +117,7 @@ std::string describe(const record::RunStatus& status) {
   return text + thermometer_line(status);
 }
 
-/// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
+/// Returns the status as JSON, with the trace of gyrotherm-make-safe, or null if it did not act.
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
   const auto age = age_of(status);
@@ -145,7 +146,7 @@ Result<Exit> show(Console& console, const std::string& path) {
   return Exit::done;
 }
 
-/// Whether the record is as it was written. A record being written is not opened.
+/// Verifies the record. A record that is being written is not opened.
 Result<Exit> verify(Console& console, const std::string& path) {
   const auto verified = record::verify_record(path);
   if (!verified) return failure(verified.error());
@@ -163,7 +164,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// Each second anew, until no program writes the record any more; the last one stays.
+/// Shows the status each second until the record is closed. The last one remains on the terminal.
 Result<Exit> watch(Console& console, const std::string& path) {
   constexpr int kLooks = 10;
   watch_for_interrupts(SecondInterrupt::ends);
@@ -190,7 +191,7 @@ struct StatusArguments {
 Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
   if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "a closed run is verified once");
   if (options.verify) return verify(console, options.run);
-  const auto record = record::record_of_copy(options.run);  // a copy does not know whether it is being written
+  const auto record = record::record_of_copy(options.run);  // only the record's status is current
   return options.watch ? watch(console, record) : show(console, record);
 }
 

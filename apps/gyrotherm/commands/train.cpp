@@ -31,7 +31,7 @@ std::string figures(const data::Figures& f) {
                      f.max_abs, f.count);
 }
 
-/// The bias without any model, of all clusters together.
+/// Returns the figures of the raw bias over all clusters.
 data::Figures raw_figures(const RecordedRuns& records) {
   std::vector<double> bias;
   for (const data::Clusters& clusters : records.clusters)
@@ -39,7 +39,7 @@ data::Figures raw_figures(const RecordedRuns& records) {
   return data::figures_of(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
 }
 
-/// What the records and the choice of clusters say of the model beside its own warnings.
+/// Adds warnings about the records, their outliers and the cluster length to those of the model.
 void add_warnings(model::Model& model, const RecordedRuns& records, const data::Figures& raw, double cluster_length_s) {
   constexpr double kUsual_s = 100;
   model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
@@ -113,7 +113,7 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
   return training;
 }
 
-/// By the records alone, or by the type's prior and them.
+/// Trains from the records alone, or from the records and the prior of the type.
 Result<model::Model> train_by(Console& console, const TrainArguments& options, const RecordedRuns& records,
                               const model::TrainingOptions& training) {
   if (options.prior.empty()) return train(records.datasets, records.clusters, training, console.sink());
@@ -141,7 +141,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   return Exit::done;
 }
 
-/// With a prior the inputs are the type's, and nothing is chosen.
+/// Adds --prior. It excludes all options that choose a method or inputs: the type determines them.
 void add_prior(CLI::App& command, TrainArguments& options) {
   auto* prior = command
                     .add_option("--prior", options.prior,

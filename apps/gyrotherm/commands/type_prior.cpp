@@ -24,13 +24,13 @@ struct TypePriorArguments {
   model::PriorOptions prior;
 };
 
-/// "u7=rate.db", or a record alone.
+/// Record with an optional unit name: "u7=rate.db".
 struct NamedRecord {
-  std::string unit;  ///< empty: the record says it
+  std::string unit;  ///< empty: taken from the record
   std::string path;
 };
 
-/// A "=" behind a "/" belongs to a path.
+/// Splits UNIT=RECORD. A "=" after a "/" belongs to the path.
 NamedRecord parse_named_record(const std::string& word) {
   const auto at = word.find('=');
   if (at == std::string::npos || word.find('/') < at) return {{}, word};
@@ -49,10 +49,10 @@ struct SeenRun {
   std::string path;
 };
 
-/// Everything that the type is learnt from. Of the samples those of the first record are kept.
+/// Records of all units of a type. Only the samples of the first record are kept.
 struct RecordedUnits {
   std::optional<data::Dataset> first;
-  std::vector<population::UnitClusters> units;  ///< in the order in which they are first named
+  std::vector<population::UnitClusters> units;  ///< in order of first appearance
   std::vector<SeenRun> seen;
   bool simulated{};
 };
@@ -64,8 +64,9 @@ Result<void> check_unseen(const RecordedUnits& units, const data::Dataset& datas
   return {};
 }
 
-/// What two records say against the names that they were given; empty: nothing. A user may know better than the serial
-/// number in a rig file; but one gyro that counts as two makes the type look more alike than it is.
+/// Describes a contradiction between the identities of two records and their given names, or returns an empty string.
+/// The given names win, because the serial number in a rig file may be wrong; but one gyro counted as two units makes
+/// the spread of the type look too small.
 std::string contradiction(const population::PriorRecord& a, const population::PriorRecord& b) {
   const bool one_gyro = a.identity == b.identity, one_name = a.name == b.name;
   if (a.identity.empty() || b.identity.empty() || one_gyro == one_name) return {};

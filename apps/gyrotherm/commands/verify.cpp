@@ -27,7 +27,7 @@ struct VerifyArguments {
   BiasTrackingArguments tracking;
 };
 
-/// "–" where nothing is known.
+/// Formats a value, or "–" if it is unknown.
 std::string figure(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
 }
@@ -61,7 +61,7 @@ std::string describe_coverage(const model::Verification& v) {
       v.trained_on_this ? ", in-sample" : "");
 }
 
-/// Describes the stream in means over the same clusters, beside predictions without its lag.
+/// Describes the stream in means over the same clusters, next to predictions without its lag.
 std::string describe_streamed(const model::Verification& v) {
   if (!v.streamed) return {};
   const model::Streamed& s = *v.streamed;
@@ -83,7 +83,7 @@ std::string describe(const model::TurnOn& turn_on) {
                      turn_on.starts, turn_on.std_before_deg_per_h, turn_on.std_after_deg_per_h);
 }
 
-/// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
+/// Describes each detected noise term: "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s".
 std::string describe_noise(const data::HoldNoise& noise) {
   std::string text = fmt::format("  {}\n", noise.statement);
   if (noise.curve.empty()) return text;
@@ -98,7 +98,7 @@ std::string describe_noise(const data::HoldNoise& noise) {
   return text;
 }
 
-/// Of one record, before and after compensation.
+/// Noise and characterisation of one record, before and after compensation.
 struct Behaviour {
   data::HoldNoise raw, compensated;
   model::Characterisation characterisation;
@@ -138,7 +138,7 @@ std::string describe(const model::Characterisation& result) {
   return text;
 }
 
-/// A table of the denoisers, and whether the filter's innovations are what it expects.
+/// Returns a table of the denoisers, and a test of the filter's innovations.
 std::string describe(const tracking::Assessment& assessment) {
   std::string text = fmt::format(
       "  what is left, followed in steps of {:g} s; {}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} "
@@ -248,7 +248,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   }
   if (const auto between = between_runs(verifications))
     console.data(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
-  if (gyros.size() > 1) return Exit::done;  // how two differ is no repeatability
+  if (gyros.size() > 1) return Exit::done;  // different gyros give no repeatability
   for (const model::TurnOn& turn_on : model::turn_on_of(starts))
     console.data(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;

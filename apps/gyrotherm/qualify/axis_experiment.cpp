@@ -16,7 +16,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// What the runs are held against is neither of the two that the report quotes, and each is one run.
+/// Checks that the further and later runs differ from each other and from the two runs that the report quotes.
 Result<void> check_apart(const AxisExperiment& experiment) {
   std::vector<data::RecordedRun> all = experiment.further;
   for (const ExperimentRun& run : experiment.later) all.push_back(run.recorded);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `qualify` makes of one axis: models, verifications and a report, of two runs and perhaps later ones.
+/// Part of `qualify` for one axis: models, verifications and a report from two runs and optional later ones.
 #pragma once
 
 #include <functional>
@@ -18,43 +18,45 @@
 
 namespace gyrotherm::app {
 
-/// One run of the experiment as one axis saw it.
+/// Run of the experiment with the data of one axis.
 struct ExperimentRun {
   std::string stage;  ///< "rate", "random", "30 days later"
   profile::Profile profile;
   std::uint64_t days_later{};
   data::RecordedRun recorded;
-  std::string sha256;  ///< of the record's rows as `export` writes them
+  /// Digest of the record's rows as `export` writes them.
+  std::string sha256;
 };
 
 struct AxisExperiment {
   ExperimentRun rate, random;
   std::vector<ExperimentRun> later;
-  std::vector<data::RecordedRun> further;  ///< on which a model is recommended
+  std::vector<data::RecordedRun> further;  ///< used to recommend a model
 };
 
-/// Of one axis of a record. Fails like make_clusters.
+/// Extracts one axis of a record. Fails like make_clusters.
 [[nodiscard]] Result<data::RecordedRun> recorded_run_of(const record::Record& record, const std::string& path,
                                                         const data::AxisChoice& of);
 
-/// The digest of a record's rows as `export` writes them.
+/// Returns the digest of a record's rows as `export` writes them.
 [[nodiscard]] std::string digest_of(const record::Record& record);
 
 struct AxisOptions {
-  std::string folder;   ///< for its models, and for report/ in it
-  bool compare = true;  ///< every other method beside the three models
+  std::string folder;   ///< for models and report/
+  bool compare = true;  ///< trains every other method as well
   model::QualificationOptions training;
-  report::ReportedThermal thermal{};                       ///< the gyro's thermal model
-  std::function<void(const std::string& stage)> begins{};  ///< a stage, for timings
+  report::ReportedThermal thermal{};                       ///< gyro's thermal model
+  std::function<void(const std::string& stage)> begins{};  ///< called at each stage
 };
 
-/// What was trained, and the report of it, which has been written.
+/// Trained models and the report, which has been written.
 struct AxisOutcome {
   model::Qualification trained;
   report::Report report;
 };
 
-/// Trains, verifies, writes the models and the report. Fails like train() and verify(), with interrupted or storage.
+/// Trains, verifies, and writes the models and the report. Fails like train() and verify(), with interrupted or
+/// storage.
 [[nodiscard]] Result<AxisOutcome> carry_out(AxisExperiment& experiment, const rig::RigFile& rig,
                                             const AxisOptions& options, const ProgressSink& progress,
                                             std::vector<std::string>& warnings);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr auto kLongest = std::chrono::minutes(5);
 
-/// Names the gyro file that a reduced model was made from.
+/// Name and digest of the gyro file of a reduced model.
 struct Origin {
   std::string gyro, sha256;
 };
@@ -35,7 +35,8 @@ Result<Origin> origin_of(const simulator::GyroModelUsed& used) {
   return origin;
 }
 
-/// Returns the path of the file beside the reduced model, or of the shipped one, that has this name and this content.
+/// Returns the path of the gyro file with this name and content, next to the reduced model or among the shipped files.
+/// Returns an empty string if neither matches.
 std::string find_gyro_file(const simulator::GyroModelUsed& used, const Origin& origin) {
   const std::string name = origin.gyro + ".toml";
   const std::string beside = (std::filesystem::path(used.path).parent_path() / name).string();

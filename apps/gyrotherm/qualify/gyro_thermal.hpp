@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The finite-element model behind a rig's virtual gyro, for the report.
+/// Finite-element model of a rig's virtual gyro, for the report.
 #pragma once
 
 #include "core/result.hpp"
@@ -9,8 +9,8 @@
 namespace gyrotherm::app {
 
 /// Returns the model that the rig's gyro was reduced from, with its thermal image, which gyrotherm-thermal computes in
-/// about a second; or the reason for which there is none: the rig is real, its gyro has no finite elements, the gyro
-/// file is not there any more or has changed, or the program failed. Fails with interrupted alone.
+/// about a second. Otherwise it returns the reason: the rig is real, its gyro has no finite elements, the gyro file is
+/// missing or has changed, or the program failed. Fails only with interrupted.
 [[nodiscard]] Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the rows of closed records hash to, kept in the folder of an experiment, so that who comes again, or works on
-/// one axis of many, need not read every row of every unit once more.
+/// Digests of the rows of closed records, kept in the folder of an experiment. A second start, or work on one axis of
+/// many, can then skip reading every row of every unit.
 #pragma once
 
 #include <optional>
@@ -11,22 +11,22 @@
 
 namespace gyrotherm::app {
 
-/// FOLDER/digests.json.
+/// Content of FOLDER/digests.json.
 class KnownDigests {
  public:
-  /// Those that were remembered in the folder by this version of the program: none where there is no such file, or one
-  /// that says something else.
+  /// Reads the digests that this version of the program stored in the folder. Starts empty if the file is missing or
+  /// has another format or version.
   KnownDigests(const std::string& folder, std::string program_version);
 
-  /// The digest of the record's rows as `export` writes them, if its files are, byte by byte, those of which it was
-  /// made; the record is then as it was written. Fails with bad_file if they are not what its manifest says.
+  /// Returns the digest of the record's rows as `export` writes them, if it is stored for files with exactly the
+  /// present bytes. The record is unchanged then. Fails with bad_file if a file contradicts the record's manifest.
   [[nodiscard]] Result<std::optional<std::string>> of_rows(const std::string& record_path) const;
 
-  /// A record that is not closed is not remembered. Fails likewise, or with storage.
+  /// Stores the digest of a closed record. Ignores a record that is not closed. Fails like of_rows(), or with storage.
   [[nodiscard]] Result<void> remember(const std::string& record_path, const std::string& rows);
 
   struct Entry {
-    std::vector<std::pair<std::string, std::string>> files{};  ///< of the record by name, each with its digest
+    std::vector<std::pair<std::string, std::string>> files{};  ///< name and digest of each file
     std::string rows{};
   };
 

@@ -21,10 +21,10 @@
 namespace gyrotherm::app {
 namespace {
 
-/// One axis: where it goes, and what came of it.
+/// Work on one axis and its result.
 struct Task {
   data::AxisChoice of;
-  std::string folder;  ///< relative to the lot's
+  std::string folder;  ///< relative to the lot's folder
   std::optional<report::Report> report;
   std::string trouble;
 };
@@ -38,7 +38,7 @@ std::vector<Task> tasks_of(const LotExperiment& experiment) {
   return tasks;
 }
 
-/// The report that a run before has left, if it is of these very records, trained in this very way.
+/// Returns an existing report if it was made from the same records with the same training options.
 std::optional<report::Report> report_left(const LotExperiment& experiment, const Task& task) {
   const auto path = fmt::format("{}/{}/report/report.json", experiment.out, task.folder);
   if (!std::filesystem::exists(path)) return std::nullopt;
@@ -82,13 +82,13 @@ Result<AxisExperiment> experiment_of(const LotExperiment& lot, const data::AxisC
   return experiment;
 }
 
-/// Worked on by several threads; the main thread looks at it and shows how far it is.
+/// Axes that several threads train. The main thread polls it and shows the progress.
 class Bench {
  public:
   Bench(const LotExperiment& lot, const rig::RigFile& rig, std::vector<Task>& tasks, std::size_t threads)
       : lot_(lot), rig_(rig), tasks_(tasks), threads_(threads) {}
 
-  /// Takes one axis after the other until none is left, or somebody wants an end.
+  /// Trains one axis after another until none is left or a stop is requested.
   void work() {
     for (auto next = next_++; next < tasks_.size() && !stop_; next = next_++) {
       train(tasks_[next], threads_for(tasks_.size() - next));
@@ -103,7 +103,7 @@ class Bench {
     const std::lock_guard lock(mutex_);
     return done_ == tasks_.size();
   }
-  /// "7 of 24 axes, training u3.x, u3.y", and the share of all that is done.
+  /// Returns "training 24 axes side by side" and the completed fraction.
   [[nodiscard]] std::pair<std::string, double> progress() const {
     const std::lock_guard lock(mutex_);
     auto share = static_cast<double>(done_);
@@ -116,8 +116,8 @@ class Bench {
   }
 
  private:
-  /// For one of so many axes that nobody has begun with. One is enough until fewer are left than there are threads, of
-  /// which some would then have nothing to do.
+  /// Returns the number of threads for one of `left` axes. It is 1 until fewer axes than threads are left, because
+  /// threads would otherwise be idle.
   [[nodiscard]] int threads_for(std::size_t left) const {
     return static_cast<int>(std::max<std::size_t>(1, threads_ / left));
   }
@@ -150,7 +150,7 @@ class Bench {
     std::string stage;
     double stages_done = 0;
     const auto sink = [&](std::string_view now, double fraction) {
-      constexpr double kStages = 3;  // models, which take about the same time
+      constexpr double kStages = 3;  // models of about equal cost
       if (now != stage && !std::exchange(stage, std::string(now)).empty()) ++stages_done;
       const std::lock_guard lock(mutex_);
       under_way_[task.folder] = std::min(1.0, (std::min(stages_done, kStages - 1) + fraction) / kStages);
@@ -168,7 +168,7 @@ class Bench {
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;
   std::size_t done_ = 0;
-  std::map<std::string, double> under_way_;  ///< share of each axis that is being trained
+  std::map<std::string, double> under_way_;  ///< completed fraction of each active axis
   std::optional<Fault> ended_;
 };
 
@@ -193,7 +193,7 @@ Result<void> train_side_by_side(Console& console, const LotExperiment& lot, cons
   return {};
 }
 
-/// Seconds of a run in which an axis was not read.
+/// Returns the seconds of a run in which an axis was not read.
 double missing_s(const record::Record& record, const data::AxisChoice& of) {
   const auto& units = record.info.units;
   const auto unit = std::ranges::find(units, of.unit, &record::UnitInfo::name);
@@ -203,7 +203,7 @@ double missing_s(const record::Record& record, const data::AxisChoice& of) {
       std::ranges::count_if(columns.rotation[static_cast<std::size_t>(axis)], [](double n) { return std::isnan(n); }));
 }
 
-/// What happened to units, told in the order in which it did.
+/// Adds the events of units in their order.
 void add_events(const LotRun& run, std::vector<std::string>& events) {
   for (const auto& [slot, event] : run.record.events) {
     const bool of_a_unit = record::find_unit(run.record.info, event.about.channel) != nullptr;
@@ -240,7 +240,7 @@ report::Lot summary_of(const LotExperiment& experiment, const rig::RigFile& rig,
   return lot;
 }
 
-/// Of each unit with several axes; that of a unit with one is its axis' own.
+/// Writes the report of each unit with several axes. The report of a single axis is also the report of its unit.
 Result<void> write_unit_reports(const LotExperiment& experiment, const report::Lot& lot,
                                 const std::vector<Task>& tasks) {
   std::map<std::string, std::vector<std::pair<std::string, report::Report>>> units;

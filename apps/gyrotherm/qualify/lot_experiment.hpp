@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `qualify` makes of a rig with many axes: each trained and reported by itself, side by side, and a summary of
-/// the lot.
+/// Part of `qualify` for a rig with many axes: each axis is trained and reported by itself, several in parallel, and
+/// the lot is summarised.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@
 
 namespace gyrotherm::app {
 
-/// One run, with all that it recorded.
+/// Run with its whole record.
 struct LotRun {
   std::string stage, path;
   profile::Profile profile;
@@ -29,21 +29,21 @@ struct LotExperiment {
   std::string out;
   LotRun rate, random;
   std::vector<LotRun> later;
-  bool compare = false;                ///< every other method beside the three models, for each axis
-  std::vector<data::AxisChoice> only;  ///< these axes of all; empty: every one
+  bool compare = false;                ///< trains every other method as well
+  std::vector<data::AxisChoice> only;  ///< empty: all axes
   model::QualificationOptions training;
-  report::ReportedThermal thermal{};  ///< all axes have one type of gyro
+  report::ReportedThermal thermal{};  ///< all axes have one gyro type
 };
 
-/// "u1.x" and "u1" (each axis of that unit) as the axes that a record has. Fails with usage, naming those that are
-/// there.
+/// Returns the axes that the names select in a record: "u1.x" is one axis, "u1" each axis of that unit. Fails with
+/// usage and lists the existing axes.
 [[nodiscard]] Result<std::vector<data::AxisChoice>> axes_called(const std::vector<std::string>& names,
                                                                 const record::RunInfo& info);
 
-/// Trains every axis that has no report of these very runs yet, as many side by side as there are threads, into
-/// OUT/UNIT/AXIS (OUT/UNIT where a unit has one axis); writes the report of each unit, OUT/lot.json and OUT/lot.html,
-/// unless only some axes are wanted. What of it fails for one axis is told in the summary and stops no other. One line
-/// shows how far all of it is. Fails with interrupted or storage.
+/// Trains every axis that has no report of these runs yet, as many in parallel as there are threads, into OUT/UNIT/AXIS
+/// (OUT/UNIT if the unit has one axis). Writes the report of each unit, OUT/lot.json and OUT/lot.html, unless `only`
+/// selects some axes. An axis that fails is reported in the summary and does not stop the others. Shows the progress of
+/// all axes on one line. Fails with interrupted or storage.
 [[nodiscard]] Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment, const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

@@ -30,14 +30,13 @@ namespace {
 
 constexpr std::size_t kLargestRecord = 4'000'000'000;
 
-/// A record that was looked at. What it holds is read for one unit after the other: all of it at once would not fit
-/// where a lot is reported.
+/// Verified record. Its rows are read later, unit by unit: the rows of a whole lot would not fit into memory.
 struct CheckedRecord {
   record::RecordFiles files;
   std::string sha256;
   bool chain_verified{};
   record::RunInfo info;
-  std::vector<report::UsedFile> parts;  ///< that it goes on in
+  std::vector<report::UsedFile> parts;  ///< further files of the record
 };
 
 Result<std::vector<report::UsedFile>> parts_of(const record::RecordFiles& files) {
@@ -76,7 +75,7 @@ Result<std::vector<CheckedRecord>> check_records(Console& console, const Calibra
   return records;
 }
 
-/// What the records hold of one unit, in their order.
+/// Reads the rows of one unit from all records, in their order.
 Result<std::vector<record::Record>> read_records(const std::vector<CheckedRecord>& records, const std::string& unit) {
   std::vector<record::Record> all;
   for (const CheckedRecord& one : records) {
@@ -95,7 +94,7 @@ std::vector<std::string> units_in(const record::RunInfo& info) {
   return names;
 }
 
-/// The units that reports are to be of, which all records have.
+/// Returns the units to report. Fails with usage if a record does not contain one of them.
 Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord>& records, const std::string& wanted) {
   std::vector<std::string> units = units_in(records.front().info);
   if (!wanted.empty()) units = {wanted};
@@ -108,7 +107,7 @@ Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord
   return units;
 }
 
-/// A model and its file.
+/// Model and its file.
 struct ModelOfAxis {
   model::Model model;
   report::UsedFile file;
@@ -126,7 +125,7 @@ Result<ModelOfAxis> load_model_of_axis(const std::string& path, const char* role
   return ModelOfAxis{std::move(*model), std::move(file)};
 }
 
-/// The models of a stage: of files that were named, or of a folder.
+/// Models of a stage, from named files or from a folder.
 struct ModelSource {
   std::vector<ModelOfAxis> named;
   std::string folder;
@@ -143,17 +142,17 @@ Result<ModelSource> load_models(const std::vector<std::string>& files, const std
   return source;
 }
 
-/// Whether a model that was trained on one axis is for another: a model of a record with a single axis is for any.
+/// Returns whether a model applies to an axis. A model of a record with a single axis applies to any axis.
 bool is_for(const model::Model& model, const data::AxisChoice& axis) {
   return model.trained_on.empty() || !is_named(model.trained_on.front().of) || model.trained_on.front().of == axis;
 }
 
-/// The name of the models in folders.
+/// Returns the name of the models in folders.
 std::string inputs_of(const CalibrationArguments& options) {
   return options.inputs.empty() ? "multi-point-t" : options.inputs;
 }
 
-/// Nothing where neither a file nor a folder was given.
+/// Returns the model of an axis, or nothing if neither a file nor a folder was given.
 Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std::string& inputs,
                                             const data::AxisChoice& axis) {
   for (const ModelOfAxis& one : source.named)
@@ -164,7 +163,7 @@ Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std
   return std::optional(std::move(*model));
 }
 
-/// What a file says, where one is given.
+/// Parses a file if its path is given.
 template <class T>
 Result<std::optional<T>> parsed_if_given(const std::string& path,
                                          Result<T> (*parse)(std::string_view text, const std::string& file)) {
@@ -176,7 +175,7 @@ Result<std::optional<T>> parsed_if_given(const std::string& path,
   return std::optional(std::move(*parsed));
 }
 
-/// All that the reports are made of.
+/// Input of all reports.
 struct Given {
   std::optional<report::LaboratoryFile> laboratory;
   std::optional<report::OrderFile> order;
@@ -198,7 +197,7 @@ Result<Given> load_all(Console& console, const CalibrationArguments& options) {
   return Given{std::move(*laboratory), std::move(*order), std::move(*records), std::move(*found), std::move(*left)};
 }
 
-/// The folder in which qualify left what it made of an axis: that of its model.
+/// Returns the folder where qualify wrote the results of an axis, which is the folder of its model.
 std::string experiment_of(const CalibrationArguments& options, const data::AxisChoice& axis) {
   if (options.left_folder.empty()) return {};
   return std::filesystem::path(model_path(options.left_folder, axis, inputs_of(options))).parent_path().string();
@@ -217,7 +216,8 @@ report::ComparedModel compared(const report::ReportedMethod& method, const std::
           .expanded_deg_per_h = method.uncertainty ? method.uncertainty->expanded_deg_per_h : report::kNotKnown};
 }
 
-/// What qualify tried beside the model that the unit leaves with: that one, the best plane, and what it recommended.
+/// Adds models of the experiment for comparison: the model that the unit leaves with, the best plane, and the
+/// recommended model.
 void add_compared(report::CalibrationReport& report, const report::Report& experiment, const std::string& axis,
                   const model::Model& left) {
   const report::ReportedMethod* simplest = nullptr;
@@ -249,7 +249,7 @@ void add_file(report::CalibrationReport& report, const std::optional<ModelOfAxis
   if (model) report.files.push_back(model->file);
 }
 
-/// Moves the model out; its file has been noted.
+/// Moves the model out of its pair with the file, which the report already names.
 std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }
@@ -291,7 +291,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
   return add_results(report, axis);
 }
 
-/// Where all biases are counted from one zero, it stands once.
+/// Reports the bias reference only once if it is equal for all axes and runs.
 void say_one_zero_once(report::CalibrationReport& report) {
   const auto differs = [&](const report::BiasZero& one) { return one.zero != report.bias_zeros.front().zero; };
   if (report.bias_zeros.empty() || std::ranges::any_of(report.bias_zeros, differs)) return;
@@ -330,7 +330,7 @@ Result<void> check_units(const report::OrderFile& order, const std::vector<recor
   return report::check_units(order, items, from);
 }
 
-/// Whether the order speaks of the units of the records, before a report of the first of them is made.
+/// Checks that the order matches the units of all records, before the first report is made.
 Result<void> check_order(const Given& given, const std::vector<std::string>& units) {
   if (!given.order) return {};
   for (const CheckedRecord& one : given.records) {
@@ -341,7 +341,7 @@ Result<void> check_order(const Given& given, const std::vector<std::string>& uni
   return {};
 }
 
-/// A report that somebody has authorised is never written over.
+/// Fails with usage if the folder has a report that is not a draft: an authorised report is never overwritten.
 Result<void> check_is_free(const std::string& folder) {
   if (!std::filesystem::exists(folder + "/" + report::kCalibrationFile)) return {};
   const auto there = load_calibration(folder);
@@ -385,7 +385,7 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
       return report_of(*given, (*units)[unit], options);
     });
   };
-  // The next unit's report is made while that of the one before is written.
+  // The next unit's report is made while the previous one is written.
   auto next = begin(0);
   for (std::size_t i = 0; i < units->size(); ++i) {
     const auto report = next.get();

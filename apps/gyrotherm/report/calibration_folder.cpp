@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kPdfProgram = "gyrotherm-pdf";
 
-/// "calibration.html", "calibration.de.html".
+/// Returns "calibration.html" or "calibration.de.html".
 std::string name_in(const std::string& language, const std::string& extension,
                     const std::string& stem = "calibration") {
   return fmt::format("{}{}.{}", stem, language == "en" ? "" : "." + language, extension);
@@ -37,7 +37,7 @@ Result<void> make_folder(const std::string& folder) {
   return trouble ? Result<void>(failure(FaultKind::storage, folder, trouble.message())) : Result<void>{};
 }
 
-/// Runs the program that sets it. A rig that makes no reports needs no WeasyPrint.
+/// Runs gyrotherm-pdf and returns the PDF. A separate program, so that a rig without reports needs no WeasyPrint.
 Result<std::string> pdf_of(const std::string& json, const std::string& language) {
   const auto place = report::PrivateFolder::make();
   if (!place) return failure(place.error());
@@ -56,7 +56,7 @@ Result<void> write_view(Console& console, const std::string& path, const std::st
   return {};
 }
 
-/// All that is written of a report; last its source, which says in what state it is.
+/// Renders all files of a report. Its source, calibration.json, is the last one, because it contains the state.
 Result<std::vector<report::NewFile>> files_of(const report::CalibrationReport& report,
                                               const std::vector<std::string>& languages) {
   const std::string json = to_json(report);
@@ -119,7 +119,7 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
   return {};
 }
 
-/// That a copy has each file, and the signed one as it is, before the original is written over.
+/// Checks that a copy has every file and the same signed certificate, before the original is overwritten.
 Result<void> check_copy(const std::filesystem::path& folder, const std::filesystem::path& copy,
                         const std::string& certificate) {
   bool is_whole = read_text_file((copy / report::kDccFile).string(), kLargestTable) == certificate;

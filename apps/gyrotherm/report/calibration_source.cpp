@@ -17,7 +17,7 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr std::size_t kDayLength = 10;  // of "2026-11-25T09:00:00Z"
+constexpr std::size_t kDayLength = 10;  // length of "2026-11-25"
 
 std::string day_of(Duration utc) { return civil_time(utc).substr(0, kDayLength); }
 
@@ -31,7 +31,8 @@ bool is_of(const record::Channel& channel, const std::string& unit) {
 
 bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-/// What was calibrated anew between two records is there with either calibration.
+/// Adds equipment unless it is listed already. Equipment that was recalibrated between two records is listed once per
+/// calibration.
 void add_once(std::vector<report::Equipment>& all, report::Equipment one) {
   const auto same = [&](const report::Equipment& other) {
     return other.role == one.role && other.channel == one.channel && other.name == one.name &&
@@ -79,7 +80,7 @@ void add_item(report::CalibratedItem& item, const record::UnitInfo& unit) {
   for (std::size_t axis = 0; axis < unit.axes.size(); ++axis) item.axes.push_back(record::axis_label(unit, axis));
 }
 
-/// The span of the air, over all records.
+/// Extends the span of the air temperature by that of a record.
 void add_air(report::CalibrationReport& report, const std::vector<double>& air_c) {
   std::optional<std::pair<double, double>> span;
   for (const double air : air_c) {
@@ -97,7 +98,7 @@ void add_air(report::CalibrationReport& report, const std::vector<double>& air_c
   }
 }
 
-/// What an event is as a deviation; empty: it is none.
+/// Returns the kind of deviation that an event is, or an empty string.
 std::string kind_of(const Event& event) {
   constexpr std::array<std::pair<std::string_view, const char*>, 6> kStates{
       {{"held", "held"},
@@ -129,7 +130,7 @@ std::string kind_of(const Event& event) {
   return {};
 }
 
-/// Whether an event is about another unit.
+/// Returns whether an event belongs to another unit.
 bool is_of_another(const Event& event, const record::RunInfo& info, const std::string& unit) {
   const std::string& channel = event.about.channel;
   if (channel.empty()) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a record itself tells a calibration report: unit, instruments, days, and where the run was not as planned.
+/// Content of a calibration report that comes from the record itself: unit, instruments, days and deviations.
 #pragma once
 
 #include <string>
@@ -10,19 +10,19 @@
 
 namespace gyrotherm::app {
 
-/// A record and its file.
+/// Record and its file.
 struct SourceRecord {
   const record::Record& record;
-  std::string name{};    ///< of the file, without its folder
-  std::string sha256{};  ///< of the file
+  std::string name{};    ///< file name without folder
+  std::string sha256{};  ///< digest of the file
   bool chain_verified{};
-  std::vector<report::UsedFile> parts{};  ///< the files that it goes on in, by name and SHA-256
+  std::vector<report::UsedFile> parts{};  ///< further files of the record
 };
 
-/// Adds what is the same for all axes of one unit: the unit as the rig file names it, its instruments and the chamber
-/// with certificates (each once, and with each of its calibrations), the span of the chamber's air, days of the runs,
-/// files, and deviations: gaps, pauses, interlocks, faults of a channel (one line a channel and record, with their
-/// number), notes, units dropped. Of other units nothing is said.
+/// Adds the content that all axes of a unit share: the unit as named in the rig file, its instruments and the chamber
+/// with certificates (each once per calibration), the span of the air temperature, days of the runs, files, and
+/// deviations. Deviations are gaps, pauses, interlocks, channel faults (one line per channel and record, with their
+/// number), notes and dropped units. Other units are ignored.
 void add_record(report::CalibrationReport& report, const SourceRecord& source, const std::string& unit);
 
 }  // namespace gyrotherm::app

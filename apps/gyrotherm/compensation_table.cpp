@@ -152,7 +152,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   }
   if (turned) table.columns_.push_back(*turned);
   const auto time = find_if(header, [](const std::string& title) { return title == kTimeOfExport; });
-  table.columns_.push_back(time.value_or(kSlotColumn));  // one row per second without time
+  table.columns_.push_back(time.value_or(kSlotColumn));
   table.columns_.push_back(kSlotColumn);
   return table;
 }

@@ -27,8 +27,8 @@ struct Device {
   /// Line for a rig file; empty if no driver supports the device.
   std::string line{};
   std::string description{};
-  std::string usb{};     ///< "0403:6001", vendor and product; otherwise empty
-  std::string serial{};  ///< USB serial number
+  std::string usb{};  ///< "0403:6001", vendor and product; otherwise empty
+  std::string serial{};
   std::string driver{};  ///< only for HID devices
   /// Commands that grant access; empty if it is granted.
   std::string fix{};

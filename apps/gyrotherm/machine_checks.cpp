@@ -40,7 +40,7 @@ constexpr std::uint64_t kScarceInodes = 10'000, kTooFewInodes = 100;
 enum class DiskKind { local, in_memory, network, simple };
 
 struct FileSystem {
-  std::uint32_t magic;  ///< statfs(2)
+  std::uint32_t magic;
   const char* name;
   DiskKind kind;
 };

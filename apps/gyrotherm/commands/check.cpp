@@ -221,7 +221,7 @@ Json timeline_json(const profile::Profile& profile, const profile::Timeline& tim
 
 /// Identities that the instruments reported, and the first fault.
 struct Answers {
-  std::vector<std::string> all;  ///< identity or fault of each instrument
+  std::vector<std::string> all;
   std::optional<Fault> fault;
 };
 
@@ -250,7 +250,7 @@ struct Findings {
   std::string words;
   Json json;
   drivers::SetPointRange controller;  ///< set only after a query
-  std::optional<Fault> fault{};       ///< first fault of an instrument
+  std::optional<Fault> fault{};
 };
 
 /// Checks the rig and, with --connect, its instruments.

@@ -80,9 +80,9 @@ class Compensation {
   CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
-  Expanded expanded_;  ///< may be empty
+  Expanded expanded_;
   double last_slot_ = -1;
-  std::optional<double> late_s_;  ///< time minus slot, last row
+  std::optional<double> late_s_;   ///< time minus slot, last row
   double shift_s_{};               ///< accumulated difference of seconds and slots
   long long rows_{}, rows_off_{};  ///< all rows, irregularly timed rows
   long long missing_s_{};          ///< seconds without a row

@@ -28,7 +28,7 @@ struct PlacementArguments {
 /// Results of a set of the elimination, tuned again with support vectors.
 struct Confirmed {
   data::Figures held_out;
-  std::vector<data::Figures> unseen;  ///< one per unseen record
+  std::vector<data::Figures> unseen;
 };
 
 Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const RecordedRuns& records,

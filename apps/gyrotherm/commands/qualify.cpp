@@ -36,7 +36,7 @@ namespace {
 struct QualifyArguments {
   std::string rig = "virtual", out, rate_profile = "qualification", random_profile = "random";
   std::vector<std::string> further;  ///< records
-  std::vector<std::string> later;    ///< days, or records
+  std::vector<std::string> later;
   model::QualificationOptions training;
   std::uint64_t days_later{};
   bool compare = false;

@@ -52,7 +52,7 @@ struct SeenRun {
 /// Records of all units of a type. Only the samples of the first record are kept.
 struct RecordedUnits {
   std::optional<data::Dataset> first;
-  std::vector<population::UnitClusters> units;  ///< in order of first appearance
+  std::vector<population::UnitClusters> units;
   std::vector<SeenRun> seen;
   bool simulated{};
 };

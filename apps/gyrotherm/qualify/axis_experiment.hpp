@@ -45,8 +45,8 @@ struct AxisOptions {
   std::string folder;   ///< for models and report/
   bool compare = true;  ///< trains every other method as well
   model::QualificationOptions training;
-  report::ReportedThermal thermal{};                       ///< gyro's thermal model
-  std::function<void(const std::string& stage)> begins{};  ///< called at each stage
+  report::ReportedThermal thermal{};
+  std::function<void(const std::string& stage)> begins{};
 };
 
 /// Trained models and the report, which has been written.

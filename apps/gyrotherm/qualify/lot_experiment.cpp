@@ -168,7 +168,8 @@ class Bench {
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;
   std::size_t done_ = 0;
-  std::map<std::string, double> under_way_;  ///< completed fraction of each active axis
+  /// Completed fraction of each active axis.
+  std::map<std::string, double> under_way_;
   std::optional<Fault> ended_;
 };
 

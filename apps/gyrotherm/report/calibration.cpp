@@ -36,7 +36,7 @@ struct CheckedRecord {
   std::string sha256;
   bool chain_verified{};
   record::RunInfo info;
-  std::vector<report::UsedFile> parts;  ///< further files of the record
+  std::vector<report::UsedFile> parts;
 };
 
 Result<std::vector<report::UsedFile>> parts_of(const record::RecordFiles& files) {

@@ -16,8 +16,8 @@ namespace gyrotherm::app {
 /// Report as read from its file.
 struct FiledReport {
   report::CalibrationReport report;
-  std::string path;    ///< calibration.json
-  std::string sha256;  ///< digest of calibration.json
+  std::string path;  ///< calibration.json
+  std::string sha256;
 };
 
 /// Reads the report in a folder, or the file itself. Fails with bad_file.

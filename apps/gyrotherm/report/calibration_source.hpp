@@ -13,10 +13,10 @@ namespace gyrotherm::app {
 /// Record and its file.
 struct SourceRecord {
   const record::Record& record;
-  std::string name{};    ///< file name without folder
-  std::string sha256{};  ///< digest of the file
+  std::string name{};  ///< file name without folder
+  std::string sha256{};
   bool chain_verified{};
-  std::vector<report::UsedFile> parts{};  ///< further files of the record
+  std::vector<report::UsedFile> parts{};
 };
 
 /// Adds the content that all axes of a unit share: the unit as named in the rig file, its instruments and the chamber

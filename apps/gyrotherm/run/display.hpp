@@ -64,7 +64,7 @@ class Display {
   const profile::Profile& profile_;
   const rig::RigFile& rig_;
   std::vector<record::Channel> channels_;
-  std::vector<std::vector<BiasMeter>> bias_;  ///< per unit and axis
+  std::vector<std::vector<BiasMeter>> bias_;
   SteadyClock clock_;
   std::optional<std::pair<std::int64_t, Duration>> first_seen_;  ///< slot, and when it was seen
   int shown_segment_ = -1;

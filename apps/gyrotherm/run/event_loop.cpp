@@ -235,7 +235,7 @@ class RealTime {
   std::optional<control::ControlSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
-  bool leaves_ = false;  ///< leave at the next tick
+  bool leaves_ = false;
   int seen_hangups_ = 0;
   Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< valid once ended
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A rig on the bench: one chamber with a little air, nine thermometers, a gyro, and a record in memory; each breaks on
-/// command. Real classes behind the same doors, so that the run is the one that drives real rigs.
+/// Bench rig: one chamber with some air, nine thermometers, a gyro, and a record in memory. Each part fails on command.
+/// The parts implement the real interfaces, so that the tests execute the same run code as real rigs.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,21 +18,28 @@
 
 namespace gyrotherm::tests {
 
-/// The chamber as it is, whatever it says.
+/// State of the chamber, independent of its reported values.
 struct BenchChamber {
   double set_point_c = 20, air_c = 20;
   bool on = true;
-  bool silent{};     ///< does not answer
-  bool refuses{};    ///< set points, with an exception
-  bool ignores{};    ///< acknowledges set points and keeps the old one; the read-back finds it
-  bool door_open{};  ///< and shows it
+  bool silent{};
+  /// Refuses set points with an exception.
+  bool refuses{};
+  /// Acknowledges set points and keeps the old one, which the read-back shows.
+  bool ignores{};
+  bool door_open{};
   bool must_stop{};
-  bool manual{};        ///< heats by half a kelvin a second, whatever the set point is, and shows it
-  bool keeps_manual{};  ///< … and whatever mode is written
-  bool hides_mode{};    ///< and says nothing of what it is doing
+  /// Heats by half a kelvin per second regardless of the set point, and reports manual mode.
+  bool manual{};
+  /// Remains in manual mode when another mode is written.
+  bool keeps_manual{};
+  /// Does not report its activity.
+  bool hides_mode{};
   double lag_s = 60;
-  std::vector<double> sent_c;  ///< every set point that reached it
-  int insisted = 0;            ///< of them, sent past the rests of the line
+  /// Every set point that reached the chamber.
+  std::vector<double> sent_c;
+  /// Number of set points sent without the line's pause.
+  int insisted = 0;
 
   void second() {
     constexpr double kHeatsK = 0.5;
@@ -42,7 +49,7 @@ struct BenchChamber {
       follow();
   }
   void follow() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
-  /// A power cut: it comes back with the set point of its first day.
+  /// Restarts after a power cut with the set point of its first day.
   void restart() { set_point_c = 20; }
 };
 
@@ -85,14 +92,16 @@ class BenchIo final : public io::InstrumentIo {
 
   std::vector<std::string> strangers() const override { return others; }
 
-  std::vector<std::string> others;  ///< strangers among the instruments
+  /// Unauthorised programs on the instruments.
+  std::vector<std::string> others;
   double uut_c = 20;
-  std::optional<double> thermometer_c;  ///< of the first one
+  std::optional<double> thermometer_c;  ///< first thermometer
   std::vector<std::size_t> silent_thermometers;
-  bool gyro_silent = false;  ///< of the units under test the first
+  bool gyro_silent = false;  ///< first unit under test
   std::size_t units = 1;
-  std::vector<bool> switched;            ///< every command to switch on or off
-  std::vector<Result<double>> analogue;  ///< what analogue inputs measure of the first unit
+  std::vector<bool> switched;
+  /// Readings of the first unit's analogue inputs.
+  std::vector<Result<double>> analogue;
 
  private:
   static tl::unexpected<Fault> silence(const char* who) {
@@ -143,7 +152,7 @@ class BenchRig final : public rig::Rig {
   VirtualClock clock_;
 };
 
-/// Keeps what it is given.
+/// Keeps all samples and events.
 class BenchStore final : public record::Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> more) override {
@@ -179,7 +188,7 @@ class BenchStore final : public record::Store {
   record::RunInfo info_;
 };
 
-/// Runs a profile on the bench, a second at a time.
+/// Runs a profile on the bench, one second at a time.
 class Bench {
  public:
   explicit Bench(const std::string& segments, const std::function<void(rig::RigFile&)>& change = {})
@@ -200,7 +209,7 @@ class Bench {
       found += event.kind == kind && event.text.find(words) != std::string::npos ? 1 : 0;
     return found;
   }
-  /// Of the profile, as its clock has it.
+  /// Returns the position in the profile.
   [[nodiscard]] ProfilePosition progress() const { return harness_->progress(); }
 
   BenchChamber& chamber() { return rig_.chamber; }
@@ -215,7 +224,7 @@ class Bench {
     file.simulated = true;
     file.chamber_limits = {{-45}, {70}, {6}, {6}};
     file.safe_set_point = {20};
-    file.safe_observe = {};  // tests of the air set it
+    file.safe_observe = {};
     if (change) change(file);
     return file;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A virtual rig, a profile and a record in a folder of their own, for tests.
+/// Virtual rig, profile and record in a folder of their own.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -44,17 +44,19 @@ class DryRun {
   [[nodiscard]] const profile::Profile& profile() const { return profile_; }
   rig::RigFile& file() { return file_; }
 
-  std::uint64_t days_later = 0;  ///< of the virtual gyro
+  /// Age of the virtual gyro.
+  std::uint64_t days_later = 0;
 
-  /// What a record of this profile on this rig knows.
+  /// Returns the description of a record of this profile on this rig.
   [[nodiscard]] record::RunInfo info() const { return run::run_info("", profile_, file_, seed_, {}, days_later); }
 
-  /// Runs until the profile's end, or `seconds`; returns the outcome of the last tick.
+  /// Runs until the profile's end, or `seconds`. Returns the outcome of the last tick.
   run::RunOutcome run(std::int64_t seconds = 1'000'000) {
     return run({.gyro = seed_, .run = 0, .days_later = days_later}, nullptr,
                [&](RunHarness& harness, rig::Rig&) { harness.seconds(seconds); });
   }
-  /// Runs as `steps` says; a `program` is left to the chamber's controller. A complete run's record is finished.
+  /// Calls `steps` to drive the run. A `program` is loaded into the chamber's controller. Finishes the record of a
+  /// complete run.
   run::RunOutcome run(simulator::LaboratorySeed seed, const drivers::ChamberProgram* program,
                       const std::function<void(RunHarness&, rig::Rig&)>& steps) {
     auto rig = rig::Rig::assemble(

@@ -13,7 +13,7 @@
 namespace gyrotherm::tests {
 namespace {
 
-/// What SQLite holds of an open file; the file below follows it in memory.
+/// SQLite's handle of an open file. The handle of the file below follows it in memory.
 struct OpenFile {
   sqlite3_file base;
   FailingVfs* vfs;
@@ -80,7 +80,7 @@ int sector_size(sqlite3_file* file) { return of(file).below()->pMethods->xSector
 
 int characteristics(sqlite3_file* file) { return of(file).below()->pMethods->xDeviceCharacteristics(of(file).below()); }
 
-/// Shared memory is for those who read a log that a writer left.
+/// Shared memory is used only by readers of a log that a writer left.
 int map_shared(sqlite3_file* file, int region, int size, int extend, void volatile** memory) {
   return of(file).below()->pMethods->xShmMap(of(file).below(), region, size, extend, memory);
 }
@@ -242,7 +242,7 @@ void FailingVfs::lose_what_was_not_synced(unsigned seed) {
         continue;
       }
       const auto offset = static_cast<std::size_t>(change.offset);
-      const bool whole = random() % 2 == 0;  // else each of its sectors by chance
+      const bool whole = random() % 2 == 0;  // otherwise sector by sector
       for (std::size_t at = 0; at < change.bytes.size(); at += kSector) {
         if (!whole && random() % 2 == 0) continue;
         put(image, offset + at, std::string_view(change.bytes).substr(at, kSector));

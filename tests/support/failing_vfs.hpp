@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A file system for SQLite that fails on command, and whose power can be cut.
+/// File system for SQLite that fails on command and simulates power cuts.
 #pragma once
 
 #include <atomic>
@@ -12,16 +12,19 @@ struct sqlite3_vfs;
 
 namespace gyrotherm::tests {
 
-/// While it lives, every database of the process is opened through it. Syncs cost nothing; what was not synced is
-/// known.
+/// During its lifetime every database of the process is opened through it. A sync takes no time; unsynced writes are
+/// tracked.
 class FailingVfs {
  public:
   enum class Kind {
-    io_error,    ///< every operation may fail: open, read, write, truncate, sync, lock
-    sync_error,  ///< syncs alone; what was to be synced is lost, although the next sync succeeds, as in Linux
-    full,        ///< writes alone, for want of space
-    power_cut,   ///< from then on nothing has any effect
-    forgetful,   ///< writes alone: the disk says that they succeeded, and has other bytes
+    /// Every operation may fail: open, read, write, truncate, sync, lock.
+    io_error,
+    /// Only syncs fail. The unsynced data is lost although the next sync succeeds, as on Linux.
+    sync_error,
+    full,       ///< only writes fail: disk full
+    power_cut,  ///< later operations have no effect
+    /// Writes report success and store other bytes.
+    forgetful,
   };
 
   FailingVfs();
@@ -29,17 +32,18 @@ class FailingVfs {
   FailingVfs(const FailingVfs&) = delete;
   FailingVfs& operator=(const FailingVfs&) = delete;
 
-  /// The operation with this number (from 1, counted from now) fails, once or with all that follow.
+  /// Makes an operation fail, once or together with all later ones. Operations count from 1, from this call on.
   void fail(std::int64_t operation, bool sticky, Kind kind);
   void heal() { fail_at_ = 0; }
   [[nodiscard]] std::int64_t operations() const { return operations_; }
   [[nodiscard]] std::int64_t failures() const { return failures_; }
 
-  /// Makes every file what a power cut may leave of it: all that was synced, and of what was written after it whole
-  /// sectors of 512 bytes, by chance. All files must be closed.
+  /// Sets every file to a content that a power cut may leave: all synced data, and a random selection of later 512-byte
+  /// sectors. All files must be closed.
   void lose_what_was_not_synced(unsigned seed);
 
-  /// For the file system itself: the code to fail with, or 0; of a write, whether the disk forgets it.
+  /// Functions for the file system itself. count() returns the code to fail with, or 0; forgets() returns whether a
+  /// write is lost.
   int count(char operation);
   bool forgets();
   void wrote(const std::string& path, std::int64_t offset, std::string bytes);

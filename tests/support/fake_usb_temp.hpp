@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A USB-TEMP in memory, behind the reports it is spoken to in; it works until it is told to break.
+/// USB-TEMP in memory with its HID reports. It works until a function breaks it.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,8 @@ class FakeUsbTemp final : public drivers::HidReports {
   std::array<float, drivers::kMccInputs> temperatures{20.125f, 21.125f, 22.125f, 23.125f,
                                                       24.125f, 25.125f, 26.125f, 27.125f};
   std::vector<std::uint8_t> date{24, 5, 17, 10, 30, 0};
-  std::map<std::pair<std::uint8_t, std::uint8_t>, std::vector<std::uint8_t>> items;  ///< by converter and sub-item
+  /// Items by converter and sub-item.
+  std::map<std::pair<std::uint8_t, std::uint8_t>, std::vector<std::uint8_t>> items;
   std::vector<drivers::MccRequest> heard;
   int openings = 0;
   int status_reads_of_a_calibration = 2;
@@ -31,8 +32,10 @@ class FakeUsbTemp final : public drivers::HidReports {
   void unplug() { plugged_ = open_ = false, waiting_.clear(); }
   void plug_in() { plugged_ = true; }
   void fall_silent() { silent_ = true; }
-  void answer_late() { late_ = true; }      ///< each answer comes when the next question does
-  void forget_settings() { deaf_ = true; }  ///< items keep what they have
+  /// Delays each answer until the next query.
+  void answer_late() { late_ = true; }
+  /// Ignores new settings.
+  void forget_settings() { deaf_ = true; }
   void cut_reports() { cut_ = true; }
   void recover() { silent_ = late_ = deaf_ = cut_ = false; }
   void leave(Report report) { waiting_.push_back(std::move(report)); }

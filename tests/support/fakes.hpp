@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Wires in memory that work until they are told to break.
+/// Registers and byte streams in memory. They work until a function breaks them.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace gyrotherm::tests {
   return {first, first + text.size()};
 }
 
-/// Registers of a unit in memory; one that was never set is an illegal address.
+/// Registers of a unit in memory. An address that was never set is illegal.
 class FakeRegisters final : public drivers::Registers {
  public:
   std::map<std::uint16_t, std::uint16_t> words;
@@ -30,8 +30,10 @@ class FakeRegisters final : public drivers::Registers {
   void fall_silent() { broken_ = FaultKind::timeout; }
   void disconnect() { broken_ = FaultKind::disconnected; }
   void recover() { broken_ = kWell, late_ = deaf_ = false; }
-  void answer_late() { late_ = true; }    ///< writes are carried out, their acknowledgement comes too late
-  void ignore_writes() { deaf_ = true; }  ///< acknowledges writes and does nothing
+  /// Carries writes out, but their acknowledgements time out.
+  void answer_late() { late_ = true; }
+  /// Acknowledges writes and does nothing.
+  void ignore_writes() { deaf_ = true; }
 
   Result<std::vector<std::uint16_t>> read(drivers::ReadFunction, std::uint16_t address, std::uint16_t count) override {
     ++reads;
@@ -60,18 +62,19 @@ class FakeRegisters final : public drivers::Registers {
   bool deaf_ = false;
 };
 
-/// A line in memory. What is written goes to `instrument`, whose answer waits to be read. Time does not pass.
+/// Byte stream in memory. Written bytes go to `instrument`, and its answer waits to be read. No time passes.
 class FakeStream final : public drivers::ByteStream {
  public:
   std::function<std::string(std::string_view)> instrument = [](std::string_view) { return std::string(); };
-  std::vector<std::string> heard;  ///< by the instrument
+  std::vector<std::string> heard;
 
   void say(std::string_view text) { say(bytes_of(text)); }
   void say(const std::vector<std::byte>& bytes) { waiting_.insert(waiting_.end(), bytes.begin(), bytes.end()); }
   void in_pieces_of(std::size_t size) { piece_ = size; }
   void fall_silent() { silent_ = true; }
-  void answer_late() { late_ = true; }  ///< each answer comes when the next query does
-  void garble() { garbled_ = true; }    ///< the top bit of every byte is lost or won
+  /// Delays each answer until the next query.
+  void answer_late() { late_ = true; }
+  void garble() { garbled_ = true; }  ///< inverts top bits
   void disconnect() { gone_ = true; }
   void recover() { silent_ = late_ = garbled_ = gone_ = false; }
 

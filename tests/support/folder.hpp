@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A folder that goes when the test ends.
+/// Folder that is removed at the end of the test.
 #pragma once
 
 #include <cstdlib>

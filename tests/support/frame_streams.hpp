@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The shipped descriptions of gyro streams, and bytes written in hexadecimal.
+/// Shipped descriptions of gyro streams, and bytes in hexadecimal notation.
 #pragma once
 
 #include <algorithm>
@@ -40,12 +40,12 @@ namespace gyrotherm::tests {
   return *stream;
 }
 
-/// With every axis that it has.
+/// Returns the stream with all of its axes.
 [[nodiscard]] inline drivers::GyroStream whole_shipped_stream(const std::string& name) {
   return shipped_stream(name, shipped_stream(name).frame.all_axes);
 }
 
-/// "FE 81 …"; anything but digits is passed over.
+/// Parses "FE 81 …"; other characters are ignored.
 [[nodiscard]] inline std::vector<std::byte> from_hex(std::string_view text) {
   std::vector<std::byte> bytes;
   std::string digits;
@@ -58,7 +58,7 @@ namespace gyrotherm::tests {
   return bytes;
 }
 
-/// A decoder that has been fed, and what it gave.
+/// Decoder after it was fed, with its results.
 class Fed {
  public:
   Fed(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {
@@ -70,13 +70,13 @@ class Fed {
     }
     rejected = decoder_.rejected_bytes();
   }
-  /// The field of this name in a frame; NaN if the frame lacks it.
+  /// Returns the field of this name in a frame, or NaN if it is missing.
   [[nodiscard]] double value(const std::string& name, std::size_t frame = 0) const {
     for (std::size_t i = 0; i < format_.fields.size(); ++i)
       if (format_.fields[i].name == name && values_.at(frame)[i]) return *values_.at(frame)[i];
     return std::numeric_limits<double>::quiet_NaN();
   }
-  /// The housekeeping of this name in a frame; NaN if the frame lacks it.
+  /// Returns the housekeeping value of this name in a frame, or NaN if it is missing.
   [[nodiscard]] double housekeeping(const std::string& name, std::size_t frame = 0) const {
     const auto all = drivers::housekeeping_of(format_);
     const auto& values = frames.at(frame).values;

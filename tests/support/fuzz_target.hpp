@@ -16,7 +16,7 @@ struct Target {
   Target(const char* name, Function* run);
 };
 
-/// Aborts, which is what a fuzzer takes for a finding, unless the law holds.
+/// Aborts if the invariant does not hold. A fuzzer reports an abort as a finding.
 inline void require(bool law) {
   if (!law) std::abort();
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How the time of a piece of work grows with its size: the same on any machine, and under a sanitizer.
+/// Growth of processor time with the size of the work. Independent of the machine and of sanitizers.
 #pragma once
 
 #include <ctime>
 
 namespace gyrotherm::tests {
 
-/// Far from the square: what takes its time as it is long takes ten times as much for ten times the size.
+/// Largest accepted growth for ten times the size: linear time gives 10, quadratic time 100.
 inline constexpr double kNearlyInProportion = 40;
 
-/// The processor's time of work(10 · size), as a multiple of that of work(size).
+/// Returns the processor time of work(10 · size) divided by that of work(size).
 template <class Work>
 double growth_over_ten(Work work, int size) {
   const auto cost_of = [&](int of_size) {

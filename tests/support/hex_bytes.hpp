@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bytes as tests write them.
+/// Bytes in hexadecimal notation.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 
 namespace gyrotherm::tests {
 
-/// "19 00E0" → 19, 00, E0; blanks are skipped.
+/// Parses "19 00E0"; blanks are ignored.
 [[nodiscard]] inline std::vector<std::byte> bytes_of_hex(std::string_view text) {
   std::string digits;
   for (const char c : text)

@@ -12,7 +12,7 @@ namespace {
 
 bool is_letter_or_digit(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == ':'; }
 
-/// Cuts a name off the front; false if there is none.
+/// Removes a name from the start of the text. Returns false if there is none.
 bool skip_name(std::string_view& text) {
   const auto end = std::ranges::find_if_not(text, is_letter_or_digit);
   const auto length = static_cast<std::size_t>(end - text.begin());
@@ -20,7 +20,7 @@ bool skip_name(std::string_view& text) {
   return length > 0;
 }
 
-/// What stands between < and >: a name, then ' name="value"' any number of times.
+/// Returns whether the text between < and > is a name followed by attributes ' name="value"'.
 bool is_tag(std::string_view tag) {
   if (tag.starts_with('/')) tag.remove_prefix(1);
   if (!skip_name(tag)) return false;
@@ -35,7 +35,7 @@ bool is_tag(std::string_view tag) {
   return tag.empty() || tag == "/";
 }
 
-/// "&amp;", "&#39;", …: what escaped() and the page itself write.
+/// Returns whether the text starts with an entity that escaped() or the page writes.
 bool starts_with_entity(std::string_view text) {
   constexpr std::array kEntities = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;", "&nbsp;"};
   return std::ranges::any_of(kEntities, [&](const char* entity) { return text.starts_with(entity); });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Judges markup that the report wrote.
+/// Checks markup that the report wrote.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace gyrotherm::tests {
 
-/// "" if every element is closed, in order, every attribute is quoted and no bare '&' or '<' is left; else what is
-/// wrong. Raw style sheets, the doctype and void HTML elements written "<x/>" are understood.
+/// Returns an empty string if every element is closed in order, every attribute is quoted and no bare '&' or '<'
+/// exists; otherwise the error. Accepts raw style sheets, the doctype and void HTML elements written "<x/>".
 [[nodiscard]] std::string markup_mistake(std::string_view markup);
 
 [[nodiscard]] int count_of(std::string_view text, std::string_view word);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The words of an answer to a Modbus request, where a test asks for nothing else.
+/// Registers in the answer to a Modbus request, for tests that need nothing else.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,14 +13,14 @@
 
 namespace gyrotherm::drivers {
 
-/// The words, or the exception as a fault (refused): "exception 2, illegal data address".
+/// Returns the registers, or the exception as a fault (refused): "exception 2, illegal data address".
 [[nodiscard]] inline Result<std::vector<std::uint16_t>> words_of(ModbusAnswer answer) {
   if (answer.exception == 0) return std::move(answer.words);
   return failure(FaultKind::refused, "",
                  fmt::format("exception {}, {}", answer.exception, exception_meaning(answer.exception)));
 }
 
-/// The registers read (none for a write); an exception, named, is a fault too (refused).
+/// Decodes a reply. Returns the registers read (none for a write), or an exception as a fault (refused).
 [[nodiscard]] inline Result<std::vector<std::uint16_t>> decode_reply(const ModbusRequest& request,
                                                                      std::span<const std::byte> reply) {
   return decode_answer(request, reply).and_then(words_of);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run of a profile, a second at a time in virtual time: what all tests of whole runs have in common. Its back ends
-/// are a rig (on the bench, on a plant in memory, or virtual behind its sockets) and a store.
+/// Run of a profile in virtual time, one second at a time: the common part of all tests of whole runs. It uses a rig
+/// (bench rig, simulated plant or virtual rig behind sockets) and a store.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace gyrotherm::tests {
 
 class RunHarness {
  public:
-  /// All of them outlive it; the rig has been prepared.
+  /// All arguments must outlive the object, and the rig must be prepared.
   RunHarness(const profile::Profile& profile, rig::Rig& rig, record::Store& store)
       : profile_(profile), rig_(rig), run_controller_(profile, rig, store, begin(profile), 0) {}
 
@@ -26,10 +26,11 @@ class RunHarness {
   [[nodiscard]] run::RunOutcome outcome() const { return outcome_; }
   [[nodiscard]] ProfilePosition progress() const { return profile_position(profile_, run_controller_.state()); }
 
-  std::function<void(std::int64_t slot)> before_second = {};  ///< is called before the time of a slot passes
+  /// Called before the time of a slot passes.
+  std::function<void(std::int64_t slot)> before_second = {};
   std::function<void()> after_tick = {};
 
-  /// Lets seconds pass, each with a tick, until the run has ended; returns the outcome of the last tick.
+  /// Advances second by second with a tick each, until the run has ended. Returns the outcome of the last tick.
   run::RunOutcome seconds(std::int64_t count) {
     for (; count > 0 && outcome_ == run::RunOutcome::going_on; --count) {
       if (before_second) before_second(slot_);
@@ -41,12 +42,12 @@ class RunHarness {
     }
     return outcome_;
   }
-  /// Lets seconds pass without a tick: the program was late, or the machine slept.
+  /// Advances without a tick: the program was late, or the machine slept.
   void without_tick(std::int64_t count) {
     rig_.let_pass(count);
     slot_ += count;
   }
-  /// Returns how many seconds passed until `so`; −1: not within `most`.
+  /// Returns the number of seconds until `so` holds, or −1 if it does not within `most`.
   int until(const std::function<bool()>& so, int most) {
     for (int i = 0; i <= most; ++i) {
       if (so()) return i;

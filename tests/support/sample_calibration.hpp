@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A calibration report of invented numbers: two axes, all groups of results, both languages, everything that may be
-/// there.
+/// Calibration report with invented values: two axes, all groups of results, both languages, every optional part.
 #pragma once
 
 #include "report/calibration.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A line in memory on a virtual clock, which only waiting moves: what is sent on it arrives when it is told to.
+/// Line in memory on a virtual clock that advances only while the code waits. Bytes arrive at scheduled times.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace gyrotherm::tests {
 class SimulatedLine final : public drivers::ByteStream {
  public:
   using Bytes = std::vector<std::byte>;
-  /// What the other end does about a request: call arrive().
+  /// Reaction of the other end to a request; it calls arrive().
   std::function<void(std::span<const std::byte> request)> heard = [](auto) {};
 
   explicit SimulatedLine(VirtualClock& clock) : clock_(clock) {}
@@ -26,7 +26,7 @@ class SimulatedLine final : public drivers::ByteStream {
   void arrive(Duration after, Bytes bytes) {
     if (!ended_) coming_.emplace(now() + after, std::move(bytes));
   }
-  /// The other end says nothing more after this.
+  /// Schedules the last bytes; the other end is silent afterwards.
   void arrive_last(Duration after, Bytes bytes) {
     const auto at = now() + after;
     coming_.erase(coming_.upper_bound(at), coming_.end());
@@ -58,7 +58,7 @@ class SimulatedLine final : public drivers::ByteStream {
   }
 
  private:
-  /// Of the first bytes that have come, as many as there is room for.
+  /// Takes as many of the first arrived bytes as fit.
   std::size_t take(std::span<std::byte> room) {
     auto& bytes = coming_.begin()->second;
     const auto size = std::min(room.size(), bytes.size());

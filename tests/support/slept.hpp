@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures how long a thread sleeps, however busy the machine is: the time in which it waits for a lock, a timer or a
+/// Measures how long a thread sleeps, independent of the load: the time in which it waits for a lock, a timer or a
 /// device, without the time in which it works or waits for a processor.
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace gyrotherm::tests {
 
-/// Measures the thread that calls it. The kernel counts the waits for a processor (CONFIG_SCHED_INFO); without that
-/// count they are taken for sleep.
+/// Measures the calling thread. The kernel counts the waits for a processor (CONFIG_SCHED_INFO); without that count
+/// they are taken for sleep.
 class SleepMeter {
  public:
   [[nodiscard]] std::chrono::nanoseconds slept() const {

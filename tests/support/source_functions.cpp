@@ -11,7 +11,7 @@ namespace {
 bool is_in_a_name(char letter) { return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_'; }
 bool is_blank(char letter) { return std::isspace(static_cast<unsigned char>(letter)) != 0; }
 
-/// Copies a source and blanks out what is not code.
+/// Copies a source and replaces everything except code by blanks.
 class Blanker {
  public:
   explicit Blanker(const std::string& source) : text_(source) {}
@@ -62,7 +62,7 @@ class Blanker {
     return end + 1;
   }
 
-  /// Returns whether the apostrophe is one as in 10'000.
+  /// Returns whether the apostrophe separates digits, as in 10'000.
   [[nodiscard]] bool separates_digits() const {
     auto begin = at_;
     while (begin > 0 && (is_in_a_name(text_[begin - 1]) || text_[begin - 1] == '\'')) --begin;
@@ -96,7 +96,7 @@ std::size_t end_of_brackets(const std::string& text, std::size_t open, char open
   return text.size();
 }
 
-/// Reduces a head to what decides its kind: leaves out template lists, attributes, and the inside of brackets. The
+/// Reduces a head to the part that decides its kind: removes template lists, attributes and the inside of brackets. The
 /// symbol of an operator becomes a name.
 std::string outline_of_head(std::string head) {
   static const std::regex symbol(R"(\boperator\s*(?:\(\s*\)|\[\s*\]|[^\s\w(]+))"), arrow("->"),
@@ -126,7 +126,7 @@ std::string outline_of_head(std::string head) {
 
 enum class Opened { scope, function, member, value };
 
-/// Decides what a brace opens, from the text between the end of the last declaration and the brace.
+/// Decides the kind of block that a brace opens, from the text between the end of the last declaration and the brace.
 Opened opened_by(const std::string& head) {
   static const std::regex scope(R"(^\s*(?:inline\s+)?namespace\b|^\s*extern\s*$)"), enumeration(R"(\benum\b)"),
       record(R"(^[^()=]*\b(?:class|struct|union)\b[^()=]*$)"), function(R"(^[^=]*\(\))"),
@@ -140,7 +140,7 @@ Opened opened_by(const std::string& head) {
   return is_a_list && std::regex_search(head, member) ? Opened::member : Opened::function;
 }
 
-/// Leaves out `public:` and the like at the beginning of a head. Returns their length.
+/// Returns the length of access specifiers such as `public:` at the beginning of a head.
 std::size_t length_of_access(const std::string& head) {
   static const std::regex access(
       R"(^(?:\s*(?:public|protected|private|signals|(?:public|private)\s+slots)\s*:(?!:))+)");
@@ -200,7 +200,7 @@ class FunctionScanner {
       found_.functions.push_back({in_one_line(text_.substr(first, at_ - first)), line_at(first), line_at(end - 1)});
       head_ = end;
     } else {
-      blank_between(at_ + 1, end - 1);  // the inside of a value is not part of the head
+      blank_between(at_ + 1, end - 1);
     }
     at_ = end - 1;
   }
@@ -221,7 +221,8 @@ class FunctionScanner {
   std::string text_;
   ScannedSource found_;
   std::size_t at_{};
-  std::size_t head_{};  ///< where the next declaration begins
+  /// Start of the next declaration.
+  std::size_t head_{};
   int depth_{};
   std::size_t counted_{}, line_{1};
 };

@@ -8,19 +8,19 @@
 
 namespace gyrotherm {
 
-/// A function definition at namespace or class scope. Lines count from 1.
+/// Function definition at namespace or class scope. Lines count from 1.
 struct SourceFunction {
-  /// Joins the lines of the head, up to the opening brace, by single blanks. Literals are left out.
+  /// Lines of the head, up to the opening brace, joined by single blanks. Without literals.
   std::string signature;
-  std::size_t first_line{};  ///< of the signature, template line included
-  std::size_t last_line{};   ///< of the closing brace
+  std::size_t first_line{};  ///< template line included
+  std::size_t last_line{};
 
   [[nodiscard]] std::size_t lines() const { return last_line - first_line + 1; }
 };
 
 struct ScannedSource {
-  std::vector<SourceFunction> functions;  ///< in their order in the source
-  /// False if a brace is never closed or never opened. The functions behind it are then unknown.
+  std::vector<SourceFunction> functions;
+  /// False if a brace is unbalanced. The functions behind it are then unknown.
   bool is_balanced{};
 };
 

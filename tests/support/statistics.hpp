@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Plain statistics of a series, for the tests of this room.
+/// Plain statistics of a series.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,7 @@ inline double standard_deviation_of(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size() - 1));
 }
 
-/// Means of 100 neighbours.
+/// Returns means over 100 consecutive values.
 inline std::vector<double> clusters_of(const std::vector<double>& values) {
   std::vector<double> means;
   for (std::size_t i = 0; i + 100 <= values.size(); i += 100) {

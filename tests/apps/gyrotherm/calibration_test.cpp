@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A laboratory reports on a unit, from the records of a virtual rig, and again a year later.
+/// Reports of a laboratory on a unit, from records of a virtual rig, and again a year later.
 #include "report/calibration.hpp"
 
 #include <fmt/format.h>
@@ -62,7 +62,7 @@ at_most = 0.0001
 
 std::string text_in(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
-/// Narrow and other blanks that do not break as a plain blank, as pdftotext has them; lines joined.
+/// Replaces narrow and non-breaking blanks by plain ones, as pdftotext prints them, and joins lines.
 std::string plain_blanks(std::string text) {
   for (const std::string blank : {"\u202f", "\u00a0", "\u2009", "\n"})
     for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
@@ -163,7 +163,7 @@ TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
   EXPECT_GT(as_left, 0);
 }
 
-/// A coefficient that is known to a tenth has fifty degrees of freedom (GUM G.3).
+/// A coefficient known to a tenth of its value has fifty degrees of freedom (GUM G.3).
 TEST_F(CalibrationOfAUnit, KnowsItsNoiseWithTheDegreesOfFreedomOfABudget) {
   int coefficients = 0;
   for (const report::ResultTable& table : filed("report").results) {
@@ -253,7 +253,7 @@ TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithTextsOfExamples) {
   draft.traceability = {"Temperatures are traceable to the SI through …", ""};
   draft.customer.name = "Navigation Works";
   draft.people[1].name = "O. Perator";
-  std::ofstream(in("copied/calibration.json")) << to_json(draft);  // as gyrotherm 0.1.0 left one
+  std::ofstream(in("copied/calibration.json")) << to_json(draft);  // draft of gyrotherm 0.1.0
   const auto refused = gyrotherm_with("report authorise " + in("copied") + " --by 'B. Berg'");
   EXPECT_EQ(refused.exit_code, 2);
   for (const char* key :
@@ -262,7 +262,7 @@ TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithTextsOfExamples) {
   EXPECT_EQ(filed("copied").state, report::ReportState::draft);
 }
 
-/// As gyrotherm 0.1.0 authorised, and where a view was changed since.
+/// Covers reports that gyrotherm 0.1.0 authorised and reports with a changed view.
 TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenItsFilesAreNotThoseAuthorised) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("again"));
   const auto authorise = [] { return gyrotherm_with("report authorise " + in("again") + " --by 'B. Berg'"); };
@@ -281,7 +281,7 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenItsFilesAreNotThoseAuthorised) {
   }
 }
 
-/// As on a disk that is full when the last view is to be written: else a PDF that says draft could be signed.
+/// The disk becomes full before the last view is written. Without this rule a PDF marked as draft could be signed.
 TEST_F(CalibrationOfAUnit, IsADraftUntilEachViewSaysThatItIsAuthorised) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("half"));
   const std::string pdf = in("half/calibration.pdf");
@@ -370,7 +370,7 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
   EXPECT_EQ(filed("first").replaced_by->number, "C-2");
 }
 
-/// How far three starts differ is known of all of them together: the model has seen each.
+/// The repeatability of three starts is known only from all three together, and the model has seen each of them.
 TEST_F(CalibrationOfAUnit, OfStartsThatTheModelHasLearntIsADraft) {
   std::string records;
   for (const char* name : {"one", "two", "three"}) {
@@ -441,8 +441,7 @@ TEST_F(CalibrationOfAUnit, IsHeldAgainstNoResultThatNobodyKnows) {
     EXPECT_NE(refused.err.find("did you mean \"whole_run.rmse\"?"), std::string::npos) << refused.err;
     EXPECT_FALSE(std::filesystem::exists(in("mistyped")));
   }
-  // What a report has may be held against a limit, but for what was set or counted, and a share of which more is
-  // better.
+  // A limit may apply to every reported result except set points, counts and shares.
   for (const report::ResultTable& table : filed("report").results) {
     for (const report::Column& column : table.columns) {
       const auto given = {"set_point", "temperature", "starts", "within", "nominal_share", "seen_share"};
@@ -498,7 +497,7 @@ TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {
   }
   run("export " + in("gap.db") + " --unverified --compensated --model " + in("model.json") + " --out " + in("gap.csv"));
   const auto compensated = [table = text_in(in("gap.csv"))](int second) {
-    auto line = table.substr(table.find(fmt::format("\n{},", second + 1)) + 1);  // it is sampled at its end
+    auto line = table.substr(table.find(fmt::format("\n{},", second + 1)) + 1);  // a second is sampled at its end
     line = line.substr(0, line.find('\n'));
     line = line.substr(0, line.rfind(','));
     return line.substr(line.rfind(',') + 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a user can rely on at the command line: exit codes, places of mistakes, suggestions.
+/// Guarantees of the command line: exit codes, positions of errors, suggestions.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ TEST(CommandLine, ADashIsNoNameOfAFile) {
   }
 }
 
-/// SQLite keeps nothing that it writes there.
+/// SQLite discards a database in memory.
 TEST(CommandLine, NoRecordIsWrittenIntoMemory) {
   const Folder folder;
   std::ofstream(folder / "rows.csv") << small_rows(3);
@@ -219,7 +219,8 @@ TEST(Check, SaysHowSureTheFilesAreAndWhichCalibrationIsDue) {
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
 }
 
-/// A copy of the virtual rig whose map stores set points in memory that endures `writes`; `link`: lines of [chamber].
+/// Returns the path of a copy of the virtual rig with these [limits] in its chamber map. `link` holds lines of
+/// [chamber].
 std::string rig_that_stores(const Folder& folder, const std::string& limits, const std::string& link = "") {
   const auto made = shell("printf '[limits]\\n" + limits + "\\n' | cat profiles/chambers/virtual.toml - > '" +
                           (folder / "map.toml") + "'; sed -e 's#\\.\\./chambers/virtual.toml#map.toml#; s#\\.\\./#" +
@@ -332,7 +333,7 @@ TEST(Run, ARecordIsNeverOverwritten) {
   EXPECT_EQ(shell("cat " + (folder / "run.db")).out, "precious");
 }
 
-/// A record and its model, of which no command makes anything else.
+/// Record and its model, which no command may overwrite.
 class Force : public testing::Test {
  protected:
   void SetUp() override { make_small_model(folder_); }

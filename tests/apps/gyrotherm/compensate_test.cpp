@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The compensation of rows as text: in bulk, one by one, and wrong.
+/// Compensation of text rows: in bulk, one by one, and malformed.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ TEST_F(Compensate, AnswersEachRowWithALine) {
 
 TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
   std::ofstream(folder_ / "rows") << small_rows(101);
-  // The writer keeps its end open and goes on only once its rows have been answered; it gives up after a minute.
+  // The writer keeps its end open and continues only after its rows have been answered. It gives up after a minute.
   const auto ran = shell("cd " + (folder_ / ".") +
                          " && mkfifo in && "
                          "{ gyrotherm compensate $PWD/model.json < $PWD/in > $PWD/out & } && exec 3> in && "
@@ -54,7 +54,7 @@ TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
 
 TEST_F(Compensate, EndsWhileRowsComeOnceItsAnswersGoNowhere) {
   std::ofstream(folder_ / "rows") << small_rows(200);
-  // The writer, which would go on for a quarter of a minute, says how far it came.
+  // The writer would continue for 15 s; it prints how many rows it wrote.
   const std::string rows = "cd " + (folder_ / ".") +
                            " && { cat rows; row=$(tail -1 rows); i=0; while [ $i -lt 300 ] && echo \"$row\" "
                            "2> /dev/null; do i=$((i+1)); sleep 0.05; done; echo $i rows >&2; } | ";
@@ -87,7 +87,7 @@ TEST_F(Compensate, TellsAThermometerFromAGyroOfTheSameName) {
   EXPECT_EQ(renamed.out, compensate(small_rows(300)).out);
 }
 
-/// Rows as export writes them, in these slots.
+/// Returns rows in the format of `export`, with these slots.
 std::string exported_rows(const std::vector<int>& slots) {
   const auto rows = lines_of(small_rows(static_cast<int>(slots.size())));
   std::string text = "# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n";
@@ -245,7 +245,7 @@ TEST_F(Compensate, OfARecordTakesRowsForSecondsOnlyWhereTheyAre) {
     EXPECT_EQ(lines[i + 2].find(",,") != std::string::npos, i < 99 || (i >= 150 && i < 249)) << lines[i + 2];
 }
 
-/// A record long enough to show how its residual wanders.
+/// Record long enough to estimate the noise of its residual.
 class CompensateAndTrack : public Compensate {
  protected:
   void SetUp() override {
@@ -255,7 +255,7 @@ class CompensateAndTrack : public Compensate {
                                          " --out " + (folder_ / "long.db"));
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
   }
-  /// The rows of a gyro whose bias is larger by 1 °/h, with a last column that says whether it is at rest.
+  /// Returns rows of a gyro whose bias is larger by 1 °/h, with a last column at_rest.
   static std::string shifted_rows(const std::string& at_rest) {
     std::string text = "A,B,bias,at_rest\n";
     for (const auto& line : lines_of(small_rows(kRows))) {
@@ -265,7 +265,7 @@ class CompensateAndTrack : public Compensate {
     }
     return text;
   }
-  /// The mean of the last 1000 answers.
+  /// Returns the mean of the last 1000 answers.
   static double mean_of_last(const Ran& ran) {
     const auto lines = lines_of(ran.out);
     double sum = 0;

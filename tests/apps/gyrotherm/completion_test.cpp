@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Each shell completes commands, options, choices, names of shipped files and files by their ending.
+/// Completion of commands, options, choices, shipped names and files by their ending, in each shell.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -21,7 +21,7 @@ std::set<std::string> words_in(const std::string& text) {
 
 const std::string kBuild = std::filesystem::path(GYROTHERM_PROGRAM).parent_path().string();
 
-/// A folder with a record, a table and a folder in it, the shells' scripts beside them.
+/// Folder with a record, a table, a folder and the shell's script.
 class Completion : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
@@ -35,7 +35,7 @@ class Completion : public ::testing::TestWithParam<std::string> {
     ASSERT_EQ(ran.exit_code, 0) << ran.err;
   }
 
-  /// What the shell offers for the last word of a line.
+  /// Returns the completions of the last token of a line.
   std::set<std::string> offered(const std::string& line) {
     const auto ran = GetParam() == "bash" ? in_bash(line) : GetParam() == "zsh" ? in_zsh(line) : in_fish(line);
     EXPECT_EQ(ran.err, "");
@@ -56,7 +56,7 @@ class Completion : public ::testing::TestWithParam<std::string> {
     std::ofstream(folder_ / "ask") << "source script\ncomplete -C '" << line << "'\n";
     return in("HOME=$PWD fish --no-config ask | cut -f 1");
   }
-  /// A zsh on a terminal of its own. Whatever is added to its matches is written down on the way.
+  /// Runs zsh on a terminal of its own and writes down all added matches.
   Ran in_zsh(const std::string& line) {
     std::ofstream(folder_ / "hooks") << R"(compadd() {
   if [[ ${@[1,(i)(-|--)]} == *-(O|A|D)\ * ]]; then builtin compadd "$@"; return; fi
@@ -119,7 +119,7 @@ TEST_P(Completion, OfAWordThatIsOneOfAFew) {
 
 TEST_P(Completion, OfAValueBehindAnEqualsSign) {
   const auto offered_for = [&](const std::string& command, const std::string& option, const std::string& begun) {
-    // bash takes the sign as a word; fish offers the whole of the word
+    // bash splits at the sign; fish completes the whole token
     return offered(command + option + (GetParam() == "bash" ? " = " : "=") + begun);
   };
   const auto has = [&](const std::set<std::string>& offers, const std::string& option, const std::string& value) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// kill -9 in the middle of a run: what was acknowledged is there, and resume ends the run.
+/// kill -9 during a run: acknowledged seconds are kept, and resume completes the run.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -47,7 +47,7 @@ TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
       ASSERT_FALSE(record->slot.empty());
       EXPECT_GE(record->slot.back(), acknowledged) << "killed for the " << i + 1 << "th time";
       expect_whole(*record);
-      if (record->finished) continue;  // it was quicker than the signal
+      if (record->finished) continue;  // run ended before the signal
     }
     ASSERT_EQ(ended, -SIGKILL);
     const auto resumed = gyrotherm_with("resume " + path);
@@ -94,7 +94,7 @@ TEST(Crash, ResumeWaitsForWhoeverReadsTheRecord) {
   EXPECT_EQ(resumed.wait(), 0) << resumed.output();
 }
 
-/// A virtual run is replayed: from what the record holds, not from files that may have changed since.
+/// A virtual run is replayed from the record, not from files that may have changed since.
 TEST(Crash, ResumeNeedsNoFileBesideTheRecord) {
   const Folder folder;
   const auto path = folder / "run.db";

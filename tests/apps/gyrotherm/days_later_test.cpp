@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The option --days-later, and what is judged to the true bias.
+/// The option --days-later, and results compared with the true bias.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the three models of the experiment leave of a run that they have not seen, on the default rig at full length,
-/// against what they left when these numbers were stored: a loss of a fifth does not go unnoticed.
+/// Residuals of the experiment's three models on an unseen run, on the default rig at full length, compared with stored
+/// values. A loss of a fifth is detected.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ struct Oracle {
   double std_deg_per_h, rmse_deg_per_h;
 };
 
-/// Of the small swarm (`--quick`), which tunes in seconds; measured with version 0.1.0.
+/// Results of the small swarm (`--quick`), which tunes in seconds; measured with version 0.1.0.
 struct OracleOfAGyro {
   int seed;
   Oracle models[3];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What is shown of a run under way.
+/// Display of an active run.
 #include "apps/gyrotherm/run/display.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the doctor finds, its fix, and the exit code that comes of it.
+/// Findings of the doctor, their fixes, and the exit code.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// The findings by what was looked at.
+/// Returns the findings by their subject.
 std::map<std::string, Json> findings_of(const Ran& ran) {
   std::map<std::string, Json> findings;
   const auto document = Json::parse(ran.out, nullptr, false);
@@ -23,7 +23,7 @@ std::map<std::string, Json> findings_of(const Ran& ran) {
   return findings;
 }
 
-/// Each that is not ok says what mends it, and one that is ok does not.
+/// Expects a fix for each finding that is not ok, and for no other.
 void expect_fixes(const std::map<std::string, Json>& findings) {
   for (const auto& [what, finding] : findings)
     EXPECT_EQ(finding.at("state") != "ok", finding.at("fix") != "") << finding.dump();
@@ -92,7 +92,7 @@ TEST(Doctor, LooksAtProgramsThatDisturbSerialAdapters) {
   expect_fixes(findings);
 }
 
-/// Edits a shipped real rig and returns what the doctor finds.
+/// Edits a shipped real rig and returns the doctor's findings.
 std::map<std::string, Json> findings_of_rig(const Folder& folder, const std::string& edits) {
   return findings_of(shell("sed " + edits + " profiles/rigs/example-f4t-lakeshore-kvh.toml > '" +
                            (folder / "rig.toml") + "'; gyrotherm doctor --json --rig '" + (folder / "rig.toml") + "'"));

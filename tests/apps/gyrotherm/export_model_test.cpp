@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Models made smaller and taken to other programs.
+/// Reduced models, and models exported to other programs.
 #include <gtest/gtest.h>
 
 #include <filesystem>

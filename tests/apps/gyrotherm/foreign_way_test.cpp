@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The way of a foreign file to its end: guess, import, train, verify, without a line of the map edited.
+/// Complete use of a foreign file: detect its format, import, train and verify, without editing the map.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,8 @@
 namespace gyrotherm::app {
 namespace {
 
-/// A row every 10 s for 6 h: an oven that goes up and down, a second thermometer behind it, and a rate that follows.
+/// Six hours of rows, 10 s apart: an oven that cycles, a second thermometer that lags, and a rate that follows the
+/// oven.
 struct Bench {
   static constexpr int kRows = 2160;
   static double oven_c(int row) { return 20 - 20 * std::cos(row / 170.); }
@@ -106,7 +107,7 @@ TEST(ForeignWay, GoesToItsEndWithoutEditing) {
   }
 }
 
-/// A record of the bench, whose bias is as `rate` says.
+/// Returns the path of a record of the bench with the bias that `rate` gives.
 std::string record_of(const Folder& folder, const std::function<std::string(int)>& rate, const std::string& more = "",
                       const std::function<double(int)>& third = Bench::wall_c) {
   std::ofstream(folder / "t.csv") << table("t,TA,TB,w", [&](int i) {
@@ -192,14 +193,14 @@ TEST(ForeignWay, TakesTheTimeOfAnExportedTable) {
   EXPECT_NE(compensated.err.find("these are 10 s apart"), std::string::npos) << compensated.err;
 }
 
-/// Returns the folder of the inputs that public reports led to; empty: it is not at hand.
+/// Returns the folder of files from public reports; empty if it is not available.
 std::string public_reports() {
   const char* shared = std::getenv("GYROTHERM_SHARED");
   const auto folder = shared != nullptr ? std::string(shared) + "/trials/files/" : "";
   return std::filesystem::exists(folder) ? folder : "";
 }
 
-/// The inputs that public reports led to, where they are at hand.
+/// Uses files from public reports if they are available.
 TEST(ForeignWay, ReadsTheFilesOfPublicReports) {
   const auto trials = public_reports();
   if (trials.empty()) GTEST_SKIP() << "trials/files is not in GYROTHERM_SHARED";
@@ -249,7 +250,7 @@ TEST(ForeignWay, ReadsTheFilesOfPublicReports) {
   EXPECT_NE(overload.err.find("overload"), std::string::npos) << overload.err;
 }
 
-/// Imports a file of a public report by the map beside it.
+/// Imports a file of a public report with its map.
 Ran import_of_report(const std::string& file, const std::string& map, const std::string& out) {
   const auto trials = public_reports();
   return gyrotherm_with("import " + trials + file + " --map " + trials + map + " --out " + out);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Four skewed axes on the virtual rig, trained and fused as a user would.
+/// Four skewed axes on the virtual rig, trained and fused with the commands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -76,7 +76,8 @@ TEST_F(Fuse, FindsTheEarthAndNorthOnAVirtualRig) {
   EXPECT_EQ(summary["fused"].get<int>() + 99, summary["seconds"].get<int>()) << "the first mean is of 100 s";
   EXPECT_NEAR(summary["said_heading_deg"].get<double>(), 30, 1e-9);
   const auto& rest = summary["rest"];
-  const std::vector<double> earth{9.210735, 5.317820, 10.635640};  // of the axes of virtual-triad.toml, which lie so
+  // Earth rate on the axes of virtual-triad.toml, in the same orientation.
+  const std::vector<double> earth{9.210735, 5.317820, 10.635640};
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(summary["earth_deg_per_h"][k].get<double>(), earth[k], 1e-5);
     EXPECT_NEAR(rest["rate"]["deg_per_h"][k].get<double>(), earth[k], 2 * rest["rate"]["U_deg_per_h"][k].get<double>());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The set point by hand: a run like any other.
+/// Manual set point: a run like any other.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -42,7 +42,7 @@ TEST(Go, GoesThroughTheLimitsOfTheRig) {
   EXPECT_NE(never.err.find("--for"), std::string::npos) << never.err;
 }
 
-/// A controller knows nothing of how fast the rig may be heated: it is not left to go where the profile begins.
+/// A controller does not know the rig's fastest rates, so it must not approach the profile's first set point itself.
 TEST(Go, ComesBeforeAnUploadThatBeginsElsewhere) {
   const Folder folder;
   auto rig = read_text_file(std::string(GYROTHERM_SOURCE_DIR "/") + kVirtual).value();

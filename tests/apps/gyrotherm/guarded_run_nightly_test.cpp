@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A hundred programs killed or stopped at random moments: the chamber is safe within 20 s. They mostly wait, so
-/// several go at the same time. GYROTHERM_TIMES sets another number.
+/// A hundred programs killed or stopped at random moments: the chamber is safe within 20 s. The programs mostly wait,
+/// so several run at the same time. GYROTHERM_TIMES sets another number.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,11 +22,11 @@ constexpr int kAtATime = 6;
 
 struct Times {
   std::mutex mutex;
-  std::vector<double> killed, stopped;  ///< seconds until the chamber was safe
+  std::vector<double> killed, stopped;  ///< s until the chamber was safe
   int failed = 0;
 };
 
-/// One program, killed or stopped up to two seconds after its first second; how long it took.
+/// Kills or stops a program up to two seconds after its first second. Returns the time until the chamber was safe.
 std::optional<double> seconds_until_safe(const RealLaboratory& laboratory, const std::string& record, int signal,
                                          std::mt19937_64& random) {
   Background run({"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(), "--out", record, "--json"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run on a real rig: it is guarded, the chamber is its own, and other programs may speak to it.
+/// Run on a real rig: it is guarded, owns the chamber, and accepts requests of other programs.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -18,9 +18,9 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr double kSafe = 20;    ///< °C, of the rig
-constexpr double kWarm = 21.5;  ///< of the profile
-constexpr double kLimit = 20;   ///< s, within which the chamber is safe
+constexpr double kSafe = 20;    ///< °C, rig
+constexpr double kWarm = 21.5;  ///< °C, profile
+constexpr double kLimit = 20;   ///< s until the chamber is safe
 
 /// Finds the guard of a record and its children by their command lines.
 std::vector<pid_t> guards_of(const std::string& record) {
@@ -34,7 +34,7 @@ std::vector<pid_t> guards_of(const std::string& record) {
   return guards;
 }
 
-/// Kills the guard of a record, as one that the test does not wait for.
+/// Kills the guard of a record, so that the test does not wait for it.
 void end_guards(const std::string& record) {
   for (const auto pid : guards_of(record)) ::kill(pid, SIGKILL);
 }
@@ -118,7 +118,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigterm) {
     EXPECT_NE(run.output().find("its guard remains"), std::string::npos) << run.output();
     const auto status = gyrotherm_with("status --json " + path);
     EXPECT_NE(status.out.find("\"finished\":false"), std::string::npos) << status.out << status.err;
-    end_guards(path);  // the next run has the chamber
+    end_guards(path);  // frees the chamber
   }
 }
 
@@ -213,7 +213,7 @@ TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSec
   EXPECT_NE(resumed.err.find("the run was held"), std::string::npos) << resumed.err;
 }
 
-/// The tick that Ctrl-C waited for begins to make the chamber safe: then it is not obeyed, as in any later second.
+/// The tick for which Ctrl-C waits begins to make the chamber safe. Ctrl-C is then ignored, as in any later second.
 TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameSecond) {
   for (int tries = 0; tries < 6; ++tries) {
     const auto path = folder / ("run" + std::to_string(tries) + ".db");
@@ -227,7 +227,7 @@ TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameS
     ASSERT_TRUE(paused) << text(paused.error());
     EXPECT_TRUE(paused->done) << paused->text;
     run.signal(SIGINT);
-    shell("sleep 0.1");  // it has been seen
+    shell("sleep 0.1");  // the signal has been handled
     const bool is_told = told("stop");
     const int ended = run.wait();
     if (!is_told) continue;  // the second was over
@@ -241,7 +241,7 @@ TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameS
   FAIL() << "the second was always over";
 }
 
-/// The socket that systemd would listen at; the environment names it while this lives.
+/// Socket of systemd's watchdog. The environment names it during the lifetime of the object.
 class Watchdog {
  public:
   explicit Watchdog(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -259,7 +259,7 @@ class Watchdog {
   }
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
-  /// One line for each message so far.
+  /// Returns one line for each message so far.
   [[nodiscard]] std::string heard() {
     char message[256];
     for (ssize_t size; (size = ::recv(socket_, message, sizeof message, MSG_DONTWAIT)) > 0;)
@@ -285,7 +285,7 @@ TEST_F(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterw
   run.signal(SIGKILL);
   EXPECT_EQ(run.wait(), -SIGKILL);
   auto made = shell(make_safe + "--kill " + record);
-  for (int i = 0; i < 60 && made.exit_code == 5; ++i)  // the guard has the chamber, and makes it safe itself
+  for (int i = 0; i < 60 && made.exit_code == 5; ++i)  // the guard still makes it safe
     made = shell("sleep 1; " + make_safe + "--kill " + record);
   EXPECT_EQ(made.exit_code, 0) << made.err;
   EXPECT_EQ(laboratory.set_point(), kSafe);

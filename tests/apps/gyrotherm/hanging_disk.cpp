@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A disk that hangs, for a program that is started with this in LD_PRELOAD: as long as the file is there that
-/// GYROTHERM_HANG names, no sync comes back; as long as that of GYROTHERM_HANG_STATUS is there, no status file is put
-/// in its place.
+/// Library for LD_PRELOAD that simulates a hanging disk. While the file named by GYROTHERM_HANG exists, no sync
+/// returns. While the file named by GYROTHERM_HANG_STATUS exists, no status file is renamed into its position.
 #include <sys/syscall.h>
 #include <unistd.h>
 

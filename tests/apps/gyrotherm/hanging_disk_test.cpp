@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run on a real rig whose disk takes seconds, or forever, to answer.
+/// Run on a real rig whose disk answers after seconds or never.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -17,7 +17,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// In the environment of what is started meanwhile.
+/// Environment variable for child processes, during the lifetime of the object.
 class Setting {
  public:
   Setting(const char* name, const std::string& value) : name_(name) { ::setenv(name, value.c_str(), 1); }
@@ -29,7 +29,7 @@ class Setting {
   const char* name_;
 };
 
-/// As the program tells it, until it is as wanted; the last one after 30 s.
+/// Reads the status file until `wanted` accepts it. Returns the last status after 30 s.
 template <class Wanted>
 record::RunStatus status_once(const std::string& record, Wanted wanted) {
   record::RunStatus status;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// import as people call it: a first map by --guess, then the record.
+/// The command `import`: a first map by --guess, then the record.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What Ctrl-C, SIGTERM, a lost terminal and a reader that leaves do to the program.
+/// Effects of Ctrl-C, SIGTERM, a lost terminal and a closed reader.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -16,8 +16,8 @@ using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 using std::chrono::steady_clock;
 
-/// Returns the exit code, or −signal. Fails the test if the program never ends: its code shows whether the signal ended
-/// it, or the end of its work.
+/// Returns the exit code, or −signal. Fails the test if the program never ends. The code shows whether the signal or
+/// the end of the work ended the program.
 int end_of(Background& program) {
   const auto began = steady_clock::now();
   while (program.is_running() && steady_clock::now() - began < 60s) std::this_thread::sleep_for(5ms);
@@ -26,7 +26,7 @@ int end_of(Background& program) {
   return program.wait();
 }
 
-/// A table that takes seconds to import.
+/// Writes a table that takes seconds to import.
 void write_long_table(const std::string& path) {
   std::ofstream table(path);
   for (int row = 0; row < 6'000'000; ++row) table << row << ",20.125,20.25,1.5e-3,7\n";
@@ -90,7 +90,7 @@ TEST(Interrupt, StopsAServerInOrder) {
   }
 }
 
-/// The mesh is solved in one piece, in which nobody looks whether it is to stop.
+/// The mesh is solved in one step that does not check for a stop.
 TEST(Interrupt, TheSecondEndsACommandThatDoesNotComeBack) {
   const Folder folder;
   Background thermal({"thermal", "--mesh", "fine", "--out", folder / "image"}, folder / "out");
@@ -133,7 +133,7 @@ TEST(Interrupt, AReaderThatHasHadEnoughIsNoFault) {
 TEST(Interrupt, ABoundOnTheSizeOfFilesIsAFault) {
   const Folder folder;
   const auto bounded = [&](const std::string& command) {
-    return shell("( ulimit -f 1500; gyrotherm " + command + " )");  // blocks of half a kilobyte
+    return shell("( ulimit -f 1500; gyrotherm " + command + " )");  // blocks of 512 bytes
   };
   const auto ran = bounded("run tests/profiles/short-rate.toml --rig virtual --quiet --out " + (folder / "bounded.db"));
   EXPECT_EQ(ran.exit_code, 4) << ran.err;

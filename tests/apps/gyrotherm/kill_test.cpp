@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// kill -9 at any moment, many times: nothing that was printed as acknowledged is lost, the run that resume ends has
-/// the same segments with no soak shortened, and up to the gap it is the run that was never killed.
-/// GYROTHERM_KILLS in the environment: how many that met a living run.
+/// kill -9 at random moments, many times. No acknowledged second is lost. The resumed run has the same segments without
+/// a shortened soak, and up to the gap it equals a run that was never killed. GYROTHERM_KILLS sets the number of kills
+/// that hit a living run.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -44,7 +44,7 @@ std::vector<int> segments_of(const record::Record& record) {
   return segments;
 }
 
-/// Of each hold: how long the air was in its band while its clock ran, as the record's rows have it.
+/// Returns, for each hold, how long the air was in its band while the hold's clock ran, according to the rows.
 std::map<int, int> rows_in_band(const record::Record& record) {
   std::map<int, int> rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
@@ -56,7 +56,7 @@ std::map<int, int> rows_in_band(const record::Record& record) {
   return rows;
 }
 
-/// Bit for bit, NaN being equal to NaN.
+/// Compares bit by bit; NaN equals NaN.
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 void expect_same_up_to(std::size_t rows, const record::Record& record, const record::Record& twin) {
@@ -81,7 +81,7 @@ void expect_every_slot(const record::Record& record) {
   ASSERT_TRUE(gap == record.gaps.end());
 }
 
-/// A row of a record as it was before it was written.
+/// Returns the sample from which a row was made.
 Sample sample_of(const record::Record& record, std::size_t i) {
   const auto time = from_seconds(record.time_s[i]);
   const Instant at{time, record.info.started_utc + time};
@@ -96,16 +96,18 @@ Sample sample_of(const record::Record& record, std::size_t i) {
   return sample;
 }
 
-/// The last slot that the record accounts for.
+/// Returns the last slot that a row or a gap accounts for.
 std::int64_t accounted(const record::Record& record) {
   const auto row = record.slot.empty() ? -1 : record.slot.back();
   return record.gaps.empty() ? row : std::max(row, record.gaps.back().last);
 }
 
-/// When the signal comes, in what does not depend on how busy the machine is.
+/// Time of the signal, measured independently of the load of the machine.
 struct Moment {
-  std::int64_t acknowledged = -1;  ///< after this second was printed as acknowledged; −1: from the start
-  Nanoseconds processor{};         ///< time that the program has used since
+  /// Last acknowledged second before the signal; −1 for the start of the program.
+  std::int64_t acknowledged = -1;
+  /// Processor time of the program since then.
+  Nanoseconds processor{};
 };
 
 std::ostream& operator<<(std::ostream& out, const Moment& moment) {
@@ -113,7 +115,7 @@ std::ostream& operator<<(std::ostream& out, const Moment& moment) {
              << " us of processor time after " << moment.acknowledged << " was acknowledged";
 }
 
-/// Waits until the program is there; false if it ended first.
+/// Waits for the moment. Returns false if the program ended first.
 bool await(const Background& run, const Moment& moment) {
   constexpr Nanoseconds kLook = std::chrono::microseconds(500), kSharp = std::chrono::microseconds(50);
   while (moment.acknowledged >= 0 && last_acknowledged(run.output()) < moment.acknowledged) {
@@ -129,17 +131,17 @@ bool await(const Background& run, const Moment& moment) {
 }
 
 struct Tally {
-  int killed{};             ///< living runs that had a record
-  int resumed_too{};        ///< … whose continuation was killed as well
-  int before_the_record{};  ///< there was no record yet
-  int closed{};             ///< the record had been ended, the program not
-  int ended{};              ///< the run was quicker than the signal
+  int killed{};             ///< living runs with a record
+  int resumed_too{};        ///< continuations killed as well
+  int before_the_record{};  ///< killed without a record
+  int closed{};             ///< killed after the record was closed
+  int ended{};              ///< ended before the signal
   std::int64_t lost{};
 };
 
 class Kills : public ::testing::Test {
  protected:
-  /// The run that is never killed, and how long each part of it takes a processor.
+  /// Records the run that is never killed, and the processor time of each part of it.
   void SetUp() override {
     Background run({"run", kProfile, "--rig", kRig, "--out", folder_ / "twin.db", "--json"}, folder_ / "twin.log");
     for (auto now = run.processor_time(); run.is_running(); now = run.processor_time()) {
@@ -155,7 +157,8 @@ class Kills : public ::testing::Test {
 
   [[nodiscard]] Nanoseconds part_of(Nanoseconds time) { return Nanoseconds(random_() % (time.count() + 1)); }
 
-  /// One in ten while it begins, one in ten while it ends, four just after something was acknowledged, four anywhere.
+  /// Draws a moment: one in ten during the start, one in ten during the end, four just after an acknowledgement, four
+  /// anywhere.
   Moment draw(int number) {
     constexpr Nanoseconds kJustAfter = std::chrono::milliseconds(4), kBatch = std::chrono::milliseconds(40);
     const auto last = twin_.slot.back();
@@ -170,8 +173,7 @@ class Kills : public ::testing::Test {
     }
   }
 
-  /// A program that writes the record at `path` and is killed; the record that it left, nothing if it left no
-  /// unfinished one.
+  /// Runs a program that writes the record at `path` and kills it. Returns the record if it is unfinished.
   std::optional<record::Record> killed(const std::vector<std::string>& arguments, const std::string& path,
                                        const Moment& moment) {
     Background run(arguments, path + ".log");
@@ -193,7 +195,7 @@ class Kills : public ::testing::Test {
     return std::move(*record);
   }
 
-  /// One run, killed, and its continuation, which now and then is killed too.
+  /// Kills one run and then resumes it. Now and then the continuation is killed as well.
   void kill_one(int number, const std::string& path) {
     const auto moment = draw(number);
     SCOPED_TRACE(::testing::Message() << "run " << number << ", " << moment);
@@ -206,7 +208,7 @@ class Kills : public ::testing::Test {
     resume(path, rows);
   }
 
-  /// The continuation is killed too; false if it was quicker.
+  /// Kills the continuation. Returns false if it ended first.
   bool kill_continuation(const std::string& path, std::size_t rows) {
     const double left = 1 - static_cast<double>(rows) / static_cast<double>(twin_.slot.size());
     const auto rest = std::chrono::duration_cast<Nanoseconds>((whole_ - until_record_) * left);
@@ -217,7 +219,7 @@ class Kills : public ::testing::Test {
     return was_killed || !record::read_record(path).value().finished;
   }
 
-  /// What the program makes of a record that has only so many rows of the twin.
+  /// Resumes a record with `rows` rows of the twin and checks the result.
   void resume(const std::string& path, std::size_t rows) {
     const auto resumed = gyrotherm_with("resume " + path);
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
@@ -257,7 +259,7 @@ TEST_F(Kills, AtAnyMomentLoseNothingAcknowledgedAndShortenNoSoak) {
   EXPECT_GE(tally_.killed, kills());
 }
 
-/// The last second of each segment, and the first of the next, were the last that came to the disk.
+/// Truncates the record after the last second of each segment, and after the first second of the next.
 TEST_F(Kills, AtEachEndOfASegmentGoOnInTheSameSegments) {
   int crashes = 0;
   for (std::size_t rows = 2; rows < twin_.slot.size() && !HasFailure(); ++rows) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A line to which nobody answers.
+/// Server that accepts connections and never answers.
 #pragma once
 
 #include <arpa/inet.h>
@@ -10,7 +10,7 @@
 
 namespace gyrotherm::app {
 
-/// Where a chamber would listen; it keeps what was sent to it.
+/// Listens in place of a chamber and keeps the bytes sent to it.
 class Listener {
  public:
   Listener() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -27,7 +27,7 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
   [[nodiscard]] int port() const { return port_; }
-  /// Of the caller that came first and has hung up; -1 if there was none.
+  /// Returns the number of bytes from the first client, which has hung up; −1 if there was none.
   [[nodiscard]] long bytes_of_the_first() const {
     const int caller = ::accept4(socket_, nullptr, nullptr, SOCK_NONBLOCK);
     char bytes[64];

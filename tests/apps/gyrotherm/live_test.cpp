@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run that goes on can be watched: its rows, where it stands, and what stands there to be acknowledged.
+/// Observation of an active run: its rows, its state and its alarms.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -26,7 +26,7 @@ std::vector<std::string> split_lines(const std::string& text) {
   return lines;
 }
 
-/// A dry run of several minutes, its record open to readers.
+/// Dry run of several minutes whose record is open to readers.
 class LiveRun : public testing::Test {
  protected:
   LiveRun()
@@ -145,7 +145,7 @@ TEST_F(LiveRun, RefusesToAcknowledgeWhatIsNoAlarm) {
   EXPECT_EQ(gyrotherm_with("tell " + path_ + " acknowledge 9999").exit_code, 2) << "a comment is wanted";
 }
 
-/// The records of two runs, one.db and two.db. The live copy of the first stands there for run.db and for run.
+/// Records of two runs, one.db and two.db. The live copy of the first has the names for run.db and for run.
 class CopyOfAnotherRun : public testing::Test {
  protected:
   CopyOfAnotherRun() {

@@ -24,7 +24,7 @@ class SerialChecks : public testing::Test {
   }
   void start(int pid, const std::string& name) { write("/proc/" + std::to_string(pid) + "/comm", name + "\n"); }
 
-  /// An adapter on USB as the kernel shows it; `properties` are those that udev has given its port.
+  /// Creates a USB adapter as the kernel shows it. `properties` are the udev properties of its port.
   Device plug_in(const std::string& tty, const std::string& power, const std::string& properties = "") {
     const auto usb = "/sys/devices/pci0/usb1/1-" + tty;
     write(usb + "/idVendor", "0403\n");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Each command has a manual page, which has every option of its help and is set without a warning.
+/// Manual pages: one for each command, with every option of its help, formatted without a warning.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::vector<fs::path> page_sources() {
   return pages;
 }
 
-/// The words after the line "Subcommands:" of a help.
+/// Returns the commands listed below "Subcommands:" in a help text.
 std::vector<std::string> commands_of(const std::string& help) {
   std::vector<std::string> commands;
   std::istringstream lines(help.substr(std::min(help.find("Subcommands:"), help.size())));
@@ -35,7 +35,7 @@ std::vector<std::string> commands_of(const std::string& help) {
   return commands;
 }
 
-/// What stands below "# NAME" of a page's prose, up to the next section.
+/// Returns the text below "# NAME" of a page's prose, up to the next section.
 std::string section_of(const std::string& prose, const std::string& name) {
   const auto heading = "# " + name + "\n";
   const auto at = prose.find(heading);
@@ -44,12 +44,12 @@ std::string section_of(const std::string& prose, const std::string& name) {
   return prose.substr(begin, std::min(prose.find("\n# ", begin), prose.size()) - begin);
 }
 
-/// The page of a command as the build makes it.
+/// Returns the page of a command as the build makes it.
 Ran page_of(const std::string& page, const std::string& arguments) {
   return gyrotherm_with("manual " + arguments + " --date 2026-11-21 --prose " + kDocuments + page + ".md");
 }
 
-/// What man says of a page, on a terminal of 100 columns.
+/// Formats a page with man on a terminal of 100 columns.
 Ran set_by_man(const std::string& page) {
   const Folder folder;
   return shell("cat > '" + (folder / "page.1") + "'; MANWIDTH=100 LC_ALL=C.UTF-8 man --warnings -E UTF-8 -P cat -l '" +
@@ -62,7 +62,7 @@ TEST(Manual, HasAPageForEachCommandWithEveryOptionOfItsHelp) {
   EXPECT_GT(commands.size(), 20u);
   for (const auto& command : commands) {
     EXPECT_TRUE(fs::exists(kDocuments + "gyrotherm-" + command + ".md")) << command;
-    if (command == "thermal") continue;  // the page of another program
+    if (command == "thermal") continue;  // the page belongs to another program
     const auto page = page_of("gyrotherm-" + command, command);
     ASSERT_EQ(page.exit_code, 0) << page.err;
     const auto plain = std::regex_replace(page.out, std::regex(R"(\\f[BIP])"), " ");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole experiment behind other instruments leads to the same analysis: minutes, not seconds.
+/// The whole experiment with other instruments gives the same analysis. Takes minutes.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -27,9 +27,9 @@ TEST(MixedRig, TheWholeExperimentGivesTheSameAnalysisWithinNoise) {
   EXPECT_EQ(other["clusters"], one["clusters"]);
   EXPECT_EQ(other["selected_pairs"], one["selected_pairs"]);
   for (const auto* run : {"rate", "random"}) {
-    // The read-outs differ by the gyro's clock: 5e-5 °/h, but constant.
+    // The read-outs differ by the gyro's clock, by a constant 5e-5 °/h.
     EXPECT_NEAR(figure(other, run, "raw"), figure(one, run, "raw"), 1e-5) << run;
-    // What a tuning by a small swarm may make of readings that differ by half a millikelvin.
+    // Readings that differ by half a millikelvin change the result of a small swarm.
     for (const auto* model : {"three_point", "multi_point", "multi_point_t"}) {
       const double was = figure(one, run, model), is = figure(other, run, model);
       EXPECT_NEAR(is, was, 0.05 * was) << run << " " << model;

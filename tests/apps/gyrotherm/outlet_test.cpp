@@ -23,7 +23,7 @@ namespace {
 using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
-/// A pipe that somebody has filled and nobody reads, until what is in it is asked for.
+/// Pipe that is full and has no reader until its content is requested.
 class UnreadPipe {
  public:
   UnreadPipe() {
@@ -37,7 +37,7 @@ class UnreadPipe {
     ::fcntl(writer_.number(), F_SETFL, 0);
   }
   [[nodiscard]] int writer() const { return writer_.number(); }
-  /// What has come without the filling, up to and with `end`.
+  /// Returns the text after the filling, up to and including `end`.
   [[nodiscard]] std::string read_until(const std::string& end) {
     std::string text;
     for (char bytes[4096]; !text.ends_with(end) && ready(reader_.number(), POLLIN, Deadline(10s));) {
@@ -80,7 +80,8 @@ TEST(Outlet, ThatNobodyReadsKeepsNobodyWaiting) {
     EXPECT_LT(meter.slept(), 1s);
   }
   EXPECT_LT(meter.slept(), 3s) << "a farewell of a second at most";
-  (void)pipe.read_until("a picture");  // or the writer would be left behind in a pipe that is closed
+  // Otherwise the thread would remain blocked in a closed pipe.
+  (void)pipe.read_until("a picture");
 }
 
 TEST(Outlet, WhatItDropsIsCountedInTheNextLinesThatAreTaken) {
@@ -109,7 +110,7 @@ TEST(Outlet, OfPicturesOnlyTheNewestIsDrawn) {
   EXPECT_TRUE(drawn.ends_with("picture 49")) << drawn;
 }
 
-/// A terminal of so many lines in the place of stderr, while it lives.
+/// Terminal with so many lines, in the role of stderr during the lifetime of the object.
 class SmallTerminal {
  public:
   SmallTerminal(unsigned short rows, const char* kind) {
@@ -131,7 +132,7 @@ class SmallTerminal {
   }
   SmallTerminal(const SmallTerminal&) = delete;
   SmallTerminal& operator=(const SmallTerminal&) = delete;
-  /// What has come.
+  /// Returns the output so far.
   [[nodiscard]] std::string shown() const {
     std::string text;
     for (char bytes[4096]; ready(reader_.number(), POLLIN, Deadline(200ms));) {

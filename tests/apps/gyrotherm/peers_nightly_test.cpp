@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual chamber in the hands of Modbus clients that are not ours: both framings, four word orders, exceptions.
+/// The virtual chamber with third-party Modbus clients: both framings, four word orders, exceptions.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ void PrintTo(const Setting& setting, std::ostream* out) { *out << setting.framin
 
 class Peers : public testing::TestWithParam<Setting> {
  protected:
-  /// The default rig with an F4T, served; true once it is.
+  /// Serves the default rig with an F4T. Returns whether it is ready.
   bool serve() {
     auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
     const auto begin = text.find("map = "), end = text.find("line = ");
@@ -37,7 +37,7 @@ class Peers : public testing::TestWithParam<Setting> {
                      folder / "log");
     return simulate->wait_for("gyro", 20);
   }
-  /// Port or device of the chamber.
+  /// Returns the port or device of the chamber.
   [[nodiscard]] std::string place() const {
     const auto output = simulate->output();
     std::smatch match;

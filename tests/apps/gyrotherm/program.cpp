@@ -30,10 +30,10 @@ int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTER
 
 Folder::Folder() {
   const auto* unit = ::testing::UnitTest::GetInstance();
-  const auto* test = unit->current_test_info();  // null while a suite is set up
+  const auto* test = unit->current_test_info();  // null in suite setup
   std::string name = unit->current_test_suite()->name() + std::string(test == nullptr ? "" : "-") +
                      (test == nullptr ? "" : test->name());
-  std::replace(name.begin(), name.end(), '/', '-');  // of tests with parameters
+  std::replace(name.begin(), name.end(), '/', '-');  // tests with parameters
   path_ = std::filesystem::temp_directory_path() / ("gyrotherm-" + name + "-" + std::to_string(::getpid()));
   std::filesystem::create_directories(path_);
 }

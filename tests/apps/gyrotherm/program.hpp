@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm program run as a child process, in a folder of its own.
+/// Child process that runs gyrotherm in a folder of its own.
 #pragma once
 
 #include <sys/types.h>
@@ -15,11 +15,11 @@ namespace gyrotherm::app {
 
 struct Ran {
   int exit_code{};
-  std::string out;  ///< stdout
-  std::string err;  ///< stderr
+  std::string out;
+  std::string err;
 };
 
-/// A folder that goes when the test ends.
+/// Folder that is removed at the end of the test.
 class Folder {
  public:
   Folder();
@@ -32,12 +32,12 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// Runs a command line in a shell, from the project's root. "gyrotherm" in it is the program under test.
+/// Runs a command line in a shell, in the root folder of the project. "gyrotherm" is the program under test.
 Ran shell(const std::string& command, const std::string& input = "");
 /// Runs gyrotherm with these arguments.
 Ran gyrotherm_with(const std::string& arguments, const std::string& input = "");
 
-/// A gyrotherm that goes on in the background until told.
+/// gyrotherm in the background, until it ends or is killed.
 class Background {
  public:
   Background(const std::vector<std::string>& arguments, const std::string& output_file);
@@ -46,12 +46,12 @@ class Background {
   Background& operator=(const Background&) = delete;
 
   void signal(int number) const;
-  /// Waits for its end; its exit code, or −signal.
+  /// Waits for the end. Returns the exit code, or −signal.
   int wait();
   [[nodiscard]] bool is_running() const;
-  /// Of the running program, all its threads; zero once it has ended.
+  /// Returns the processor time of all threads, or zero after the end.
   [[nodiscard]] std::chrono::nanoseconds processor_time() const;
-  /// What it has printed so far.
+  /// Returns the output so far.
   [[nodiscard]] std::string output() const;
   /// Waits until it has printed `text`. Returns false after `seconds`, or if the program has ended without it.
   [[nodiscard]] bool wait_for(const std::string& text, int seconds) const;
@@ -61,16 +61,16 @@ class Background {
   std::string output_file_;
 };
 
-/// The last second that the program said, in its --json output, that it had acknowledged; −1 if none.
+/// Returns the last second that the --json output acknowledges, or −1.
 std::int64_t last_acknowledged(const std::string& output);
 
 /// Returns the options that a text names, each as "--out".
 std::set<std::string> options_in(const std::string& text);
 
-/// True if a program of this name is on the PATH.
+/// Returns whether a program of this name is on the PATH.
 bool installed(const std::string& program);
 
-/// The folder of real recordings and schemas, from GYROTHERM_SHARED; "" if it is not set.
+/// Returns the folder of real recordings and schemas, GYROTHERM_SHARED, or "" if it is not set.
 std::string shared_folder();
 
 }  // namespace gyrotherm::app

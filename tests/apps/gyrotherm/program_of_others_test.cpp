@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A thermometer of a real rig whose driver is a program of somebody else: checked, run, and lost for a while.
+/// Thermometer of a real rig with a third-party program as its driver: checked, run, and lost for a while.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -19,7 +19,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// Dies once a file "die" is there, and leaves its number in "pids" each time that it starts.
+/// Dies when a file "die" exists, and appends its process id to "pids" at each start.
 constexpr const char* kProgram = R"(#!/bin/sh
 echo $$ >> pids
 while read number word; do
@@ -46,8 +46,8 @@ class ProgramOfOthers : public testing::Test {
     std::ofstream(rig) << text;
   }
   void TearDown() override { ::unsetenv("XDG_STATE_HOME"); }
-  /// Records a few seconds from the rig file of that name in "rigs" with the program there as "acme.sh", run by
-  /// `words`. The record, in "runs", is one to resume. The program leaves its "pids" in "rigs".
+  /// Records a few seconds with a rig file in "rigs", which runs the program there, "acme.sh", by `words`. Leaves an
+  /// unfinished record in "runs" and the program's "pids" in "rigs".
   void record_from_rigs(const std::string& words) {
     std::filesystem::create_directories(folder / "rigs");
     std::filesystem::create_directories(folder / "runs");
@@ -64,7 +64,7 @@ class ProgramOfOthers : public testing::Test {
     run.signal(SIGINT);
     ASSERT_EQ(run.wait(), 5) << run.output();
   }
-  /// Resumes the record and returns true if it continues. Stores what it prints in `output`.
+  /// Resumes the record and returns whether it continues. Stores the program's messages in `output`.
   [[nodiscard]] bool continues(const std::string& path, const std::vector<std::string>& options, std::string& output) {
     std::vector<std::string> words{"resume", path, "--json"};
     words.insert(words.end(), options.begin(), options.end());
@@ -75,9 +75,9 @@ class ProgramOfOthers : public testing::Test {
     output = resumed.output();
     return goes_on && interrupted;
   }
-  /// Returns the name of a file that no program has written.
+  /// Returns the name of a new file.
   [[nodiscard]] std::string new_log() { return folder / ("log" + std::to_string(++logs)); }
-  /// Executes SQL on a record without chaining it anew.
+  /// Executes SQL on a record without a new hash chain.
   static void edit(const std::string& path, const std::string& sql) {
     auto database = record::Database::open(path, record::Access::read_write, 1000);
     ASSERT_TRUE(database) << text(database.error());
@@ -85,7 +85,7 @@ class ProgramOfOthers : public testing::Test {
     ASSERT_TRUE(done) << text(done.error());
   }
 
-  /// Numbers of all processes that the program ever was.
+  /// Returns the ids of all processes that the program ever was.
   [[nodiscard]] std::set<pid_t> pids() const {
     std::set<pid_t> all;
     std::ifstream file(folder / "pids");
@@ -203,7 +203,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
   const auto touch = "[\"/bin/sh\", \"-c\", \"touch " + evil + "\"]";
   std::ofstream(folder / "runs/acme.sh") << "#!/bin/sh\ntouch " + evil + "\n";
   std::filesystem::permissions(folder / "runs/acme.sh", std::filesystem::perms::owner_all);
-  std::ofstream(folder / "runs/rig.toml") << rig_text;  // has the same text
+  std::ofstream(folder / "runs/rig.toml") << rig_text;  // same text as the real file
   const std::vector<std::pair<std::string, std::string>> forgeries{
       {with(touch), rig_file},
       {with(touch), ""},

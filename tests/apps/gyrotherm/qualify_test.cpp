@@ -62,8 +62,8 @@ TEST(Qualify, SaysOfAGyroWithoutFiniteElementsThatItsImageIsNotApplicable) {
   EXPECT_TRUE(thermal["model"].is_null());
 }
 
-/// As the tasks of a cluster do; that all of them come to the same as one machine does is shown there
-/// (tests/apps/site).
+/// Trains like the tasks of a cluster. tests/apps/site shows that all tasks together give the same result as one
+/// machine.
 TEST(Qualify, OneAxisOfALotByItselfLeavesTheOthersAlone) {
   const Folder folder;
   const auto out = folder / "out";
@@ -96,7 +96,7 @@ TEST(Qualify, AnAxisOfALotIsTrainedAnewWhereItWasTrainedInAnotherWay) {
   EXPECT_TRUE(is_nested()) << "the report that was left has no such figures";
 }
 
-/// A digest that was kept is believed of the very files that it was made of.
+/// A stored digest is used only for files with the same bytes.
 TEST(Qualify, ARecordThatWasChangedAfterwardsIsRefused) {
   const Folder folder;
   const auto out = folder / "out";
@@ -112,7 +112,7 @@ TEST(Qualify, ARecordThatWasChangedAfterwardsIsRefused) {
   EXPECT_NE(ran.err.find("random.db"), std::string::npos) << ran.err;
 }
 
-/// The headline run is never the one that a model was chosen on.
+/// The run of the headline figures never chooses a model.
 TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
   const Folder folder;
   const auto out = folder / "out";
@@ -138,7 +138,7 @@ TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
     EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --further " + out + "/" + quoted).exit_code, 2);
 }
 
-/// The same gyro later: made by the virtual rig, or recorded before.
+/// Covers later runs of the same gyro, made by the virtual rig or recorded before.
 TEST(Qualify, VerifiesEveryModelLater) {
   const Folder folder;
   const auto out = folder / "out";
@@ -199,7 +199,7 @@ TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
       shell("svm-predict " + (folder / "x.svm") + " " + (folder / "m.svm") + " " + (folder / "y.txt"));
   ASSERT_EQ(predicted.exit_code, 0) << predicted.err;
 
-  // What verify calls the residual is target − f(z), in units of the training STD.
+  // The residual of verify is target − f(z), in units of the training STD.
   std::istringstream targets(read_text_file(folder / "x.svm").value()),
       values(read_text_file(folder / "y.txt").value());
   const auto model = nlohmann::json::parse(read_text_file(folder / "m.json").value());

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Real recordings through the program. They are not part of the project: GYROTHERM_SHARED names the folder that has
-/// them.
+/// Real recordings processed by the program. They are not part of the project: GYROTHERM_SHARED names their folder.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -13,7 +12,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// The shipped map with another gyro column.
+/// Writes the shipped map with another gyro column.
 void write_map(const std::string& path, const std::string& column) {
   auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/imports/freeimu.toml").value();
   std::ofstream(path) << std::regex_replace(text, std::regex("\"Gx\""), "\"" + column + "\"");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A virtual laboratory in a process of its own, and a real rig file of its lines.
+/// Virtual laboratory in a process of its own, and a real rig file with its lines.
 #pragma once
 
 #include <memory>
@@ -12,15 +12,15 @@ namespace gyrotherm::app {
 
 class RealLaboratory {
  public:
-  /// `simulate` serves the default rig; its files are in `folder`.
+  /// Starts `simulate` with the default rig. Puts its files into `folder`.
   explicit RealLaboratory(const std::string& folder);
-  /// False if it could not be started; then nothing else is to be used.
+  /// Returns whether it was started. If not, use no other function.
   [[nodiscard]] bool serves() const { return !rig_.empty(); }
   [[nodiscard]] const std::string& rig() const { return rig_; }
   [[nodiscard]] const std::string& chamber_port() const { return chamber_port_; }
-  /// As mbpoll reads it from the chamber; nothing if it cannot.
+  /// Returns the chamber's set point as mbpoll reads it, or nothing if that fails.
   [[nodiscard]] std::optional<double> set_point() const;
-  /// Waits until the chamber's set point is `wanted`; how long that took, or nothing after `seconds`.
+  /// Waits until the chamber's set point is `wanted`. Returns the duration, or nothing after `seconds`.
   [[nodiscard]] std::optional<double> wait_for_set_point(double wanted, double seconds) const;
 
  private:
@@ -29,7 +29,7 @@ class RealLaboratory {
   std::string rig_;
 };
 
-/// Where the instrument of that name is served, out of what `simulate` printed: the port, or "".
+/// Returns the port of an instrument in the output of `simulate`, or "".
 std::string port_of(const std::string& instrument, const std::string& output);
 
 }  // namespace gyrotherm::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What reads records as evidence looks whether they are as they were written.
+/// Commands that read records verify them first.
 #include <gtest/gtest.h>
 
 #include "acquisition/record/sqlite.hpp"
@@ -49,14 +49,14 @@ TEST(RecordedRun, ThatDecidesWhereThermometersGoIsGivenOnceAndVerifiesNothing) {
   EXPECT_NE(seen.err.find("--verify wants a run that decides nothing"), std::string::npos) << seen.err;
 }
 
-/// A byte that no row shows.
+/// Changes a byte that no row contains.
 TEST(RecordedRun, OfWhichAByteWasChangedIsRefusedByItsManifest) {
   const Folder folder;
   make_small_model(folder);
   const auto record = folder / "record.db";
   {
     std::fstream file(record, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(96);  // the version of SQLite that wrote it
+    file.seekp(96);  // SQLite version of the writer
     file.put(1);
   }
   const auto refused = gyrotherm_with("export " + record + " --out " + (folder / "x.csv"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The table of promises names tests: each of them exists, and no promise is without a word.
+/// Table of promises: all named tests exist, and each promise names a test.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "Suite.Law" of every test in the sources, the groups of attacks, and the names of the fuzz targets.
+/// Returns "Suite.Name" of every test in the sources, the groups of attacks, and the names of the fuzz targets.
 const std::set<std::string>& sources_tests() {
   static const std::set<std::string> all = [] {
     std::set<std::string> found;

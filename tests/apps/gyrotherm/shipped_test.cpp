@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shipped files are called by name, from any folder; what lies there is called by its path.
+/// Shipped files are found by name from any folder, other files by their path.
 #include <gtest/gtest.h>
 
 #include <filesystem>

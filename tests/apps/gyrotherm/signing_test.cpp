@@ -39,7 +39,7 @@ report::CalibrationReport report_on(const Folder& folder) {
   return report;
 }
 
-/// A record and a model, the report on them in a folder beside, signed.
+/// Record, model and signed report.
 class Signing : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -61,7 +61,7 @@ class Signing : public testing::Test {
     ASSERT_EQ(done.exit_code, 0) << done.err;
     ready_ = true;
   }
-  /// Checks that what was changed between authorisation and signature is never signed, then puts it back.
+  /// Checks that a file changed between authorisation and signature is never signed, then restores the file.
   static void is_refused_when_changed_after_it_was_authorised() {
     const auto refused = [](const std::string& name, const std::string& bytes, const std::string& why) {
       const std::string path = *folder_ / ("report/" + name), before = read_text_file(path, kLargestTable).value_or("");
@@ -88,7 +88,7 @@ class Signing : public testing::Test {
     return gyrotherm_with("report verify " + (*folder_ / "report") + " --trusted " + (*folder_ / trusted) + " " +
                           options);
   }
-  /// With one byte of a file changed; the file is put back.
+  /// Verifies after one byte of a file was changed, then restores the file.
   static Ran verified_with_another_byte(const std::string& name) {
     const std::string before = *read_text_file(*folder_ / name, kLargestTable);
     std::string after = before;
@@ -145,7 +145,7 @@ TEST_F(Signing, OfWhatWasChangedDoesNotHold) {
   EXPECT_EQ(verified("").exit_code, 0);
 }
 
-/// Else a file that goes on from the record would bring rows that nobody has signed.
+/// A continuation file must not add rows that were never signed.
 TEST_F(Signing, OfARecordIsOfAllItsFiles) {
   const std::string manifest = *folder_ / "record.db.sha256", bytes = *read_text_file(manifest);
   std::filesystem::remove(manifest);

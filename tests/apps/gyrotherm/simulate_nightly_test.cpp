@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Real rigs on the virtual instruments: on pseudo-terminals, and at a stream's own rate. Each takes more than ten
-/// seconds.
+/// Real rigs on virtual instruments: on pseudo-terminals, and at the frame rate of a stream. Each test takes more than
+/// ten seconds.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -15,7 +15,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// Makes the real rig of the instruments that `simulate` has printed, and runs ten seconds on it.
+/// Makes a real rig from the printed lines of `simulate` and runs ten seconds on it.
 nlohmann::json status_after_ten_seconds(const Folder& folder, const std::string& virtual_rig,
                                         const std::string& lines) {
   const auto rig = shell("/usr/bin/python3 tests/apps/gyrotherm/real_rig.py " + virtual_rig + " " + lines + " > " +
@@ -33,7 +33,7 @@ std::string pty_of(const std::string& instrument, const std::string& output) {
   return std::regex_search(output, match, std::regex(instrument + R"( +(serial:/dev/pts/\d+))")) ? match[1].str() : "";
 }
 
-/// The default rig with some of its text changed; paths stay true wherever it is put.
+/// Returns the default rig with some of its text replaced and absolute paths.
 std::string changed_rig(const std::string& from, const std::string& to, const std::string& instead) {
   auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
   const auto begin = text.find(from), end = text.find(to);

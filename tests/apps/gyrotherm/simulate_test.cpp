@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual instruments in the hands of clients that are not ours.
+/// The virtual instruments with third-party clients.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -72,7 +72,7 @@ TEST(Simulate, InPlaceOfARealRigVirtualInstrumentsOfItsKindsAreServed) {
   EXPECT_NE(output.find("SIMULATED"), std::string::npos) << output;
 }
 
-/// The unit register of an F4T is at 6730 on TCP and at 14080 on a serial line.
+/// The unit register of an F4T has address 6730 on TCP and 14080 on a serial line.
 TEST(Simulate, ASerialLineHasTheAddressesOfItsOwnLink) {
   const Folder folder;
   const auto rig = shell(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record of two thermometers and a gyro, small enough to be trained on at once.
+/// Record of two thermometers and a gyro, small enough for quick training.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,8 @@ namespace gyrotherm::app {
 
 inline constexpr int kSmallRecordRows = 4000;
 
-/// Temperatures of a slow swing, B after A, and a bias that follows their difference. Rows as `compensate` reads them.
+/// Returns rows in the format of `compensate`: two slowly swinging temperatures, B after A, and a bias that follows
+/// their difference.
 [[nodiscard]] inline std::string small_rows(int rows = kSmallRecordRows) {
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;
@@ -27,7 +28,7 @@ inline constexpr int kSmallRecordRows = 4000;
   return text;
 }
 
-/// The map of such rows; `time` is its table of that name.
+/// Returns the import map of these rows; `time` is the content of its [time] table.
 [[nodiscard]] inline std::string small_map(const std::string& time = "interval = \"1 s\"") {
   return R"(schema = "gyrotherm-import/1"
 name = "small"
@@ -59,7 +60,7 @@ gradients = ["A", "B"]
 )";
 }
 
-/// record.db and, trained on it, model.json.
+/// Makes record.db and model.json, which is trained on it.
 inline void make_small_model(const Folder& folder) {
   std::ofstream(folder / "record.csv") << small_rows();
   std::ofstream(folder / "map.toml") << small_map();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The unit that is shipped: systemd understands it, and it is well shut in.
+/// The shipped unit: systemd accepts it, and it is well confined.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -15,7 +15,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// The unit as it is installed, its programs being those under test.
+/// Writes the unit as installed, with the programs under test. Returns its path.
 std::string unit_in(const Folder& folder) {
   auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
   const auto programs = std::filesystem::path(GYROTHERM_PROGRAM).parent_path().string();
@@ -50,7 +50,8 @@ TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
   EXPECT_GE(seconds("TimeoutStopSec"), 10) << "time for make-safe";
 }
 
-/// Returns what ExecStopPost starts for the run "rate" on a machine in that state. The programs here only print.
+/// Returns the command that ExecStopPost starts for the run "rate" on a machine in that state. The programs here only
+/// print.
 std::string stop_post_in(const Folder& folder, const std::string& state) {
   for (const auto& [name, text] : {std::pair<std::string, std::string>{"systemctl", "echo " + state},
                                    {"gyrotherm-make-safe", "echo \"$@\""},
@@ -72,8 +73,8 @@ TEST(SystemdUnit, LimitsMakeSafeAtShutdownAlone) {
     EXPECT_EQ(stop_post_in(folder, state), "--insist rate.db\n") << state;
 }
 
-/// What the unit asks before it starts the run "rate" of this folder. 0: it is started; 1 to 254: it is not, which is
-/// no failure.
+/// Returns the exit code of ExecCondition for the run "rate" in this folder. 0 starts the run; 1 to 254 skips it
+/// without a failure.
 int condition_in(const Folder& folder) {
   const auto text = read_text_file(unit_in(folder)).value();
   std::smatch line;
@@ -98,7 +99,7 @@ TEST(SystemdUnit, ARunThatHasFinishedIsLeftAloneAndIsNoFailure) {
   EXPECT_EQ(condition_in(folder), 1);
 }
 
-/// A file that a run of its own went on in, when rate.db was taken from it.
+/// Writes the second file of a run that continued after rate.db was removed.
 void leave_second_file(const Folder& folder) {
   record::RunInfo info;
   info.id = "0123456789abcdef0123456789abcdef";
@@ -110,7 +111,7 @@ void leave_second_file(const Folder& folder) {
               file->commit());
 }
 
-/// Its command, for the run "rate". The program does nothing but tell what was asked of it, but for "status".
+/// Returns the start command of the run "rate". The program only prints its arguments, except for "status".
 std::string start_command_in(const Folder& folder) {
   std::ofstream(folder / "gyrotherm") << "#!/bin/sh\n[ \"$1\" = status ] && exec " GYROTHERM_PROGRAM
                                          " \"$@\"\necho \"$@\"\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The thermal image, as a user asks for it.
+/// The command `thermal`.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +47,7 @@ TEST(Thermal, FigureHasTheValuesOfTheGyroFile) {
   const auto figure = nlohmann::json::parse(ran.out);
   EXPECT_EQ(figure["schema"], "gyrotherm-thermal-figure/1");
   EXPECT_TRUE(figure["simulated"]);
-  // The values are written in profiles/gyros/calibrated.toml.
+  // The values are those of profiles/gyros/calibrated.toml.
   const nlohmann::json zerodur{{"name", "zerodur"},
                                {"density_kg_per_m3", 2530.0},
                                {"specific_heat_j_per_kg_k", 800.0},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `type-prior`, and `train --prior`: what a user sees of shared learning.
+/// The commands `type-prior` and `train --prior`.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `verify` tells beside its figures.
+/// Output of `verify` in addition to its figures.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// A short record, and a straight line fitted to its first cycle, which knows no rate of 5 °C/min.
+/// Short record, and a linear model of its first cycle, which contains no rate of 5 °C/min.
 class Verify : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -36,7 +36,8 @@ class Verify : public testing::Test {
   void SetUp() override { ASSERT_TRUE(ready_) << "there is no record, or no model of it"; }
 
   static inline Folder* folder_ = nullptr;
-  static inline bool ready_ = false;  ///< a suite that could not be set up fails; it must not pass for skipped
+  /// A suite whose setup failed must fail, not be skipped.
+  static inline bool ready_ = false;
 };
 
 TEST_F(Verify, DoesWithInputsOutsideTheTrainedRangeWhatItIsTold) {
@@ -70,7 +71,7 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
     EXPECT_NE(words.find(word), std::string::npos) << words;
 }
 
-/// Of the 7200 s that are looked at, and of no others.
+/// Only the selected 7200 s count.
 TEST_F(Verify, TakesTheNoiseOfTheClustersAlone) {
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --json";
   const auto all = nlohmann::json::parse(gyrotherm_with(command).out), some = figures("");
@@ -104,7 +105,8 @@ TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
   EXPECT_NE(verified("").out.find("intervals of 95 %"), std::string::npos);
 }
 
-/// Turned around and back at 20 °C: of one hour in three, 0.0003 °/√h leave ± 0.0002 °/h.
+/// The gyro is turned around and back at 20 °C. With one hour in each of three positions, 0.0003 °/√h give ± 0.0002
+/// °/h.
 TEST_F(Verify, TellsBiasAndEarthRateApartWhereTheGyroWasTurned) {
   const std::string record = *folder_ / "two.db";
   const auto recorded =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The experiment at full length with the full swarm: minutes, not seconds.
+/// The experiment at full length with the full swarm. Takes minutes.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

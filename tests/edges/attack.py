@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an attack is, and what it has at hand: a laboratory, a real program, a folder, and a list of what went wrong."""
+"""Environment of an attack: laboratory, real program, folder, and list of failures."""
 from __future__ import annotations
 
 import functools
@@ -18,16 +18,16 @@ from records import Record, holes, lost_seconds, read_record, wrong_readings
 from rig import SAFE, Rig, hold, profile
 from standstill import Standstill
 
-GUARD_LIMIT = 20.0  # s, within which a chamber without a program is safe
-START_LIMIT = 60.0  # s, of a run on a busy machine
+GUARD_LIMIT = 20.0  # s; limit for a chamber without a program
+START_LIMIT = 60.0  # s, on a busy machine
 
 
 class Failed(Exception):
-    """The attack cannot go on: what it needed did not happen."""
+    """Ends the attack because a precondition did not occur."""
 
 
 class Skipped(Exception):
-    """The attack cannot be made here; why."""
+    """Reports why the attack is impossible on this machine."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Attack:
     group: str
     carry_out: Callable[["Scene"], None]
     doc: str
-    limit: float  # s, after which it counts as hung
+    limit: float  # s; a longer attack has hung
     long_only: bool
     private_mounts: bool
-    alone: bool  # its figures need the machine's attention: it takes the place of three
+    alone: bool  # needs the whole machine: counts as three
 
 
 ATTACKS: dict[str, Attack] = {}
@@ -47,7 +47,7 @@ ATTACKS: dict[str, Attack] = {}
 
 def enter(group: str, name: str, carry_out: Callable[["Scene"], None], *, limit: float = 180, long_only: bool = False,
           private_mounts: bool = False, alone: bool = False) -> None:
-    """Puts an attack on the list."""
+    """Registers an attack."""
     assert name not in ATTACKS, name
     inner = carry_out.func if isinstance(carry_out, functools.partial) else carry_out
     ATTACKS[name] = Attack(name, group, carry_out, (inner.__doc__ or "").strip(), limit, long_only, private_mounts,
@@ -55,7 +55,7 @@ def enter(group: str, name: str, carry_out: Callable[["Scene"], None], *, limit:
 
 
 def attack(group: str, **how: Any) -> Callable[[Callable[["Scene"], None]], Callable[["Scene"], None]]:
-    """Decorates a function that is an attack by itself, under its own name."""
+    """Decorates a function that is a single attack with the function's name."""
     def add(function: Callable[["Scene"], None]) -> Callable[["Scene"], None]:
         enter(group, function.__name__, function, **how)
         return function
@@ -63,7 +63,7 @@ def attack(group: str, **how: Any) -> Callable[[Callable[["Scene"], None]], Call
 
 
 class Scene:
-    """One attack's folder, instruments and programs. All of it goes when the scene is closed."""
+    """Folder, instruments and programs of one attack. close() removes all of them."""
 
     def __init__(self, gyrotherm: pathlib.Path, folder: pathlib.Path, long: bool, hanging_disk: str = "") -> None:
         self.folder = folder
@@ -77,27 +77,27 @@ class Scene:
         self.copies = 0
         self.standstill = Standstill()
 
-    # Judging.
+    # Checks.
 
     def expect(self, holds: Any, what: str) -> bool:
-        """Keeps it as a failure if it does not hold, and goes on."""
+        """Records a failure unless the condition holds, and continues."""
         if not holds:
             self.failures.append(what)
         return bool(holds)
 
     def need(self, holds: Any, what: str) -> None:
-        """Ends the attack if it does not hold."""
+        """Ends the attack unless the condition holds."""
         if not holds:
             raise Failed(what)
 
     def fact(self, text: str) -> None:
-        """Is told beside the verdict."""
+        """Adds a line to the verdict."""
         self.facts.append(text)
 
-    # Means.
+    # Setup.
 
     def laboratory(self, link: str = "tcp", *, host: str = "127.0.0.1", seed: int = 1, air: float = 60.0) -> Laboratory:
-        """Instruments whose chamber stands at `air`, switched off."""
+        """Returns instruments with the chamber at `air` and switched off."""
         laboratory = Laboratory(link, host, seed)
         self.laboratories.append(laboratory)
         laboratory.chamber.begin_at(air)
@@ -114,7 +114,7 @@ class Scene:
 
     def start(self, profile: pathlib.Path, rig: pathlib.Path, record: str = "run.db", *, json: bool = True,
               **how: Any) -> Run:
-        """Starts `gyrotherm run`; its output is in the folder, beside the record."""
+        """Starts `gyrotherm run`. Its output files are next to the record."""
         path = self.folder / record
         options = ["--json"] if json else []
         run = program.start(self.programs, ["run", profile, "--rig", rig, "--out", path, *options], path,
@@ -130,7 +130,7 @@ class Scene:
 
     def hot_run(self, laboratory: Laboratory, *, at: float = 60.0, seconds: int = 3600,
                 rig: dict[str, Any] | None = None, acknowledged: int = 2, **how: Any) -> Run:
-        """A run that holds the chamber at `at` and has acknowledged its first seconds."""
+        """Returns a run that holds the chamber at `at` and has acknowledged its first seconds."""
         laboratory.chamber.begin_at(at)
         run = self.start(self.profile(hold(at, seconds)), self.rig(laboratory, **(rig or {})), **how)
         self.need(run.wait_acknowledged(acknowledged, START_LIMIT),
@@ -140,8 +140,8 @@ class Scene:
         return run
 
     def copy_programs(self) -> pathlib.Path:
-        """Has copies of both programs started from now on, which another user may run and a test may remove; returns
-        that of make-safe."""
+        """Starts copies of both programs from now on. Another user may run them, and a test may remove them. Returns
+        the path of the make-safe copy."""
         folder = self.folder / "bin"
         folder.mkdir()
         for path in (self.programs.gyrotherm, self.programs.make_safe):
@@ -154,10 +154,10 @@ class Scene:
         self.closing.append(terminal.close)
         return terminal
 
-    # What is asked again and again.
+    # Repeated checks.
 
     def safe_after(self, laboratory: Laboratory, since: float, within: float) -> float | None:
-        """Waits until the safe set point is written after `since`; how long that took, or nothing after `within`."""
+        """Waits until the safe set point is written after `since`. Returns the delay, or None after `within`."""
         def written() -> float | None:
             for write in laboratory.chamber.writes(since):
                 if write.address == SET_POINT and abs(write.value - SAFE) < 0.01:
@@ -168,7 +168,7 @@ class Scene:
         return None if at is None or at - since > within else at - since
 
     def expect_safe(self, laboratory: Laboratory, since: float, within: float, what: str) -> bool:
-        """The safe set point must have been written within `within` of `since`, and be held now."""
+        """Expects the safe set point within `within` of `since`, and that it is still held."""
         after = self.safe_after(laboratory, since, within)
         if after is not None:
             self.fact(f"safe after {after:.1f} s")
@@ -179,7 +179,7 @@ class Scene:
         return self.expect(False, f"{what}: not safe within {within:.0f} s ({so}; now {chamber.set_point:g} °C)")
 
     def expect_held(self, laboratory: Laboratory, seconds: float) -> None:
-        """The safe set point stays for a while."""
+        """Expects the safe set point to remain for a while."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             if not self.expect(abs(laboratory.chamber.set_point - SAFE) < 0.01,
@@ -188,7 +188,7 @@ class Scene:
             time.sleep(0.1)
 
     def expect_ticks(self, laboratory: Laboratory, since: float, until_: float, longest: float = 2.5) -> None:
-        """The chamber was asked all the time, without a pause longer than `longest`."""
+        """Expects requests to the chamber without a pause longer than `longest`."""
         times = [since, *laboratory.chamber.requests(since, until_), until_]
         rest = max(b - a for a, b in zip(times, times[1:]))
         self.fact(f"longest pause {rest:.1f} s")
@@ -196,7 +196,7 @@ class Scene:
                                      f"{len(times) - 2} requests in {until_ - since:.0f} s")
 
     def read(self, record: pathlib.Path) -> Record:
-        """The record of a run that has ended."""
+        """Returns the record of a run that has ended."""
         self.copies += 1
         return read_record(record, self.folder / f"copy-{self.copies}")
 
@@ -207,7 +207,7 @@ class Scene:
                               f" (damaged: {record.damaged or 'none'})")
 
     def expect_whole(self, record: Record, laboratory: Laboratory, acknowledged: int) -> None:
-        """Every second is there once, acknowledged ones in any case, and every reading is that of its second."""
+        """Expects every acknowledged second once, each with the readings of its own second."""
         self.expect_nothing_lost(record, acknowledged)
         broken = holes(record)
         self.expect(not broken, f"seconds that are neither a row nor a gap, or both: {in_short(broken)}")
@@ -219,7 +219,7 @@ class Scene:
         self.expect(until(run.guards), "there is no guard")
 
     def stop(self, run: Run, within: float = EVENT_LIMIT) -> int | None:
-        """Ends a run in order, by SIGINT; its exit code."""
+        """Ends a run in order, by SIGINT. Returns its exit code."""
         run.signal(signal.SIGINT)
         code = run.wait(within)
         if code is None:
@@ -249,12 +249,12 @@ def with_tools(*names: str) -> None:
 
 
 def in_short(numbers: list[int]) -> str:
-    """"3…7, 9"."""
+    """Formats numbers as "3…7, 9"."""
     return ", ".join(f"{a}" if a == b else f"{a}…{b}" for a, b in stretches(numbers)) or "none"
 
 
 def stretches(numbers: list[int]) -> Iterator[tuple[int, int]]:
-    """Runs of consecutive numbers."""
+    """Groups consecutive numbers."""
     first = last = None
     for number in sorted(numbers):
         if last is not None and number == last + 1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Thermometers and single channels that are lost: named at once, and the run waits where it needs them (D1)."""
+"""Lost thermometers and channels: they are named at once, and the run waits if it needs them (D1)."""
 from __future__ import annotations
 
 import functools
@@ -19,7 +19,7 @@ GOES_ON_WITHIN = 30.0  # s; resume_delay is 10 s
 
 
 def names(text: str, channel: str) -> bool:
-    """Whether the channel is named, as a word."""
+    """Returns whether a text names the channel as a separate token."""
     return re.search(rf"(?<![\w.°]){channel}(?![\w.])", text) is not None
 
 
@@ -32,7 +32,7 @@ def state(run: Run) -> str:
 
 
 def expect_told(scene: Scene, run: Run, before: str, lost: tuple[str, ...], since: float) -> None:
-    """The lost channels are named on standard error and in status."""
+    """Expects the lost channels on standard error and in status."""
     on_stderr = until(lambda: named(run.errors()[len(before):], lost) == list(lost), TOLD_WITHIN)
     scene.expect(on_stderr, f"not named on standard error within {TOLD_WITHIN:g} s, which is no terminal: "
                             f"{run.errors()[len(before):]!r}")
@@ -43,8 +43,8 @@ def expect_told(scene: Scene, run: Run, before: str, lost: tuple[str, ...], sinc
 
 def lost_channel(scene: Scene, *, lose: Callable[[Laboratory], Any], find: Callable[[Laboratory], Any],
                  lost: tuple[str, ...], rig: dict[str, Any], suspends: bool) -> None:
-    """Channels are lost for a while: each is named at once, on standard error, in status and in the record; the run
-    waits for those that its analysis needs, and goes on when they are back."""
+    """Loses channels for a while. Each is named at once, on standard error, in status and in the record. The run waits
+    for channels that its analysis needs, and continues when they are back."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, rig=rig)
     before, slot, since = run.errors(), run.acknowledged(), time.monotonic()
@@ -86,7 +86,7 @@ def line_of(instrument: str, how: str, lost: tuple[str, ...]) -> dict[str, Any]:
 
 
 WARN = {"policy": {"needed_channel_lost": '"warn"'}}
-FEW = {"gradients": ("A", "B")}  # with three_point A, D, shell: C and H are not needed
+FEW = {"gradients": ("A", "B")}  # three_point needs A, D and shell, not C and H
 
 CASES: dict[str, dict[str, Any]] = {
     "one_channel_lost": one_input("C") | {"rig": {}, "suspends": True},

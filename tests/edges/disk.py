@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Disks that do not answer (H4), by a library that holds every sync, and by a frozen file system."""
+"""Disks that do not answer (H4): a library blocks every sync, or the file system is frozen."""
 from __future__ import annotations
 
 import functools
@@ -13,11 +13,11 @@ from laboratory import Laboratory
 from program import Run
 from rig import hold
 
-AFTER_THE_LIMIT = 5.0  # s, within which a chamber beyond its limit is safe
+AFTER_THE_LIMIT = 5.0  # s; limit for a chamber outside its limits
 
 
 class HangingDisk:
-    """A run whose syncs, and those of its guard, do not come back as long as a file is there."""
+    """Run whose syncs, and those of its guard, block while a file exists."""
 
     def __init__(self, scene: Scene) -> None:
         if not scene.programs.hanging_disk:
@@ -35,7 +35,7 @@ class HangingDisk:
 
 
 class FrozenDisk:
-    """A file system of its own that is frozen: who writes to it cannot even be killed."""
+    """Separate file system that is frozen. A process that writes to it cannot be killed."""
 
     def __init__(self, scene: Scene) -> None:
         as_root()
@@ -69,7 +69,7 @@ def begin(scene: Scene, laboratory: Laboratory, disk: Disk, record: str) -> Run:
 
 
 def goes_on(scene: Scene, *, kind: type[Disk]) -> None:
-    """The disk does not answer for a while: the ticks go on, the limits hold, and nothing is lost."""
+    """The disk blocks for a while. Ticks continue, limits hold, and nothing is lost."""
     laboratory, disk = scene.laboratory(), kind(scene)
     run = begin(scene, laboratory, disk, "run.db")
     disk.hang()
@@ -87,7 +87,7 @@ def goes_on(scene: Scene, *, kind: type[Disk]) -> None:
 
 
 def dies(scene: Scene, *, kind: type[Disk], number: int) -> None:
-    """The program dies or is stopped while its disk does not answer: the chamber is safe within 20 s."""
+    """The program dies or is stopped while its disk blocks. The chamber is safe within 20 s."""
     disk = kind(scene)
     for repetition in range(5 if scene.long else 1):
         laboratory = scene.laboratory()
@@ -104,7 +104,7 @@ def dies(scene: Scene, *, kind: type[Disk], number: int) -> None:
 
 
 def make_safe_by_hand(scene: Scene, *, kind: type[Disk]) -> None:
-    """Program and guard die while the disk does not answer: make-safe --kill commands the chamber all the same."""
+    """Program and guard die while the disk blocks. make-safe --kill still commands the chamber."""
     laboratory, disk = scene.laboratory(), kind(scene)
     run = begin(scene, laboratory, disk, "run.db")
     for guard in run.guards():
@@ -122,14 +122,14 @@ def make_safe_by_hand(scene: Scene, *, kind: type[Disk]) -> None:
 
 
 def messages(scene: Scene, *, then: str) -> None:
-    """Messages go to a file on a frozen disk, the record is elsewhere: ticks and limits do not notice, and a killed
-    program leaves a safe chamber."""
+    """Messages go to a frozen disk, the record to another one. Ticks and limits are unaffected, and a killed program
+    leaves a safe chamber."""
     laboratory, disk = scene.laboratory(), FrozenDisk(scene)
     with open(disk.folder / "messages", "wb") as file:
         run = scene.hot_run(laboratory, stderr=file)
     disk.hang()
     hung = time.monotonic()
-    laboratory.chamber.change_set_point(59.0)  # something to say
+    laboratory.chamber.change_set_point(59.0)  # causes a message
     time.sleep(6)
     laboratory.chamber.change_set_point(60.0)
     time.sleep(10)
@@ -160,7 +160,7 @@ for _then in ("beyond_limit", "killed"):
 
 @attack("disk", limit=120)
 def hanging_disk_at_the_start(scene: Scene) -> None:
-    """The disk does not answer before the run has begun: nothing is written to the chamber, or it is guarded."""
+    """The disk blocks before the run has begun. Nothing is written to the chamber, or it is guarded."""
     laboratory, disk = scene.laboratory(), HangingDisk(scene)
     disk.hang()
     laboratory.chamber.begin_at(60.0, set_point=35.0)

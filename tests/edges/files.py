@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can happen to a record's files while they are written (H3)."""
+"""Attacks on a record's files while they are written (H3)."""
 from __future__ import annotations
 
 import contextlib
@@ -18,18 +18,18 @@ from program import Run, until
 from records import part_of
 from rig import hold
 
-LENGTH = 22  # s of the profile
-AFTER = 5  # acknowledged seconds after which the files are attacked
+LENGTH = 22  # s, of the profile
+AFTER = 5  # acknowledged seconds before the attack
 TOLD_WITHIN = 3.0  # s
 GARBAGE = bytes(range(256)) * 8
 
 
 @dataclass(frozen=True)
 class Mishap:
-    """What is done to the files, and what must follow beside that nothing is lost."""
+    """Attack on the files, and the required reaction in addition to keeping all rows."""
     act: Callable[[pathlib.Path], None]
     told: bool = True  # an alarm within seconds
-    damaged: bool = False  # the main file is no longer what was written: exit code not 0 and no manifest
+    damaged: bool = False  # main file damaged: exit code not 0, no manifest
 
 
 def log_of(record: pathlib.Path) -> pathlib.Path:
@@ -68,7 +68,7 @@ def truncate(of: Callable[[pathlib.Path], pathlib.Path], share: float) -> Callab
 
 def overwrite(of: Callable[[pathlib.Path], pathlib.Path], at: float, share: float = 0.0,
               data: bytes = GARBAGE) -> Callable[[pathlib.Path], None]:
-    """Writes `data` from a share of the file's length on, over a share of it; its length stays."""
+    """Overwrites a share of the file with `data`, at a relative offset. The length is unchanged."""
     def act(record: pathlib.Path) -> None:
         with open(of(record), "r+b") as file:
             size = file.seek(0, os.SEEK_END)
@@ -111,7 +111,7 @@ def folder_away_and_back(record: pathlib.Path) -> None:
 
 
 def copy_if_there(path: str, to: str) -> None:
-    """A copy of a file, unless it took its final name meanwhile."""
+    """Returns a copy of a file unless it has taken its final name meanwhile."""
     with contextlib.suppress(FileNotFoundError):
         shutil.copy2(path, to)
 
@@ -135,7 +135,7 @@ def another_writes(record: pathlib.Path) -> None:
         database.execute("CREATE TABLE foreign_table(x)")
         database.commit()
     except sqlite3.OperationalError:
-        pass  # it is locked, as it should be
+        pass  # locked, as required
     finally:
         database.close()
 
@@ -192,7 +192,7 @@ SHORT_KILLED = ("rm_main", "copy_renamed_over", "truncate_main", "overwrite_main
 
 
 def begin(scene: Scene) -> Run:
-    """A run in a folder of its own, and a copy of its main file from its first seconds."""
+    """Run in a folder of its own, and a copy of its main file from its first seconds."""
     laboratory = scene.laboratory(air=30.0)
     (scene.folder / "records").mkdir()
     run = scene.start(scene.profile(hold(30.0, LENGTH)), scene.rig(laboratory), "records/run.db")
@@ -203,28 +203,28 @@ def begin(scene: Scene) -> Run:
 
 
 def alarm(scene: Scene, run: Run) -> bool:
-    """Whether the run tells of trouble with its record."""
+    """Returns whether the run reports trouble with its record."""
     status = scene.programs.status(run.record, 3)
     return bool(status.get("faults_now") or status.get("storage_trouble") or status.get("parts"))
 
 
 def in_the_events(scene: Scene, run: Run, attacked_at: int) -> bool:
-    """Whether an event of the next seconds is a fault or an interlock."""
+    """Returns whether an event of the next seconds is a fault or an interlock."""
     events = scene.read(run.record).events
     return any(attacked_at <= slot <= attacked_at + TOLD_WITHIN + 1 and kind in ("fault", "interlock")
                for slot, kind, _ in events)
 
 
 def expect_told(scene: Scene, run: Run, mishap: Mishap, since: float) -> bool:
-    """Looks for the alarm in `status` for as long as it may take; true if it is there or none is due."""
+    """Waits for the alarm in `status`. Returns whether it came or none is due."""
     if not mishap.told:
         return True
     return bool(until(lambda: alarm(scene, run), since + TOLD_WITHIN - time.monotonic(), 0.2))
 
 
 def attacked(scene: Scene, *, mishap: Mishap) -> None:
-    """The record's files are attacked while they are written: no acknowledged second is lost, the alarm comes within
-    3 s, and a run whose main file is damaged neither ends with 0 nor leaves a manifest."""
+    """Attacks the record's files while they are written. No acknowledged second is lost, the alarm comes within 3 s,
+    and a run with a damaged main file neither ends with 0 nor leaves a manifest."""
     run = begin(scene)
     laboratory = scene.laboratories[0]
     attacked_at = run.acknowledged()
@@ -249,7 +249,7 @@ def attacked(scene: Scene, *, mishap: Mishap) -> None:
 
 
 def attacked_and_killed(scene: Scene, *, mishap: Mishap) -> None:
-    """The record's files are attacked and some seconds later the program is killed: no acknowledged second is lost."""
+    """Attacks the record's files and kills the program some seconds later. No acknowledged second is lost."""
     run = begin(scene)
     mishap.act(run.record)
     time.sleep(4)
@@ -266,7 +266,7 @@ for _name, _mishap in MISHAPS.items():
 
 @attack("files")
 def second_part_too(scene: Scene) -> None:
-    """After the main file its follower is removed as well: nothing is lost all the same."""
+    """Removes the main file and then its continuation. Nothing is lost."""
     run = begin(scene)
     run.record.unlink()
     scene.need(until(lambda: part_of(run.record, 2).exists()), "there is no RUN.2.db")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A program that dies while its chamber has a fault, too: the guard tries until the chamber has confirmed (H1)."""
+"""The program dies while its chamber has a fault: the guard tries until the chamber has confirmed (H1)."""
 from __future__ import annotations
 
 import functools
@@ -17,9 +17,9 @@ from laboratory import AUTO, MANUAL, OFF, UNIT_BY_TCP, Chamber, Laboratory
 from program import Run, descriptors_of, kill, until
 from rig import SAFE
 
-HEALED_AFTER = 40.0  # s, of a chamber that cannot take anything meanwhile
+HEALED_AFTER = 40.0  # s, of a chamber that accepts nothing meanwhile
 
-# Faults under which the safe set point can be sent all the same: link, faults, whether it is switched off, too.
+# Faults under which the safe set point can still be sent: link, faults, whether the chamber is also switched off.
 WHILE_BROKEN: dict[str, tuple[str, dict[str, Any], bool]] = {
     "every_other_lost_0350": ("tcp", {"every_other_lost": True, "delay": 0.35}, False),
     "every_other_lost_0350_off": ("tcp", {"every_other_lost": True, "delay": 0.35}, True),
@@ -35,7 +35,7 @@ WHILE_BROKEN: dict[str, tuple[str, dict[str, Any], bool]] = {
     "heats_by_itself": ("tcp", {"heats_by_itself": 0.5}, False),
 }
 
-# Faults under which nothing can be done until they are over.
+# Faults under which nothing can be done until they end.
 UNTIL_HEALED: dict[str, tuple[str, dict[str, Any], bool]] = {
     "silent_for_40_s": ("tcp", {"silent": True}, False),
     "gone_for_40_s": ("tcp", {"gone": True}, False),
@@ -50,12 +50,12 @@ SHORT = {"every_other_lost_0350", "late_0550", "half_lost_0350_0600", "mode_stuc
 
 
 def has_confirmed(record: pathlib.Path) -> bool:
-    """The guard removes the safe-state file when the chamber has confirmed all of it."""
+    """Waits until the guard removes the safe-state file, which it does after full confirmation."""
     return not pathlib.Path(f"{record}.safe-state").exists()
 
 
 class GuardWatch(threading.Thread):
-    """Looks, twice a second, whether somebody is on guard as long as the safe-state file is there."""
+    """Checks twice a second that a guard exists while the safe-state file exists."""
 
     def __init__(self, scene: Scene, record: pathlib.Path, guards: Any) -> None:
         super().__init__(daemon=True)
@@ -72,7 +72,7 @@ class GuardWatch(threading.Thread):
 
 
 def break_and_kill(scene: Scene, link: str, faults: dict[str, Any], off: bool, seed: int) -> tuple[Chamber, GuardWatch]:
-    """Kills a hot run in the moment in which its chamber breaks."""
+    """Kills a hot run at the moment at which its chamber fails."""
     laboratory = scene.laboratory(link, seed=seed)
     run = scene.hot_run(laboratory, rig={"safe": {"off": "true" if off else "false"}})
     scene.expect_guarded(run)
@@ -91,7 +91,7 @@ def expect_off_if_told(scene: Scene, chamber: Chamber, off: bool) -> None:
 
 
 def expect_on_guard(scene: Scene, watch: GuardWatch) -> None:
-    """Somebody was there until the chamber had confirmed it, and nobody is afterwards."""
+    """Expects a guard until the chamber has confirmed, and none afterwards."""
     scene.expect(until(lambda: has_confirmed(watch.record)), "the good chamber has not confirmed it")
     scene.expect(until(lambda: not watch.guards()), "the guard stays although all is confirmed")
     watch.ends.set()
@@ -101,8 +101,8 @@ def expect_on_guard(scene: Scene, watch: GuardWatch) -> None:
 
 
 def safe_while_broken(scene: Scene, *, link: str, faults: dict[str, Any], off: bool) -> None:
-    """The program is killed while the chamber hardly answers: the safe set point is written within 20 s all the same,
-    and the guard stays until the chamber has confirmed everything."""
+    """The program is killed while the chamber hardly answers. The safe set point is written within 20 s, and the guard
+    remains until the chamber has confirmed everything."""
     began = time.monotonic()
     chamber, watch = break_and_kill(scene, link, faults, off, seed=3)
     died = watch.began
@@ -117,8 +117,8 @@ def safe_while_broken(scene: Scene, *, link: str, faults: dict[str, Any], off: b
 
 
 def safe_once_healed(scene: Scene, *, link: str, faults: dict[str, Any], off: bool) -> None:
-    """The program is killed while the chamber takes nothing: the guard stays, and the safe set point is there within
-    20 s after the chamber can take it."""
+    """The program is killed while the chamber accepts nothing. The guard remains, and the safe set point is written
+    within 20 s after the chamber recovers."""
     chamber, watch = break_and_kill(scene, link, faults, off, seed=4)
     time.sleep(HEALED_AFTER)
     scene.expect(not has_confirmed(watch.record), "it counts as confirmed although the chamber took nothing")
@@ -136,7 +136,7 @@ for _carry_out, _cases in ((safe_while_broken, WHILE_BROKEN), (safe_once_healed,
 
 
 def both_killed(scene: Scene, laboratory: Laboratory) -> tuple[Run, float]:
-    """A hot run of which nobody is left; and when that was."""
+    """Returns a hot run without program and guard, and the time of their death."""
     run = scene.hot_run(laboratory)
     guards = until(run.guards) or []
     died = time.monotonic()
@@ -148,7 +148,7 @@ def both_killed(scene: Scene, laboratory: Laboratory) -> tuple[Run, float]:
 
 
 def make_safe_by_hand(scene: Scene) -> None:
-    """Program and guard are killed at once: gyrotherm-make-safe by hand makes the chamber safe over a line that loses
+    """Program and guard are killed at once. A manual gyrotherm-make-safe makes the chamber safe over a line that loses
     every second request."""
     laboratory = scene.laboratory()
     run, died = both_killed(scene, laboratory)
@@ -162,8 +162,8 @@ enter("guard", "make_safe_by_hand", make_safe_by_hand)
 
 
 def make_safe_that_insists(scene: Scene) -> None:
-    """Program and guard are killed at once, and the chamber is silent: make-safe --insist, as systemd calls it, goes on
-    until the chamber has confirmed it."""
+    """Program and guard are killed at once, and the chamber is silent. make-safe --insist, as systemd calls it,
+    continues until the chamber has confirmed."""
     laboratory = scene.laboratory()
     run, _ = both_killed(scene, laboratory)
     laboratory.chamber.break_as(silent=True)
@@ -182,8 +182,8 @@ enter("guard", "make_safe_that_insists", make_safe_that_insists)
 
 
 def resume_that_fails(scene: Scene) -> None:
-    """Program and guard are killed at once, and the gyro is gone: the resume fails, and the chamber that it found hot
-    is made safe."""
+    """Program and guard are killed at once, and the gyro is gone. The resume fails, and the hot chamber is made
+    safe."""
     laboratory = scene.laboratory()
     run, _ = both_killed(scene, laboratory)
     laboratory.gyro.leave()
@@ -199,8 +199,8 @@ enter("guard", "resume_that_fails", resume_that_fails)
 
 
 def orders_gone(scene: Scene, *, take_away: Callable[[pathlib.Path], Any]) -> None:
-    """The program is killed while its chamber is silent, and its safe-state file goes with it: nobody calls the guard off
-    with that."""
+    """The program is killed while its chamber is silent, and its safe-state file is removed. That does not end the
+    guard."""
     laboratory = scene.laboratory()
     (scene.folder / "records").mkdir()
     run = scene.hot_run(laboratory, record="records/run.db")
@@ -222,8 +222,8 @@ enter("guard", "dead_silent_folder_moved",
 
 
 def guard_program_changed(scene: Scene, *, change: Callable[[pathlib.Path], Any], at_once: bool) -> None:
-    """The guard's file is removed or replaced, as by an upgrade, and the guard ends. The run starts the program that it
-    began with again; when the run is killed, at once or later, that guard makes the chamber safe."""
+    """The guard's file is removed or replaced, as by an upgrade, and the guard ends. The run starts its original guard
+    program again. When the run is killed, at once or later, that guard makes the chamber safe."""
     folder = scene.folder / "bin"
     folder.mkdir()
     for path in (scene.programs.gyrotherm, scene.programs.make_safe):
@@ -259,7 +259,7 @@ for _name, _change in (("removed", pathlib.Path.unlink), ("replaced", replace_by
 
 
 def make_safe_that_is_stopped(scene: Scene) -> None:
-    """Somebody's make-safe is stopped by Ctrl-Z while it has the chamber, and then the chamber answers again."""
+    """A manual make-safe is stopped by Ctrl-Z while it owns the chamber. Then the chamber answers again."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     scene.expect_guarded(run)
@@ -280,7 +280,7 @@ def make_safe_that_is_stopped(scene: Scene) -> None:
 
 
 def holds_the_chamber(pid: int, laboratory: Laboratory) -> bool:
-    """Whether it has the abstract socket that is the chamber's lock."""
+    """Returns whether a process owns the abstract socket that locks the chamber."""
     port = laboratory.lines["chamber"].rpartition(":")[2]
     with open("/proc/net/unix", encoding="utf-8", errors="replace") as table:
         held = {f"socket:[{line.split()[6]}]" for line in table if "gyrotherm-chamber" in line and port in line}
@@ -291,7 +291,8 @@ enter("guard", "make_safe_that_is_stopped", make_safe_that_is_stopped)
 
 
 def writes_unanswered(scene: Scene) -> None:
-    """The program is killed while the answer to each write is lost, and none to a read: what the chamber shows counts."""
+    """The program is killed while the answer to each write is lost, but not those to reads. The reported state
+    counts."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     scene.expect_guarded(run)
@@ -308,7 +309,7 @@ enter("guard", "dead_writes_unanswered", writes_unanswered)
 
 
 def expect_air_to_fall(scene: Scene, chamber: Chamber, when: str) -> None:
-    """The air, asked for as any client does, is nearer to the safe set point a few seconds later, or there."""
+    """Expects the air, read as by any client, to approach the safe set point within seconds, or to be there."""
     def air() -> float:
         with chamber.lock:
             chamber._integrate()
@@ -321,8 +322,8 @@ def expect_air_to_fall(scene: Scene, chamber: Chamber, when: str) -> None:
 
 
 def manual_mode_killed(scene: Scene) -> None:
-    """Somebody puts the controller into manual mode, and the program is killed: the guard writes the mode that follows,
-    and leaves a chamber whose air falls."""
+    """The controller is put into manual mode, and the program is killed. The guard writes the mode that follows set
+    points, and leaves a chamber whose air falls."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, at=40)
     scene.expect_guarded(run)
@@ -342,8 +343,8 @@ enter("guard", "manual_mode_killed", manual_mode_killed)
 
 
 def manual_mode_stuck(scene: Scene, *, seconds: float) -> None:
-    """The controller stays in manual mode whatever is written: the guard stays while the air rises, and tries to switch
-    the chamber off; once the controller obeys, it is off, and the guard leaves."""
+    """The controller remains in manual mode. The guard stays while the air rises and tries to switch the chamber off.
+    Once the controller obeys, it is off, and the guard ends."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, at=40)
     scene.expect_guarded(run)
@@ -367,7 +368,7 @@ enter("guard", "manual_mode_stuck", functools.partial(manual_mode_stuck, seconds
 
 
 def manual_mode_by_hand(scene: Scene) -> None:
-    """gyrotherm-make-safe by hand ends manual mode, and reports what it has seen of set point, mode and air."""
+    """A manual gyrotherm-make-safe ends manual mode and reports set point, mode and air."""
     laboratory = scene.laboratory()
     run, _ = both_killed(scene, laboratory)
     laboratory.chamber.switch_to(MANUAL)
@@ -383,8 +384,8 @@ enter("guard", "manual_mode_by_hand", manual_mode_by_hand)
 
 
 def manual_mode_aborted(scene: Scene) -> None:
-    """A run whose chamber is in manual mode is suspended, and aborted by an operator: it ends when the air falls, and
-    its message names set point, mode and air."""
+    """A run whose chamber is in manual mode is suspended and then aborted by an operator. It ends when the air falls,
+    and its message names set point, mode and air."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, at=40)
     laboratory.chamber.switch_to(MANUAL)
@@ -402,8 +403,8 @@ enter("guard", "manual_mode_aborted", manual_mode_aborted)
 
 
 def off_and_on_again(scene: Scene) -> None:
-    """Somebody switches the chamber on again half a second after the guard has switched it off: it is switched off
-    again before the guard leaves."""
+    """The chamber is switched on again half a second after the guard has switched it off. It is switched off again
+    before the guard ends."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, at=40, rig={"safe": {"off": "true", "observe": '"10 s"'}})
     scene.expect_guarded(run)
@@ -421,8 +422,8 @@ enter("guard", "off_and_on_again", off_and_on_again)
 
 
 def unit_register_refused(scene: Scene) -> None:
-    """The register of the unit answers with exception 2 from the moment in which the program is killed: the safe set
-    point goes out in the unit that was read last."""
+    """The unit register answers with exception 2 from the moment of the kill. The safe set point is sent in the last
+    known unit."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     scene.expect_guarded(run)
@@ -438,7 +439,7 @@ enter("guard", "unit_register_refused", unit_register_refused)
 
 
 def stopped_under_a_foreign_set_point(scene: Scene) -> None:
-    """Ctrl-C while somebody else's set point holds the run: the message names it, and the guard makes the chamber
+    """Ctrl-C while a third-party set point holds the run. The message names it, and the guard makes the chamber
     safe."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, at=40)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Instruments of our own on lines of their own, that break on command and remember what was done to them.
+"""Independent instruments on their own lines. They fail on command and record all requests.
 
 A Watlow F4T (data map 1) with a small thermal plant, on Modbus TCP, on RTU frames over TCP or on RTU at a
 pseudo-terminal; two Lake Shore 218; a gyro that sends the frames of profiles/rigs/virtual.toml. No value is served
@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 from typing import Any, Callable, Iterable
 
 UNIT = 1
-WORD_ORDER_LOW_FIRST = True  # cdab, as profiles/chambers/watlow_f4t.toml has it
+WORD_ORDER_LOW_FIRST = True  # cdab, like profiles/chambers/watlow_f4t.toml
 
 SERIAL_NUMBER, PART_NUMBER, ALARM_1, RAMP_ACTION = 12, 16, 1356, 2794
 LIMIT_ERROR, LIMIT_STATE, LIMIT_STATUS = 11250, 11264, 11288
@@ -89,7 +89,7 @@ def gyro_crc(frame: bytes) -> bytes:
 
 
 class Connection:
-    """One client of a line, or the pseudo-terminal."""
+    """Client of a line, or the pseudo-terminal."""
 
     def __init__(self, descriptor: int, close: Callable[[], None]) -> None:
         self.descriptor = descriptor
@@ -100,7 +100,7 @@ class Connection:
 
 @dataclass(order=True)
 class Due:
-    """Bytes that go out at an instant."""
+    """Bytes to be sent at an instant."""
     at: float
     order: int
     connection: Connection = field(compare=False)
@@ -108,7 +108,7 @@ class Due:
 
 
 class Line(threading.Thread):
-    """One instrument's end of its line: takes connections, hands bytes over, sends the answers when they are due."""
+    """Instrument's end of a line: accepts connections, passes bytes on, sends the answers when they are due."""
 
     def __init__(self, instrument: "Instrument", host: str) -> None:
         super().__init__(daemon=True)
@@ -119,13 +119,13 @@ class Line(threading.Thread):
         self.due: list[Due] = []
         self.order = 0
         self.ends = False
-        self.port_holder: socket.socket | None = None  # listens while the instrument is there
+        self.port_holder: socket.socket | None = None  # listens while the instrument exists
         self.is_listening = False
         self.port = 0
         self.keeps_open = -1
 
     def listen(self) -> str:
-        """Begins to serve on TCP; returns the line as rig files say it."""
+        """Begins to serve on TCP. Returns the line for a rig file."""
         self._hold_port()
         while self._is_driven():
             self._close_port()
@@ -136,7 +136,7 @@ class Line(threading.Thread):
         return f"tcp://{'127.0.0.1' if self.host == '0.0.0.0' else self.host}:{self.port}"
 
     def serve_terminal(self) -> str:
-        """Begins to serve on a pseudo-terminal; returns the line as rig files say it."""
+        """Begins to serve on a pseudo-terminal. Returns the line for a rig file."""
         master, self.keeps_open = os.openpty()
         tty.setraw(self.keeps_open)
         name = os.ttyname(self.keeps_open)
@@ -146,7 +146,7 @@ class Line(threading.Thread):
         return f"serial:{name}"
 
     def send(self, connection: Connection, data: bytes, at: float) -> None:
-        """Sends `data` once it is `at`; only from the line's own thread."""
+        """Sends `data` at `at`. Only for the line's own thread."""
         self.order += 1
         heapq.heappush(self.due, Due(at, self.order, connection, data))
 
@@ -180,7 +180,7 @@ class Line(threading.Thread):
         return max(0.0, min(rest, self.due[0].at - time.monotonic()) if self.due else rest)
 
     def _hold_port(self) -> None:
-        """Takes the port, which refuses connections as yet; nobody else can have it meanwhile."""
+        """Reserves the port, which still refuses connections."""
         self.port_holder = socket.socket()
         self.port_holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.port_holder.bind((self.host, self.port))
@@ -188,7 +188,7 @@ class Line(threading.Thread):
         self.port = self.port_holder.getsockname()[1]
 
     def _is_driven(self) -> bool:
-        """Returns whether a program locks a chamber at this port: one whose own chamber had it and has gone."""
+        """Returns whether a program locks a chamber at this port after the previous chamber there has gone."""
         with open("/proc/net/unix", encoding="utf-8") as names:
             return any(f"gyrotherm-chamber/tcp-this.machine-{self.port}-" in line for line in names)
 
@@ -207,7 +207,7 @@ class Line(threading.Thread):
         self.port_holder, self.is_listening = None, False
 
     def _follow_gone(self) -> None:
-        """A line that is gone refuses connections; a pseudo-terminal cannot, it is silent."""
+        """Refuses connections. A pseudo-terminal cannot refuse; it is silent."""
         if not self.port or self.instrument.gone != self.is_listening:
             return
         if self.instrument.gone:
@@ -255,7 +255,7 @@ class Line(threading.Thread):
             try:
                 os.write(due.connection.descriptor, due.data)
             except BlockingIOError:
-                pass  # who does not read loses it
+                pass  # a slow reader loses it
             except OSError:
                 self._drop(due.connection)
 
@@ -268,7 +268,7 @@ class Line(threading.Thread):
 
 
 class Instrument:
-    """What a line needs of an instrument. `silent` and `gone` are what every line can suffer."""
+    """Interface between a line and its instrument. Every line supports `silent` and `gone`."""
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
@@ -277,25 +277,25 @@ class Instrument:
         self.left = threading.Event()  # set while its TCP line refuses connections
 
     def leave(self) -> None:
-        """Is gone; returns once its TCP line refuses connections."""
+        """Disconnects. Returns once its TCP line refuses connections."""
         self.gone = True
         if not self.left.wait(10):
             raise TimeoutError("its line still takes connections")
 
     def hear(self, line: Line, connection: Connection) -> None:
-        """Takes what a client has sent from `connection.received`."""
+        """Takes a client's bytes from `connection.received`."""
 
     def tick(self, line: Line) -> None:
-        """Is called after each rest, and after each thing that happens."""
+        """Called after each wait and after each event."""
 
     def rest(self) -> float:
-        """How long the line may wait for something to happen; s."""
+        """Returns the longest wait of the line for an event, in s."""
         return 0.1
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """One request that reached the chamber, and what became of it."""
+    """Request that reached the chamber, and its fate."""
     at: float  # s, monotonic
     utc: float
     function: int
@@ -309,7 +309,7 @@ class Exchange:
 
     @property
     def value(self) -> float:
-        """The number that was written."""
+        """Returns the written number."""
         return float_of(*self.words) if self.address in FLOATS and len(self.words) == 2 else float(self.words[0])
 
 
@@ -328,37 +328,37 @@ class Chamber(Instrument):
         super().__init__()
         self.rtu = rtu
         self.random = random.Random(seed)
-        # The line.
+        # Line.
         self.loss_of_requests = 0.0  # share
         self.loss_of_answers = 0.0
         self.every_other_lost = False
-        self.delay = 0.0  # s, of each answer
-        self.late = (0.0, 0.0)  # s, from and to, of those that are late
+        self.delay = 0.0  # s, each answer
+        self.late = (0.0, 0.0)  # s, range for late answers
         self.late_share = 0.0
-        self.noise_share = 0.0  # of answers with noise before or behind, RTU
-        # The controller.
-        self.answer_time = 0.0  # s, for which it works at each request
-        self.exception = 0  # that it answers everything with
-        self.refused: set[int] = set()  # registers that it answers with exception 2
-        self.mode_stuck = False  # the active control mode does not follow the commanded one
-        self.writes_unanswered = False  # done, and never acknowledged
-        self.writes_ignored = False  # acknowledged and not done
-        self.profile_stuck = False  # a profile goes on though it was ended
-        self.clamps = False  # a set point beyond the limits becomes the limit, instead of a refusal
-        self.profile_goal: float | None = None  # °C, of a profile of its own, which overrules the set point
-        self.clamp_to: tuple[float, float] | None = None  # narrower than the limits that it tells
-        # The plant.
+        self.noise_share = 0.0  # RTU answers with noise around them
+        # Controller.
+        self.answer_time = 0.0  # s, per request
+        self.exception = 0  # exception code of every answer
+        self.refused: set[int] = set()  # registers that answer with exception 2
+        self.mode_stuck = False  # active mode ignores the commanded mode
+        self.writes_unanswered = False  # executed, never acknowledged
+        self.writes_ignored = False  # acknowledged, not executed
+        self.profile_stuck = False  # a profile continues although it was ended
+        self.clamps = False  # limits set points instead of refusing them
+        self.profile_goal: float | None = None  # °C, own profile that overrules set points
+        self.clamp_to: tuple[float, float] | None = None  # narrower than the reported limits
+        # Plant.
         self.air = 22.0  # °C
         self.room = 23.0
         self.time_constant = 4.0  # s
         self.fastest = 3.0  # K/s
         self.heats_by_itself = 0.0  # K/s
-        self.manual_rate = 0.5  # K/s, at the output that manual mode keeps
+        self.manual_rate = 0.5  # K/s, at the output of manual mode
         self.shown_air: float | None = None
-        # What happened.
+        # History.
         self.exchanges: list[Exchange] = []
         self.changes: list[SetPointChange] = []
-        self.airs: list[tuple[float, float]] = []  # UTC at which it was asked for, and what was served
+        self.airs: list[tuple[float, float]] = []  # UTC of the request, served value
         self._words: dict[int, int] = {}
         self._integrated = time.monotonic()
         self._busy_until = 0.0
@@ -383,13 +383,13 @@ class Chamber(Instrument):
             self._keep(address, value)
 
     def exchange(self, serial: int, air: float) -> None:
-        """Somebody puts another chamber in its place, at `air` and switched off."""
+        """Replaces the chamber by another one, at `air` and switched off."""
         with self.lock:
             self._keep(SERIAL_NUMBER, serial)
             self.begin_at(air)
 
     def _keep(self, address: int, value: int) -> None:
-        """Every parameter takes two registers; a 16-bit value sits in the first."""
+        """Returns the register map: every parameter takes two registers, and a 16-bit value is in the first."""
         self._words[address] = value
         self._words.setdefault(address + 1, 0)
 
@@ -399,7 +399,7 @@ class Chamber(Instrument):
     def _float(self, address: int) -> float:
         return float_of(self._words[address], self._words[address + 1])
 
-    # What a test asks and does.
+    # Functions for tests.
 
     @property
     def set_point(self) -> float:
@@ -408,7 +408,7 @@ class Chamber(Instrument):
 
     @property
     def mode(self) -> int:
-        """The commanded control mode."""
+        """Returns the commanded control mode."""
         with self.lock:
             return self._words[CONTROL_MODE]
 
@@ -418,7 +418,7 @@ class Chamber(Instrument):
             return self._words[CONTROL_MODE_ACTIVE]
 
     def begin_at(self, air: float, set_point: float | None = None, mode: int = OFF) -> None:
-        """Puts the plant and the controller where they stand before a run."""
+        """Sets plant and controller to the state before a run."""
         with self.lock:
             self.air = air
             self._integrated = time.monotonic()
@@ -432,18 +432,18 @@ class Chamber(Instrument):
             self._keep_float(SET_POINT_HIGH, high)
 
     def change_set_point(self, value: float) -> None:
-        """Somebody turns it at the panel."""
+        """Changes the set point at the panel."""
         with self.lock:
             self._set_set_point(value, by_program=False)
 
     def switch_off(self) -> None:
-        """Somebody switches conditioning off at the panel."""
+        """Switches conditioning off at the panel."""
         with self.lock:
             self._keep(CONTROL_MODE, OFF)
             self._keep(CONTROL_MODE_ACTIVE, OFF)
 
     def switch_to(self, mode: int) -> None:
-        """Somebody chooses a mode at the panel."""
+        """Chooses a mode at the panel."""
         with self.lock:
             self._integrate()
             self._keep(CONTROL_MODE, mode)
@@ -454,7 +454,7 @@ class Chamber(Instrument):
             self._keep(ALARM_1 + 100 * (number - 1), 1 if active else NO_ALARM)
 
     def heal(self) -> None:
-        """Line and controller are as good as new; the plant stays as it is."""
+        """Repairs line and controller. The plant is unchanged."""
         with self.lock:
             self.loss_of_requests = self.loss_of_answers = self.delay = self.late_share = self.noise_share = 0.0
             self.every_other_lost = self.silent = self.gone = False
@@ -473,12 +473,12 @@ class Chamber(Instrument):
                 setattr(self, name, value)
 
     def writes(self, since: float = 0.0) -> list[Exchange]:
-        """What was commanded, whether its answer got through or not."""
+        """Returns all commands, whether or not their answers arrived."""
         with self.lock:
             return [e for e in self.exchanges if e.writes and e.at >= since and e.fate != "request lost"]
 
     def requests(self, since: float = 0.0, until: float = 1e18) -> list[float]:
-        """When it was asked or told something, whatever became of it."""
+        """Returns the times of all requests, whatever their fate."""
         with self.lock:
             return [e.at for e in self.exchanges if since <= e.at < until]
 
@@ -492,7 +492,7 @@ class Chamber(Instrument):
 
     @staticmethod
     def _take_tcp(received: bytearray) -> tuple[bytes, bytes] | None:
-        """One frame's head and its PDU."""
+        """Splits one frame into its head and its PDU."""
         if len(received) < 8:
             return None
         length = struct.unpack(">H", received[4:6])[0]
@@ -553,7 +553,7 @@ class Chamber(Instrument):
         self.exchanges.append(Exchange(now, utc, function, address, words, fate))
 
     def answer(self, pdu: bytes, utc: float, answer_lost: bool) -> bytes:
-        """What the controller does and says."""
+        """Executes a request and returns the answer."""
         function = pdu[0]
         if self.exception:
             return bytes([function | 0x80, self.exception])
@@ -580,7 +580,7 @@ class Chamber(Instrument):
         return bytes([pdu[0], 2 * count]) + struct.pack(f">{count}H", *(self._words[a] for a in wanted))
 
     def next_air(self) -> float:
-        """Each served reading differs from those before by hundred-thousandths of a degree."""
+        """Makes each served reading unique by hundred-thousandths of a degree."""
         self._served += 1
         air = self.air if self.shown_air is None else self.shown_air
         return as_float32(round(air, 2) + self._served % 1000 * 1e-5)
@@ -596,7 +596,7 @@ class Chamber(Instrument):
         return pdu[:5]
 
     def _obey(self, address: int, words: Iterable[int]) -> bool:
-        """False for a value that the controller refuses."""
+        """Writes a register. Returns False for a refused value."""
         words = list(words)
         if address == SET_POINT and len(words) == 2:
             value, low, high = float_of(*words), self._float(SET_POINT_LOW), self._float(SET_POINT_HIGH)
@@ -617,7 +617,7 @@ class Chamber(Instrument):
         return True
 
     def start_profile(self, goal: float) -> None:
-        """Somebody starts a profile at the panel."""
+        """Starts a profile at the panel."""
         with self.lock:
             self._integrate()
             self.profile_goal = goal
@@ -640,7 +640,7 @@ class Chamber(Instrument):
         self.changes.append(SetPointChange(time.monotonic(), value, shown, by_program))
 
     def _integrate(self) -> None:
-        """Lets the air follow the set point up to now, or the room while conditioning is off."""
+        """Lets the air follow the set point up to now, or the ambient temperature while conditioning is off."""
         step = 0.1
         now = time.monotonic()
         while self._integrated < now:
@@ -656,7 +656,7 @@ class Chamber(Instrument):
 
 
 class Thermometers(Instrument):
-    """A Lake Shore 218: eight inputs, each with a temperature of its own that tells the input and the exchange."""
+    """A Lake Shore 218: eight inputs, each with a temperature that identifies the input and the exchange."""
 
     INPUTS = 8
     IDENTITY = "LSCI,MODEL218E,21EA4F,042109"
@@ -664,10 +664,10 @@ class Thermometers(Instrument):
 
     def __init__(self, base: float) -> None:
         super().__init__()
-        self.base = base  # °C, of input 1; each further one is 0.1 K above
+        self.base = base  # °C, input 1; each further one + 0.1 K
         self.lost: set[int] = set()  # inputs, from 0
         self.identity = self.IDENTITY
-        self.served: list[tuple[float, tuple[str, ...]]] = []  # UTC, and what was sent
+        self.served: list[tuple[float, tuple[str, ...]]] = []  # UTC, and the sent text
 
     def lose(self, *inputs: int) -> None:
         with self.lock:
@@ -694,7 +694,7 @@ class Thermometers(Instrument):
 
 
 class Gyro(Instrument):
-    """A gyro that sends one frame a second; its counts tell the frame's number."""
+    """Gyro that sends one frame per second. Its counts identify the frame."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -704,7 +704,7 @@ class Gyro(Instrument):
 
     @staticmethod
     def pulses_of(number: int) -> int:
-        """The pulses of the second that ends with frame `number`."""
+        """Returns the pulses of the second that ends with frame `number`."""
         return 100 + number * 37 % 64
 
     def tick(self, line: Line) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What passes its limit while readings are lost, or by a profile of the controller's own."""
+"""Limits that are passed while readings are lost, or by the controller's own profile."""
 from __future__ import annotations
 
 import functools
@@ -12,11 +12,11 @@ from laboratory import Laboratory
 from program import until
 from rig import SAFE, hold, ramp
 
-SAFE_WITHIN = 6.0  # s after a limit is passed, two readings of three seconds being lost at most
+SAFE_WITHIN = 6.0  # s after the limit, with two readings of three lost
 
 
 class Flicker(threading.Thread):
-    """Has something lost in every other second."""
+    """Loses something in every other second."""
 
     def __init__(self, lose: Callable[[bool], None]) -> None:
         super().__init__(daemon=True)
@@ -51,7 +51,7 @@ def hot_article(laboratory: Laboratory) -> None:
 
 def beyond_its_limit(scene: Scene, *, flickers: Callable[[Laboratory], Callable[[bool], None]],
                      heat: Callable[[Laboratory], None]) -> None:
-    """A limit is passed while what shows it is read in every other second: safe all the same."""
+    """A limit is passed while its quantity is read only every other second. The chamber is made safe."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, rig={"limits": {"thermometers_highest": '"80 °C"'}})
     flicker = Flicker(flickers(laboratory))
@@ -60,7 +60,7 @@ def beyond_its_limit(scene: Scene, *, flickers: Callable[[Laboratory], Callable[
     heat(laboratory)
     scene.expect_safe(laboratory, since, SAFE_WITHIN, "beyond its limit, each other reading lost")
     flicker.ends.set()
-    laboratory.chamber.shown_air = None  # the run ends when the air has been seen on its way to the safe set point
+    laboratory.chamber.shown_air = None  # run ends when the air approaches the safe set point
     code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6")
 
@@ -74,7 +74,7 @@ for _name, _flickers, _heat in (("air_beyond_its_limit_in_every_other_second", l
 
 @attack("limits")
 def air_that_stands_still_now_and_then_unread(scene: Scene) -> None:
-    """The chamber's air does not follow a ramp, and each other reading of it is lost: suspended all the same."""
+    """The chamber's air does not follow a ramp, and every other reading of it is lost. The run is suspended."""
     laboratory = scene.laboratory(air=30.0)
     rig: dict[str, Any] = {"limits": {"follow_time": '"10 s"', "chamber_lag": '"5 s"'}}
     run = scene.start(scene.profile(hold(30.0, 6), ramp(80.0, 30.0), hold(80.0, 600)), scene.rig(laboratory, **rig))
@@ -88,9 +88,8 @@ def air_that_stands_still_now_and_then_unread(scene: Scene) -> None:
 
 
 def profile_at_the_panel(scene: Scene, *, aborted: bool, goes_on: bool = False) -> None:
-    """Somebody starts a profile at the controller's panel, which overrules the set point: the run is suspended, and an
-    abort ends the profile too. Where the controller acknowledges that and goes on with it for a while, nothing is safe
-    so long."""
+    """A profile is started at the controller's panel and overrules the set point. The run is suspended, and an abort
+    ends the profile, too. While the controller acknowledges that and continues the profile, the chamber is not safe."""
     laboratory = scene.laboratory()
     chamber = laboratory.chamber
     run = scene.hot_run(laboratory)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Chamber lines that lose, delay and garble frames, or are lost for good (C2)."""
+"""Chamber lines that lose, delay and garble frames, or fail permanently (C2)."""
 from __future__ import annotations
 
 import functools
@@ -14,11 +14,11 @@ from laboratory import OFF, Chamber, Laboratory
 from records import Record
 from rig import SAFE, hold, ramp
 
-FASTEST = 30.0  # °C/min, of the rig
+FASTEST = 30.0  # °C/min, limit of the rig
 RESUME_DELAY = 3  # s
-SUSPENDED_BY = 8  # readings in a row that may be missing before the run must be suspended; suspend_after is 5 s
+SUSPENDED_BY = 8  # lost readings in a row; suspend_after is 5 s
 
-# The lines of the hostile examination: link, and what is wrong with the line.
+# Lines of the hostile examination: link, and fault of the line.
 HOSTILE: dict[str, tuple[str, dict[str, Any]]] = {
     "rtu_every_other_lost": ("rtu_over_tcp", {"delay": 0.1, "every_other_lost": True}),
     "rtu_half_lost": ("rtu_over_tcp", {"delay": 0.1, "loss_of_requests": 0.3, "loss_of_answers": 0.3}),
@@ -37,7 +37,7 @@ HOSTILE: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def drawn(seed: int) -> tuple[str, dict[str, Any]]:
-    """A bad line of our own drawing."""
+    """Returns a randomly drawn bad line."""
     draw = random.Random(seed)
     earliest = draw.uniform(0.2, 1.2)
     return draw.choice(["rtu", "rtu_over_tcp", "rtu_over_tcp", "tcp"]), {
@@ -47,7 +47,7 @@ def drawn(seed: int) -> tuple[str, dict[str, Any]]:
 
 
 def jumps(chamber: Chamber) -> list[str]:
-    """Set points that are further from the one before, and from the air, than the ramp limit allows."""
+    """Returns set points that differ from the previous one, or from the air, by more than the ramp limit allows."""
     own = [change for change in chamber.changes if change.by_program and change.value != SAFE]
     found = []
     for before, after in zip(own, own[1:]):
@@ -59,7 +59,7 @@ def jumps(chamber: Chamber) -> list[str]:
 
 
 def goes_on_too_long(record: Record) -> list[str]:
-    """Stretches without a reading of the chamber in which the run was not suspended in time."""
+    """Returns stretches without a chamber reading in which the run was not suspended in time."""
     found, missing = [], 0
     for slot, row in sorted(record.rows.items()):
         missing = missing + 1 if row["chamber_air_c"] is None else 0
@@ -76,8 +76,8 @@ def expect_no_harm(scene: Scene, laboratory: Laboratory, record: Record, acknowl
 
 
 def bad_line(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
-    """The chamber's line loses, delays or garbles frames for a while: the run is suspended where the chamber is not
-    heard, goes on by a ramp once the line is good, and nobody kills it."""
+    """The chamber's line loses, delays or garbles frames for a while. The run is suspended while the chamber is not
+    readable, continues by a ramp once the line is good, and is never killed."""
     laboratory = scene.laboratory(link, air=30.0)
     chamber = laboratory.chamber
     chamber.delay = 0.02
@@ -126,8 +126,8 @@ LOST: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def lost_for_good(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
-    """The line to a hot chamber is lost for longer than chamber_lost: the run aborts, and the chamber is safe within
-    20 s after it answers again."""
+    """The line to a hot chamber fails for longer than chamber_lost. The run aborts, and the chamber is safe within 20 s
+    after it answers again."""
     laboratory = scene.laboratory(link)
     run = scene.hot_run(laboratory, rig={"limits": {"chamber_lost": '"20 s"'}})
     broken = time.monotonic()
@@ -150,8 +150,8 @@ for _name, (_link, _faults) in LOST.items():
 
 
 def killed_on_a_bad_line(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
-    """The program is killed while the line is bad: its guard goes on trying, and the chamber is safe within 20 s after
-    the line is good."""
+    """The program is killed while the line is bad. Its guard continues to try, and the chamber is safe within 20 s
+    after the line is good."""
     laboratory = scene.laboratory(link)
     run = scene.hot_run(laboratory)
     broken = time.monotonic()
@@ -172,8 +172,8 @@ for _name in ("rtu_every_other_lost", "rtu_half_lost", "rtu_late_0500_1500", "rt
 
 
 def another_chamber(scene: Scene, *, link: str, serial: int, held_by: str) -> None:
-    """Somebody takes the chamber off the mains, and another one, or the same, answers at its address, switched off: the
-    run is held, nothing is sent to it, and it is not switched on."""
+    """The chamber loses power, and another one, or the same, answers at its address, switched off. The run is held,
+    nothing is sent to the chamber, and it is not switched on."""
     laboratory = scene.laboratory(link)
     chamber = laboratory.chamber
     run = scene.hot_run(laboratory)

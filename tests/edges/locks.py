@@ -25,7 +25,7 @@ from rig import SAFE, Rig, hold
 LOCK_PLACES = ("/run/lock/gyrotherm", "/run/gyrotherm", "/run/user/*/gyrotherm", "/tmp/gyrotherm*")
 FOLDER = pathlib.Path("/run/lock/gyrotherm")
 
-# Mounts a fresh /run and /tmp over the machine's, keeps the folder $1 where it is, and goes on as the rest says.
+# Mounts a fresh /run and /tmp over the machine's, keeps the folder $1, and continues with the following script.
 FRESH = """set -e
 folder=$1; shift
 mount -t tmpfs -o mode=755 fresh /run
@@ -40,7 +40,7 @@ exec "$@"
 
 
 class Machine:
-    """A fresh machine with one chamber, a first program and its profile at 60 °C, a second one at 45 °C."""
+    """Fresh machine with one chamber, a first program with a profile at 60 °C, and a second one at 45 °C."""
 
     def __init__(self, scene: Scene) -> None:
         as_root()
@@ -56,7 +56,7 @@ class Machine:
         self.hot = scene.profile(hold(60.0, 3600))
         self.other = scene.profile(hold(45.0, 3600), name="other.toml")
         self.thieves: list[subprocess.Popen[bytes]] = []
-        self.stolen: set[str] = set()  # names that thieves have before the guard of a killed program acts
+        self.stolen: set[str] = set()  # names taken before the guard acts
 
     def rig(self, host: str = "127.0.0.1", name: str = "rig.toml") -> pathlib.Path:
         lines = dict(self.laboratory.lines)
@@ -69,18 +69,18 @@ class Machine:
 
     def second(self, host: str = "127.0.0.1", before: tuple[str, ...] = (), record: pathlib.Path | None = None,
                **environment: str) -> Ran:
-        """What becomes of a second program, within 15 s."""
+        """Returns the result of a second program, within 15 s."""
         record = record or self.scene.folder / "second.db"
         return self.scene.programs.finish([self.scene.programs.gyrotherm, "run", self.other, "--rig",
                                            self.rig(host, "second.toml"), "--out", record], 15, before, **environment)
 
     def as_nobody(self, *command: str) -> None:
-        """What nobody does, as far as it may."""
+        """Attacks the locks as user nobody, as far as permitted."""
         subprocess.run([*NOBODY, *command], check=False, timeout=20, stdin=subprocess.DEVNULL,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def nobody_begins(self, *command: str) -> subprocess.Popen[bytes]:
-        """What nobody does from now on."""
+        """Continues an attack as user nobody from now on."""
         process = subprocess.Popen([*NOBODY, *command], env=self.scene.programs.environment(), start_new_session=True,
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.thieves.append(process)
@@ -94,8 +94,8 @@ class Machine:
         return [p for p in found if not p.is_relative_to(self.scene.folder)]
 
     def names(self) -> set[str]:
-        """The abstract names with the chamber's port that streams listen at: each type of socket has names of its own,
-        and attacks side by side have theirs."""
+        """Returns the abstract names with the chamber's port at which streams listen. Each socket type has names of its
+        own, and parallel attacks have theirs."""
         listening, stream = "00010000", "0001"
         port = self.laboratory.lines["chamber"].rpartition(":")[2]
         rows = [line.split() for line in pathlib.Path("/proc/net/unix").read_text(errors="replace").splitlines()[1:]]
@@ -103,7 +103,8 @@ class Machine:
                 if len(row) > 7 and row[3:5] == [listening, stream] and row[7].startswith("@") and port in row[7]}
 
     def learn(self) -> tuple[list[pathlib.Path], list[str]]:
-        """The names that the program locks and listens at, by letting it run for a moment; then all is removed."""
+        """Returns the names that the program locks and listens at. Lets it run for a moment, then removes
+        everything."""
         run = self.first(record="learnt.db", name="learnt")
         self.scene.need(run.wait_acknowledged(0, START_LIMIT), f"it did not begin: {run.errors()[-600:]}")
         files, names = self.lock_files(), sorted(self.names())
@@ -117,13 +118,13 @@ class Machine:
 
 
 def expect_told(scene: Scene, text: str, user: str, pid: int) -> None:
-    """Whoever is refused learns who holds the chamber."""
+    """Expects that a refused program reports the owner of the chamber."""
     scene.expect(re.search(rf"\b{pid}\b", text), f"it is not told the holder's process {pid}: {text[-400:]}")
     scene.expect(user in text, f"it is not told the holder's user {user}: {text[-400:]}")
 
 
 def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") -> None:
-    """The second program ends with 3, names the first, and has sent nothing."""
+    """Expects the second program to end with 3, to name the first, and to send nothing."""
     scene = machine.scene
     sent = {change.value for change in machine.laboratory.chamber.changes if change.value not in (60.0, SAFE)}
     scene.expect(not sent, f"two programs drive the chamber: the second sent {len(sent)} other set points")
@@ -132,7 +133,7 @@ def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") 
 
 
 def expect_safe_death(machine: Machine, run: Run) -> None:
-    """The first program is killed, and its chamber is safe within 20 s."""
+    """Kills the first program and expects a safe chamber within 20 s."""
     guards = until(run.guards) or [] if machine.stolen else []
     for pid in guards:
         kill(pid, signal.SIGSTOP)
@@ -148,7 +149,7 @@ def expect_safe_death(machine: Machine, run: Run) -> None:
 
 
 def need_begun(machine: Machine, run: Run) -> None:
-    """The first program drives the chamber: another user may not keep it from starting."""
+    """The first program drives the chamber. Another user must not prevent it from starting."""
     scene = machine.scene
     scene.need(run.wait_acknowledged(2, 30), f"the first program did not begin: {run.errors()[-400:]}")
     scene.need(abs(machine.laboratory.chamber.set_point - 60) < 0.01, "the chamber was not sent to 60 °C")
@@ -159,8 +160,8 @@ Preparation = Callable[[Machine, list[pathlib.Path], list[str]], None]
 
 def attacked(scene: Scene, *, before: Preparation | None = None,
              during: Callable[[Machine], None] | None = None) -> None:
-    """Another user prepares or attacks the locks: a second program is refused all the same, and a killed one leaves a
-    safe chamber."""
+    """Another user prepares or attacks the locks. A second program is refused, and a killed one leaves a safe
+    chamber."""
     machine = Machine(scene)
     if before:
         before(machine, *machine.learn())
@@ -173,7 +174,7 @@ def attacked(scene: Scene, *, before: Preparation | None = None,
     expect_safe_death(machine, run)
 
 
-# What nobody does before the first program starts.
+# Attacks by nobody before the first program starts.
 
 def folder_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str], *, mode: str) -> None:
     machine.as_nobody("mkdir", "-m", mode, str(FOLDER))
@@ -186,7 +187,7 @@ def folder_as_link(machine: Machine, files: list[pathlib.Path], names: list[str]
 
 
 def files_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str], *, mode: str) -> None:
-    """The lock files as such, in a folder as the program itself makes it."""
+    """Returns the lock files, in a folder like the program's own."""
     for file in files:
         os.makedirs(file.parent, exist_ok=True)
         file.parent.chmod(0o1777)
@@ -243,7 +244,8 @@ time.sleep(600)
 
 
 def squat(machine: Machine, names: Iterable[str], interpreter: pathlib.Path = pathlib.Path(sys.executable)) -> None:
-    """Nobody takes these names, or waits for them. Begun as root: nobody need not be allowed to run this Python."""
+    """User nobody takes these names, or waits for them. Begins as root, because nobody may not be allowed to run this
+    Python."""
     environment = machine.scene.programs.environment({"PYTHONHOME": sys.base_prefix})
     machine.thieves.append(subprocess.Popen([interpreter, "-c", SQUAT, *names], env=environment, start_new_session=True,
                                             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -258,10 +260,10 @@ def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str
     machine.scene.need(bool(taken), "nobody could not take the names")
 
 
-# What nobody does while it runs.
+# Attacks by nobody while it runs.
 
 def thieves(machine: Machine, number: int = 8) -> None:
-    """Wait for the locks, to have them when the program dies."""
+    """Waits for the locks, to take them when the program dies."""
     for file in machine.lock_files():
         for _ in range(number):
             machine.nobody_begins("flock", str(file), "sleep", "600")
@@ -275,7 +277,7 @@ def removal(machine: Machine) -> None:
 
 
 def lies(machine: Machine) -> None:
-    """Writes another holder into the lock files."""
+    """Writes another owner into the lock files."""
     for file in machine.lock_files():
         machine.as_nobody("sh", "-c", f"printf 'gyrotherm-lock/1\\npid: 1\\nboot: x\\nrecord: y\\n' > '{file}'")
 
@@ -286,7 +288,7 @@ def name_thieves(machine: Machine) -> None:
 
 
 def namesakes(machine: Machine) -> None:
-    """Thieves of names that are called as the program is, and are quicker than its guard."""
+    """Takes lock names with processes that have the program's name and are faster than its guard."""
     likeness = machine.scene.folder / "likeness" / "gyrotherm"
     likeness.parent.mkdir(mode=0o755)
     shutil.copy2(os.path.realpath(sys.executable), likeness)
@@ -327,8 +329,8 @@ for _name, _what in PREPARED.items():
 
 
 def lock_thieves_and_make_safe(scene: Scene) -> None:
-    """Program and guard are killed while nobody waits for the locks: make-safe --kill, as systemd calls it, acts all
-    the same, and so does a resume."""
+    """Program and guard are killed while nobody waits for the locks. make-safe --kill, as systemd calls it, acts, and
+    so does a resume."""
     machine = Machine(scene)
     run = machine.first()
     need_begun(machine, run)
@@ -351,7 +353,7 @@ def lock_thieves_and_make_safe(scene: Scene) -> None:
 
 
 def second_in_another_mount_namespace(scene: Scene) -> None:
-    """The second program has a /run and a /tmp of its own: it is refused."""
+    """The second program has a /run and a /tmp of its own. It is refused."""
     machine = Machine(scene)
     run = machine.first()
     need_begun(machine, run)
@@ -361,7 +363,7 @@ def second_in_another_mount_namespace(scene: Scene) -> None:
 
 
 def second_in_another_runtime_folder(scene: Scene) -> None:
-    """There is no /run/lock, and the two programs have different XDG_RUNTIME_DIR: the second is refused."""
+    """/run/lock does not exist, and the two programs have different XDG_RUNTIME_DIR. The second is refused."""
     machine = Machine(scene)
     os.rmdir("/run/lock")
     for name in ("one", "two"):
@@ -373,7 +375,7 @@ def second_in_another_runtime_folder(scene: Scene) -> None:
 
 
 def second_by_nobody(scene: Scene) -> None:
-    """Another user's program wants the chamber: it is refused and told who has it."""
+    """Another user's program wants the chamber. It is refused and names the owner."""
     machine = Machine(scene)
     run = machine.first()
     need_begun(machine, run)
@@ -385,7 +387,7 @@ def second_by_nobody(scene: Scene) -> None:
 
 
 def first_by_nobody(scene: Scene) -> None:
-    """The program of another user who may drive chambers has the chamber: root's is refused and told who has it."""
+    """Another authorised user's program owns the chamber. Root's is refused and names the owner."""
     machine = Machine(scene)
     groups = scene.folder / "group"
     groups.write_text(pathlib.Path("/etc/group").read_text(encoding="utf-8") + "\ndialout:x:20:nobody\n",
@@ -399,7 +401,7 @@ def first_by_nobody(scene: Scene) -> None:
 
 
 def host_address() -> str:
-    """The machine's own address; no packet is sent."""
+    """Returns the machine's own address. No packet is sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))
@@ -409,7 +411,7 @@ def host_address() -> str:
 
 
 def second_by_another_address(scene: Scene, *, first: str, second: str) -> None:
-    """One chamber under two addresses of this machine: the second program is refused."""
+    """One chamber under two addresses of this machine. The second program is refused."""
     machine = Machine(scene)
     first, second = (host_address() if host == "own" else host for host in (first, second))
     run = machine.first(first)
@@ -423,8 +425,8 @@ def second_by_another_address(scene: Scene, *, first: str, second: str) -> None:
 
 
 def foreign_safe_state_file(scene: Scene, *, option: str) -> None:
-    """A safe-state file of another user names a process of root's and a hot set point: root's make-safe kills nobody
-    and sends nothing."""
+    """A safe-state file of another user names a process of root's and a hot set point. Root's make-safe kills no
+    process and sends nothing."""
     machine = Machine(scene)
     run = machine.first()
     need_begun(machine, run)
@@ -442,7 +444,7 @@ def foreign_safe_state_file(scene: Scene, *, option: str) -> None:
     shutil.chown(orders, "nobody")
     since = time.monotonic()
     made = scene.programs.finish([scene.programs.make_safe, *([option] if option else []), evil], 30)
-    codes = (2, 4) if option == "--guard" else (4,)  # a guard wants orders first, and there are none
+    codes = (2, 4) if option == "--guard" else (4,)  # a guard first waits for orders
     scene.expect(made.code in codes, f"make-safe ended with {made.code}, expected 4: {made.text}")
     scene.expect(state_of(victim.pid) not in ("", "Z"), "make-safe has killed a process that another user named")
     victim.kill()

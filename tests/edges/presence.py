@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A guard that is not there, or cannot do its work, is noticed and put back (M7)."""
+"""A missing or blocked guard is detected and replaced (M7)."""
 from __future__ import annotations
 
 import functools
@@ -24,12 +24,12 @@ def expect_safe_death(scene: Scene, laboratory: Laboratory, run: Run, what: str)
 
 
 def says(run: Run, before: str, *words: str) -> bool:
-    """Whether the messages since `before` have one of the words."""
+    """Returns whether the messages since `before` contain one of the texts."""
     return any(word in run.errors()[len(before):] for word in words)
 
 
 def safe_state_file_lost(scene: Scene, *, how: str) -> None:
-    """The safe-state file is removed or overwritten: it is put back within seconds and told, and a killed program
+    """The safe-state file is removed or overwritten. It is restored and reported within seconds, and a killed program
     leaves a safe chamber."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
@@ -54,7 +54,7 @@ for _how in ("removed", "moved", "overwritten"):
 
 @attack("presence")
 def guard_killed(scene: Scene) -> None:
-    """The guard is killed, three times: there is another one within seconds."""
+    """The guard is killed three times. Each time another one exists within seconds."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     for _ in range(3):
@@ -69,8 +69,8 @@ def guard_killed(scene: Scene) -> None:
 
 @attack("presence")
 def guard_killed_and_its_program_gone(scene: Scene) -> None:
-    """The guard is killed and its program file is gone: an alarm in status and messages, and a guard again once the
-    file is back."""
+    """The guard is killed and its program file is gone. Status and messages show an alarm, and a guard exists again
+    once the file is back."""
     laboratory = scene.laboratory()
     make_safe = scene.copy_programs()
     run = scene.hot_run(laboratory)
@@ -90,8 +90,8 @@ def guard_killed_and_its_program_gone(scene: Scene) -> None:
 
 
 def foreign_manager(scene: Scene, *, socket_is_there: bool, watchdog_pid: int = 0) -> None:
-    """The environment has NOTIFY_SOCKET and WATCHDOG_USEC of a service manager that does not watch this program: it
-    has a guard of its own."""
+    """The environment has NOTIFY_SOCKET and WATCHDOG_USEC of a service manager that does not watch this program. It has
+    a guard of its own."""
     laboratory = scene.laboratory()
     path = scene.folder / "notify"
     if socket_is_there:
@@ -114,7 +114,7 @@ enter("presence", "foreign_manager_of_another_process",
 
 @attack("presence")
 def guard_stopped(scene: Scene) -> None:
-    """The guard is stopped by SIGSTOP, and 15 s later the program is killed: the chamber is safe within 20 s."""
+    """The guard is stopped by SIGSTOP, and 15 s later the program is killed. The chamber is safe within 20 s."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     guards = until(run.guards, PUT_BACK_WITHIN) or []
@@ -125,8 +125,8 @@ def guard_stopped(scene: Scene) -> None:
 
 
 def killed_while_its_guard_is_replaced(scene: Scene, *, by: int) -> None:
-    """The guard is killed or stopped, the one in its place takes 3 s to begin, and meanwhile the program is killed:
-    the chamber is safe within 20 s."""
+    """The guard is killed or stopped, its replacement takes 3 s to start, and meanwhile the program is killed. The
+    chamber is safe within 20 s."""
     laboratory = scene.laboratory()
     make_safe = scene.copy_programs()
     slow = make_safe.with_name("slow") / make_safe.name
@@ -153,8 +153,8 @@ for _name, _signal in (("killed", signal.SIGKILL), ("stopped", signal.SIGSTOP)):
 
 @attack("presence")
 def guard_without_orders(scene: Scene) -> None:
-    """A guard whose line ends before it has said what to do: as long as the program lives that is no reason to act;
-    once it is dead the safe-state file says what to do."""
+    """A guard's line ends before it has received orders. While the program lives the guard does not act; once it is
+    dead the safe-state file contains the orders."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     guard = [scene.programs.make_safe, "--guard", run.record]
@@ -174,7 +174,7 @@ def guard_without_orders(scene: Scene) -> None:
 
 @attack("presence")
 def whole_group_killed(scene: Scene) -> None:
-    """Everything that the terminal had started is killed at once: the guard is not among it."""
+    """All processes that the terminal had started are killed at once. The guard is not among them."""
     laboratory, terminal = scene.laboratory(), scene.terminal()
     terminal.read_on()
     run = scene.hot_run(laboratory, terminal=terminal)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real programs as processes: started on files, pipes and terminals, spoken to, killed, and swept up afterwards."""
+"""The real programs as processes: started on files, pipes and terminals, addressed, killed and cleaned up."""
 from __future__ import annotations
 
 import contextlib
@@ -18,16 +18,16 @@ import time
 from dataclasses import dataclass
 from typing import Any, Callable, IO
 
-MARK = "GYROTHERM_EDGES"  # in the environment of every process that is started here; its value is the attack's folder
+MARK = "GYROTHERM_EDGES"  # environment mark of started processes: the attack's folder
 TELL = "gyrotherm-tell/1"
-OF_OTHERS = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR", "NO_COLOR")  # not handed on
-EVENT_LIMIT = 60.0  # s, after which an event that only a busy machine delays is taken for missing
-TERMINAL = {"TERM": "xterm"}  # a chroot has none, and the program draws no panel on a dumb terminal
+OF_OTHERS = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR", "NO_COLOR")  # not passed on
+EVENT_LIMIT = 60.0  # s; a later event counts as missing
+TERMINAL = {"TERM": "xterm"}  # a chroot has no terminal type
 NOBODY = ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups", "--")
 
 
 def until(condition: Callable[[], Any], seconds: float = EVENT_LIMIT, every: float = 0.05) -> Any:
-    """Waits until the condition holds and returns what it returned; its last answer after `seconds`."""
+    """Waits until the condition holds and returns its value; the last value after `seconds`."""
     end = time.monotonic() + seconds
     while not (answer := condition()) and time.monotonic() < end:
         time.sleep(every)
@@ -48,10 +48,10 @@ class Ran:
 
 @dataclass
 class Programs:
-    """Where the programs are, and the environment that they are given."""
+    """Paths of the programs, and their environment."""
     gyrotherm: pathlib.Path
-    folder: pathlib.Path  # of the attack
-    hanging_disk: str = ""  # the library for LD_PRELOAD
+    folder: pathlib.Path  # attack
+    hanging_disk: str = ""  # library for LD_PRELOAD
 
     @property
     def make_safe(self) -> pathlib.Path:
@@ -62,9 +62,9 @@ class Programs:
         return kept | TERMINAL | {MARK: str(self.folder)} | (more or {})
 
     def finish(self, command: list[Any], within: float = 60, before: tuple[str, ...] = (), **environment: str) -> Ran:
-        """Runs a command to its end; kills it after `within`."""
+        """Runs a command to its end. Kills it after `within`."""
         began = time.monotonic()
-        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:  # a pipe could be kept open by a guard
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:  # a guard could keep a pipe open
             process = subprocess.Popen([*before, *map(str, command)], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                        env=self.environment(environment), start_new_session=True)
             try:
@@ -78,7 +78,7 @@ class Programs:
             return Ran(code, out.read(), err.read(), time.monotonic() - began)
 
     def status(self, record: pathlib.Path, within: float = 10) -> dict[str, Any]:
-        """What `status --json` says; empty if it says nothing."""
+        """Returns the output of `status --json`, parsed; empty without output."""
         ran = self.finish([self.gyrotherm, "status", "--json", record], within)
         try:
             return json.loads(ran.out)
@@ -88,14 +88,14 @@ class Programs:
 
 @dataclass
 class Run:
-    """A program that carries a run out."""
+    """Program that executes a run."""
     programs: Programs
     process: subprocess.Popen[bytes]
     record: pathlib.Path
-    out: pathlib.Path | None  # the file of its standard output, if that is one
+    out: pathlib.Path | None  # file of standard output, if any
     err: pathlib.Path | None
     terminal: "Terminal | None" = None
-    unread: "Pipe | None" = None  # its standard error, if that is one
+    unread: "Pipe | None" = None  # pipe of standard error, if any
 
     @property
     def pid(self) -> int:
@@ -112,7 +112,7 @@ class Run:
         return self.err.read_text(errors="replace") if self.err else ""
 
     def acknowledged(self) -> int:
-        """The last second that it has acknowledged; −1 if none."""
+        """Returns the last acknowledged second, or −1."""
         return max((line.get("acknowledged", -1) for line in json_lines(self.output())), default=-1)
 
     def wait_acknowledged(self, second: int, within: float = 60) -> bool:
@@ -123,7 +123,7 @@ class Run:
         return self.process.poll() is not None
 
     def wait(self, within: float = EVENT_LIMIT) -> int | None:
-        """Its exit code, or −signal; nothing if it still lives after `within`."""
+        """Returns its exit code, or −signal; None if it still lives after `within`."""
         try:
             return self.process.wait(within)
         except subprocess.TimeoutExpired:
@@ -134,7 +134,7 @@ class Run:
             self.process.send_signal(number)
 
     def tell(self, word: str, note: str = "") -> tuple[bool, str]:
-        """Whether it was done, and the answer."""
+        """Returns whether the request was done, and the answer."""
         return Speaker(self.record, word, note).answer()
 
     def status(self) -> dict[str, Any]:
@@ -145,7 +145,7 @@ class Run:
 
 
 def json_lines(text: str) -> list[dict[str, Any]]:
-    """The whole lines that are JSON objects."""
+    """Returns the complete lines that are JSON objects."""
     found = []
     for line in text.split("\n")[:-1]:
         try:
@@ -158,7 +158,7 @@ def json_lines(text: str) -> list[dict[str, Any]]:
 
 
 class Speaker:
-    """Says one word to a run through its socket; the answer may be heard later."""
+    """Sends one request to a run through its socket. The answer may be read later."""
 
     def __init__(self, record: pathlib.Path, word: str, note: str = "", within: float = 10) -> None:
         self.trouble: OSError | None = None
@@ -174,7 +174,7 @@ class Speaker:
             os.close(folder)
 
     def answer(self) -> tuple[bool, str]:
-        """Whether it was done, and the answer, or why there is none."""
+        """Returns whether it was done, and the answer or the reason for its absence."""
         try:
             if self.trouble:
                 raise self.trouble
@@ -190,7 +190,7 @@ ERASE = b"\r\x1b[J"  # begins each picture but the first
 
 
 class Terminal:
-    """A pseudo-terminal whose master is read only when that is asked for."""
+    """Pseudo-terminal whose master is read only on request."""
 
     def __init__(self) -> None:
         self.master, self.slave = os.openpty()
@@ -203,10 +203,10 @@ class Terminal:
         os.write(self.master, keys)
 
     def fill(self) -> None:
-        """Leaves no room for another byte, as after minutes of an unread panel."""
+        """Fills the buffer completely, as after minutes of an unread panel."""
         own = os.open(self.name, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
         idle = 0
-        while idle < 5:  # the kernel moves what is written on a little later, and then takes more
+        while idle < 5:  # the kernel drains it with a delay
             try:
                 os.write(own, b"." * 64)
                 idle = 0
@@ -216,7 +216,7 @@ class Terminal:
         os.close(own)
 
     def read_on(self) -> None:
-        """Shows, from now on, what comes."""
+        """Shows the output from now on."""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -228,18 +228,18 @@ class Terminal:
             pass
 
     def pictures(self, since: int = 0) -> list[bytes]:
-        """Returns each different picture that was drawn whole in the bytes from `since` on, in their order."""
-        drawn = bytes(self.shown[since:]).split(ERASE)[1:-1]  # the last one may still be on its way
+        """Returns each different picture that was drawn completely in the bytes after `since`, in order."""
+        drawn = bytes(self.shown[since:]).split(ERASE)[1:-1]  # the last one may be incomplete
         return list(dict.fromkeys(drawn))
 
     def let_go(self) -> None:
-        """The program alone has the terminal's end now."""
+        """Closes this process's copy of the terminal's end."""
         if self.slave >= 0:
             os.close(self.slave)
             self.slave = -1
 
     def hang_up(self) -> None:
-        """Closes the terminal under its program, as a lost ssh does. Not while it is read."""
+        """Closes the terminal of its program, like a lost ssh session. Not while it is read."""
         self.let_go()
         if self.master >= 0:
             os.close(self.master)
@@ -249,7 +249,7 @@ class Terminal:
 
 
 class Pipe:
-    """A pipe that nobody reads until that is asked for."""
+    """Pipe that is read only on request."""
 
     SIZE = 4096
 
@@ -258,7 +258,7 @@ class Pipe:
         fcntl.fcntl(self.writes, fcntl.F_SETPIPE_SZ, self.SIZE)
 
     def fill(self, but: int = 0) -> int:
-        """Fills it up to `but` bytes; how many were written."""
+        """Fills it up to `but` bytes. Returns the number of bytes written."""
         own = os.open(f"/proc/self/fd/{self.writes}", os.O_WRONLY | os.O_NONBLOCK)
         written = 0
         try:
@@ -276,7 +276,7 @@ class Pipe:
             self.writes = -1
 
     def read_for(self, seconds: float) -> bytes:
-        """Everything that is in it or comes within that time."""
+        """Returns all content, including content that arrives within that time."""
         os.set_blocking(self.reads, False)
         end, data = time.monotonic() + seconds, bytearray()
         while time.monotonic() < end:
@@ -302,8 +302,8 @@ def start(programs: Programs, command: list[Any], record: pathlib.Path, *, name:
           stderr: "int | IO[bytes] | Pipe | None" = None, before: tuple[str, ...] = (),
           program: pathlib.Path | None = None,
           **environment: str) -> Run:
-    """Starts gyrotherm. Its output goes into files of the attack's folder where nothing else is said; with a terminal,
-    that is its controlling one, its standard input and its standard error."""
+    """Starts gyrotherm. By default its output goes into files of the attack's folder. A terminal becomes its
+    controlling one, its standard input and its standard error."""
     out = programs.folder / f"{name}.out" if stdout is None else None
     err = programs.folder / f"{name}.err" if stderr is None and terminal is None else None
     opened = [open(path, "wb") for path in (out, err) if path]
@@ -325,7 +325,7 @@ def start(programs: Programs, command: list[Any], record: pathlib.Path, *, name:
 
 
 def processes() -> dict[int, list[str]]:
-    """Every process that can be seen, with its command line."""
+    """Returns every visible process with its command line."""
     found = {}
     for entry in os.listdir("/proc"):
         if entry.isdigit():
@@ -338,13 +338,13 @@ def processes() -> dict[int, list[str]]:
 
 
 def guards_of(record: pathlib.Path) -> list[int]:
-    """The guards of a run that live."""
+    """Returns the living guards of a run."""
     return [pid for pid, words in processes().items()
             if "--guard" in words and str(record) in words and state_of(pid) not in ("Z", "X", "")]
 
 
 def state_of(pid: int) -> str:
-    """The letter of proc(5); empty if there is no such process."""
+    """Returns the state letter of proc(5); empty if the process does not exist."""
     try:
         return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except (OSError, IndexError):
@@ -352,7 +352,7 @@ def state_of(pid: int) -> str:
 
 
 def descriptors_of(pid: int) -> list[str]:
-    """What each descriptor of a process leads to; those that it closes meanwhile are left out."""
+    """Returns the target of each descriptor of a process. Descriptors that it closes meanwhile are omitted."""
     found = []
     try:
         for number in os.listdir(f"/proc/{pid}/fd"):
@@ -371,7 +371,7 @@ def kill(pid: int, number: int = signal.SIGKILL) -> None:
 
 
 def marked(folder: pathlib.Path) -> list[int]:
-    """Every process that was started for the attack of this folder, or by one of those."""
+    """Returns every process that was started for the attack of this folder, or by one of those."""
     wanted, found = f"{MARK}={folder}".encode(), []
     for entry in os.listdir("/proc"):
         if entry.isdigit() and int(entry) != os.getpid():
@@ -384,7 +384,7 @@ def marked(folder: pathlib.Path) -> list[int]:
 
 
 def sweep(folder: pathlib.Path) -> None:
-    """Ends what is left of an attack: thaws and unmounts its disks, kills its processes."""
+    """Ends the remains of an attack: thaws and unmounts its disks, kills its processes."""
     mounts = [line.split()[1] for line in pathlib.Path("/proc/mounts").read_text().splitlines()
               if line.split()[1].startswith(f"{folder}/")]
     for mount in mounts:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run has left on the disk, read by Python's own SQLite and judged against what the laboratory had served.
+"""Content of a run's record, read by Python's own SQLite and compared with the values that the laboratory served.
 
 A record is copied before it is opened, and never while it is being written.
 """
@@ -15,22 +15,22 @@ from typing import Any
 from laboratory import Laboratory
 from rig import CHANNELS
 
-UTC_EARLY, UTC_LATE = 0.25, 1.15  # s: a second's readings are asked for within this of the second's own time
-FRAME_EARLY = 2.2  # s: a gyro's frame may have waited on the line for a second
-PULSE_SCALE = 10 ** 9  # ns of one frame
+UTC_EARLY, UTC_LATE = 0.25, 1.15  # s, permitted offset of a reading from its second
+FRAME_EARLY = 2.2  # s; a frame may have waited on the line
+PULSE_SCALE = 10 ** 9  # ns per frame
 
 
 @dataclass
 class Record:
-    """The rows of all files of a run that are whole, each second once."""
+    """Rows of all readable files of a run, each second once."""
     rows: dict[int, dict[str, Any]] = field(default_factory=dict)
     gaps: list[tuple[int, int, str]] = field(default_factory=list)
     events: list[tuple[int, str, str]] = field(default_factory=list)  # slot, kind, text
     faults: list[tuple[int, str, str]] = field(default_factory=list)  # slot, channel, what
-    damaged: dict[str, str] = field(default_factory=dict)  # file → why it was not read
+    damaged: dict[str, str] = field(default_factory=dict)  # file → reason
 
     def accounted(self) -> set[int]:
-        """The seconds that are rows or lie in a gap."""
+        """Returns the seconds that are rows or are in a gap."""
         seconds = set(self.rows)
         for first, last, _ in self.gaps:
             seconds.update(range(first, last + 1))
@@ -48,7 +48,7 @@ def part_of(record: pathlib.Path, number: int) -> pathlib.Path:
 
 
 def read_record(record: pathlib.Path, copies: pathlib.Path) -> Record:
-    """Reads RUN.db, RUN.2.db, … as far as there are any, out of copies in the folder `copies`, made for that."""
+    """Reads RUN.db, RUN.2.db, … from copies in the folder `copies`, which it makes."""
     copies.mkdir(parents=True)
     found = Record()
     for number in range(1, 100):
@@ -68,7 +68,7 @@ def read_record(record: pathlib.Path, copies: pathlib.Path) -> Record:
 
 def add_part(found: Record, part: pathlib.Path, copies: pathlib.Path) -> None:
     if not os.access(part, os.R_OK):
-        part.chmod(0o600)  # an attack has taken its own rights away
+        part.chmod(0o600)  # an attack removed the permissions
     copy = copies / part.name
     shutil.copyfile(part, copy)
     log = part.with_name(part.name + "-wal")
@@ -93,12 +93,12 @@ def add_part(found: Record, part: pathlib.Path, copies: pathlib.Path) -> None:
 
 
 def lost_seconds(record: Record, acknowledged: int) -> list[int]:
-    """The acknowledged seconds that are neither rows nor gaps."""
+    """Returns the acknowledged seconds that are neither rows nor gaps."""
     return sorted(set(range(acknowledged + 1)) - record.accounted())
 
 
 def holes(record: Record) -> list[int]:
-    """The seconds up to the last one that are neither rows nor gaps, and those that are both."""
+    """Returns the seconds up to the last one that are neither rows nor gaps, or both."""
     accounted = record.accounted()
     last = max(accounted, default=-1)
     both = [slot for first, end, _ in record.gaps for slot in range(first, end + 1) if slot in record.rows]
@@ -106,7 +106,7 @@ def holes(record: Record) -> list[int]:
 
 
 def wrong_readings(record: Record, laboratory: Laboratory) -> list[str]:
-    """Every recorded reading that the laboratory did not serve in that second."""
+    """Returns every recorded reading that the laboratory did not serve in that second."""
     return wrong_airs(record, laboratory) + wrong_thermometers(record, laboratory) + wrong_counts(record, laboratory)
 
 
@@ -147,7 +147,8 @@ def wrong_thermometers(record: Record, laboratory: Laboratory) -> list[str]:
 
 
 def wrong_counts(record: Record, laboratory: Laboratory) -> list[str]:
-    """Pulses must be those of as many whole frames as their interval says, the last of them sent in that second."""
+    """Returns pulses that do not match the number of complete frames in their interval, or whose last frame was sent in
+    another second."""
     sent = list(laboratory.gyro.sent)
     wrong = []
     for slot, row in record.rows.items():

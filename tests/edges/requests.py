@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several words to a run within one second (C3)."""
+"""Several requests to a run within one second (C3)."""
 from __future__ import annotations
 
 import functools
@@ -14,14 +14,14 @@ from laboratory import Laboratory
 from program import Run, Speaker, until
 from rig import SAFE
 
-SOON = 5.0  # s, within which what was answered has happened
-MOMENTS = (0.05, 0.6, 0.3, 0.8, 0.15, 0.45)  # s after a tick, one for each try
+SOON = 5.0  # s, for the effect of an answered request
+MOMENTS = (0.05, 0.6, 0.3, 0.8, 0.15, 0.45)  # s after a tick, one per try
 
-Said = list[tuple[str, bool, str]]  # word, whether it was done, answer
+Said = list[tuple[str, bool, str]]  # request, done, answer
 
 
 def say(run: Run, words: tuple[str, ...]) -> Said:
-    """Says the words, or sends the signals, each when the one before is answered."""
+    """Sends the requests or signals, each after the previous answer."""
     said = []
     for word in words:
         if word.startswith("SIG"):
@@ -33,14 +33,15 @@ def say(run: Run, words: tuple[str, ...]) -> Said:
 
 
 def say_at_once(run: Run, words: tuple[str, ...]) -> Said:
-    """Says all words before the first answer is heard, as several operators would."""
+    """Sends all requests before it reads the first answer, like several operators."""
     speakers = [(word, Speaker(run.record, word, "of a hurry" if word == "note" else "")) for word in words]
     return [(word, *speaker.answer()) for word, speaker in speakers]
 
 
 def tries(scene: Scene, words: tuple[str, ...], on_stop: str,
           judge: Callable[[Scene, Laboratory, Run, Said, float], None], held: bool = False) -> None:
-    """Says the words within one second, at several moments of it, in turn and all at once, each time to a new run."""
+    """Sends the requests within one second, at several moments, one after the other and all at once, each time to a new
+    run."""
     for number, moment in enumerate(MOMENTS[:6 if scene.long else 2]):
         laboratory = scene.laboratory()
         run = scene.hot_run(laboratory, acknowledged=1, rig={"safe": {"on_stop": f'"{on_stop}"'}},
@@ -62,7 +63,7 @@ def tries(scene: Scene, words: tuple[str, ...], on_stop: str,
 
 
 def expect_consistent(scene: Scene, said: Said, after: str, *promises: str) -> None:
-    """What was answered "done" behind the word `after` must speak of what was to happen."""
+    """Expects that an answer "done" after the request `after` names the pending action."""
     behind = [word for word, _, _ in said].index(after) + 1
     for word, done, answer in said[behind:]:
         if word in ("pause", "stop", "resume") and done:
@@ -71,9 +72,9 @@ def expect_consistent(scene: Scene, said: Said, after: str, *promises: str) -> N
 
 
 def expect_aborted(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
-    """Whatever came with it, an abort that was answered "done" is carried out, and no other answer denies it."""
+    """Expects that an abort answered "done" is executed whatever came with it, and that no other answer denies it."""
     if ("stop", True) in [(word, done) for word, done, _ in said] and ("abort", False) in [s[:2] for s in said]:
-        expect_stopped(scene, laboratory, run, said, since, left_at=60.0)  # it had ended before the abort was heard
+        expect_stopped(scene, laboratory, run, said, since, left_at=60.0)  # it had ended before the abort arrived
         return
     scene.expect(any(word == "abort" and done for word, done, _ in said), f"the abort was not acknowledged: {said}")
     scene.expect_safe(laboratory, since, SOON, f"{said}")
@@ -85,7 +86,7 @@ def expect_aborted(scene: Scene, laboratory: Laboratory, run: Run, said: Said, s
 
 def expect_stopped(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float, *,
                    left_at: float) -> None:
-    """A stop that was answered "done" ends the run, and leaves the chamber as the rig file says."""
+    """Expects that a stop answered "done" ends the run and leaves the chamber as the rig file requires."""
     scene.expect(any(word == "stop" and done for word, done, _ in said), f"the stop was not acknowledged: {said}")
     code = run.wait(max(0.0, since + 2 * SOON - time.monotonic()))
     scene.expect(code == 0, f"exit {code}, expected 0 after {said}")
@@ -96,7 +97,7 @@ def expect_stopped(scene: Scene, laboratory: Laboratory, run: Run, said: Said, s
 
 
 def expect_held(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
-    """The pause was answered "done", and the run is held."""
+    """Expects that the run is held after a pause answered "done"."""
     scene.expect(said[-1][1], f"the pause was refused: {said}")
     time.sleep(max(0.0, since + 2.5 - time.monotonic()))
     shown = run.status().get("state")
@@ -121,7 +122,7 @@ SHORT = {"abort_then_pause", "abort_then_stop", "stop_then_abort", "abort_then_s
 
 
 def aborted(scene: Scene, *, words: tuple[str, ...]) -> None:
-    """An acknowledged abort happens, whatever else is said in its second and whatever `on_stop` says."""
+    """An acknowledged abort is executed, whatever else arrives in its second and whatever the value of `on_stop`."""
     tries(scene, words, "hold", expect_aborted)
 
 
@@ -130,7 +131,7 @@ for _name, _words in ABORTS.items():
 
 
 def stopped(scene: Scene, *, on_stop: str) -> None:
-    """An acknowledged stop happens although a pause comes within its second."""
+    """An acknowledged stop is executed although a pause arrives in its second."""
     left_at = SAFE if on_stop == "safe" else 60.0
     tries(scene, ("stop", "pause"), on_stop, functools.partial(expect_stopped, left_at=left_at))
 
@@ -140,7 +141,8 @@ enter("requests", "stop_then_pause_safe", functools.partial(stopped, on_stop="sa
 
 
 def expect_paused_or_resumed(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
-    """The pause was done. The resume is done, too, or refused because of it: not because the run were not held."""
+    """The pause is done. The resume is done, or refused because of the pause, but not with the reason that the run is
+    not held."""
     (_, paused, _), (_, resumed, answer) = said
     scene.expect(paused, f"the pause was refused: {said}")
     scene.expect("not held" not in answer, f"the resume was refused for a reason that the pause denies: {said}")
@@ -150,7 +152,7 @@ def expect_paused_or_resumed(scene: Scene, laboratory: Laboratory, run: Run, sai
 
 
 def paused_and_resumed(scene: Scene) -> None:
-    """After a pause and a resume within one second the run stands as the answers say."""
+    """After a pause and a resume within one second the run is in the state that the answers name."""
     tries(scene, ("pause", "resume"), "safe", expect_paused_or_resumed)
 
 
@@ -170,7 +172,7 @@ enter("requests", "resume_then_abort", resumed_and_aborted)
 
 
 def killed_after_abort(scene: Scene) -> None:
-    """The program is killed in the moment in which it has acknowledged an abort: its guard makes the chamber safe."""
+    """The program is killed at the moment at which it has acknowledged an abort. Its guard makes the chamber safe."""
     def judge(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
         scene.expect(said[0][1], f"the abort was not acknowledged: {said}")
         scene.expect_safe(laboratory, since, GUARD_LIMIT, f"{said}")
@@ -181,7 +183,7 @@ enter("requests", "abort_then_killed", killed_after_abort)
 
 
 def abort_before_a_crowd(scene: Scene) -> None:
-    """The program stands still for a moment; an abort is the first of more words than it hears at once."""
+    """The program is stopped for a moment. An abort is the first of several requests that it then reads at once."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     run.signal(signal.SIGSTOP)

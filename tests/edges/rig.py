@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 MAP = (SOURCE / "profiles/chambers/watlow_f4t.toml").read_text(encoding="utf-8")
-SAFE = 22.0  # °C, the safe set point of every rig here
-OBSERVE = '"3 s"'  # how long the air is watched, unless an attack says otherwise
+SAFE = 22.0  # °C, safe set point of every rig here
+OBSERVE = '"3 s"'  # default observation time of the air
 CHANNELS = ("A", "B", "C", "D", "E", "F", "G", "H", "shell")
 
 GYRO_FRAME = """
@@ -37,7 +37,7 @@ final_xor = 0
 
 @dataclass
 class Rig:
-    """What a rig file says; `limits`, `safe` and `policy` are further lines of these tables, as TOML has them."""
+    """Content of a rig file. `limits`, `safe` and `policy` are further lines of these tables in TOML."""
     lines: dict[str, str]
     framing: str = ""
     fastest: float = 30.0  # °C/min, both ways
@@ -90,7 +90,7 @@ three_point = ["A", "D", "shell"]
 {table("limits", self.limits)}{table("safe", {"observe": OBSERVE} | self.safe)}{table("policy", self.policy)}"""
 
     def write(self, folder: pathlib.Path, name: str = "rig.toml") -> pathlib.Path:
-        """Writes the rig file, and its register map beside it."""
+        """Writes the rig file and its register map."""
         (folder / "watlow_f4t.toml").write_text(MAP, encoding="utf-8")
         path = folder / name
         path.write_text(self.text(), encoding="utf-8")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Breaks the real program at its edges, and judges by what the chamber was sent and what the record kept.
+"""Attacks the real program, and judges by the chamber's received commands and the record's content.
 
     run.py GYROTHERM [NAME…] [--jobs N] [--long] [--hanging-disk LIBRARY] [--keep] [--list]
 
@@ -36,9 +36,9 @@ from attack import ATTACKS, Attack, Failed, Scene, Skipped
 
 GROUPS = ("terminal", "lines", "requests", "guard", "locks", "files", "disk", "start", "slow", "presence", "status",
           "channels", "limits")
-ATTEMPTS = 3  # at an attack that fails while the machine stands still
-CROWDED = 3 * (os.cpu_count() or 1)  # programs that want a processor: the next attack begins a little later
-LONGEST_CROWD = 1.0  # s, after which it begins all the same
+ATTEMPTS = 3  # for an attack on a machine that stands still
+CROWDED = 3 * (os.cpu_count() or 1)  # busy programs that delay the next attack
+LONGEST_CROWD = 1.0  # s, longest delay
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Outcome:
     verdict: str  # ok, FAILED, skipped
     why: list[str]
     facts: list[str]
-    stood_still: float  # s, for which the machine did meanwhile
+    stood_still: float  # s, standstill of the machine meanwhile
     seconds: float
 
     def line(self) -> str:
@@ -64,12 +64,12 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--hanging-disk", default="", help="the library of tests/apps/gyrotherm/hanging_disk.cpp")
     parser.add_argument("--keep", action="store_true", help="keep the folders of attacks that failed")
     parser.add_argument("--list", action="store_true", help="print the attacks and end")
-    parser.add_argument("--alone", metavar="FOLDER", help=argparse.SUPPRESS)  # one attack in this very process
+    parser.add_argument("--alone", metavar="FOLDER", help=argparse.SUPPRESS)  # one attack in this process
     return parser.parse_args()
 
 
 def chosen(names: list[str], long: bool) -> list[Attack]:
-    """The attacks of these names, in the order of their groups."""
+    """Returns the attacks with these names, in the order of their groups."""
     of_name = {n: [a for a in ATTACKS.values() if a.group == n or fnmatch.fnmatchcase(a.name, n)] for n in names}
     for name, attacks in of_name.items():
         if not attacks:
@@ -80,7 +80,7 @@ def chosen(names: list[str], long: bool) -> list[Attack]:
 
 
 def end_with(runner: int, folder: pathlib.Path) -> None:
-    """Leaves nothing behind if the runner is killed."""
+    """Cleans up if the runner is killed."""
     while os.getppid() == runner:
         time.sleep(1)
     program.sweep(folder)
@@ -89,9 +89,9 @@ def end_with(runner: int, folder: pathlib.Path) -> None:
 
 
 def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
-    """Makes one attack and writes its outcome where the runner looks for it."""
+    """Makes one attack and writes its outcome for the runner."""
     folder = pathlib.Path(options.alone)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it would be ignored by every program started here
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # started programs would inherit nohup's setting
     threading.Thread(target=end_with, args=(os.getppid(), folder), daemon=True).start()
     scene = Scene(pathlib.Path(options.program), folder, options.long, options.hanging_disk)
     verdict, why = "ok", scene.failures
@@ -101,7 +101,7 @@ def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
         scene.failures.append(str(failed))
     except Skipped as skipped:
         verdict, why = "skipped", [str(skipped)]
-    except Exception:  # a defect of the attack itself must be told, too
+    except Exception:  # reports a defect of the attack itself
         scene.failures.append(traceback.format_exc())
     finally:
         scene.close()
@@ -145,7 +145,7 @@ def run_in_a_process(attack: Attack, options: argparse.Namespace, folder: pathli
 
 
 def carry_out(attack: Attack, options: argparse.Namespace, base: pathlib.Path) -> Outcome:
-    """Makes it, and again where it fails on a machine that stood still."""
+    """Makes the attack, and repeats it if it fails on a machine that stood still."""
     spoiled = []
     while True:
         outcome = run_in_a_process(attack, options, base / (attack.name + "-again" * len(spoiled)))
@@ -155,7 +155,7 @@ def carry_out(attack: Attack, options: argparse.Namespace, base: pathlib.Path) -
 
 
 class Places:
-    """How many attacks may be made at once: three a place, for nearly all of them wait nearly all the time."""
+    """Returns how many attacks may run at once: three per slot, because nearly all of them wait."""
 
     def __init__(self, places: int) -> None:
         self.free = 3 * max(1, places)
@@ -177,13 +177,13 @@ class Places:
 
 
 def running() -> int:
-    """How many programs of this machine have a processor or want one."""
+    """Counts the programs of this machine that run or want a processor."""
     stat = pathlib.Path("/proc/stat").read_text()
     return next((int(line.split()[1]) for line in stat.splitlines() if line.startswith("procs_running ")), 0)
 
 
 def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]:
-    """The longest first, so that none is left alone at the end."""
+    """Sorts the longest first, so that none runs alone at the end."""
     outcomes: list[Outcome] = []
     places, printing = Places(options.jobs), threading.Lock()
     base = pathlib.Path(tempfile.mkdtemp(prefix="gyrotherm-edges-"))

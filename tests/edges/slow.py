@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller that takes its time for each answer (M6)."""
+"""Controller that answers slowly (M6)."""
 from __future__ import annotations
 
 import functools
@@ -10,14 +10,13 @@ from attack import Scene, enter
 from records import holes, wrong_readings
 from rig import hold, ramp
 
-SECONDS = 120  # s, of which so many must have a reading of the chamber
-EXCUSED = 2.0  # s from that of a row on, in which a standstill of the machine itself takes its reading
+SECONDS = 120  # seconds that need a chamber reading
+EXCUSED = 2.0  # s after a row in which a standstill is excused
 GOOD = {0.05: 120, 0.1: 118, 0.15: 110}
 
 
 def slow_answers(scene: Scene, *, answer_time: float) -> None:
-    """Each answer takes long while the profile ramps: nearly every second has its reading of the chamber all the
-    same."""
+    """Each answer takes long while the profile ramps. Nearly every second has its reading of the chamber."""
     seconds = SECONDS if scene.long else 45
     laboratory = scene.laboratory(air=30.0)
     laboratory.chamber.answer_time = answer_time
@@ -44,7 +43,7 @@ def slow_answers(scene: Scene, *, answer_time: float) -> None:
 
 
 def checked(scene: Scene, *, answer_time: float, warns: bool) -> None:
-    """check --connect says whether a second suffices for a controller that takes so long."""
+    """check --connect reports whether a second suffices for such a slow controller."""
     laboratory = scene.laboratory(air=30.0)
     laboratory.chamber.answer_time = answer_time
     ran = scene.programs.finish([scene.programs.gyrotherm, "check", "--rig", scene.rig(laboratory), "--connect"], 60)

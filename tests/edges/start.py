@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts that fail: a record that cannot be written, a start that breaks off half-way (M4), limits of the controller
-that the profile does not know (M9)."""
+"""Starts that fail: an unwritable record, a start that is interrupted (M4), limits of the controller that the profile
+does not know (M9)."""
 from __future__ import annotations
 
 import functools
@@ -18,17 +18,17 @@ from laboratory import AUTO, OFF, Laboratory
 from program import NOBODY, Ran, until
 from rig import SAFE, hold, ramp
 
-FOUND_AT = 35.0  # °C, the set point that the chamber has before
+FOUND_AT = 35.0  # °C, set point before the run
 
 
 def try_to_start(scene: Scene, laboratory: Laboratory, record: pathlib.Path, before: tuple[str, ...] = ()) -> Ran:
-    """Starts a run that ought to end by itself within some seconds."""
+    """Starts a run that should end by itself within seconds."""
     profile, rig = scene.profile(hold(60.0, 3600)), scene.rig(laboratory)
     return scene.programs.finish([scene.programs.gyrotherm, "run", profile, "--rig", rig, "--out", record], 30, before)
 
 
 def expect_untouched(scene: Scene, laboratory: Laboratory, ran: Ran, *codes: int) -> None:
-    """It has ended with one of the codes, and nothing at all was written to the chamber."""
+    """Expects that it ended with one of the codes, and that nothing was written to the chamber."""
     scene.expect(ran.code in codes, f"exit {ran.code}, expected {codes}: {ran.text[-400:]}")
     time.sleep(2)  # a guard would act now
     written = [(w.address, w.value) for w in laboratory.chamber.writes()]
@@ -55,7 +55,7 @@ def record_that_exists(folder: pathlib.Path) -> pathlib.Path:
 
 
 def log_that_exists(folder: pathlib.Path) -> pathlib.Path:
-    """A log of another record would be played back into the new one."""
+    """A log of another record would be replayed into the new one."""
     (folder / "run.db-wal").mkdir()
     return folder / "run.db"
 
@@ -87,7 +87,7 @@ PLACES: dict[str, Callable[[pathlib.Path], pathlib.Path]] = {
 
 
 def bad_place(scene: Scene, *, place: Callable[[pathlib.Path], pathlib.Path]) -> None:
-    """The record cannot be written where it is wanted: the run ends before anything is written to the chamber."""
+    """The record cannot be written. The run ends before anything is written to the chamber."""
     laboratory = scene.laboratory()
     laboratory.chamber.begin_at(60.0, FOUND_AT)
     record = place(scene.folder)
@@ -100,7 +100,7 @@ for _name, _place in PLACES.items():
 
 @attack("start")
 def record_in_a_read_only_folder(scene: Scene) -> None:
-    """The folder belongs to somebody else: the run ends before anything is written to the chamber."""
+    """The folder belongs to another user. The run ends before anything is written to the chamber."""
     laboratory = scene.laboratory()
     laboratory.chamber.begin_at(60.0, FOUND_AT)
     folder = scene.folder / "read-only"
@@ -112,7 +112,7 @@ def record_in_a_read_only_folder(scene: Scene) -> None:
 
 @attack("start")
 def resume_of_an_edited_record(scene: Scene) -> None:
-    """A record was edited after its program had died: resume refuses it before anything is written to the chamber."""
+    """A record was edited after its program had died. Resume refuses it before anything is written to the chamber."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, acknowledged=4)
     died = time.monotonic()
@@ -132,7 +132,7 @@ def resume_of_an_edited_record(scene: Scene) -> None:
 
 
 def broken_off(scene: Scene, *, breaks: Callable[[Laboratory], Any], mode: int) -> None:
-    """The start fails after the chamber may have been moved: set point and control mode are left as they were found."""
+    """The start fails after the chamber may have been moved. Set point and control mode are restored."""
     laboratory = scene.laboratory()
     laboratory.chamber.begin_at(60.0, FOUND_AT, mode)
     breaks(laboratory)
@@ -165,7 +165,7 @@ for _breaks, _mode, _name in ((gyro_is_silent, OFF, "gyro_silent_at_the_start"),
 
 
 def silent_for_a_moment(scene: Scene, *, who: str) -> None:
-    """An instrument does not answer for the first 0.7 s of a run, which begins all the same."""
+    """An instrument does not answer for the first 0.7 s of a run. The run begins."""
     laboratory = scene.laboratory()
     instrument = getattr(laboratory, who)
     instrument.silent = True
@@ -194,7 +194,8 @@ def limited(scene: Scene) -> tuple[Laboratory, pathlib.Path, pathlib.Path]:
 
 @attack("start")
 def controller_limit_at_check(scene: Scene) -> None:
-    """The controller takes 30 °C at most and the profile wants 40: check --connect says so, and ends with 3 or 4."""
+    """The controller accepts at most 30 °C and the profile requires 40 °C. check --connect reports it and ends with 3
+    or 4."""
     laboratory, profile, rig = limited(scene)
     ran = scene.programs.finish([scene.programs.gyrotherm, "check", profile, "--rig", rig, "--connect"], 30)
     scene.expect(ran.code in (3, 4), f"exit {ran.code}, expected 3 or 4")
@@ -204,7 +205,7 @@ def controller_limit_at_check(scene: Scene) -> None:
 
 @attack("start")
 def controller_limit_at_run(scene: Scene) -> None:
-    """The controller takes 30 °C at most and the profile wants 40: run refuses before the first write."""
+    """The controller accepts at most 30 °C and the profile requires 40 °C. run refuses before the first write."""
     laboratory, profile, rig = limited(scene)
     ran = scene.programs.finish([scene.programs.gyrotherm, "run", profile, "--rig", rig, "--out",
                                  scene.folder / "run.db"], 25)
@@ -214,7 +215,7 @@ def controller_limit_at_run(scene: Scene) -> None:
 
 @attack("start")
 def safe_set_point_beyond_the_controller(scene: Scene) -> None:
-    """The controller would refuse the safe set point: run refuses before the first write."""
+    """The controller would refuse the safe set point. run refuses before the first write."""
     laboratory = scene.laboratory()
     laboratory.chamber.begin_at(60.0, 60.0)
     laboratory.chamber.set_limits(SAFE + 8, 180.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The program, honest files of every kind, and one hostile input with what is done with it."""
+"""The program, valid files of every kind, and one hostile input with its use."""
 import hashlib
 import os
 import random
@@ -49,7 +49,7 @@ for first in range(0, len(rows), 100):
     record.execute("BEGIN")
     record.executemany("INSERT INTO sample VALUES(%s)" % ", ".join("?" * len(rows[0])), rows[first:first + 100])
     record.execute("COMMIT")
-os._exit(0)  # which closes nothing: closing would fold it in
+os._exit(0)  # without closing, which would fold the log in
 """
 IMPORT_MAP = """schema = "gyrotherm-import/1"
 name = "small"
@@ -84,7 +84,7 @@ def table(rows):
 
 
 def resident_mb(pid):
-    """The most that it has had so far. What wait4() says includes this very program before it became the other."""
+    """Returns the largest resident memory so far. wait4() includes this process before it became the other program."""
     try:
         with open("/proc/%d/status" % pid) as status:
             return next((int(line.split()[1]) / 1024 for line in status if line.startswith("VmHWM")), 0)
@@ -98,7 +98,7 @@ class Ran:
 
 
 class Laboratory:
-    """The program, and honest files to spoil copies of."""
+    """The program, and valid files whose copies are damaged."""
 
     def __init__(self, program, source, sanitized):
         self.program, self.source = os.path.abspath(program), os.path.abspath(source)
@@ -162,7 +162,7 @@ class Laboratory:
             self.finished_rows = file.read()
 
     def leave_unfinished(self):
-        """A run that was killed with its last thousand rows in the log, as they are before it is folded in."""
+        """Makes a run that was killed with its last thousand rows in the log, not yet folded in."""
         with open(os.devnull, "w") as nowhere:
             child = subprocess.Popen([self.program, "run", self.of("long.toml"), "--rig", self.of("rig.toml"), "--json",
                                       "--quiet", "--out", self.of("unfinished.db")], stdout=subprocess.PIPE,
@@ -176,7 +176,7 @@ class Laboratory:
 
 
 def listing(folder):
-    """Every name with what stands there; what was asked for goes into out/."""
+    """Returns every name with its content. Requested output goes into out/."""
     found = {}
     for root, folders, files in os.walk(folder):
         if root == folder and "out" in folders:
@@ -194,7 +194,7 @@ def listing(folder):
 
 
 class Input:
-    """One hostile input in a folder of its own, and what is done with it."""
+    """One hostile input in a folder of its own, and the commands on it."""
 
     def __init__(self, laboratory, number, seed):
         self.laboratory, self.number = laboratory, number
@@ -223,7 +223,7 @@ class Input:
         self.complaints.append(what)
 
     def expect(self, codes, *arguments, memory_mb=None, stdin=None, patience_s=None):
-        """Runs the program on it; the answer is one of `codes`, told in words that steer no terminal."""
+        """Runs the program on it. The exit code is one of `codes`, and the messages cannot control a terminal."""
         before = listing(self.folder)
         ran = self.laboratory.run(list(arguments), patience_s=patience_s, cwd=self.folder, stdin=stdin)
         told = "%s -> %s in %.2f s, %.0f MB: %r" % (" ".join(arguments), ran.code, ran.seconds, ran.memory_mb,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Links, pipes and devices in the place of files, and what stands beside a record."""
+"""Links, pipes and devices in place of files, and files next to a record."""
 import os
 
 from laboratory import DONE, WRONG_FILE
@@ -8,7 +8,7 @@ from spoil import spoiled
 
 
 def links_beside(one):
-    """Nothing is written through a link that somebody put where the program writes."""
+    """The program writes nothing through a foreign link."""
     draw, laboratory = one.random, one.laboratory
     names = ["r.db.status", "r.db.sha256", "r.db.status.part", "r.db.sha256.part", "r.db-wal", "r.db-shm",
              "r.db-journal", "x.csv.part", "m.json.part", "r.db.socket", "r.db.safe-state", "r.db.made-safe", "r.2.db"]
@@ -30,7 +30,7 @@ def links_beside(one):
 
 
 def something_else(one):
-    """A pipe, a device, a folder or a file of the kernel's in the place of any file."""
+    """A pipe, a device, a folder or a kernel file in place of any file."""
     draw, laboratory = one.random, one.laboratory
     os.mkfifo(one.of("pipe"))
     os.symlink("pipe", one.of("link"))
@@ -53,7 +53,7 @@ def something_else(one):
 
 
 def pipe_beside(one):
-    """Pipes where the files that stand beside a record are read."""
+    """Pipes in place of the files next to a record."""
     record, suffixes = one.random.choice([("unfinished.db", [".status", ".made-safe"]),
                                           ("finished.db", [".sha256", ".status", ".made-safe"])])
     path = one.copy(record, record + "-wal")
@@ -63,7 +63,7 @@ def pipe_beside(one):
 
 
 def file_beside(one):
-    """What stands beside a record, spoiled: it is told of, or not heeded, and never shown as it is."""
+    """Damaged files next to a record: they are reported or ignored, and never shown unchanged."""
     draw = one.random
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     status = open(path + ".status", "rb").read()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hostile records: flipped, cut, edited, with a journal beside them, or none at all."""
+"""Hostile records: flipped, cut, edited, with a journal next to them, or empty."""
 import json
 import os
 import shutil
@@ -50,8 +50,8 @@ def flipped_log(one):
 
 
 def cut_log(one):
-    """What was acknowledged and is gone is told, wherever the log ends; so is a file into which the log was just being
-    folded, which is no database without it."""
+    """Lost acknowledged rows are reported, wherever the log ends. So is a file into which the log was being folded,
+    which is not a database without it."""
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     whole = json.loads(one.expect([DONE], "status", "--json", path).out)["acknowledged"]
     os.truncate(path + "-wal", one.random.randrange(os.path.getsize(path + "-wal")))
@@ -65,7 +65,7 @@ def cut_log(one):
 
 
 def resumed_after_damage(one):
-    """Going on writes the record itself, and nothing else; it may take as long as the run does."""
+    """A resume writes only the record itself. It may take as long as the run."""
     one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     victim = one.random.choice(["unfinished.db", "unfinished.db-wal"])
     with open(one.of(victim), "rb") as file:
@@ -106,7 +106,7 @@ EDITS = [
 
 
 def edited_record(one):
-    """Nothing in a record runs, and what was changed does not pass for what was written."""
+    """Nothing in a record is executed, and changed content is not accepted as original."""
     name = one.random.choice(["finished.db", "unfinished.db"])
     path = one.copy(name, name + "-wal")
     for statement in one.random.choice(EDITS):
@@ -123,7 +123,7 @@ def edited_record(one):
 
 
 def hot_journal(path, super_journal):
-    """The journal of a transaction that was broken off, which names the journal of a whole."""
+    """The journal of an interrupted transaction, which names another journal."""
     other = path + ".other"
     shutil.copy2(path, other)
     writer = sqlite3.connect(other, isolation_level=None)
@@ -165,7 +165,7 @@ def journal_beside(one):
 
 
 def emptied_record(one):
-    """A reader that finds the record empty leaves its log alone."""
+    """A reader that finds the record empty does not change its log."""
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     os.truncate(path, one.random.choice([0, 1, 99, 100, 511, 4096]))
     read_every_way(one, path, [DONE, WRONG_FILE])

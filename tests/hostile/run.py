@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Hands files of strangers to the program: each is either read or refused with one message, in seconds, in a bounded
-memory, and nothing but what was asked for is touched.
+"""Passes hostile files to the program. Each is either read or refused with one message, within seconds and bounded
+memory, and no other file is touched.
 
     run.py PROGRAM SOURCE [--count N] [--first N] [--seed N] [--sanitized] [--keep DIR]
 
@@ -26,7 +26,7 @@ from records import (cut_log, cut_record, edited_record, emptied_record, flipped
 from tables import hostile_model, hostile_table
 from texts import text_in_a_record, toml_bomb, toml_mutation
 
-# Shares of a hundred inputs.
+# Shares in percent.
 KINDS = [(toml_mutation, 16), (toml_bomb, 10), (text_in_a_record, 2), (flipped_record, 12), (cut_record, 3),
          (flipped_log, 5), (cut_log, 4), (resumed_after_damage, 3), (edited_record, 9), (journal_beside, 5),
          (emptied_record, 1), (no_record, 2), (strange_name, 1), (links_beside, 4), (something_else, 8),
@@ -38,7 +38,7 @@ def pipes(folder, names):
 
 
 def carry_out(laboratory, number, seed, keep):
-    """The kinds take turns in their shares, so that any stretch of inputs has all of them."""
+    """Distributes the kinds evenly, so that any range of inputs has all of them."""
     turns = [kind for kind, share in KINDS for _ in range(share)]
     random.Random(seed).shuffle(turns)
     kind = turns[number % len(turns)]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How honest bytes are made hostile ones."""
+"""Damages valid bytes."""
 
 def spoiled(draw, content, most=3):
-    """Some bytes of it other than they were."""
+    """Changes some bytes."""
     content = bytearray(content)
     for _ in range(1 + draw.randrange(most)):
         if content:
@@ -19,7 +19,7 @@ TOKENS = ["=", "[", "]", "[[", "]]", "{", "}", '"', "'", '"""', "'''", "\\", "#"
 
 
 def mutated(draw, text):
-    """A text with pieces taken out, put in, doubled or exchanged."""
+    """Removes, inserts, doubles or exchanges pieces of a text."""
     content = text.encode()
     for _ in range(1 + draw.randrange(4)):
         at, kind = draw.randrange(len(content) + 1), draw.randrange(6)

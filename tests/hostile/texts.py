@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hostile TOML: profiles, rigs, maps and models of a gyro that somebody else wrote."""
+"""Hostile TOML from third parties: profiles, rigs, maps and gyro models."""
 import os
 import sqlite3
 
@@ -30,7 +30,7 @@ def toml_mutation(one):
 
 
 def bomb(draw):
-    """A text that is refused for what it is, whoever reads it."""
+    """Returns a text that every reader refuses."""
     many = lambda least, most: int(least * (most / least) ** draw.random())
     key = lambda parts: ".".join(["a"] * parts)
     kinds = [
@@ -77,7 +77,7 @@ def toml_bomb(one):
 
 
 def text_in_a_record(one):
-    """A record whose own texts are bombs is not gone on with."""
+    """A record with malicious texts is not resumed."""
     laboratory = one.laboratory
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     name = one.random.choice(["profile_text", "rig_text", "chamber_map_text", "gyro_model_text"])

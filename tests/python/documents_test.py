@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples in the module's headers and in docs/python.md are true."""
+"""The examples in the module's headers and in docs/python.md are correct."""
 
 import doctest
 import importlib
@@ -25,7 +25,7 @@ class Documents(InAFolder):
         self.assertGreater(attempted, 10)
 
     def test_examples_of_the_guide(self):
-        """In a folder with rate.db, random.db and model.json, as after `qualify`."""
+        """Works in a folder with rate.db, random.db and model.json, as after `qualify`."""
         record(self.folder / "rate.db")
         gyrotherm("run", HERE / "two_cycles.toml", "--rig", "profiles/rigs/virtual.toml", "--days-later", 30, "--out",
                   self.folder / "random.db", "--quiet")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run is followed by its live copy: a link to an SQLite file in write-ahead mode that another connection goes on
-writing."""
+"""A run is followed by its live copy: a link to an SQLite file in write-ahead mode that another connection still
+writes."""
 
 import shutil
 import sqlite3
@@ -21,7 +21,7 @@ OF_ANOTHER = "f" * 32
 
 
 def be_of_another_run(path, connection=None):
-    """Makes a file that of another run, by the connection that writes it, or by one of its own."""
+    """Turns a file into that of another run, by its writing connection or by one of its own."""
     writer = connection or sqlite3.connect(path, isolation_level=None)
     writer.execute("UPDATE meta SET value = ? WHERE key = 'id'", (OF_ANOTHER,))
     if connection is None:
@@ -55,7 +55,7 @@ class Follow(InAFolder):
                                 (first, last))
 
     def close(self):
-        """The record is closed and its live copy removed, as at the end of a run."""
+        """Closes the record and removes its live copy, as at the end of a run."""
         shutil.copy(self.folder / "whole.db", self.path)
         self.writer.close()
         for path in self.folder.glob("run.live*"):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Predictions are the program's, of each method and each kind of input, to 1e-12 of the bias' STD in training (and more
-where the function's weights add up to more than 1000: docs/files.md)."""
+"""Predictions equal the program's, for each method and each kind of input, to 1e-12 of the bias' STD in training (less
+precisely if the function's weights add up to more than 1000: docs/files.md)."""
 
 import json
 import re
@@ -41,7 +41,7 @@ TERMS = "A,rate:A,lag:600:B,A^2,A^3,A-B^2,A*rate:A,A*A-B,lag:600:A*A*rate:B"
 
 
 def methods():
-    """All that `train --help` lists."""
+    """Returns all methods that `train --help` lists."""
     return re.search(r"--method METHOD:\{([a-z,-]+)\}", gyrotherm("train", "--help"))[1].split(",")
 
 
@@ -52,7 +52,7 @@ class Predictions(InAFolder):
         cls.path = record(cls.folder / "run.db")
 
     def predicted(self, model, path, *more):
-        """What the program predicts of each second: raw bias less what `export --compensated` leaves."""
+        """Returns the program's prediction for each second: raw bias minus the result of `export --compensated`."""
         out = model.with_suffix(".csv")
         gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--force", "--unverified", *more)
         table = pd.read_csv(out, comment="#", float_precision="round_trip", index_col="time [s]")
@@ -66,10 +66,10 @@ class Predictions(InAFolder):
         np.testing.assert_array_equal(program.isna(), ours.isna())
         self.assertGreater(ours.notna().sum(), len(ours) / 2)
         self.assertLess((program - ours).abs().max(), allowed, file)
-        clusters = run.clusters()  # the last second of each stands for its mean
+        clusters = run.clusters()  # the last second of each represents its mean
         means = model.predict(clusters)
         inputs, time = model.inputs_of(run)
-        seconds = pd.Series(model.predict_inputs(inputs), index=time)  # not led, as means are not
+        seconds = pd.Series(model.predict_inputs(inputs), index=time)  # not extrapolated, unlike streamed means
         at_ends = seconds.loc[clusters.start_s + clusters.length_s - 1].to_numpy()
         self.assertLess(np.nanmax(np.abs(means - at_ends)), 100 * allowed, file)  # means are summed in another order
         residual = module.figures(clusters.bias_deg_per_h - means)
@@ -98,7 +98,7 @@ class Predictions(InAFolder):
         self.agree(self.path, self.train(self.path, "terms", "--method", "linear", "--inputs", TERMS))
 
     def test_of_an_imported_record(self):
-        """Rows count by their own time: two a second, some missing."""
+        """Rows count by their own time: two per second, some missing."""
         rows = ["ms,T1,T2,rate"]
         for k in range(0, 8000):
             if not 3000 < k < 3450:
@@ -131,7 +131,7 @@ class Predictions(InAFolder):
 
     def test_of_what_a_unit_tells_of_itself(self):
         mixed = record(self.folder / "mixed.db", rig="virtual-mixed")
-        database = sqlite3.connect(mixed)  # its own temperature stands still there
+        database = sqlite3.connect(mixed)  # its own temperature is constant there
         database.execute('UPDATE sample SET "gyro.temperature" = round(A + 0.3 * B)')
         database.execute('UPDATE sample SET "gyro.acceleration_x" = slot % 977')
         database.execute("""UPDATE sample SET "gyro.temperature" = NULL WHERE slot BETWEEN 2050 AND 2060""")
@@ -182,8 +182,8 @@ class Predictions(InAFolder):
         self.assertTrue((model.predict_std(module.open(self.path).clusters()).dropna() > 0).all())
 
     def test_the_variance_of_a_gaussian_process_is_its_formula(self):
-        """One centre c = 1 of one input, l = 2, σ_f = 3, S = [[a, 0], [0, s]], L² = 9 + 1e-9: k = 9 exp(−(z − 1)²/8),
-        w = k/L, and the variance a z² + s w² + 9 − w²."""
+        """One centre c = 1 of one input, l = 2, σ_f = 3, S = [[a, 0], [0, s]], L² = 9 + 1e-9: k = 9 exp(−(z − 1)²/8), w
+        = k/L, and the variance a z² + s w² + 9 − w²."""
         root = np.sqrt(9 + 1e-9)
         at = variance_from_json({"lengths": [2], "signal": 3, "noise": 0.1, "centres": [[1]], "root": [[root]],
                                  "posterior": [[0.5, 0], [0, 0.25]]}, 1)
@@ -243,7 +243,7 @@ class Predictions(InAFolder):
 
 class Folds(InAFolder):
     def test_are_the_programs(self):
-        """Least squares on these folds leave what the program's held-out residual says, cluster by cluster."""
+        """Least squares on these folds leave the program's held-out residual, cluster by cluster."""
         path = record(self.folder / "run.db")
         run = module.open(path)
         for by in ("cycles", "blocks"):

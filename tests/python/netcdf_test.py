@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A record as NetCDF, and its views, have what the record has: seen by netCDF4, h5py, xarray and plain sqlite3."""
+"""A record as NetCDF, and its views, have the record's content: read by netCDF4, h5py, xarray and plain sqlite3."""
 
 import shutil
 import sqlite3
@@ -113,7 +113,7 @@ class Netcdf(InAFolder):
     def test_stretches_in_a_gap_stand_on_the_grid_though_the_row_before_does_not(self):
         path = self.folder / "cut.db"
         shutil.copy(self.path, path)
-        with sqlite3.connect(path) as database:  # the stretch 1010 … 1014 begins in the gap, and another gap follows it
+        with sqlite3.connect(path) as database:  # 1010 … 1014 begins in the gap, another gap follows
             database.execute("DELETE FROM sample WHERE slot BETWEEN 1010 AND 1012 OR slot BETWEEN 1015 AND 1024")
             database.execute("INSERT INTO gap VALUES(1010, 1012, 'tested', 0), (1015, 1024, 'tested', 0)")
         with netCDF4.Dataset(exported(path, self.folder / "cut.nc", "--every", "5 s")) as found:
@@ -166,7 +166,7 @@ scale = 1
 
 
 class Import(InAFolder):
-    """What others wrote as NetCDF, packed as CF allows it."""
+    """NetCDF of other programs, packed as CF allows."""
 
     @classmethod
     def setUpClass(cls):
@@ -220,10 +220,10 @@ class Import(InAFolder):
 
 
 class OfOthers(InAFolder):
-    """What files of others say of their times and of values that are not there."""
+    """Times and missing values in files of other programs."""
 
     def made(self, times, units, kind="f8", calendar="", temperatures=None, temperature_kind="f4", **attributes):
-        """The file, with a thermometer of zeros unless others are named; where one is None, nothing is written."""
+        """Returns the file, by default with a thermometer of zeros. A thermometer of None is not written."""
         path = self.folder / f"{len(self.files())}.nc"
         with netCDF4.Dataset(path, "w") as made:
             made.createDimension("time", len(times))
@@ -316,7 +316,7 @@ class OfOthers(InAFolder):
             self.imported(self.made([0], "s", missing_value="-999"))
 
     def with_time(self, **attributes):
-        """The file, the attributes of whose time are set as they are: a function is called with variable and name."""
+        """Returns the file with the given attributes of its time. A function is called with variable and name."""
         path = self.made([0], "s")
         with netCDF4.Dataset(path, "a") as made:
             for name, value in attributes.items():
@@ -349,7 +349,7 @@ class OfOthers(InAFolder):
 
 
 class Names(InAFolder):
-    """What NetCDF and CF do not allow in the names of a record."""
+    """Names in a record that NetCDF and CF do not allow."""
 
     def exported(self, header, rows, thermometers, time='column = "t"\nunit = "s"'):
         columns = "".join(f'[[thermometer]]\nname = "{name}"\ncolumn = "{column}"\n' for name, column in thermometers)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The notebooks run from beginning to end, on records that the program makes, and are kept without their outputs."""
+"""The notebooks run from beginning to end, on records that the program makes, and are stored without outputs."""
 
 import os
 import unittest
@@ -26,7 +26,7 @@ class Notebooks(InAFolder):
         gyrotherm("train", cls.folder / "rate.db", "--method", "ridge-u", "--out", cls.folder / "model.json")
 
     def executed(self, name):
-        """The texts that the cells gave, as one."""
+        """Returns the texts of all cells, joined."""
         notebook = nbformat.read(NOTEBOOKS / name, as_version=4)
         cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
         self.assertFalse([cell.outputs for cell in cells if cell.outputs or cell.execution_count])

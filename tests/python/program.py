@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of python/ share: the program, and records that it makes. The program's path is the first argument."""
+"""Common part of the tests of python/: the program, and records that it makes. The program's path is the first
+argument."""
 
 import importlib
 import os
@@ -14,12 +15,12 @@ SKIPPED = 77
 SOURCE = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 sys.path.insert(0, str(SOURCE / "python"))
 
 
 def need(*modules):
-    """Ends the test as skipped where one of the modules is missing."""
+    """Skips the test if one of the modules is missing."""
     for module in modules:
         try:
             importlib.import_module(module)
@@ -33,7 +34,7 @@ PROGRAM = Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else Path("gyroth
 
 
 def gyrotherm(*words, accept=(0,)):
-    """Runs the program from the source folder; returns what it printed."""
+    """Runs the program from the source folder. Returns its output."""
     done = subprocess.run([PROGRAM, *map(str, words)], cwd=SOURCE, capture_output=True, text=True)
     if done.returncode not in accept:
         raise AssertionError(f"gyrotherm {' '.join(map(str, words))}: {done.returncode}\n{done.stdout}{done.stderr}")
@@ -41,7 +42,7 @@ def gyrotherm(*words, accept=(0,)):
 
 
 def start(*words, out):
-    """Starts the program and leaves it running. What it prints goes to a file."""
+    """Starts the program and leaves it running. Its output goes to a file."""
     with open(out, "wb") as printed:
         return subprocess.Popen([PROGRAM, *map(str, words)], cwd=SOURCE, stdout=printed, stderr=subprocess.DEVNULL)
 
@@ -51,7 +52,7 @@ _folder_of_masters = tempfile.TemporaryDirectory(prefix="gyrotherm-python-")
 
 
 def record(path, rig="virtual", profile=HERE / "two_cycles.toml"):
-    """Leaves the record of a profile, two short cycles where none is named, at the path. Each is run once."""
+    """Makes the record of a profile at the path, by default one of two short cycles. Each is run once."""
     if (rig, profile) not in _masters:
         master = Path(_folder_of_masters.name) / f"{len(_masters)}.db"
         gyrotherm("run", profile, "--rig", f"profiles/rigs/{rig}.toml", "--out", master, "--quiet")
@@ -61,7 +62,7 @@ def record(path, rig="virtual", profile=HERE / "two_cycles.toml"):
 
 
 class InAFolder(unittest.TestCase):
-    """Tests that share a folder of their class, and see that reading leaves no file in it."""
+    """Tests that share a folder of their class, and check that reading leaves no file in it."""
 
     @classmethod
     def setUpClass(cls):
@@ -70,5 +71,5 @@ class InAFolder(unittest.TestCase):
         cls.folder = Path(cls._folder.name)
 
     def files(self):
-        """All files of the folder, with their sizes and times."""
+        """Returns all files of the folder, with their sizes and times."""
         return {p: (p.stat().st_size, p.stat().st_mtime_ns) for p in sorted(self.folder.rglob("*"))}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A record in pandas and xarray has what the program says that it has."""
+"""A record in pandas and xarray has the values that the program reports."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ from gyrotherm import chain
 
 
 def exported(path, out):
-    """What `export` makes of a record."""
+    """Returns the result of `export` for a record."""
     gyrotherm("export", path, "--out", out, "--unverified")
     return pd.read_csv(out, comment="#", float_precision="round_trip")
 
@@ -134,7 +134,7 @@ class Turned(InAFolder):
         profile.write_text(text.replace('"6 h"', '"40 min"').replace('"2 h"', '"20 min"'), encoding="utf-8")
         path = record(self.folder / "two.db", profile=profile)
         frame = module.open(path).to_pandas()
-        self.assertLess(frame["bias_deg_per_h"].abs().max(), 2)  # the Earth's rate, 10.6 °/h, is gone on both sides
+        self.assertLess(frame["bias_deg_per_h"].abs().max(), 2)  # the Earth rate, 10.6 °/h, is removed on both sides
         model, out = self.folder / "two.json", self.folder / "two.csv"
         gyrotherm("train", path, "--method", "linear", "--inputs", "A", "--folds", "blocks:2", "--out", model)
         gyrotherm("export", path, "--compensated", "--model", model, "--out", out)
@@ -175,7 +175,7 @@ def wait_for(what, seconds=60.0):
 
 
 class Running(InAFolder):
-    """A run that is looked at while it is written, and after it was killed."""
+    """A run that is read while it is written, and after it was killed."""
 
     def begin(self, name):
         path, printed = self.folder / name, self.folder / f"{name}.json"
@@ -222,10 +222,10 @@ class Running(InAFolder):
 
 
 class Parts(InAFolder):
-    """A record in two files, made of one: the program goes on in a second one after an error of the disk alone."""
+    """A record in two files, made of one: after a disk error the program continues in a second file."""
 
     def in_two_files(self, whole, name, set_by_ns=0):
-        """What stands in the second file came after the wall's clock was set forward."""
+        """The second file begins after the wall clock was set forward."""
         first, second = self.folder / f"{name}.db", self.folder / f"{name}.2.db"
         shutil.copy(whole, first)
         shutil.copy(whole, second)

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the machine itself stood still: then a test that takes time may fail though the program is without fault."""
+"""Detects whether the machine itself stood still. A test that takes time may then fail although the program is
+correct."""
 from __future__ import annotations
 
 import threading
 import time
 
-STEP = 0.02  # s between two looks at the clock
-NOTICEABLE = 0.2  # s; an instrument that answers so much later is another one
+STEP = 0.02  # s between two readings of the clock
+NOTICEABLE = 0.2  # s; such a delay changes an instrument's behaviour
 
 
 class Standstill(threading.Thread):
-    """Looks at the clock all the time, and keeps when it could not."""
+    """Reads the clock all the time, and stores the stretches in which it could not."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
-        self.stretches: list[tuple[float, float]] = []  # UTC of the last look before and the first one after
+        self.stretches: list[tuple[float, float]] = []  # UTC of the readings around each standstill
         self.start()
 
     def run(self) -> None:
@@ -27,9 +28,9 @@ class Standstill(threading.Thread):
             before, utc_before = now, utc
 
     def total(self) -> float:
-        """For how long it stood still; s."""
+        """Returns the duration of all standstills, in s."""
         return sum(end - begin for begin, end in self.stretches)
 
     def touches(self, utc: float, seconds: float) -> bool:
-        """Whether it stood still for a part of so many seconds from `utc` on."""
+        """Returns whether it stood still during part of the given seconds from `utc` on."""
         return any(begin < utc + seconds and end > utc for begin, end in self.stretches)

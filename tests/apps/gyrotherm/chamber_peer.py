@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An independent Modbus client of a virtual F4T: chamber_peer.py tcp|rtu PORT|DEVICE WORD_ORDER.
+"""Independent Modbus client of a virtual F4T: chamber_peer.py tcp|rtu PORT|DEVICE WORD_ORDER.
 
 Reads the air, moves the set point to where the air then goes, and asks for what must be refused.
 """
@@ -42,7 +42,7 @@ while read(AIR) > began - 2:
     assert time.monotonic() < deadline, "the air does not follow the set point"
     time.sleep(0.1)
 
-if kind == "tcp":  # on a serial line the end of a frame of an unknown function is not known
+if kind == "tcp":  # on a serial line the frame's end is unknown
     assert exception(client.read_exception_status(slave=1)) == 1
 assert exception(client.write_coil(0, True, slave=1)) == 2
 assert exception(client.read_holding_registers(5, 1, slave=1)) == 2

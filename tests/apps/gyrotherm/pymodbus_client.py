@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An independent Modbus client: reads the virtual chamber's air and moves its set point."""
+"""Independent Modbus client: reads the virtual chamber's air and moves its set point."""
 import re
 import sys
 import time

@@ -105,7 +105,7 @@ class CalibrationOfAUnit : public testing::Test {
   }
 };
 
-TEST_F(CalibrationOfAUnit, HasAllItsViews) {
+TEST_F(CalibrationOfAUnit, WritesAllViews) {
   for (const char* name : {"calibration.json", "calibration.csv", "dcc.xml", "calibration.html", "calibration.de.html",
                            "calibration.pdf", "calibration.de.pdf"})
     EXPECT_TRUE(std::filesystem::exists(in("report/") + name)) << name;
@@ -117,7 +117,7 @@ TEST_F(CalibrationOfAUnit, HasAllItsViews) {
   EXPECT_NE(text_in(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
 }
 
-TEST_F(CalibrationOfAUnit, SaysTheSameNumbersInAllOfThem) {
+TEST_F(CalibrationOfAUnit, WritesSameNumbersIntoAllViews) {
   const std::string page = plain_blanks(text_in(in("report/calibration.html")));
   const std::string certificate = text_in(in("report/dcc.xml"));
   const auto pdf = shell("pdftotext -layout " + in("report/calibration.pdf") + " -");
@@ -139,7 +139,7 @@ TEST_F(CalibrationOfAUnit, SaysTheSameNumbersInAllOfThem) {
   EXPECT_GT(values, 30);
 }
 
-TEST_F(CalibrationOfAUnit, StatesTheRangeOfTheBlockThatTheModelWasTrainedIn) {
+TEST_F(CalibrationOfAUnit, StatesTrainedRangeOfBlock) {
   const auto model = nlohmann::json::parse(text_in(in("model.json")));
   const auto& block = model["trained_on"][0]["block"];
   const auto ranges = filed("report").trained_ranges;
@@ -153,7 +153,7 @@ TEST_F(CalibrationOfAUnit, StatesTheRangeOfTheBlockThatTheModelWasTrainedIn) {
             std::string::npos);
 }
 
-TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
+TEST_F(CalibrationOfAUnit, AppliesAsLeftLimitsToUnseenRunOnly) {
   int as_left = 0;
   for (const report::Conformity& one : filed("report").conformity) {
     if (one.stage != report::Stage::as_left) continue;
@@ -164,7 +164,7 @@ TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
 }
 
 /// A coefficient known to a tenth of its value has fifty degrees of freedom (GUM G.3).
-TEST_F(CalibrationOfAUnit, KnowsItsNoiseWithTheDegreesOfFreedomOfABudget) {
+TEST_F(CalibrationOfAUnit, GivesNoiseDegreesOfFreedomOfBudget) {
   int coefficients = 0;
   for (const report::ResultTable& table : filed("report").results) {
     if (table.group != report::Group::random_drift) continue;
@@ -177,7 +177,7 @@ TEST_F(CalibrationOfAUnit, KnowsItsNoiseWithTheDegreesOfFreedomOfABudget) {
   EXPECT_GT(coefficients, 0);
 }
 
-TEST_F(CalibrationOfAUnit, IsOfOneGyro) {
+TEST_F(CalibrationOfAUnit, RefusesRecordsOfTwoGyros) {
   run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 4 --out " + in("other.db"));
   const auto refused = gyrotherm_with("report " + in("rate.db") + " " + in("other.db") + " --out " + in("mixed"));
   EXPECT_EQ(refused.exit_code, 2);
@@ -188,7 +188,7 @@ TEST_F(CalibrationOfAUnit, IsOfOneGyro) {
   EXPECT_NE(std::ranges::find(missing, "models: one that was trained on this unit"), missing.end());
 }
 
-TEST_F(CalibrationOfAUnit, SaysOfEachRecordWhatItsBiasIsCountedFrom) {
+TEST_F(CalibrationOfAUnit, StatesBiasReferenceOfEachRecord) {
   std::ofstream table(in("table.csv"));
   table << "s,T,g\n";
   for (int second = 0; second < 300; ++second) table << second << ',' << 20 + second % 7 << ",10.6\n";
@@ -212,7 +212,7 @@ TEST_F(CalibrationOfAUnit, SaysOfEachRecordWhatItsBiasIsCountedFrom) {
   EXPECT_TRUE(filed("zero").bias_zeros.empty());
 }
 
-TEST_F(CalibrationOfAUnit, HasEachCalibrationOfAThermometer) {
+TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
   std::filesystem::copy_file(in("random.db"), in("anew.db"));
   {
     auto record = record::Database::open(in("anew.db"), record::Access::read_write, 0).value();
@@ -225,7 +225,7 @@ TEST_F(CalibrationOfAUnit, HasEachCalibrationOfAThermometer) {
   EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as the budgets of the two records take it";
 }
 
-TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
+TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverOverwritten) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'B. Berg'");
   EXPECT_EQ(filed("once").authorised->name, "B. Berg");
@@ -235,7 +235,7 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   EXPECT_NE(again.err.find("has a report that is authorised"), std::string::npos) << again.err;
 }
 
-TEST_F(CalibrationOfAUnit, IsAuthorisedByPersonsWithThatRole) {
+TEST_F(CalibrationOfAUnit, IsAuthorisedOnlyByPersonWithRole) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("roles"));
   for (const char* name : {"Mickey Mouse", "K. Kurz", "b. berg", "B. Berg ", "authorising"}) {
     const auto refused = gyrotherm_with("report authorise " + in("roles") + " --by '" + name + "'");
@@ -247,7 +247,7 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedByPersonsWithThatRole) {
   }
 }
 
-TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithTextsOfExamples) {
+TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithPlaceholderTexts) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("copied"));
   auto draft = filed("copied");
   draft.traceability = {"Temperatures are traceable to the SI through …", ""};
@@ -263,7 +263,7 @@ TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithTextsOfExamples) {
 }
 
 /// Covers reports that gyrotherm 0.1.0 authorised and reports with a changed view.
-TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenItsFilesAreNotThoseAuthorised) {
+TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenFilesHaveChanged) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("again"));
   const auto authorise = [] { return gyrotherm_with("report authorise " + in("again") + " --by 'B. Berg'"); };
   ASSERT_EQ(authorise().exit_code, 0);
@@ -282,7 +282,7 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenItsFilesAreNotThoseAuthorised) {
 }
 
 /// The disk becomes full before the last view is written. Without this rule a PDF marked as draft could be signed.
-TEST_F(CalibrationOfAUnit, IsADraftUntilEachViewSaysThatItIsAuthorised) {
+TEST_F(CalibrationOfAUnit, RemainsDraftWhenViewCannotBeWritten) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("half"));
   const std::string pdf = in("half/calibration.pdf");
   std::filesystem::remove(pdf);
@@ -295,7 +295,7 @@ TEST_F(CalibrationOfAUnit, IsADraftUntilEachViewSaysThatItIsAuthorised) {
   EXPECT_TRUE(std::filesystem::is_regular_file(pdf));
 }
 
-TEST_F(CalibrationOfAUnit, WithoutAnOrderIsADraftThatSaysWhatIsMissing) {
+TEST_F(CalibrationOfAUnit, IsDraftThatListsMissingTextsWithoutOrder) {
   run("report " + in("rate.db") + " --model " + in("model.json") + " --out " + in("draft"));
   const auto report = filed("draft");
   EXPECT_NE(std::ranges::find(report.missing, "order.toml: customer.name"), report.missing.end());
@@ -305,7 +305,7 @@ TEST_F(CalibrationOfAUnit, WithoutAnOrderIsADraftThatSaysWhatIsMissing) {
   EXPECT_NE(refused.err.find("lacks"), std::string::npos) << refused.err;
 }
 
-TEST_F(CalibrationOfAUnit, NamesInputsOfModelsThatLieInAFolder) {
+TEST_F(CalibrationOfAUnit, TakesInputsOnlyForModelsInFolder) {
   const auto report = [](const std::string& models) {
     return gyrotherm_with("report " + in("random.db") + models + " --inputs gradients,A --out " + in("inputs"));
   };
@@ -319,7 +319,7 @@ TEST_F(CalibrationOfAUnit, NamesInputsOfModelsThatLieInAFolder) {
   EXPECT_FALSE(std::filesystem::exists(in("inputs")));
 }
 
-TEST_F(CalibrationOfAUnit, AYearLaterIsComparedWithWhatItLeftWith) {
+TEST_F(CalibrationOfAUnit, IsComparedWithReportOfYearBefore) {
   std::string order = kOrder;
   order.replace(order.find("\"C-1\""), 5, "\"C-2\"");
   std::ofstream(in("order2.toml")) << order;
@@ -371,7 +371,7 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
 }
 
 /// The repeatability of three starts is known only from all three together, and the model has seen each of them.
-TEST_F(CalibrationOfAUnit, OfStartsThatTheModelHasLearntIsADraft) {
+TEST_F(CalibrationOfAUnit, IsDraftWhenModelHasSeenAllStarts) {
   std::string records;
   for (const char* name : {"one", "two", "three"}) {
     std::ofstream(in(name) + ".toml") << fmt::format(R"(schema = "gyrotherm-profile/1"
@@ -415,7 +415,7 @@ cycle = true
   EXPECT_EQ(tables, 2);
 }
 
-TEST_F(CalibrationOfAUnit, IsOfTheUnitThatTheRecordNames) {
+TEST_F(CalibrationOfAUnit, RefusesOrderOfAnotherUnit) {
   const auto made = shell("sed 's#\\.\\./#" GYROTHERM_SOURCE_DIR
                           "/profiles/#; s/^\\[gyro]$/&\\nserial_number = \"0043\"/' profiles/rigs/virtual.toml > " +
                           in("rig.toml"));
@@ -431,7 +431,7 @@ TEST_F(CalibrationOfAUnit, IsOfTheUnitThatTheRecordNames) {
   EXPECT_FALSE(std::filesystem::exists(in("other_unit")));
 }
 
-TEST_F(CalibrationOfAUnit, IsHeldAgainstNoResultThatNobodyKnows) {
+TEST_F(CalibrationOfAUnit, RefusesLimitOnUnknownQuantity) {
   std::string order = kOrder;
   order.replace(order.find("whole_run.rmse"), 14, "whole_run.rsme");
   std::ofstream(in("mistyped.toml")) << order;
@@ -453,7 +453,7 @@ TEST_F(CalibrationOfAUnit, IsHeldAgainstNoResultThatNobodyKnows) {
   }
 }
 
-TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
+TEST_F(CalibrationOfAUnit, CompensateReadsExportedRows) {
   run("export " + in("random.db") + " --out " + in("random.csv"));
   run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));
   const auto stream = gyrotherm_with("compensate " + in("model.json"), text_in(in("random.csv")));
@@ -470,7 +470,7 @@ TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
   EXPECT_NEAR(last_of(stream.out, 0), last_of(table, 1), 1e-6);
 }
 
-TEST_F(CalibrationOfAUnit, CompensatedRowsHaveTheTimesOfOthers) {
+TEST_F(CalibrationOfAUnit, ExportsCompensatedRowsWithSameTimes) {
   const auto exported = [&](const std::string& how) {
     run("export " + in("random.db") + " --from '10 min' --to '602 s' --force --out " + in("chosen.csv") + how);
     return text_in(in("chosen.csv"));
@@ -489,7 +489,7 @@ TEST_F(CalibrationOfAUnit, CompensatedRowsHaveTheTimesOfOthers) {
   }
 }
 
-TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {
+TEST_F(CalibrationOfAUnit, LeavesMeansEmptyAcrossGap) {
   std::filesystem::copy_file(in("random.db"), in("gap.db"));
   {
     auto record = record::Database::open(in("gap.db"), record::Access::read_write, 0).value();

@@ -14,20 +14,20 @@
 namespace gyrotherm::app {
 namespace {
 
-TEST(CommandLine, AMisspeltCommandIsAnsweredWithTheNearestOne) {
+TEST(CommandLine, SuggestsNearestCommandWhenMisspelt) {
   const auto ran = gyrotherm_with("qualifi --out x");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_NE(ran.err.find("Did you mean \"qualify\"?"), std::string::npos) << ran.err;
 }
 
-TEST(CommandLine, NoCommandAndUnknownOptionsAreUsageErrors) {
+TEST(CommandLine, RefusesMissingCommandAndUnknownOptions) {
   EXPECT_EQ(gyrotherm_with("").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("check --colour").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("check").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("train").exit_code, 2);
 }
 
-TEST(CommandLine, ANumberIsDecimalAndFiniteAndNothingElse) {
+TEST(CommandLine, AcceptsOnlyFiniteDecimalNumbers) {
   const auto refused = [](const std::string& arguments, const std::string& option) {
     const auto ran = gyrotherm_with(arguments);
     EXPECT_EQ(ran.exit_code, 2) << arguments;
@@ -53,7 +53,7 @@ TEST(CommandLine, ANumberIsDecimalAndFiniteAndNothingElse) {
     EXPECT_EQ(gyrotherm_with(std::string("simulate --pace ") + pace).exit_code, 2) << pace;
 }
 
-TEST(CommandLine, AValueThatIsEmptyIsNotTakenForTheDefault) {
+TEST(CommandLine, RefusesEmptyValues) {
   for (const auto* arguments : {"train run.db --out model.json --inputs ''", "check --rig ''", "check ''",
                                 "export run.db --out ''", "fuse run.db --models ''"}) {
     const auto ran = gyrotherm_with(arguments);
@@ -62,7 +62,7 @@ TEST(CommandLine, AValueThatIsEmptyIsNotTakenForTheDefault) {
   }
 }
 
-TEST(CommandLine, AnOptionThatCannotActIsRefused) {
+TEST(CommandLine, RefusesOptionWithoutEffect) {
   for (const auto* option : {"--model model.json", "--outside refuse", "--unit u1", "--axis x"}) {
     const auto ran = gyrotherm_with(std::string("export run.db --out rows.csv ") + option);
     EXPECT_EQ(ran.exit_code, 2) << option;
@@ -70,7 +70,7 @@ TEST(CommandLine, AnOptionThatCannotActIsRefused) {
   }
 }
 
-TEST(CommandLine, ADashIsNoNameOfAFile) {
+TEST(CommandLine, RefusesDashAsFileName) {
   const Folder folder;
   for (const auto* arguments :
        {"export run.db --out -", "train run.db --out -", "export-model model.json --as libsvm --out -",
@@ -84,7 +84,7 @@ TEST(CommandLine, ADashIsNoNameOfAFile) {
 }
 
 /// SQLite discards a database in memory.
-TEST(CommandLine, NoRecordIsWrittenIntoMemory) {
+TEST(CommandLine, RefusesRecordInMemory) {
   const Folder folder;
   std::ofstream(folder / "rows.csv") << small_rows(3);
   std::ofstream(folder / "map.toml") << small_map();
@@ -103,7 +103,7 @@ TEST(CommandLine, NoRecordIsWrittenIntoMemory) {
   }
 }
 
-TEST(CommandLine, AFolderThatIsNotThereIsToldBeforeTheWork) {
+TEST(CommandLine, ReportsMissingFolderBeforeWork) {
   const Folder folder;
   for (const auto* arguments :
        {"export run.db --out ", "train run.db --out ", "import rows.csv --map freeimu --out "}) {
@@ -115,7 +115,7 @@ TEST(CommandLine, AFolderThatIsNotThereIsToldBeforeTheWork) {
   EXPECT_NE(itself.err.find("is a folder"), std::string::npos) << itself.err;
 }
 
-TEST(CommandLine, ADescriptorThatTheCallerClosedIsNobodyElses) {
+TEST(CommandLine, KeepsClosedStandardDescriptorsUnused) {
   const Folder folder;
   make_small_model(folder);
   const auto nothing_read = shell("gyrotherm compensate " + (folder / "model.json") + " <&-");
@@ -129,7 +129,7 @@ TEST(CommandLine, ADescriptorThatTheCallerClosedIsNobodyElses) {
   EXPECT_EQ(mute.out.find("gyrotherm"), std::string::npos) << "a message is not written into the table";
 }
 
-TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
+TEST(CommandLine, BeginsHelpOfEachCommandWithExample) {
   for (const auto* command :
        {"qualify", "run", "go", "resume", "status", "simulate", "check", "import", "export", "train", "verify",
         "type-prior", "compensate", "fuse", "export-model", "reduce", "report", "doctor", "completion"}) {
@@ -139,14 +139,14 @@ TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
   }
 }
 
-TEST(Check, PrintsTheArithmeticOfTheRateProgram) {
+TEST(Check, PrintsTimelineOfRampProgram) {
   const auto ran = gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* figure : {"672", "552", "512", "480", "2216"})
     EXPECT_NE(ran.out.find(figure), std::string::npos) << figure;
 }
 
-TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
+TEST(Check, RefusesProfileOutsideChamberLimitsWithPosition) {
   const Folder folder;
   std::ofstream(folder / "hot.toml") << "schema = \"gyrotherm-profile/1\"\nname = \"hot\"\n\n[[segment]]\nkind = "
                                         "\"hold\"\nat = \"150 °C\"\ntime = \"1 h\"\n";
@@ -155,7 +155,7 @@ TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
   EXPECT_NE(ran.err.find("hot.toml:4:1"), std::string::npos) << ran.err;
 }
 
-TEST(Check, AVirtualRigIsRefusedAsARunWouldRefuseIt) {
+TEST(Check, RefusesVirtualRigLikeRun) {
   const Folder folder;
   const auto rig = folder / "rig.toml";
   const auto ran =
@@ -165,7 +165,7 @@ TEST(Check, AVirtualRigIsRefusedAsARunWouldRefuseIt) {
   EXPECT_NE(ran.err.find("channel \"outside\" is none of A, B"), std::string::npos) << ran.err;
 }
 
-TEST(Check, ASoakOnASensorThatTheRigDoesNotHaveIsRefusedBeforeAnythingMoves) {
+TEST(Check, RefusesSoakOnUnknownSensor) {
   const Folder folder;
   std::ofstream(folder / "soak.toml")
       << "schema = \"gyrotherm-profile/1\"\nname = \"soak\"\n\n[[segment]]\nkind = "
@@ -183,7 +183,7 @@ TEST(Check, ASoakOnASensorThatTheRigDoesNotHaveIsRefusedBeforeAnythingMoves) {
   EXPECT_FALSE(std::filesystem::exists(record));
 }
 
-TEST(Check, AllMistakesOfAFileAreToldAtOnce) {
+TEST(Check, ReportsAllErrorsOfFile) {
   const Folder folder;
   std::ofstream(folder / "bad.toml") << "schema = \"gyrotherm-profile/1\"\nnaem = \"x\"\n\n[[segment]]\nkind = "
                                         "\"hold\"\nat = 20\ntime = \"1 fortnight\"\n";
@@ -193,21 +193,21 @@ TEST(Check, AllMistakesOfAFileAreToldAtOnce) {
   EXPECT_NE(ran.err.find("bad.toml:7:8"), std::string::npos) << ran.err;
 }
 
-TEST(Check, ConnectAsksEveryInstrumentOfTheVirtualRig) {
+TEST(Check, ConnectQueriesEveryInstrument) {
   const auto ran = gyrotherm_with("check --rig profiles/rigs/virtual.toml --connect");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* word : {"chamber:", "LSCI,MODEL218", "gyro:"})
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
 }
 
-TEST(Check, ConnectTimesEveryInstrumentOfMixedOnes) {
+TEST(Check, ConnectTimesEveryInstrumentOfMixedRig) {
   const auto ran = gyrotherm_with("check --rig profiles/rigs/virtual-mixed.toml --connect");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* word : {"word order cdab", "USB-TEMP", "10 reads: ", "2 frames seen, 0 lost, 0 bad"})
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
 }
 
-TEST(Check, SaysHowSureTheFilesAreAndWhichCalibrationIsDue) {
+TEST(Check, ReportsConfidenceOfFilesAndDueCalibrations) {
   const Folder folder;
   const auto ran = shell("sed -e 's#\\.\\./#" GYROTHERM_SOURCE_DIR
                          "/profiles/#; s#2027-01-18#2020-01-18#' profiles/rigs/example-f4t-lakeshore-kvh.toml > " +
@@ -230,7 +230,7 @@ std::string rig_that_stores(const Folder& folder, const std::string& limits, con
   return "'" + (folder / "rig.toml") + "'";
 }
 
-TEST(Check, CountsTheSetPointsOfARun) {
+TEST(Check, CountsSetPointsOfRun) {
   const Folder folder;
   const auto counted = [&](const std::string& limits) {
     const auto ran =
@@ -246,7 +246,7 @@ TEST(Check, CountsTheSetPointsOfARun) {
       std::string::npos);
 }
 
-TEST(Check, WarnsOfAControllerThatStoresEachSetPoint) {
+TEST(Check, WarnsWhenControllerStoresEachSetPoint) {
   const Folder folder;
   const auto ran = gyrotherm_with("check profiles/qualification.toml --rig " +
                                   rig_that_stores(folder, "nonvolatile_set_point = 100000"));
@@ -261,7 +261,7 @@ TEST(Check, WarnsOfAControllerThatStoresEachSetPoint) {
         << wrong;
 }
 
-TEST(Check, WarnsOfDevicesWhoseNameMayChange) {
+TEST(Check, WarnsWhenDeviceNameMayChange) {
   const Folder folder;
   const auto edited = shell(
       "sed 's#serial:/dev/serial/by-id/usb-Moxa[^\"]*#serial:/dev/ttyUSB3#' "
@@ -273,7 +273,7 @@ TEST(Check, WarnsOfDevicesWhoseNameMayChange) {
       << edited.out;
 }
 
-TEST(Check, ConnectSpeaksByTheLinkSettingsOfTheRig) {
+TEST(Check, ConnectUsesLinkSettingsOfRig) {
   const Folder folder;
   for (const auto* link : {"link = { unit = 1 }", "link = { returns_other_transaction = true, read_at_most = 9 }",
                            "link = { timeout = \"1 s\", returns_other_unit = true }"}) {
@@ -283,7 +283,7 @@ TEST(Check, ConnectSpeaksByTheLinkSettingsOfTheRig) {
   }
 }
 
-TEST(Check, FindingsAreOneJsonDocument) {
+TEST(Check, PrintsFindingsAsOneJsonDocument) {
   const auto ran =
       gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml --connect --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
@@ -294,7 +294,7 @@ TEST(Check, FindingsAreOneJsonDocument) {
   EXPECT_EQ(found["profile"]["all"]["clusters"], 2216);
 }
 
-TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {
+TEST(Run, FailsWithInstrumentFaultWhenRigIsMissing) {
   const Folder folder;
   auto rig =
       shell(
@@ -308,7 +308,7 @@ TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
 }
 
-TEST(Run, WhatWasLeftOfAnEarlierRecordOfItsNameIsNoneOfIts) {
+TEST(Run, IgnoresFilesOfEarlierRecordWithSameName) {
   const Folder folder;
   const auto record = folder / "run.db";
   std::ofstream(record + ".made-safe")
@@ -324,7 +324,7 @@ TEST(Run, WhatWasLeftOfAnEarlierRecordOfItsNameIsNoneOfIts) {
   EXPECT_EQ(status.out.find("by the guard"), std::string::npos) << status.out;
 }
 
-TEST(Run, ARecordIsNeverOverwritten) {
+TEST(Run, NeverOverwritesRecord) {
   const Folder folder;
   std::ofstream(folder / "run.db") << "precious";
   const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
@@ -349,7 +349,7 @@ class Force : public testing::Test {
   const Folder folder_;
 };
 
-TEST(Train, TakesNoMoreThreadsThanTheMachineHas) {
+TEST(Train, LimitsThreadsToThoseOfMachine) {
   const Folder folder;
   make_small_model(folder);
   const auto train = "train " + (folder / "record.db") + " --inputs A --method linear --threads ";
@@ -362,7 +362,7 @@ TEST(Train, TakesNoMoreThreadsThanTheMachineHas) {
   }
 }
 
-TEST_F(Force, NeverWritesOverARecord) {
+TEST_F(Force, NeverOverwritesRecord) {
   for (const auto* command :
        {"export record.db", "export record.db --as netcdf", "export record.db --compensated --model model.json",
         "train record.db --inputs A --method linear", "reduce model.json record.db --keep 3", "type-prior record.db",
@@ -372,7 +372,7 @@ TEST_F(Force, NeverWritesOverARecord) {
   expect_refused("fuse record.db --models .", "--export-c record.db");
 }
 
-TEST_F(Force, NeverWritesOverWhatBelongsToARecord) {
+TEST_F(Force, NeverOverwritesFilesOfRecord) {
   ASSERT_EQ(shell("cd " + (folder_ / ".") +
                   " && cp record.db record.2.db && ln -s record.db link.csv"
                   " && touch record.db-wal record.db.status record.db.sha256"

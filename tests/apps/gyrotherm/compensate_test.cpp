@@ -30,7 +30,7 @@ class Compensate : public testing::Test {
   const Folder folder_;
 };
 
-TEST_F(Compensate, AnswersEachRowWithALine) {
+TEST_F(Compensate, PrintsLinePerRow) {
   const auto ran = compensate(small_rows(300));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto lines = lines_of(ran.out);
@@ -40,7 +40,7 @@ TEST_F(Compensate, AnswersEachRowWithALine) {
   EXPECT_NE(ran.err.find("lag by 50 s"), std::string::npos) << ran.err;
 }
 
-TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
+TEST_F(Compensate, AnswersSingleRowAtOnce) {
   std::ofstream(folder_ / "rows") << small_rows(101);
   // The writer keeps its end open and continues only after its rows have been answered. It gives up after a minute.
   const auto ran = shell("cd " + (folder_ / ".") +
@@ -52,7 +52,7 @@ TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
   EXPECT_EQ(ran.exit_code, 0) << "7: a row was not answered while the input was open\n" << ran.err;
 }
 
-TEST_F(Compensate, EndsWhileRowsComeOnceItsAnswersGoNowhere) {
+TEST_F(Compensate, EndsWhenOutputIsClosed) {
   std::ofstream(folder_ / "rows") << small_rows(200);
   // The writer would continue for 15 s; it prints how many rows it wrote.
   const std::string rows = "cd " + (folder_ / ".") +
@@ -67,7 +67,7 @@ TEST_F(Compensate, EndsWhileRowsComeOnceItsAnswersGoNowhere) {
   EXPECT_NE(full.err.find("stdout: cannot be written"), std::string::npos) << full.err;
 }
 
-TEST_F(Compensate, AnswersTheSameHoweverItsInputComes) {
+TEST_F(Compensate, AnswersIndependentlyOfInputPieces) {
   const auto bulk = compensate(small_rows(700));
   const auto single =
       shell("while IFS= read -r row; do echo \"$row\"; done | gyrotherm compensate " + (folder_ / "model.json"),
@@ -75,7 +75,7 @@ TEST_F(Compensate, AnswersTheSameHoweverItsInputComes) {
   EXPECT_EQ(bulk.out, single.out);
 }
 
-TEST_F(Compensate, TellsAThermometerFromAGyroOfTheSameName) {
+TEST_F(Compensate, DistinguishesThermometerAndGyroOfSameName) {
   const auto rows = lines_of(small_rows(300));
   std::string exported = "# axis gyro: scale 1, earth rate 0\nslot,gyro [°C],B [°C],gyro [1 °/h]\n";
   for (int row = 1; row <= 300; ++row) exported += fmt::format("{},{}\n", row - 1, rows[row]);
@@ -95,7 +95,7 @@ std::string exported_rows(const std::vector<int>& slots) {
   return text;
 }
 
-TEST_F(Compensate, OfAnExportTakesTheEarthsRateWithTheSignOfItsPosition) {
+TEST_F(Compensate, AppliesSignOfEarthRateToTurnedRows) {
   const auto rows = lines_of(small_rows(300));
   std::string text = "# axis gyro: scale 1, earth rate 10\nslot,A [°C],B [°C],gyro [1 °/h],turned\n";
   for (int row = 1; row <= 300; ++row) {
@@ -113,7 +113,7 @@ TEST_F(Compensate, OfAnExportTakesTheEarthsRateWithTheSignOfItsPosition) {
       EXPECT_NEAR(std::stod(found[row]), std::stod(known[row]), 2e-7) << row;
 }
 
-TEST_F(Compensate, OfAnExportHasNoValueAfterAGapUntilAWholeMeanHasCome) {
+TEST_F(Compensate, PrintsNoValueAfterGapUntilMeanIsComplete) {
   std::vector<int> slots(400), with_gap(400);
   for (int row = 0; row < 400; ++row) {
     slots[row] = 60 + row;
@@ -130,7 +130,7 @@ TEST_F(Compensate, OfAnExportHasNoValueAfterAGapUntilAWholeMeanHasCome) {
   EXPECT_NE(ran.err.find("3000 seconds are missing"), std::string::npos) << ran.err;
 }
 
-TEST_F(Compensate, ASlotThatIsNotAfterTheOneBeforeIsRefusedWithItsPlace) {
+TEST_F(Compensate, RefusesSlotOutOfOrderWithPosition) {
   std::vector<int> slots(120);
   for (int row = 0; row < 120; ++row) slots[row] = row;
   for (const int wrong : {109, 108, 0, -1, 2'000'000'000}) {
@@ -146,7 +146,7 @@ TEST_F(Compensate, ASlotThatIsNotAfterTheOneBeforeIsRefusedWithItsPlace) {
   EXPECT_NE(ran.err.find("stdin:3:1: no slot, expected"), std::string::npos) << ran.err;
 }
 
-TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
+TEST_F(Compensate, RefusesMalformedRowAfterAnsweringEarlierRows) {
   auto rows = small_rows(150) + "20,warm,1\n";
   const auto ran = compensate(rows);
   EXPECT_EQ(ran.exit_code, 4);
@@ -158,7 +158,7 @@ TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
   EXPECT_EQ(gyrotherm_with("compensate " + (folder_ / "none.json")).exit_code, 4);
 }
 
-TEST_F(Compensate, AUnitThatItsNumbersDoNotHaveIsRefused) {
+TEST_F(Compensate, RefusesColumnsInOtherUnits) {
   const auto rows = [](const std::string& header) {
     const auto plain = small_rows(101);
     return header + plain.substr(plain.find('\n'));
@@ -176,13 +176,13 @@ TEST_F(Compensate, AUnitThatItsNumbersDoNotHaveIsRefused) {
   EXPECT_NE(bias.err.find("column 3 is \"bias [°/s]\", expected a bias in [°/h]"), std::string::npos) << bias.err;
 }
 
-TEST_F(Compensate, AMissingReadingLeavesItsMeansEmpty) {
+TEST_F(Compensate, LeavesMeansEmptyWhenReadingIsMissing) {
   const auto lines = lines_of(compensate(small_rows(150) + "20,,1\n" + small_rows(250).substr(9)).out);
   ASSERT_EQ(lines.size(), 402u);
   for (std::size_t row = 100; row <= 401; ++row) EXPECT_EQ(lines[row].empty(), row > 150 && row <= 250) << row;
 }
 
-TEST_F(Compensate, GivesTheUncertaintyBesideTheValue) {
+TEST_F(Compensate, PrintsUncertaintyInSecondColumn) {
   const auto plain = compensate(small_rows(300)), with = compensate(small_rows(300), "--uncertainty");
   ASSERT_EQ(with.exit_code, 0) << with.err;
   const auto values = lines_of(plain.out), lines = lines_of(with.out);
@@ -195,7 +195,7 @@ TEST_F(Compensate, GivesTheUncertaintyBesideTheValue) {
   EXPECT_NE(with.err.find("95 %"), std::string::npos) << with.err;
 }
 
-TEST_F(Compensate, WidensTheUncertaintyOutsideTheTrainedRange) {
+TEST_F(Compensate, WidensUncertaintyOutsideTrainedRange) {
   const auto last_u = [this](double temperature) {
     std::string rows = "A,B,bias\n";
     for (int i = 0; i < 120; ++i) rows += fmt::format("{0},{0},1\n", temperature);
@@ -208,7 +208,7 @@ TEST_F(Compensate, WidensTheUncertaintyOutsideTheTrainedRange) {
   EXPECT_GT(last_u(120), last_u(90));
 }
 
-TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
+TEST_F(Compensate, ReportsInputsOutsideTrainedRange) {
   std::string hot = "A,B,bias\n";
   for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
   const auto continued = compensate(hot), refused = compensate(hot, "--outside refuse");
@@ -218,7 +218,7 @@ TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
   EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
 }
 
-TEST_F(Compensate, OfARecordTakesRowsForSecondsOnlyWhereTheyAre) {
+TEST_F(Compensate, RefusesRecordWithoutRowPerSecond) {
   const auto exported = [&](const std::string& time, const std::string& rows) {
     std::ofstream(folder_ / "rows.csv") << rows;
     const auto map = folder_ / "rows.toml", record = folder_ / "rows.db";
@@ -276,7 +276,7 @@ class CompensateAndTrack : public Compensate {
   [[nodiscard]] std::string options() const { return "--track --noise " + (folder_ / "long.db"); }
 };
 
-TEST_F(CompensateAndTrack, TakesAwayTheBiasThatIsLeftWhileTheGyroIsAtRest) {
+TEST_F(CompensateAndTrack, RemovesResidualBiasAtRest) {
   const auto resting = compensate(shifted_rows("1"), options()), moving = compensate(shifted_rows("0"), options());
   ASSERT_EQ(resting.exit_code, 0) << resting.err;
   ASSERT_EQ(moving.exit_code, 0) << moving.err;
@@ -286,7 +286,7 @@ TEST_F(CompensateAndTrack, TakesAwayTheBiasThatIsLeftWhileTheGyroIsAtRest) {
   EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field is no rest";
 }
 
-TEST_F(CompensateAndTrack, NeedsToKnowHowTheResidualWanders) {
+TEST_F(CompensateAndTrack, RequiresNoiseOfResidual) {
   const auto ran = compensate(small_rows(10), "--track");
   EXPECT_EQ(ran.exit_code, 2) << "its 40 clusters were too few to tell";
   EXPECT_NE(ran.err.find("--noise"), std::string::npos) << ran.err;

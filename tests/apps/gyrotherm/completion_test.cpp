@@ -84,7 +84,7 @@ true
   Folder folder_;
 };
 
-TEST_P(Completion, OfACommand) {
+TEST_P(Completion, CompletesCommand) {
   EXPECT_TRUE(offered("gyrotherm qua").contains("qualify"));
   const auto all = offered("gyrotherm ");
   for (const auto* command : {"run", "report", "doctor", "export-model"}) EXPECT_TRUE(all.contains(command)) << command;
@@ -92,32 +92,32 @@ TEST_P(Completion, OfACommand) {
   EXPECT_TRUE(offered("gyrotherm report si").contains("sign"));
 }
 
-TEST_P(Completion, OfAnOption) {
+TEST_P(Completion, CompletesOption) {
   const auto offers = offered("gyrotherm run --");
   for (const auto* option : {"--rig", "--out", "--seed"}) EXPECT_TRUE(offers.contains(option)) << option;
   EXPECT_FALSE(offers.contains("--mesh"));
   EXPECT_TRUE(offered("gyrotherm report sign --ce").contains("--certificate"));
 }
 
-TEST_P(Completion, OfANameThatIsShippedAndOfAFile) {
+TEST_P(Completion, CompletesShippedNameAndFile) {
   const auto profiles = offered("gyrotherm run ");
   for (const auto* name : {"qualification", "random", "mine.toml"}) EXPECT_TRUE(profiles.contains(name)) << name;
   EXPECT_FALSE(profiles.contains("mine.csv"));
   EXPECT_TRUE(offered("gyrotherm run random --rig virtual-").contains("virtual-lot"));
 }
 
-TEST_P(Completion, OfAFileByItsEnding) {
+TEST_P(Completion, CompletesFileByEnding) {
   const auto records = offered("gyrotherm status mi");
   EXPECT_TRUE(records.contains("mine.db"));
   EXPECT_FALSE(records.contains("mine.csv"));
 }
 
-TEST_P(Completion, OfAWordThatIsOneOfAFew) {
+TEST_P(Completion, CompletesChoice) {
   EXPECT_TRUE(offered("gyrotherm verify m.json --outside co").contains("continue"));
   EXPECT_TRUE(offered("gyrotherm train r.db --method ri").contains("ridge-u"));
 }
 
-TEST_P(Completion, OfAValueBehindAnEqualsSign) {
+TEST_P(Completion, CompletesValueAfterEqualsSign) {
   const auto offered_for = [&](const std::string& command, const std::string& option, const std::string& begun) {
     // bash splits at the sign; fish completes the whole token
     return offered(command + option + (GetParam() == "bash" ? " = " : "=") + begun);
@@ -133,7 +133,7 @@ TEST_P(Completion, OfAValueBehindAnEqualsSign) {
 INSTANTIATE_TEST_SUITE_P(In, Completion, ::testing::Values("bash", "zsh", "fish"),
                          [](const auto& shell) { return shell.param; });
 
-TEST(CompletionOfBash, TakesAnEqualsSignAsAWordOfItsOwn) {
+TEST(CompletionOfBash, TreatsEqualsSignAsToken) {
   const auto ran = shell(
       "gyrotherm completion bash > /tmp/gyrotherm-completion-$$ && bash --norc -c '. /tmp/gyrotherm-completion-$0; "
       "COMP_WORDS=(" GYROTHERM_PROGRAM
@@ -141,12 +141,12 @@ TEST(CompletionOfBash, TakesAnEqualsSignAsAWordOfItsOwn) {
   EXPECT_EQ(ran.out, "virtual-lot\n") << ran.err;
 }
 
-TEST(CompletionOfBash, OffersNoNameWhereAFileIsWanted) {
+TEST(CompletionOfBash, OffersNoNameForFile) {
   const auto ran = shell(kBuild + "/gyrotherm-thermal completion bash | grep -F \"'reduce/1'\"");
   EXPECT_EQ(ran.out, "    'reduce/1') offer='files toml' ;;\n") << "it leaves its result beside the file";
 }
 
-TEST(CompletionCommand, IsTheOnlyWayToTheScripts) {
+TEST(CompletionCommand, RefusesUnknownShellsAndKinds) {
   EXPECT_EQ(gyrotherm_with("completion").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("completion tcsh").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("completion --names RECORD").exit_code, 2);

@@ -30,7 +30,7 @@ void expect_whole(const record::Record& record) {
   }
 }
 
-TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
+TEST(Crash, LosesNoAcknowledgedSecondWhenKilledAndResumes) {
   std::mt19937_64 random(20);
   for (int i = 0; i < kKilled; ++i) {
     const Folder folder;
@@ -61,7 +61,7 @@ TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
   }
 }
 
-TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
+TEST(Crash, StopsCleanlyOnCtrlCAndResumes) {
   const Folder folder;
   const auto path = folder / "run.db";
   Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"},
@@ -78,7 +78,7 @@ TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
   EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min' --accept").exit_code, 0);
 }
 
-TEST(Crash, ResumeWaitsForWhoeverReadsTheRecord) {
+TEST(Crash, ResumeWaitsForReaderOfRecord) {
   const Folder folder;
   const auto path = folder / "run.db";
   Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"},
@@ -95,7 +95,7 @@ TEST(Crash, ResumeWaitsForWhoeverReadsTheRecord) {
 }
 
 /// A virtual run is replayed from the record, not from files that may have changed since.
-TEST(Crash, ResumeNeedsNoFileBesideTheRecord) {
+TEST(Crash, ResumeNeedsOnlyRecord) {
   const Folder folder;
   const auto path = folder / "run.db";
   const auto profiles = folder / "profiles";

@@ -10,7 +10,7 @@
 namespace gyrotherm::app {
 namespace {
 
-TEST(DaysLater, AModelOfTodayIsJudgedToTheTruthOfNextYear) {
+TEST(DaysLater, ComparesModelWithTrueBiasOfNextYear) {
   const Folder folder;
   const std::string run = "run tests/profiles/short-rate.toml --rig profiles/rigs/virtual-hard.toml --seed 2 ";
   const auto now = gyrotherm_with(run + "--out " + (folder / "now.db"));
@@ -36,7 +36,7 @@ TEST(DaysLater, AModelOfTodayIsJudgedToTheTruthOfNextYear) {
   EXPECT_NE(words.find("error to truth"), std::string::npos) << words;
 }
 
-TEST(DaysLater, AreNotOursToPassOnARealRig) {
+TEST(DaysLater, IsRefusedForRealRig) {
   const Folder folder;
   const std::string rig = " --rig profiles/rigs/example-f4t-lakeshore-kvh.toml --days-later 30 --out ";
   const auto run = gyrotherm_with("run tests/profiles/ten-seconds.toml" + rig + (folder / "r.db"));

@@ -36,7 +36,7 @@ void record(const char* profile, int seed, const std::string& out) {
 
 class DefaultRigOracle : public testing::TestWithParam<OracleOfAGyro> {};
 
-TEST_P(DefaultRigOracle, NoModelLosesAFifthOnARunThatItHasNotSeen) {
+TEST_P(DefaultRigOracle, KeepsAccuracyOnUnseenRun) {
   const Folder folder;
   const auto rate = folder / "rate.db", random = folder / "random.db", model = folder / "model.json";
   ASSERT_NO_FATAL_FAILURE(record("qualification", GetParam().seed, rate));

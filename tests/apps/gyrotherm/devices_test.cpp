@@ -8,7 +8,7 @@
 namespace gyrotherm::app {
 namespace {
 
-TEST(Devices, ListsWhatIsPluggedInWithItsLineAndWhetherItMayBeUsed) {
+TEST(Devices, ListsDevicesWithLineAndAccess) {
   const auto ran = gyrotherm_with("devices --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto devices = nlohmann::json::parse(ran.out).at("devices");

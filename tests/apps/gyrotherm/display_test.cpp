@@ -15,7 +15,7 @@ Reading<GyroCount> counted(std::int64_t pulses) {
   return {GyroCount{.pulses = {pulses}, .interval = std::chrono::seconds(1)}, {}};
 }
 
-TEST(BiasMeter, IsTheRateLessTheEarths) {
+TEST(BiasMeter, SubtractsEarthRate) {
   BiasMeter meter(kGyro);
   EXPECT_FALSE(meter.last_second() || meter.mean());
   meter.see(counted(22));
@@ -25,7 +25,7 @@ TEST(BiasMeter, IsTheRateLessTheEarths) {
   EXPECT_NEAR(meter.mean()->value, 1.5, 1e-12);
 }
 
-TEST(BiasMeter, AFaultIsNoReadingAndTheMeanGoesOnWithoutIt) {
+TEST(BiasMeter, SkipsFaultsInMean) {
   BiasMeter meter(kGyro);
   meter.see(counted(22));
   meter.see({failure(FaultKind::timeout, "gyro", "silent"), {}});
@@ -33,7 +33,7 @@ TEST(BiasMeter, AFaultIsNoReadingAndTheMeanGoesOnWithoutIt) {
   EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
 }
 
-TEST(BiasMeter, TheMeanForgetsWhatIsOlderThanAHundredSeconds) {
+TEST(BiasMeter, AveragesLastHundredSeconds) {
   BiasMeter meter(kGyro);
   meter.see(counted(1'000'000));
   for (int i = 0; i < 100; ++i) meter.see(counted(22));
@@ -73,7 +73,7 @@ struct Shown {
   }
 };
 
-TEST(Display, SaysHowARunThatIsHeldGoesOn) {
+TEST(Display, ShowsHowToResumeHeldRun) {
   Shown shown;
   EXPECT_EQ(shown.text().find("resume"), std::string::npos);
   shown.standing.state = RunState::held;
@@ -84,7 +84,7 @@ TEST(Display, SaysHowARunThatIsHeldGoesOn) {
       << shown.text();
 }
 
-TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
+TEST(Display, ShowsProgressAndMarksSimulatedRun) {
   Shown shown;
   const auto text = shown.text();
   EXPECT_TRUE(text.starts_with("SIMULATED random: 25 %, time left not known yet, execute\n")) << text;
@@ -97,7 +97,7 @@ TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
   EXPECT_NE(shown.text().find("Z, ends "), std::string::npos) << "the hour of the end: " << shown.text();
 }
 
-TEST(Display, ShowsTheNewestUnacknowledgedAlarms) {
+TEST(Display, ShowsNewestUnacknowledgedAlarms) {
   Shown shown;
   Display display(shown.console, shown.profile, shown.rig);
   std::vector<record::Alarm> alarms;
@@ -130,7 +130,7 @@ TEST(Display, FitsIntoSixtyColumns) {
   EXPECT_EQ(found, 3u) << "none is cut off";
 }
 
-TEST(Display, ShowsStateCauseAndEveryFaultThatStands) {
+TEST(Display, ShowsStateCauseAndActiveFaults) {
   Shown shown;
   shown.standing.state = RunState::suspended;
   shown.standing.cause = "the chamber is silent";

@@ -29,7 +29,7 @@ void expect_fixes(const std::map<std::string, Json>& findings) {
     EXPECT_EQ(finding.at("state") != "ok", finding.at("fix") != "") << finding.dump();
 }
 
-TEST(Doctor, LooksAtTheMachineAndSaysHowToMendIt) {
+TEST(Doctor, ChecksMachineAndGivesFixes) {
   const Folder folder;
   const auto ran = gyrotherm_with("doctor --json --folder '" + (folder / "") + "'");
   const auto findings = findings_of(ran);
@@ -41,7 +41,7 @@ TEST(Doctor, LooksAtTheMachineAndSaysHowToMendIt) {
   EXPECT_NE(gyrotherm_with("doctor").out.find("ok       disk"), std::string::npos);
 }
 
-TEST(Doctor, FindsLimitsThatARunWouldMeet) {
+TEST(Doctor, FindsLimitsThatEndRun) {
   const auto files = shell("ulimit -n 64; gyrotherm doctor --json");
   EXPECT_EQ(findings_of(files).at("open files").at("state"), "warning");
   EXPECT_EQ(files.exit_code, 0);
@@ -54,7 +54,7 @@ TEST(Doctor, FindsLimitsThatARunWouldMeet) {
   expect_fixes(nice);
 }
 
-TEST(Doctor, FindsDisksThatARecordShouldNotBeOn) {
+TEST(Doctor, FindsUnsuitableDisks) {
   const auto memory = gyrotherm_with("doctor --json --folder /dev/shm");
   EXPECT_EQ(findings_of(memory).at("file system").at("state"), "warning") << memory.out;
   const auto nowhere = gyrotherm_with("doctor --json --folder /nowhere");
@@ -68,7 +68,7 @@ TEST(Doctor, FindsDisksThatARecordShouldNotBeOn) {
   expect_fixes(findings_of(kernel));
 }
 
-TEST(Doctor, LooksAtTheLinesOfARig) {
+TEST(Doctor, ChecksLinesOfRig) {
   const auto simulated = gyrotherm_with("doctor --json --rig virtual");
   EXPECT_EQ(findings_of(simulated).at("lines").at("found"), "virtual");
   const Folder folder;
@@ -85,7 +85,7 @@ TEST(Doctor, LooksAtTheLinesOfARig) {
   EXPECT_EQ(gyrotherm_with("doctor --rig profiles/qualification.toml").exit_code, 4);
 }
 
-TEST(Doctor, LooksAtProgramsThatDisturbSerialAdapters) {
+TEST(Doctor, ChecksProgramsThatDisturbSerialAdapters) {
   const auto findings = findings_of(gyrotherm_with("doctor --json"));
   EXPECT_TRUE(findings.contains("ModemManager"));
   EXPECT_TRUE(findings.contains("brltty"));
@@ -98,7 +98,7 @@ std::map<std::string, Json> findings_of_rig(const Folder& folder, const std::str
                            (folder / "rig.toml") + "'; gyrotherm doctor --json --rig '" + (folder / "rig.toml") + "'"));
 }
 
-TEST(Doctor, LooksAtCalibrationsAndNamesOfDevices) {
+TEST(Doctor, ChecksCalibrationsAndDeviceNames) {
   const Folder folder;
   const std::string offline = "-e 's#tcp://[0-9.]*:502#tcp://127.0.0.1:9#' ";
   const auto valid = findings_of_rig(folder, offline + "-e 's/^due = .*/due = \"2199-01-01\"/'");
@@ -111,7 +111,7 @@ TEST(Doctor, LooksAtCalibrationsAndNamesOfDevices) {
   EXPECT_TRUE(Json::parse(check.out).at("rig").at("unstable_names").empty());
 }
 
-TEST(Doctor, WritesNothingToAChamber) {
+TEST(Doctor, WritesNothingToChamber) {
   const Folder folder;
   const Listener chamber;
   const auto ran = shell("sed 's#tcp://[0-9.]*:502#tcp://127.0.0.1:" + std::to_string(chamber.port()) +

@@ -20,7 +20,7 @@ class ExportModel : public testing::Test {
   const Folder folder_;
 };
 
-TEST_F(ExportModel, AsCPassesItsSelfTest) {
+TEST_F(ExportModel, ExportsCThatPassesItsSelfTest) {
   if (!installed("gcc")) GTEST_SKIP() << "gcc is not installed";
   const auto ran =
       gyrotherm_with("export-model " + (folder_ / "model.json") + " --as c --out " + (folder_ / "unit-7.c"));
@@ -32,7 +32,7 @@ TEST_F(ExportModel, AsCPassesItsSelfTest) {
   EXPECT_EQ(shell(folder_ / "program").exit_code, 0);
 }
 
-TEST_F(ExportModel, AsCWithATrackerPassesItsSelfTest) {
+TEST_F(ExportModel, ExportsCWithTrackerThatPassesItsSelfTest) {
   if (!installed("gcc")) GTEST_SKIP() << "gcc is not installed";
   std::ofstream(folder_ / "long.csv") << small_rows(9000);
   ASSERT_EQ(gyrotherm_with("import " + (folder_ / "long.csv") + " --map " + (folder_ / "map.toml") + " --out " +
@@ -53,13 +53,13 @@ TEST_F(ExportModel, AsCWithATrackerPassesItsSelfTest) {
   EXPECT_EQ(gyrotherm_with(command + " --track --as libsvm").exit_code, 2);
 }
 
-TEST_F(ExportModel, AsCNeedsAFileThatEndsInC) {
+TEST_F(ExportModel, RequiresFileNameEndingInC) {
   EXPECT_EQ(gyrotherm_with("export-model " + (folder_ / "model.json") + " --as c").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("export-model " + (folder_ / "model.json") + " --as c --out x.txt").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("export-model " + (folder_ / "model.json") + " --as fortran").exit_code, 2);
 }
 
-TEST_F(ExportModel, SaysAsJsonWhatItWrote) {
+TEST_F(ExportModel, PrintsWrittenFilesAsJson) {
   const auto command = "export-model " + (folder_ / "model.json") + " --json --as ";
   const auto as_c = gyrotherm_with(command + "c --out " + (folder_ / "unit-7.c"));
   ASSERT_EQ(as_c.exit_code, 0) << as_c.err;
@@ -74,7 +74,7 @@ TEST_F(ExportModel, SaysAsJsonWhatItWrote) {
   EXPECT_EQ(to_stdout.out, "");
 }
 
-TEST_F(ExportModel, MadeSmallerItSaysWhatThatChanges) {
+TEST_F(ExportModel, ReportsChangeOfReducedModel) {
   const std::string command = "reduce " + (folder_ / "model.json") + " " + (folder_ / "record.db") + " --out ";
   const auto ran = gyrotherm_with(command + (folder_ / "small.json") + " --keep 5");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;

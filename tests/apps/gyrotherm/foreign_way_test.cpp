@@ -83,7 +83,7 @@ std::vector<ForeignTable> tables() {
   };
 }
 
-TEST(ForeignWay, GoesToItsEndWithoutEditing) {
+TEST(ForeignWay, TrainsFromDetectedMapWithoutEditing) {
   for (const ForeignTable& foreign : tables()) {
     SCOPED_TRACE(foreign.name);
     const Folder folder;
@@ -134,7 +134,7 @@ std::string train(const Folder& folder, const std::string& record, const std::st
   return trained.exit_code == 0 ? trained.out : trained.err;
 }
 
-TEST(ForeignWay, NamesOutliersAndLeavesThemOutOnRequest) {
+TEST(ForeignWay, ReportsOutliersAndRemovesThemOnRequest) {
   const Folder folder;
   for (const double spike : {1000., -9999., 60.}) {
     const auto record =
@@ -150,7 +150,7 @@ TEST(ForeignWay, NamesOutliersAndLeavesThemOutOnRequest) {
   EXPECT_EQ(train(folder, record_of(folder, clean_rate), "").find("outlier"), std::string::npos);
 }
 
-TEST(ForeignWay, SaysWhereAModelIsNoBetterThanNone) {
+TEST(ForeignWay, WarnsWhenModelIsNoBetterThanNone) {
   const Folder folder;
   for (const double seed : {1.3, 2.1, 5.7}) {
     const auto record = record_of(folder, [&](int i) {
@@ -161,7 +161,7 @@ TEST(ForeignWay, SaysWhereAModelIsNoBetterThanNone) {
   }
 }
 
-TEST(ForeignWay, NamesTheFoldInWhichAnInputStandsStill) {
+TEST(ForeignWay, NamesFoldWithConstantInput) {
   const Folder folder;
   for (int fold = 0; fold < 4; ++fold) {
     const auto record = record_of(folder, clean_rate, "", [&](int i) { return i / 540 == fold ? 20. : 1.; });
@@ -171,7 +171,7 @@ TEST(ForeignWay, NamesTheFoldInWhichAnInputStandsStill) {
   }
 }
 
-TEST(ForeignWay, LearnsFromShortClusters) {
+TEST(ForeignWay, TrainsOnShortClusters) {
   const Folder folder;
   const auto record = record_of(folder, clean_rate);
   for (const auto& [length, clusters] : {std::pair("50", 432), std::pair("20", 1080), std::pair("200", 108)}) {
@@ -183,7 +183,7 @@ TEST(ForeignWay, LearnsFromShortClusters) {
   }
 }
 
-TEST(ForeignWay, TakesTheTimeOfAnExportedTable) {
+TEST(ForeignWay, UsesTimeOfExportedTable) {
   const Folder folder;
   const auto record = record_of(folder, clean_rate, "earth_rate = 0\n");
   train(folder, record, "");
@@ -201,7 +201,7 @@ std::string public_reports() {
 }
 
 /// Uses files from public reports if they are available.
-TEST(ForeignWay, ReadsTheFilesOfPublicReports) {
+TEST(ForeignWay, ReadsFilesOfPublicReports) {
   const auto trials = public_reports();
   if (trials.empty()) GTEST_SKIP() << "trials/files is not in GYROTHERM_SHARED";
   struct Trial {
@@ -256,7 +256,7 @@ Ran import_of_report(const std::string& file, const std::string& map, const std:
   return gyrotherm_with("import " + trials + file + " --map " + trials + map + " --out " + out);
 }
 
-TEST(ForeignWay, TakesTheMapsOfPublicReports) {
+TEST(ForeignWay, AcceptsMapsOfPublicReports) {
   if (public_reports().empty()) GTEST_SKIP() << "trials/files is not in GYROTHERM_SHARED";
   const Folder folder;
   const auto masked = import_of_report("n_valid_range.nc", "maps_nc.toml", folder / "n.db");

@@ -56,7 +56,7 @@ class Fuse : public testing::Test {
   }
 };
 
-TEST_F(Fuse, SaysOfSeveralRecordsALineEach) {
+TEST_F(Fuse, PrintsLinePerRecordAsJson) {
   const auto ran = gyrotherm_with("fuse " + in("random.db") + " " + in("rate.db") + " " + models() + " --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   std::istringstream lines(ran.out);
@@ -65,7 +65,7 @@ TEST_F(Fuse, SaysOfSeveralRecordsALineEach) {
   EXPECT_EQ(profiles, (std::vector<std::string>{"short-random", "short-rate"}));
 }
 
-TEST_F(Fuse, FindsTheEarthAndNorthOnAVirtualRig) {
+TEST_F(Fuse, FindsEarthRateAndNorth) {
   const auto ran = fuse(models() + " --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto summary = nlohmann::json::parse(ran.out);
@@ -86,7 +86,7 @@ TEST_F(Fuse, FindsTheEarthAndNorthOnAVirtualRig) {
   EXPECT_LT(summary["error"]["rms_deg_per_h"].get<double>(), 0.02);
 }
 
-TEST_F(Fuse, WritesALineASecond) {
+TEST_F(Fuse, WritesLinePerSecond) {
   const auto ran = fuse(models() + " --out " + in("fused.csv"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("SIMULATED"), std::string::npos);
@@ -105,7 +105,7 @@ TEST_F(Fuse, WritesALineASecond) {
   EXPECT_EQ(piped.out, whole(in("fused.csv"))) << "the same on standard output, and the summary elsewhere";
 }
 
-TEST_F(Fuse, WritesAPageThatStandsAlone) {
+TEST_F(Fuse, WritesSelfContainedPage) {
   const auto ran = fuse(models() + " --report " + in("page"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const std::string html = whole(in("page/fusion.html"));
@@ -119,7 +119,7 @@ TEST_F(Fuse, WritesAPageThatStandsAlone) {
   EXPECT_NE(again.err.find("fusion.html: is there already; --force"), std::string::npos) << again.err;
 }
 
-TEST_F(Fuse, OfThreeAxesHasNoParity) {
+TEST_F(Fuse, HasNoParityWithThreeAxes) {
   const auto ran = fuse(models() + " --axes tetrad.a,tetrad.b,tetrad.d");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("parity: none, of three axes"), std::string::npos) << ran.out;
@@ -129,7 +129,7 @@ TEST_F(Fuse, OfThreeAxesHasNoParity) {
   EXPECT_NE(unknown.err.find("it has tetrad.a, tetrad.b"), std::string::npos) << unknown.err;
 }
 
-TEST_F(Fuse, TakesTheModelOfAnAxisByName) {
+TEST_F(Fuse, TakesModelsByAxisName) {
   const std::string model = in("tetrad/a/model-multi-point-t.json");
   const auto ran = fuse(models() + " --inputs none --model tetrad.a=" + model);
   EXPECT_EQ(ran.exit_code, 4) << "the others are not there under that name";
@@ -149,7 +149,7 @@ TEST_F(Fuse, TakesTheModelOfAnAxisByName) {
   EXPECT_EQ(fuse("").exit_code, 2) << "no models";
 }
 
-TEST_F(Fuse, RefusesTheModelOfAnotherAxis) {
+TEST_F(Fuse, RefusesModelOfAnotherAxis) {
   const std::string of_b = in("tetrad/b/model-multi-point-t.json");
   const auto swapped = fuse(models() + " --model tetrad.a=" + of_b);
   EXPECT_EQ(swapped.exit_code, 2);
@@ -162,7 +162,7 @@ TEST_F(Fuse, RefusesTheModelOfAnotherAxis) {
   EXPECT_NE(compensated.err.find("another axis: it was trained on tetrad.b, this is tetrad.a"), std::string::npos);
 }
 
-TEST_F(Fuse, SaysWhenAModelIsOfAnotherGyro) {
+TEST_F(Fuse, WarnsWhenModelIsOfAnotherGyro) {
   const std::string other = in("other.json");
   const auto made = shell("sed 's/seed 3/seed 4/' " + in("tetrad/a/model-multi-point-t.json") + " > " + other);
   ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -177,7 +177,7 @@ TEST_F(Fuse, SaysWhenAModelIsOfAnotherGyro) {
   EXPECT_TRUE(nlohmann::json::parse(fuse(models() + " --json").out)["warnings"].empty());
 }
 
-TEST_F(Fuse, ExportsAProgramThatTestsItself) {
+TEST_F(Fuse, ExportsProgramWithSelfTest) {
   const auto ran = fuse(models() + " --export-c " + in("fixture.c"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   std::ofstream(in("main.c")) << "#include \"fixture.h\"\nint main(void) { return fixture_self_test(); }\n";

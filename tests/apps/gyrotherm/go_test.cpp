@@ -15,7 +15,7 @@ namespace {
 
 constexpr auto* kVirtual = "profiles/rigs/virtual.toml";
 
-TEST(Go, BringsTheChamberThereAndKeepsARecordOfIt) {
+TEST(Go, MovesChamberAndRecordsIt) {
   const Folder folder;
   const auto record = folder / "cold.db";
   const auto ran = gyrotherm_with("go " + std::string(kVirtual) + " -12.5 --for '90 min' --quiet --out " + record);
@@ -27,7 +27,7 @@ TEST(Go, BringsTheChamberThereAndKeepsARecordOfIt) {
   EXPECT_NEAR(kept->chamber_air_c.back(), -12.5, 1);
 }
 
-TEST(Go, GoesThroughTheLimitsOfTheRig) {
+TEST(Go, RespectsLimitsOfRig) {
   const Folder folder;
   for (const auto* beyond : {"95", "-60", "nan", "inf"}) {
     const auto record = folder / "never.db";
@@ -43,7 +43,7 @@ TEST(Go, GoesThroughTheLimitsOfTheRig) {
 }
 
 /// A controller does not know the rig's fastest rates, so it must not approach the profile's first set point itself.
-TEST(Go, ComesBeforeAnUploadThatBeginsElsewhere) {
+TEST(Go, IsRequiredBeforeUploadWithOtherStart) {
   const Folder folder;
   auto rig = read_text_file(std::string(GYROTHERM_SOURCE_DIR "/") + kVirtual).value();
   rig = std::regex_replace(rig, std::regex("\\.\\./chambers/virtual"), "../chambers/watlow_f4t");
@@ -63,7 +63,7 @@ TEST(Go, ComesBeforeAnUploadThatBeginsElsewhere) {
   EXPECT_EQ(carried_out.exit_code, 0) << carried_out.err;
 }
 
-TEST(Go, NamesItsRecordByTheTime) {
+TEST(Go, NamesRecordAfterTime) {
   const Folder folder;
   const auto ran =
       shell("rig=$PWD/" + std::string(kVirtual) + "; cd " + (folder / "") +

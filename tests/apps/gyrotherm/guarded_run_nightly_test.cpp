@@ -62,7 +62,7 @@ std::string figures(std::vector<double> seconds) {
                      seconds.back());
 }
 
-TEST(GuardedRuns, AHundredKilledOrStoppedLeaveTheChamberSafeWithinTwentySeconds) {
+TEST(GuardedRuns, LeaveChamberSafeWithinTwentySecondsWhenKilledOrStopped) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   const char* wanted = std::getenv("GYROTHERM_TIMES");
   const int times = wanted ? std::atoi(wanted) : 100;

@@ -54,7 +54,7 @@ class GuardedRun : public ::testing::Test {
   const std::string record = folder / "run.db";
 };
 
-TEST_F(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
+TEST_F(GuardedRun, LeavesChamberSafeWithinTwentySecondsWhenKilled) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
@@ -68,7 +68,7 @@ TEST_F(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
   EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
 }
 
-TEST_F(GuardedRun, EndsManualModeAndWatchesTheAirWhenTheProgramIsKilled) {
+TEST_F(GuardedRun, EndsManualModeAndObservesAirWhenKilled) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
@@ -88,7 +88,7 @@ TEST_F(GuardedRun, EndsManualModeAndWatchesTheAirWhenTheProgramIsKilled) {
   EXPECT_NE(status.out.find("set point read back; mode running; air "), std::string::npos) << status.out << status.err;
 }
 
-TEST_F(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
+TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   Background second(warm_run(folder / "second.db"), folder / "second.log");
@@ -122,7 +122,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigterm) {
   }
 }
 
-TEST_F(GuardedRun, HoldsItsSetPointAfterSigtermWhenOnStopHolds) {
+TEST_F(GuardedRun, HoldsSetPointAfterSigtermWhenOnStopIsHold) {
   const auto holding = folder / "holding.toml";
   auto text = read_text_file(laboratory.rig()).value();
   const auto safe = text.find("[safe]");
@@ -140,7 +140,7 @@ TEST_F(GuardedRun, HoldsItsSetPointAfterSigtermWhenOnStopHolds) {
   EXPECT_EQ(laboratory.set_point(), kWarm);
 }
 
-TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutItsGuard) {
+TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutGuard) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
@@ -153,7 +153,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutItsGuard) {
   end_guards(record);
 }
 
-TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
+TEST_F(GuardedRun, AnswersAndRecordsRequests) {
   const auto tell = [&](const std::string& words) { return gyrotherm_with("tell " + record + " " + words); };
   EXPECT_EQ(tell("pause").exit_code, 2) << "nobody there";
   Background run(warm_run(record), folder / "log");
@@ -181,7 +181,7 @@ TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
     EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
 }
 
-TEST_F(GuardedRun, AProfileThatAsksForSomethingWaitsForTheAnswer) {
+TEST_F(GuardedRun, WaitsForAnswerWhenProfileAsks) {
   Background run({"run", "tests/profiles/asks.toml", "--rig", laboratory.rig(), "--out", record}, folder / "log");
   std::string status;
   for (int i = 0; i < 600 && status.find("the profile asks: look at the cable") == std::string::npos; ++i)
@@ -198,7 +198,7 @@ TEST_F(GuardedRun, AProfileThatAsksForSomethingWaitsForTheAnswer) {
     EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
 }
 
-TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSecond) {
+TEST_F(GuardedRun, HoldSurvivesInterruptInSameSecond) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   const auto told = gyrotherm_with("tell " + record + " pause");
@@ -214,7 +214,7 @@ TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSec
 }
 
 /// The tick for which Ctrl-C waits begins to make the chamber safe. Ctrl-C is then ignored, as in any later second.
-TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameSecond) {
+TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
   for (int tries = 0; tries < 6; ++tries) {
     const auto path = folder / ("run" + std::to_string(tries) + ".db");
     Background run(warm_run(path), folder / ("log" + std::to_string(tries)));
@@ -272,7 +272,7 @@ class Watchdog {
   std::string heard_;
 };
 
-TEST_F(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterwards) {
+TEST_F(GuardedRun, NotifiesSystemdWatchdogEachTick) {
   Watchdog watchdog(folder / "notify");
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();

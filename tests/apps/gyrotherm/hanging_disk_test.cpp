@@ -58,7 +58,7 @@ void expect_every_second_up_to(std::int64_t last, const std::string& path) {
   EXPECT_TRUE(record::verify_record(path));
 }
 
-TEST(HangingDisk, DelaysNoTickIsToldAndLosesNothing) {
+TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   const Folder folder;
   const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());
@@ -96,7 +96,7 @@ TEST(HangingDisk, DelaysNoTickIsToldAndLosesNothing) {
   expect_every_second_up_to(well.acknowledged, record);
 }
 
-TEST(HangingDisk, ThatTakesNoStatusFileDoesNotKeepARunFromItsEnd) {
+TEST(HangingDisk, LetsRunEndWithoutStatusFile) {
   const Folder folder;
   const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kForeignTable = "Time [s];Oven [°C];Gyro x [°/h]\n0;20,5;0,25\n1;20,6;0,5\n2;;0,75\n";
 
-TEST(ImportCommand, AFirstMapIsGuessedAndReadsTheTable) {
+TEST(ImportCommand, DetectsMapThatReadsTable) {
   const Folder folder;
   std::ofstream(folder / "bench.csv") << kForeignTable;
   const auto guessed = gyrotherm_with("import --guess " + (folder / "bench.csv") + " --out " + (folder / "bench.toml"));
@@ -31,7 +31,7 @@ TEST(ImportCommand, AFirstMapIsGuessedAndReadsTheTable) {
   EXPECT_EQ(status.out.find("second"), std::string::npos) << status.out;
 }
 
-TEST(ImportCommand, AMapThatIsThereIsNotReplaced) {
+TEST(ImportCommand, DoesNotReplaceExistingMap) {
   const Folder folder;
   std::ofstream(folder / "bench.csv") << kForeignTable;
   std::ofstream(folder / "bench.toml") << "corrected by hand";
@@ -40,7 +40,7 @@ TEST(ImportCommand, AMapThatIsThereIsNotReplaced) {
   EXPECT_EQ(read_text_file(folder / "bench.toml").value(), "corrected by hand");
 }
 
-TEST(ImportCommand, WhoNamesNoMapIsToldHowToMakeOne) {
+TEST(ImportCommand, ExplainsHowToMakeMap) {
   const Folder folder;
   std::ofstream(folder / "bench.csv") << kForeignTable;
   const auto ran = gyrotherm_with("import " + (folder / "bench.csv") + " --out " + (folder / "bench.db"));

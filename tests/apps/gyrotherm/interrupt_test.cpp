@@ -48,7 +48,7 @@ kind = "rate"
 scale = 1.0
 )";
 
-TEST(Interrupt, EndsACommandThatStopsForNothingAtOnce) {
+TEST(Interrupt, EndsSimpleCommandAtOnce) {
   const Folder folder;
   const Listener chamber;
   ASSERT_EQ(shell("sed 's#tcp://[0-9.]*:502#tcp://127.0.0.1:" + std::to_string(chamber.port()) +
@@ -64,7 +64,7 @@ TEST(Interrupt, EndsACommandThatStopsForNothingAtOnce) {
   }
 }
 
-TEST(Interrupt, LeavesNothingOfAnImport) {
+TEST(Interrupt, LeavesNoFileOfImport) {
   const Folder folder;
   write_long_table(folder / "long.csv");
   std::ofstream(folder / "map.toml") << kMap;
@@ -91,7 +91,7 @@ TEST(Interrupt, StopsAServerInOrder) {
 }
 
 /// The mesh is solved in one step that does not check for a stop.
-TEST(Interrupt, TheSecondEndsACommandThatDoesNotComeBack) {
+TEST(Interrupt, EndsBusyCommandWhenRepeated) {
   const Folder folder;
   Background thermal({"thermal", "--mesh", "fine", "--out", folder / "image"}, folder / "out");
   ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
@@ -103,7 +103,7 @@ TEST(Interrupt, TheSecondEndsACommandThatDoesNotComeBack) {
   EXPECT_EQ(end_of(thermal), -SIGINT) << "two at once are one press; the one after it counts";
 }
 
-TEST(Interrupt, ThermalIsNotDoneOnceItWasToStop) {
+TEST(Interrupt, StopsThermalWithoutImage) {
   const Folder folder;
   Background thermal({"thermal", "--mesh", "coarse", "--out", folder / "image"}, folder / "out");
   ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
@@ -112,7 +112,7 @@ TEST(Interrupt, ThermalIsNotDoneOnceItWasToStop) {
   EXPECT_TRUE(std::filesystem::is_empty(folder / "image"));
 }
 
-TEST(Interrupt, AHangUpThatNohupHadIgnoredStaysIgnored) {
+TEST(Interrupt, KeepsHangUpIgnoredUnderNohup) {
   const Folder folder;
   const std::string out = folder / "out";
   const auto ran =
@@ -122,7 +122,7 @@ TEST(Interrupt, AHangUpThatNohupHadIgnoredStaysIgnored) {
   EXPECT_EQ(ran.out, "alive\n0\n") << ran.err;
 }
 
-TEST(Interrupt, AReaderThatHasHadEnoughIsNoFault) {
+TEST(Interrupt, AcceptsClosedReader) {
   const auto ran = shell("{ sleep 0.3; gyrotherm check profiles/qualification.toml; echo $? >&2; } | true");
   EXPECT_EQ(ran.err, "0\n");
   const auto full = shell("gyrotherm check profiles/qualification.toml > /dev/full");
@@ -130,7 +130,7 @@ TEST(Interrupt, AReaderThatHasHadEnoughIsNoFault) {
   EXPECT_EQ(full.err, "gyrotherm: stdout: cannot be written\n");
 }
 
-TEST(Interrupt, ABoundOnTheSizeOfFilesIsAFault) {
+TEST(Interrupt, ReportsFileSizeLimitAsFault) {
   const Folder folder;
   const auto bounded = [&](const std::string& command) {
     return shell("( ulimit -f 1500; gyrotherm " + command + " )");  // blocks of 512 bytes
@@ -146,14 +146,14 @@ TEST(Interrupt, ABoundOnTheSizeOfFilesIsAFault) {
   EXPECT_EQ(shell("ls '" + (folder / "") + "' | grep -c part").out, "0\n");
 }
 
-TEST(Interrupt, WhatNobodyHearsEndsNoProgram) {
+TEST(Interrupt, SurvivesUnwritableMessages) {
   const auto wrong = shell("gyrotherm check --conect 2> /dev/full");
   EXPECT_EQ(wrong.exit_code, 2);
   const auto none = shell("gyrotherm status nowhere.db 2> /dev/full");
   EXPECT_EQ(none.exit_code, 4);
 }
 
-TEST(DefaultRecord, IsAPlainNameInTheWorkingFolder) {
+TEST(DefaultRecord, IsPlainNameInWorkingFolder) {
   const Folder folder;
   std::filesystem::create_directories(folder / "in/here");
   const std::string profile = R"(schema = "gyrotherm-profile/1"

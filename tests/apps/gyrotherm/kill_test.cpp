@@ -241,7 +241,7 @@ class Kills : public ::testing::Test {
   Tally tally_;
 };
 
-TEST_F(Kills, AtAnyMomentLoseNothingAcknowledgedAndShortenNoSoak) {
+TEST_F(Kills, LoseNoAcknowledgedSecondAndShortenNoSoak) {
   if (const char* seed = std::getenv("GYROTHERM_SEED")) random_.seed(std::strtoull(seed, nullptr, 10));
   const int most_tries = 4 * kills() + 20;
   int tries = 0;
@@ -260,7 +260,7 @@ TEST_F(Kills, AtAnyMomentLoseNothingAcknowledgedAndShortenNoSoak) {
 }
 
 /// Truncates the record after the last second of each segment, and after the first second of the next.
-TEST_F(Kills, AtEachEndOfASegmentGoOnInTheSameSegments) {
+TEST_F(Kills, AreResumedInSameSegmentsAtSegmentEnds) {
   int crashes = 0;
   for (std::size_t rows = 2; rows < twin_.slot.size() && !HasFailure(); ++rows) {
     const auto segment = [&](std::size_t row) { return twin_.progress[row].segment; };

@@ -42,7 +42,7 @@ class LiveRun : public testing::Test {
   Background run_;
 };
 
-TEST_F(LiveRun, ItsRowsAreExportedAsTheyCome) {
+TEST_F(LiveRun, ExportsRowsAsTheyCome) {
   const auto followed = shell("gyrotherm export " + path_ + " --follow | head -200");
   const auto lines = split_lines(followed.out);
   ASSERT_EQ(lines.size(), 200u) << followed.err;
@@ -51,7 +51,7 @@ TEST_F(LiveRun, ItsRowsAreExportedAsTheyCome) {
   EXPECT_EQ(table.exit_code, 0) << table.err;
 }
 
-TEST_F(LiveRun, IsFollowedToItsEnd) {
+TEST_F(LiveRun, IsFollowedToEnd) {
   Background follower({"export", path_, "--follow"}, folder_ / "followed");
   ASSERT_TRUE(follower.wait_for("\n10,", 60));
   run_.signal(SIGINT);
@@ -62,7 +62,7 @@ TEST_F(LiveRun, IsFollowedToItsEnd) {
   EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out) << "no row twice, and none left out";
 }
 
-TEST_F(LiveRun, IsFollowedToWhereItsProgramWasKilled) {
+TEST_F(LiveRun, IsFollowedToLastRowWhenKilled) {
   Background follower({"export", path_, "--follow"}, folder_ / "followed");
   ASSERT_TRUE(follower.wait_for("\n10,", 60));
   run_.signal(SIGKILL);
@@ -72,7 +72,7 @@ TEST_F(LiveRun, IsFollowedToWhereItsProgramWasKilled) {
   EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out);
 }
 
-TEST_F(LiveRun, IsReadByPythonWhileItGoesOn) {
+TEST_F(LiveRun, IsReadByPythonWhileActive) {
   if (!installed("python3")) GTEST_SKIP() << "no python3";
   const auto read = shell(
       "python3 - <<'END'\n"
@@ -90,7 +90,7 @@ TEST_F(LiveRun, IsReadByPythonWhileItGoesOn) {
   EXPECT_GT(std::atoi(read.out.c_str()), 100) << read.err;
 }
 
-TEST_F(LiveRun, SaysEachSecondWhereItStands) {
+TEST_F(LiveRun, PrintsStatusEachSecond) {
   const auto watched = shell("gyrotherm status " + path_ + " --watch --json | head -2");
   const auto lines = split_lines(watched.out);
   ASSERT_EQ(lines.size(), 2u) << watched.err;
@@ -99,7 +99,7 @@ TEST_F(LiveRun, SaysEachSecondWhereItStands) {
   EXPECT_EQ(json::parse(lines[0])["live_copy_trouble"], "");
 }
 
-TEST_F(LiveRun, PrintsEachSecondWhole) {
+TEST_F(LiveRun, PrintsEachSecondCompletely) {
   ASSERT_TRUE(run_.wait_for("\"slot\":100,", 60)) << run_.output();
   const auto lines = split_lines(run_.output());
   ASSERT_GT(lines.size(), 100u);
@@ -110,7 +110,7 @@ TEST_F(LiveRun, PrintsEachSecondWhole) {
   EXPECT_EQ(second["events"][0]["kind"], "started") << lines[0];
 }
 
-TEST_F(LiveRun, IsFoundByALinkToItsRecord) {
+TEST_F(LiveRun, IsFoundByLinkToRecord) {
   const auto link = folder_ / "of today.db";
   std::filesystem::create_symlink("run.db", link);
   const auto told = gyrotherm_with("tell '" + link + "' note looked at by a link");
@@ -121,7 +121,7 @@ TEST_F(LiveRun, IsFoundByALinkToItsRecord) {
   EXPECT_TRUE(follower.wait_for("\n10,", 60)) << follower.output();
 }
 
-TEST_F(LiveRun, IsFoundByTheNameOfItsCopy) {
+TEST_F(LiveRun, IsFoundByNameOfLiveCopy) {
   const auto copy = folder_ / "run.live.db";
   const auto status = gyrotherm_with("status " + copy);
   EXPECT_NE(status.out.find("run.db: running"), std::string::npos) << status.out << status.err;
@@ -138,7 +138,7 @@ TEST_F(LiveRun, IsFoundByTheNameOfItsCopy) {
   EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out);
 }
 
-TEST_F(LiveRun, RefusesToAcknowledgeWhatIsNoAlarm) {
+TEST_F(LiveRun, RefusesToAcknowledgeUnknownAlarm) {
   const auto unknown = gyrotherm_with("tell " + path_ + " acknowledge 9999 seen");
   EXPECT_EQ(unknown.exit_code, 3);
   EXPECT_NE(unknown.err.find("there is no alarm 9999"), std::string::npos) << unknown.err;
@@ -179,7 +179,7 @@ TEST_F(CopyOfAnotherRun, IsNotFollowed) {
   }
 }
 
-TEST_F(CopyOfAnotherRun, EndsWhatIsFollowed) {
+TEST_F(CopyOfAnotherRun, EndsFollowing) {
   Background follower({"export", folder_ / "run.db", "--follow"}, folder_ / "followed");
   ASSERT_TRUE(follower.wait_for("\n39,", 60)) << follower.output();
   lead_to("two", 2);

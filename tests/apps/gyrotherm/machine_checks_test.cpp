@@ -50,14 +50,14 @@ class SerialChecks : public testing::Test {
   int ports_ = 0;
 };
 
-TEST_F(SerialChecks, FindNothingOnAMachineWithoutTheseSettings) {
+TEST_F(SerialChecks, FindNothingWithoutTheseSettings) {
   start(1, "systemd");
   const auto found = findings({plug_in("ttyUSB0", "on")});
   EXPECT_EQ(found.size(), 2u);
   for (const auto& [what, finding] : found) EXPECT_EQ(finding.state, FindingState::ok) << what;
 }
 
-TEST_F(SerialChecks, FindModemManagerWhereItMayProbeAPort) {
+TEST_F(SerialChecks, FindModemManagerWhenItMayProbePort) {
   start(711, "ModemManager");
   const auto mine = plug_in("ttyUSB0", "on", "E:ID_MM_DEVICE_IGNORE=1\n"),
              port = plug_in("ttyUSB1", "on", "E:ID_MM_PORT_IGNORE=1\n");
@@ -72,7 +72,7 @@ TEST_F(SerialChecks, FindModemManagerWhereItMayProbeAPort) {
   EXPECT_EQ(findings({built_in}).at("ModemManager").state, FindingState::ok) << "it is not on USB";
 }
 
-TEST_F(SerialChecks, FindBrlttyWhereItTakesCommonAdapters) {
+TEST_F(SerialChecks, FindBrlttyWhenItClaimsCommonAdapters) {
   write("/usr/lib/udev/rules.d/85-brltty.rules", "# ENV{PRODUCT}==\"1a86/7523/*\"\nENV{PRODUCT}==\"4242/1/100\"\n");
   EXPECT_EQ(findings({}).at("brltty").state, FindingState::ok) << "a comment claims nothing";
   write("/usr/lib/udev/rules.d/90-brltty-device.rules", "ENV{PRODUCT}==\"10c4/ea60/*\", ENV{BRLTTY}=\"yes\"\n");
@@ -91,7 +91,7 @@ TEST_F(SerialChecks, FindAdaptersThatMayBeSuspended) {
   EXPECT_NE(found.at("power of /dev/ttyACM3").fix.find("1-ttyACM3/power/control"), std::string::npos);
 }
 
-TEST_F(SerialChecks, HaveShippedRulesForWhatTheyFind) {
+TEST_F(SerialChecks, HaveShippedRulesForEachFinding) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/drivers/60-gyrotherm.rules");
   const std::string rules((std::istreambuf_iterator<char>(file)), {});
   for (const auto* part : {"ftdi_sio", "cp210x", "pl2303", "ch341", "ENV{ID_MM_DEVICE_IGNORE}=\"1\"",

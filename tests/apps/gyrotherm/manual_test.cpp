@@ -57,7 +57,7 @@ Ran set_by_man(const std::string& page) {
                page);
 }
 
-TEST(Manual, HasAPageForEachCommandWithEveryOptionOfItsHelp) {
+TEST(Manual, HasPageForEachCommandWithEveryOption) {
   const auto commands = commands_of(gyrotherm_with("--help").out);
   EXPECT_GT(commands.size(), 20u);
   for (const auto& command : commands) {
@@ -74,7 +74,7 @@ TEST(Manual, HasAPageForEachCommandWithEveryOptionOfItsHelp) {
   }
 }
 
-TEST(Manual, IsBuiltAndPackagedWhole) {
+TEST(Manual, IsBuiltAndPackagedCompletely) {
   const auto built = fs::path(GYROTHERM_PROGRAM).parent_path() / "man";
   const std::string debian = GYROTHERM_SOURCE_DIR "/debian/";
   const auto packaged = read_text_file(debian + "gyrotherm.manpages").value() +
@@ -87,7 +87,7 @@ TEST(Manual, IsBuiltAndPackagedWhole) {
   }
 }
 
-TEST(Manual, PagesOfOtherProgramsHaveTheOptionsOfTheirHelp) {
+TEST(Manual, HasPagesOfOtherProgramsWithEveryOption) {
   const auto folder = fs::path(GYROTHERM_PROGRAM).parent_path().string() + "/";
   std::size_t options = 0;
   for (const auto* program : {"gyrotherm-make-safe", "gyrotherm-monitor", "gyrotherm-pdf"}) {
@@ -107,14 +107,14 @@ TEST(Manual, PagesOfOtherProgramsHaveTheOptionsOfTheirHelp) {
   EXPECT_GT(options, 15u);
 }
 
-TEST(Manual, EachProgramSaysItsVersion) {
+TEST(Manual, EachProgramPrintsItsVersion) {
   const auto folder = fs::path(GYROTHERM_PROGRAM).parent_path().string() + "/";
   const auto version = gyrotherm_with("--version").out.substr(std::string("gyrotherm").size());
   for (const std::string program : {"make-safe", "monitor", "pdf", "publish", "site", "thermal"})
     EXPECT_EQ(shell(folder + "gyrotherm-" + program + " --version").out, "gyrotherm-" + program + version);
 }
 
-TEST(Manual, ASynopsisHasCommandLinesAlone) {
+TEST(Manual, SynopsesContainOnlyCommandLines) {
   int command_lines = 0;
   for (const auto& path : page_sources()) {
     std::istringstream lines(section_of(read_text_file(path.string()).value(), "SYNOPSIS"));
@@ -126,7 +126,7 @@ TEST(Manual, ASynopsisHasCommandLinesAlone) {
   EXPECT_GE(command_lines, 15);
 }
 
-TEST(Manual, ExamplesHaveOptionsThatThereAre) {
+TEST(Manual, ExamplesUseExistingOptions) {
   const std::regex example(R"(\n`gyrotherm ([a-z-]+)([^`|]*))");
   int examples = 0, options = 0;
   for (const auto& path : page_sources()) {
@@ -145,7 +145,7 @@ TEST(Manual, ExamplesHaveOptionsThatThereAre) {
   EXPECT_GT(options, 80);
 }
 
-TEST(Manual, IsSetWithoutAWarning) {
+TEST(Manual, IsFormattedWithoutWarning) {
   if (!installed("man")) GTEST_SKIP() << "man is not installed";
   for (const auto& path : page_sources()) {
     const auto name = path.stem().string();

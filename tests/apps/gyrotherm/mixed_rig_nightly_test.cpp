@@ -20,7 +20,7 @@ double figure(const nlohmann::json& report, const char* run, const char* model) 
   return report[run][model]["std_deg_per_h"].get<double>();
 }
 
-TEST(MixedRig, TheWholeExperimentGivesTheSameAnalysisWithinNoise) {
+TEST(MixedRig, GivesSameAnalysisWithinNoise) {
   const Folder folder;
   const auto one = report_on("virtual", folder / "default");
   const auto other = report_on("virtual-mixed", folder / "mixed");

@@ -56,7 +56,7 @@ Outlet::Lines line(const std::string& text) {
   return [text](std::size_t dropped) { return dropped == 0 ? text + "\n" : fmt::format("{} -{}\n", text, dropped); };
 }
 
-TEST(Outlet, WritesInOrderAndAtOnceWhileItMayWait) {
+TEST(Outlet, WritesInOrderBeforeNeverWait) {
   int ends[2];
   ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
   const Descriptor reader(ends[0]), writer(ends[1]);
@@ -67,7 +67,7 @@ TEST(Outlet, WritesInOrderAndAtOnceWhileItMayWait) {
   EXPECT_EQ(std::string(bytes, static_cast<std::size_t>(::read(reader.number(), bytes, sizeof bytes))), "one\ntwo\n");
 }
 
-TEST(Outlet, ThatNobodyReadsKeepsNobodyWaiting) {
+TEST(Outlet, DoesNotWaitForBlockedReader) {
   UnreadPipe pipe;
   const tests::SleepMeter meter;
   {
@@ -84,7 +84,7 @@ TEST(Outlet, ThatNobodyReadsKeepsNobodyWaiting) {
   (void)pipe.read_until("a picture");
 }
 
-TEST(Outlet, WhatItDropsIsCountedInTheNextLinesThatAreTaken) {
+TEST(Outlet, ReportsDroppedLinesWithNextAcceptedLines) {
   UnreadPipe pipe;
   Outlet outlet(pipe.writer());
   outlet.never_wait();
@@ -98,7 +98,7 @@ TEST(Outlet, WhatItDropsIsCountedInTheNextLinesThatAreTaken) {
   EXPECT_EQ(lines() - 1 + std::stol(text.substr(text.find('-') + 1)), 400);
 }
 
-TEST(Outlet, OfPicturesOnlyTheNewestIsDrawn) {
+TEST(Outlet, DrawsOnlyNewestPicture) {
   UnreadPipe pipe;
   Outlet outlet(pipe.writer());
   outlet.never_wait();
@@ -154,7 +154,7 @@ std::vector<std::string> ten_lines() {
   return lines;
 }
 
-TEST(Console, APanelIsLowerThanTheTerminal) {
+TEST(Console, LimitsPanelToTerminalHeight) {
   const SmallTerminal terminal(5, "xterm");
   Console console;
   ASSERT_TRUE(console.redraws());
@@ -164,7 +164,7 @@ TEST(Console, APanelIsLowerThanTheTerminal) {
   EXPECT_EQ(shown.find("line 4"), std::string::npos) << "its first line would leave the screen: " << shown;
 }
 
-TEST(Console, ATerminalThatCannotMoveIsNotRedrawn) {
+TEST(Console, DoesNotRedrawDumbTerminal) {
   for (const char* kind : {"dumb", ""}) {
     const SmallTerminal terminal(24, kind);
     Console console;

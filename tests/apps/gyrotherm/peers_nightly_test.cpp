@@ -49,7 +49,7 @@ class Peers : public testing::TestWithParam<Setting> {
   std::optional<Background> simulate;
 };
 
-TEST_P(Peers, APymodbusClientDrivesTheChamberAndIsRefusedWhatIsWrong) {
+TEST_P(Peers, PymodbusDrivesChamberAndGetsExceptions) {
   if (shell("/usr/bin/python3 -c 'import pymodbus.client'").exit_code != 0)
     GTEST_SKIP() << "python3-pymodbus is not installed";
   ASSERT_TRUE(serve()) << simulate->output();
@@ -58,7 +58,7 @@ TEST_P(Peers, APymodbusClientDrivesTheChamberAndIsRefusedWhatIsWrong) {
   EXPECT_EQ(ran.exit_code, 0) << simulate->output() << ran.out << ran.err;
 }
 
-TEST_P(Peers, MbpollWritesWordsAndReadsThemBack) {
+TEST_P(Peers, MbpollWritesRegistersAndReadsThemBack) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   ASSERT_TRUE(serve()) << simulate->output();
   const bool tcp = GetParam().framing == "tcp";

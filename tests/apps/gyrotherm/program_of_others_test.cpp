@@ -99,7 +99,7 @@ class ProgramOfOthers : public testing::Test {
   const std::string rig = folder / "program.toml", record = folder / "run.db", stopped = folder / "runs/r.db";
 };
 
-TEST_F(ProgramOfOthers, IsNamedByCheckAndRunByItOnlyToConnect) {
+TEST_F(ProgramOfOthers, IsRunByCheckOnlyToConnect) {
   const auto checked = gyrotherm_with("check --rig " + rig);
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
   EXPECT_NE(checked.out.find("shell: by the program ./acme.sh"), std::string::npos) << checked.out;
@@ -113,14 +113,14 @@ TEST_F(ProgramOfOthers, IsNamedByCheckAndRunByItOnlyToConnect) {
   for (const auto pid : pids()) EXPECT_NE(::kill(pid, 0), 0) << "it is left";
 }
 
-TEST_F(ProgramOfOthers, WhereItMayNotBeRunDoctorSaysSo) {
+TEST_F(ProgramOfOthers, IsReportedByDoctorWhenNotExecutable) {
   std::filesystem::permissions(folder / "acme.sh", std::filesystem::perms::owner_read);
   const auto looked = gyrotherm_with("doctor --rig " + rig);
   EXPECT_EQ(looked.exit_code, 3) << looked.out;
   EXPECT_NE(looked.out.find("is no program that this user may run"), std::string::npos) << looked.out;
 }
 
-TEST_F(ProgramOfOthers, ItsDeathIsAFaultOfItsChannelAndTheRunGoesOn) {
+TEST_F(ProgramOfOthers, CausesOnlyChannelFaultWhenItDies) {
   Background run({"run", "tests/profiles/ten-minutes-warm.toml", "--rig", rig, "--out", record, "--json"},
                  folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 2}", 60)) << run.output();
@@ -143,7 +143,7 @@ TEST_F(ProgramOfOthers, ItsDeathIsAFaultOfItsChannelAndTheRunGoesOn) {
 
 constexpr const char* kRelative = R"(["./acme.sh"])";
 
-TEST_F(ProgramOfOthers, ResumesWithRelativePathsAsTheyRan) {
+TEST_F(ProgramOfOthers, ResumesWithOriginalRelativePaths) {
   for (const auto* words : {R"(["/bin/sh", "acme.sh"])", kRelative, R"(["../rigs/acme.sh"])"}) {
     record_from_rigs(words);
     std::string output;
@@ -155,7 +155,7 @@ TEST_F(ProgramOfOthers, ResumesWithRelativePathsAsTheyRan) {
   }
 }
 
-TEST_F(ProgramOfOthers, IsNotStartedFromRecordThatWasChanged) {
+TEST_F(ProgramOfOthers, IsNotStartedFromChangedRecord) {
   record_from_rigs(kRelative);
   const auto evil = folder / "evil";
   std::filesystem::remove(folder / "rigs/pids");
@@ -222,7 +222,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
   }
 }
 
-TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsItWasConfirmed) {
+TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsConfirmed) {
   record_from_rigs(R"(["/bin/sh", "acme.sh", "--port", "1"])");
   const auto expect_refused = [&](const char* why) {
     const auto resumed = shell("timeout 60 " GYROTHERM_PROGRAM " resume --accept " + stopped);

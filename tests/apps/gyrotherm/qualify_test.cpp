@@ -21,7 +21,7 @@ nlohmann::json report_in(const std::string& folder) {
   return nlohmann::json::parse(read_text_file(folder + "/report/report.json", kLargestTable).value());
 }
 
-TEST(Qualify, LeavesEverythingThatItPromises) {
+TEST(Qualify, WritesAllPromisedFiles) {
   const Folder folder;
   const auto out = folder / "out";
   const auto ran = gyrotherm_with("qualify --out " + out + kSmall);
@@ -51,7 +51,7 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   EXPECT_EQ(other.exit_code, 2) << "another experiment does not go into the same folder";
 }
 
-TEST(Qualify, SaysOfAGyroWithoutFiniteElementsThatItsImageIsNotApplicable) {
+TEST(Qualify, ReportsImageNotApplicableWithoutFiniteElements) {
   const Folder folder;
   const auto out = folder / "out";
   const auto ran = gyrotherm_with("qualify --rig virtual-reference --out " + out + kSmall);
@@ -64,7 +64,7 @@ TEST(Qualify, SaysOfAGyroWithoutFiniteElementsThatItsImageIsNotApplicable) {
 
 /// Trains like the tasks of a cluster. tests/apps/site shows that all tasks together give the same result as one
 /// machine.
-TEST(Qualify, OneAxisOfALotByItselfLeavesTheOthersAlone) {
+TEST(Qualify, TrainsOneAxisOfLotWithoutOthers) {
   const Folder folder;
   const auto out = folder / "out";
   const auto command = "qualify --rig virtual-triad --out " + out + kSmall;
@@ -83,7 +83,7 @@ TEST(Qualify, OneAxisOfALotByItselfLeavesTheOthersAlone) {
   EXPECT_FALSE(std::filesystem::exists(out + "/lot.json")) << "a part of a lot is none";
 }
 
-TEST(Qualify, AnAxisOfALotIsTrainedAnewWhereItWasTrainedInAnotherWay) {
+TEST(Qualify, RetrainsAxisWhenOptionsChange) {
   const Folder folder;
   const auto out = folder / "out";
   const auto command = "qualify --rig virtual-triad --only z --out " + out + kSmall;
@@ -97,7 +97,7 @@ TEST(Qualify, AnAxisOfALotIsTrainedAnewWhereItWasTrainedInAnotherWay) {
 }
 
 /// A stored digest is used only for files with the same bytes.
-TEST(Qualify, ARecordThatWasChangedAfterwardsIsRefused) {
+TEST(Qualify, RefusesRecordChangedAfterwards) {
   const Folder folder;
   const auto out = folder / "out";
   const auto command = "qualify --records-only --out " + out + kSmall;
@@ -113,7 +113,7 @@ TEST(Qualify, ARecordThatWasChangedAfterwardsIsRefused) {
 }
 
 /// The run of the headline figures never chooses a model.
-TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
+TEST(Qualify, RecommendsOnlyOnFurtherRecords) {
   const Folder folder;
   const auto out = folder / "out";
   ASSERT_EQ(
@@ -168,7 +168,7 @@ TEST(Qualify, VerifiesEveryModelLater) {
   EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --verify-later " + out + "/random.db").exit_code, 2);
 }
 
-TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {
+TEST(Qualify, OneSeedGivesOneReportForAnyThreadCount) {
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 1 --out " + (folder / "a") + kSmall).exit_code, 0);
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 2 --out " + (folder / "b") + kSmall).exit_code, 0);
@@ -179,7 +179,7 @@ TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {
             read_text_file(folder / "c/report/report.json", kLargestTable).value());
 }
 
-TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
+TEST(Qualify, ModelPredictsSameInLibsvm) {
   if (!installed("svm-predict")) GTEST_SKIP() << "svm-predict (package libsvm-tools) is not installed";
   const Folder folder;
   const auto run =

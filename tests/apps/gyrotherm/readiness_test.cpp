@@ -38,7 +38,7 @@ TEST(Readiness, WarnsWhenTheEarthRateOfAnAxisIsUnknown) {
   }
 }
 
-TEST(Readiness, OfARealRigHasLimiterDiskAndGuard) {
+TEST(Readiness, ChecksLimiterDiskAndGuardOfRealRig) {
   auto rig = shipped("example-f4t-lakeshore-kvh");
   const auto findings = readiness(rig);
   for (const auto* what : {"zero of the bias", "calibrations", "limiter", "disk", "guard"})
@@ -51,19 +51,19 @@ TEST(Readiness, OfARealRigHasLimiterDiskAndGuard) {
             "class 3.3, below -50 °C, above 75 °C; verify these settings on the chamber");
 }
 
-TEST(Readiness, WarnsOfOverdueCertificates) {
+TEST(Readiness, WarnsAboutOverdueCertificates) {
   const auto rig = shipped("example-f4t-lakeshore-kvh");
   const auto much_later = kVirtualEpoch + std::chrono::hours(24 * 365 * 30);
   EXPECT_EQ(find(check_readiness(rig, "run.db", much_later), "calibrations")->state, FindingState::warning);
   EXPECT_EQ(find(check_readiness(rig, "run.db", Duration{}), "calibrations")->state, FindingState::ok);
 }
 
-TEST(Readiness, NamesADiskThatIsNotThere) {
+TEST(Readiness, ReportsMissingDisk) {
   const auto findings = check_readiness(shipped("virtual"), "/no/such/folder/run.db", kVirtualEpoch);
   EXPECT_EQ(find(findings, "disk")->state, FindingState::fault);
 }
 
-TEST(Readiness, OfAVirtualRigHasNeitherLimiterNorGuard) {
+TEST(Readiness, SkipsLimiterAndGuardOfVirtualRig) {
   const auto findings = readiness(shipped("virtual"));
   EXPECT_EQ(find(findings, "limiter"), nullptr);
   EXPECT_EQ(find(findings, "guard"), nullptr);

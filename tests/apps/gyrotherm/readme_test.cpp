@@ -31,7 +31,7 @@ std::vector<std::string> shown_commands(const std::string& page) {
   return commands;
 }
 
-TEST(Readme, HasTheTwoCommandsThatCiRuns) {
+TEST(Readme, ShowsTwoCommandsOfCi) {
   const auto commands = shown_commands(kReadme);
   ASSERT_GE(commands.size(), 2u);
   EXPECT_EQ(commands[0], "apt-get update && apt-get build-dep -y -P nocheck . && cmake --workflow --preset dry-run");

@@ -27,7 +27,7 @@ double linear_residual(const std::string& record, const std::string& inputs, con
   return match.empty() ? 0 : std::stod(match[1]);
 }
 
-TEST(FreeImu, TheLinearFiguresOfTheRecordingComeOut) {
+TEST(FreeImu, ReproducesLinearResiduals) {
   if (shared_folder().empty()) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
   struct Reference {
     const char* column;
@@ -46,7 +46,7 @@ TEST(FreeImu, TheLinearFiguresOfTheRecordingComeOut) {
   }
 }
 
-TEST(FreeImu, AnHonestSplitSaysWhatItIs) {
+TEST(FreeImu, ReportsExtrapolationOfHonestSplit) {
   if (shared_folder().empty()) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("import " + shared_folder() +

@@ -8,7 +8,7 @@
 namespace gyrotherm::app {
 namespace {
 
-TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) {
+TEST(RecordedRun, IsRefusedWithPositionWhenChangedUnlessUnverified) {
   const Folder folder;
   make_small_model(folder);
   const auto record = folder / "record.db";
@@ -37,7 +37,7 @@ TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) 
   EXPECT_TRUE(std::filesystem::exists(folder / "x.csv")) << "unverified";
 }
 
-TEST(RecordedRun, ThatDecidesWhereThermometersGoIsGivenOnceAndVerifiesNothing) {
+TEST(RecordedRun, IsGivenOnceToPlacement) {
   const Folder folder;
   make_small_model(folder);
   const auto record = folder / "record.db";
@@ -50,7 +50,7 @@ TEST(RecordedRun, ThatDecidesWhereThermometersGoIsGivenOnceAndVerifiesNothing) {
 }
 
 /// Changes a byte that no row contains.
-TEST(RecordedRun, OfWhichAByteWasChangedIsRefusedByItsManifest) {
+TEST(RecordedRun, IsRefusedByManifestWhenByteChanged) {
   const Folder folder;
   make_small_model(folder);
   const auto record = folder / "record.db";

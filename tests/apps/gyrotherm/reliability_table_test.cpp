@@ -69,7 +69,7 @@ TEST(ReliabilityTable, NamesEveryPromise) {
   for (int i = 1; i <= 27; ++i) EXPECT_TRUE(rows.contains("P" + std::to_string(i))) << "P" << i;
 }
 
-TEST(ReliabilityTable, EveryTestThatItNamesExists) { EXPECT_GT(expect_named_tests_exist(promises()), 30u); }
+TEST(ReliabilityTable, NamesExistingTests) { EXPECT_GT(expect_named_tests_exist(promises()), 30u); }
 
 TEST(VerifiedEffects, NamesATestForEachFinding) {
   const auto rows = rows_of("verified-effects.md");

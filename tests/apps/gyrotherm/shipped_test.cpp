@@ -13,14 +13,14 @@ namespace {
 /// Runs a command line in another folder.
 Ran from(const std::string& folder, const std::string& command) { return shell("cd '" + folder + "' && " + command); }
 
-TEST(Shipped, ProfilesAndRigsAreFoundByNameFromAnyFolder) {
+TEST(Shipped, FindsProfilesAndRigsByNameFromAnyFolder) {
   const Folder folder;
   const auto ran = from(folder / "", "gyrotherm check qualification --rig virtual");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("2216"), std::string::npos);
 }
 
-TEST(Shipped, TheExampleOfEachHelpThatNeedsNoFileWorksFromAnyFolder) {
+TEST(Shipped, HelpExamplesWorkFromAnyFolder) {
   const Folder folder;
   for (const auto* command : {"check", "doctor", "completion"}) {
     const auto ran = from(folder / "", "gyrotherm " + std::string(command) +
@@ -29,7 +29,7 @@ TEST(Shipped, TheExampleOfEachHelpThatNeedsNoFileWorksFromAnyFolder) {
   }
 }
 
-TEST(Shipped, AFileOfThatNameInTheWorkingFolderWinsOnlyAsAPath) {
+TEST(Shipped, PrefersShippedNameToFileInWorkingFolder) {
   const Folder folder;
   std::ofstream(folder / "qualification") << "this is no profile";
   std::ofstream(folder / "qualification.toml") << "neither = \"is this\"";
@@ -38,7 +38,7 @@ TEST(Shipped, AFileOfThatNameInTheWorkingFolderWinsOnlyAsAPath) {
     EXPECT_EQ(from(folder / "", std::string("gyrotherm check ") + path).exit_code, 4) << path;
 }
 
-TEST(Shipped, ANameThatIsNotThereIsAnsweredWithThoseThatAreAndWhereWasLooked) {
+TEST(Shipped, ListsNamesAndFoldersWhenNameIsUnknown) {
   const Folder folder;
   std::ofstream(folder / "qualifcation") << "";
   const auto ran = from(folder / "", "gyrotherm check qualifcation");
@@ -54,7 +54,7 @@ TEST(Shipped, ANameThatIsNotThereIsAnsweredWithThoseThatAreAndWhereWasLooked) {
   }
 }
 
-TEST(Shipped, ARigFileElsewhereNamesShippedMapsAndStreams) {
+TEST(Shipped, ResolvesShippedMapsForRigFileElsewhere) {
   const Folder folder;
   const auto ran = shell("cp profiles/rigs/example-f4t-lakeshore-kvh.toml '" + (folder / "mine.toml") + "' && cd '" +
                          (folder / "") + "' && gyrotherm check --rig mine.toml");
@@ -67,7 +67,7 @@ TEST(Shipped, ARigFileElsewhereNamesShippedMapsAndStreams) {
   EXPECT_NE(misspelt.err.find("did you mean \"watlow_f4t\"?"), std::string::npos) << misspelt.err;
 }
 
-TEST(Shipped, AColumnMapIsFoundByName) {
+TEST(Shipped, FindsColumnMapByName) {
   const Folder folder;
   const auto ran = from(folder / "", "gyrotherm import nowhere.csv --map freeimu --out x.db");
   EXPECT_EQ(ran.exit_code, 4);

@@ -103,7 +103,7 @@ class Signing : public testing::Test {
   static inline bool ready_ = false;
 };
 
-TEST_F(Signing, IsSeenByTheCustomer) {
+TEST_F(Signing, IsVerifiedByCustomer) {
   const auto ran = verified("");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("holds      dcc.xml: signed by CN=Our laboratory"), std::string::npos) << ran.out;
@@ -113,7 +113,7 @@ TEST_F(Signing, IsSeenByTheCustomer) {
   EXPECT_NE(ran.err.find("the report C-1 is as it was signed"), std::string::npos) << ran.err;
 }
 
-TEST_F(Signing, IsSeenByAProgram) {
+TEST_F(Signing, IsVerifiedAsJson) {
   const auto found = nlohmann::json::parse(verified("--json").out);
   EXPECT_EQ(found["holds"], true);
   EXPECT_EQ(found["report"], "C-1");
@@ -121,7 +121,7 @@ TEST_F(Signing, IsSeenByAProgram) {
   EXPECT_EQ(found["checks"].size(), 9u);
 }
 
-TEST_F(Signing, VerifyNamesWhatIsForeignOrMissing) {
+TEST_F(Signing, NamesForeignAndMissingFiles) {
   const std::string page = *folder_ / "report/calibration.html", note = *folder_ / "report/Calibration report.pdf";
   std::filesystem::copy_file(*folder_ / "report/calibration.pdf", note);
   std::filesystem::rename(page, *folder_ / "page.html");
@@ -135,7 +135,7 @@ TEST_F(Signing, VerifyNamesWhatIsForeignOrMissing) {
   EXPECT_EQ(nlohmann::json::parse(as_json.out)["holds"], false);
 }
 
-TEST_F(Signing, OfWhatWasChangedDoesNotHold) {
+TEST_F(Signing, FailsForChangedFiles) {
   for (const char* name : {"report/dcc.xml", "report/calibration.json", "record.db", "model.json"}) {
     const auto ran = verified_with_another_byte(name);
     EXPECT_EQ(ran.exit_code, 4) << name;
@@ -146,7 +146,7 @@ TEST_F(Signing, OfWhatWasChangedDoesNotHold) {
 }
 
 /// A continuation file must not add rows that were never signed.
-TEST_F(Signing, OfARecordIsOfAllItsFiles) {
+TEST_F(Signing, CoversAllFilesOfRecord) {
   const std::string manifest = *folder_ / "record.db.sha256", bytes = *read_text_file(manifest);
   std::filesystem::remove(manifest);
   {
@@ -165,13 +165,13 @@ TEST_F(Signing, OfARecordIsOfAllItsFiles) {
       << ran.out;
 }
 
-TEST_F(Signing, ByAnotherIsNotTrusted) {
+TEST_F(Signing, RefusesUntrustedSigner) {
   const auto ran = verified("", "other.pem");
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.out.find("FAILS      dcc.xml: the signer is not trusted"), std::string::npos) << ran.out;
 }
 
-TEST_F(Signing, IsAskedForWhomToTrust) {
+TEST_F(Signing, RequiresTrustedCertificate) {
   EXPECT_EQ(gyrotherm_with("report verify " + (*folder_ / "report")).exit_code, 2);
   EXPECT_EQ(gyrotherm_with("report").exit_code, 2);
 }

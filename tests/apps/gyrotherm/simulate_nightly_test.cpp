@@ -44,7 +44,7 @@ std::string changed_rig(const std::string& from, const std::string& to, const st
   return text;
 }
 
-TEST(Simulate, ARealRigRunsOnItsPseudoTerminals) {
+TEST(Simulate, ServesRealRigOnPseudoTerminals) {
   const Folder folder;
   std::ofstream(folder / "virtual.toml") << changed_rig(
       "map = ", "line = ", "map = \"../chambers/watlow_f4t.toml\"\nframing = \"rtu\"\n");
@@ -57,7 +57,7 @@ TEST(Simulate, ARealRigRunsOnItsPseudoTerminals) {
   EXPECT_EQ(status["faults"], 0) << status.dump();
 }
 
-TEST(Simulate, OfAThousandFramesASecondNoneIsLost) {
+TEST(Simulate, LosesNoneOfThousandFramesPerSecond) {
   const Folder folder;
   std::ofstream(folder / "virtual.toml") << changed_rig(
       "[gyro]", "[analysis]",

@@ -11,7 +11,7 @@
 namespace gyrotherm::app {
 namespace {
 
-TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
+TEST(Simulate, ServesMbpoll) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "log");
@@ -32,7 +32,7 @@ TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
   EXPECT_EQ(simulate.wait(), 0);
 }
 
-TEST(Simulate, APymodbusClientReadsTheChamberAndSetsItsSetPoint) {
+TEST(Simulate, ServesPymodbus) {
   if (shell("/usr/bin/python3 -c 'import pymodbus.client'").exit_code != 0)
     GTEST_SKIP() << "python3-pymodbus is not installed";
   const Folder folder;
@@ -43,7 +43,7 @@ TEST(Simulate, APymodbusClientReadsTheChamberAndSetsItsSetPoint) {
   EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
 }
 
-TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
+TEST(Simulate, ServesRealRigInRealTime) {
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro", 60)) << simulate.output();
@@ -61,7 +61,7 @@ TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
   EXPECT_NE(status.out.find("\"simulated\":false"), std::string::npos) << status.out;
 }
 
-TEST(Simulate, InPlaceOfARealRigVirtualInstrumentsOfItsKindsAreServed) {
+TEST(Simulate, ServesVirtualInstrumentsOfRealRig) {
   const Folder folder;
   Background simulate({"simulate", "--rig", "example-f4t-lakeshore-kvh"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro  ", 60)) << simulate.output();
@@ -73,7 +73,7 @@ TEST(Simulate, InPlaceOfARealRigVirtualInstrumentsOfItsKindsAreServed) {
 }
 
 /// The unit register of an F4T has address 6730 on TCP and 14080 on a serial line.
-TEST(Simulate, ASerialLineHasTheAddressesOfItsOwnLink) {
+TEST(Simulate, UsesAddressesOfSerialLink) {
   const Folder folder;
   const auto rig = shell(
       "sed 's#\\.\\./chambers/virtual#../chambers/watlow_f4t#' profiles/rigs/virtual.toml | sed "

@@ -26,21 +26,21 @@ std::string unit_in(const Folder& folder) {
   return path;
 }
 
-TEST(SystemdUnit, IsVerified) {
+TEST(SystemdUnit, PassesSystemdVerification) {
   if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
   const Folder folder;
   const auto verified = shell("systemd-analyze verify --man=no " + unit_in(folder) + " 2>&1 | grep gyrotherm@");
   EXPECT_EQ(verified.out, "");
 }
 
-TEST(SystemdUnit, IsShutIn) {
+TEST(SystemdUnit, IsConfined) {
   if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
   const Folder folder;
   const auto judged = shell("systemd-analyze security --offline=true --threshold=20 --no-pager " + unit_in(folder));
   EXPECT_EQ(judged.exit_code, 0) << judged.out << judged.err;
 }
 
-TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
+TEST(SystemdUnit, LimitsTotalTimeToTwentySeconds) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
   const auto seconds = [&](const std::string& key) {
     std::smatch match;
@@ -66,7 +66,7 @@ std::string stop_post_in(const Folder& folder, const std::string& state) {
   return shell("PATH='" + (folder / ".") + "':$PATH; " + std::regex_replace(line, std::regex("%i"), "rate")).out;
 }
 
-TEST(SystemdUnit, LimitsMakeSafeAtShutdownAlone) {
+TEST(SystemdUnit, LimitsMakeSafeOnlyAtShutdown) {
   const Folder folder;
   EXPECT_EQ(stop_post_in(folder, "stopping"), "within 30 s\n--kill rate.db\n");
   for (const auto* state : {"running", "degraded", "starting", "maintenance", "offline", "''"})
@@ -83,7 +83,7 @@ int condition_in(const Folder& folder) {
   return shell("cd '" + (folder / ".") + "' && " + command).exit_code;
 }
 
-TEST(SystemdUnit, ARunThatHasFinishedIsLeftAloneAndIsNoFailure) {
+TEST(SystemdUnit, SkipsFinishedRunWithoutFailure) {
   const Folder folder;
   const auto record = folder / "rate.db";
   EXPECT_EQ(condition_in(folder), 0) << "no record: the run begins";
@@ -124,7 +124,7 @@ std::string start_command_in(const Folder& folder) {
          std::regex_replace(line, std::regex("%i"), "rate");
 }
 
-TEST(SystemdUnit, GoesOnWithARunThatIsThereAndBeginsNoneAnew) {
+TEST(SystemdUnit, ResumesExistingRun) {
   const Folder folder;
   const auto command = start_command_in(folder);
   const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";

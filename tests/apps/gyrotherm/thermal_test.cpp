@@ -13,7 +13,7 @@ namespace {
 
 std::string text_in(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
-TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
+TEST(Thermal, WritesImageOfWorkingGyro) {
   const Folder folder;
   const auto ran = gyrotherm_with("thermal --mesh coarse --json --out " + (folder / "image"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
@@ -41,7 +41,7 @@ TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
   EXPECT_NE(again.err.find("thermal.json: is there already; --force writes over it"), std::string::npos) << again.err;
 }
 
-TEST(Thermal, FigureHasTheValuesOfTheGyroFile) {
+TEST(Thermal, FigureHasValuesOfGyroFile) {
   const auto ran = shell(GYROTHERM_PROGRAM "-thermal figure");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto figure = nlohmann::json::parse(ran.out);
@@ -70,7 +70,7 @@ TEST(Thermal, FigureHasTheValuesOfTheGyroFile) {
   EXPECT_EQ(figure["image"]["view"]["marks"].size(), 8U);
 }
 
-TEST(Thermal, SaysForPeopleWhatItIsAndWhereItIsHot) {
+TEST(Thermal, PrintsSummaryWithHottestPoints) {
   const Folder folder;
   const auto ran = gyrotherm_with("thermal --mesh coarse --film 25 --ambient -40 --out " + (folder / "image"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
@@ -78,7 +78,7 @@ TEST(Thermal, SaysForPeopleWhatItIsAndWhereItIsHot) {
     EXPECT_NE(ran.out.find(word), std::string::npos) << word;
 }
 
-TEST(Thermal, NamesWhatItCannotUse) {
+TEST(Thermal, RefusesUnusableInput) {
   const Folder folder;
   EXPECT_EQ(gyrotherm_with("thermal --mesh rough --out " + (folder / "a")).exit_code, 2);
   EXPECT_EQ(gyrotherm_with("thermal --film 0 --out " + (folder / "a")).exit_code, 2);

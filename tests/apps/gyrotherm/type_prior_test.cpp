@@ -43,7 +43,7 @@ class TypePriorCommand : public testing::Test {
   static inline bool ready_ = false;
 };
 
-TEST_F(TypePriorCommand, TellsVirtualGyrosApartByTheirSeeds) {
+TEST_F(TypePriorCommand, DistinguishesVirtualGyrosBySeed) {
   for (const auto* words : {"SIMULATED: type \"ring\" of 3 units", "seed 1: 1 record, 4.", "A-B", "wanders over"})
     EXPECT_NE(learnt_.out.find(words), std::string::npos) << learnt_.out;
   const auto file = nlohmann::json::parse(read_text_file(*folder_ / "prior.json").value());
@@ -53,7 +53,7 @@ TEST_F(TypePriorCommand, TellsVirtualGyrosApartByTheirSeeds) {
   EXPECT_EQ(file["terms"].size(), 8u);
 }
 
-TEST_F(TypePriorCommand, OneHourOfTheNextUnitMakesAModelAsAnyOther) {
+TEST_F(TypePriorCommand, TrainsUsableModelFromOneHour) {
   const auto ran = trained("--clusters 0:36");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* words : {"type-prior on A-B,", "type \"ring\" of 3 units (seed 1; seed 2; seed 3)",
@@ -73,7 +73,7 @@ TEST_F(TypePriorCommand, OneHourOfTheNextUnitMakesAModelAsAnyOther) {
   EXPECT_EQ(compensated.exit_code, 0) << compensated.err;
 }
 
-TEST_F(TypePriorCommand, RefusesWhatDoesNotGoTogetherAndSaysWhatCountsTwice) {
+TEST_F(TypePriorCommand, RefusesInconsistentRecordsAndReportsReusedGyro) {
   const auto refused = [&](const std::string& command, const std::string& why) {
     const auto ran = gyrotherm_with(command + " --out " + (*folder_ / "none.json"));
     EXPECT_EQ(ran.exit_code, 2) << command;
@@ -97,7 +97,7 @@ TEST_F(TypePriorCommand, RefusesWhatDoesNotGoTogetherAndSaysWhatCountsTwice) {
   EXPECT_NE(twice.out.find("the prior was learnt from this gyro (seed 2) too"), std::string::npos) << twice.out;
 }
 
-TEST_F(TypePriorCommand, KnowsAGyroWhateverItIsCalled) {
+TEST_F(TypePriorCommand, IdentifiesGyroUnderAnyName) {
   const auto again = gyrotherm_with(
       fmt::format("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 1 --out {}",
                   *folder_ / "again.db"));
@@ -117,7 +117,7 @@ TEST_F(TypePriorCommand, KnowsAGyroWhateverItIsCalled) {
   EXPECT_NE(model.out.find("the prior was learnt from this gyro (seed 2) too"), std::string::npos) << model.out;
 }
 
-TEST(TypePriorOfForeignRecords, AskFromWhichUnitEachIs) {
+TEST(TypePriorOfForeignRecords, RequiresUnitOfEachRecord) {
   const Folder folder;
   make_small_model(folder);
   const std::string record = folder / "record.db";

@@ -40,7 +40,7 @@ class Verify : public testing::Test {
   static inline bool ready_ = false;
 };
 
-TEST_F(Verify, DoesWithInputsOutsideTheTrainedRangeWhatItIsTold) {
+TEST_F(Verify, AppliesPolicyForInputsOutsideTrainedRange) {
   const auto by_default = figures(""), continued = figures("--outside continue");
   const auto refused = figures("--outside refuse"), extrapolated = figures("--outside extrapolate");
   EXPECT_EQ(by_default, continued);
@@ -52,7 +52,7 @@ TEST_F(Verify, DoesWithInputsOutsideTheTrainedRangeWhatItIsTold) {
   EXPECT_EQ(extrapolated["compensated"], continued["compensated"]) << "a plane continues as itself";
 }
 
-TEST_F(Verify, NamesThePoliciesItKnows) {
+TEST_F(Verify, ListsPoliciesWhenUnknown) {
   const auto ran = verified("--outside ignore");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_NE(ran.err.find("continue, refuse or extrapolate"), std::string::npos) << ran.err;
@@ -72,7 +72,7 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
 }
 
 /// Only the selected 7200 s count.
-TEST_F(Verify, TakesTheNoiseOfTheClustersAlone) {
+TEST_F(Verify, TakesNoiseOnlyOfSelectedClusters) {
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --json";
   const auto all = nlohmann::json::parse(gyrotherm_with(command).out), some = figures("");
   EXPECT_LT(some["allan"]["seconds"], all["allan"]["seconds"]);
@@ -80,7 +80,7 @@ TEST_F(Verify, TakesTheNoiseOfTheClustersAlone) {
   EXPECT_GE(some["allan"]["seconds"], some["allan_compensated"]["seconds"]);
 }
 
-TEST_F(Verify, OfOneClusterDoesNotKnowHowItScatters) {
+TEST_F(Verify, ReportsNoScatterOfSingleCluster) {
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --clusters 100:101";
   const auto ran = gyrotherm_with(command);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
@@ -94,7 +94,7 @@ TEST_F(Verify, OfOneClusterDoesNotKnowHowItScatters) {
   for (const auto* error : {"std_error_deg_per_h", "mean_error_deg_per_h"}) EXPECT_TRUE(raw[error].is_null()) << error;
 }
 
-TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
+TEST_F(Verify, ReportsCoverageOfIntervals) {
   const auto coverage = figures("")["coverage"];
   EXPECT_EQ(coverage["nominal"], 0.95);
   EXPECT_GE(coverage["seen"], 0.0);
@@ -107,7 +107,7 @@ TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
 
 /// The gyro is turned around and back at 20 °C. With one hour in each of three positions, 0.0003 °/√h give ± 0.0002
 /// °/h.
-TEST_F(Verify, TellsBiasAndEarthRateApartWhereTheGyroWasTurned) {
+TEST_F(Verify, SeparatesBiasAndEarthRateOfTurnedGyro) {
   const std::string record = *folder_ / "two.db";
   const auto recorded =
       gyrotherm_with("run profiles/two-position.toml --rig profiles/rigs/virtual.toml --seed 3 --out " + record);
@@ -133,7 +133,7 @@ TEST_F(Verify, TellsBiasAndEarthRateApartWhereTheGyroWasTurned) {
     EXPECT_NE(words.find(word), std::string::npos) << words;
 }
 
-TEST_F(Verify, JudgesTrackingIfItIsAskedTo) {
+TEST_F(Verify, AssessesTrackingOnRequest) {
   EXPECT_FALSE(figures("").contains("tracking"));
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --track";
   const auto ran = gyrotherm_with(command + " --json");

@@ -28,7 +28,7 @@ TEST(WholeExperiment, OneSeedGivesOneReport) {
   EXPECT_EQ(report["clusters"]["random"], 1440);
 }
 
-TEST(WholeExperiment, WithTheTemperatureTheRandomRunComesNearTheNoiseFloor) {
+TEST(WholeExperiment, ApproachesNoiseFloorWithTemperature) {
   const Folder folder;
   ASSERT_EQ(
       gyrotherm_with("qualify --rig profiles/rigs/virtual-reference.toml --seed 1 --out " + (folder / "out")).exit_code,
@@ -38,7 +38,7 @@ TEST(WholeExperiment, WithTheTemperatureTheRandomRunComesNearTheNoiseFloor) {
   EXPECT_LT(std_of(report, "random", "multi_point_t"), std_of(report, "random", "three_point"));
 }
 
-TEST(WholeExperiment, OfAGyroThatKnowsGradientsAloneThePapersInputsAreEnough) {
+TEST(WholeExperiment, PublishedInputsSufficeForGradientGyro) {
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("qualify --rig profiles/rigs/virtual-gradients.toml --out " + (folder / "out")).exit_code,
             0);

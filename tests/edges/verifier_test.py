@@ -87,12 +87,12 @@ class Verifier(unittest.TestCase):
         laboratory = self.served
         return wrong_readings(record, laboratory)  # type: ignore[arg-type]
 
-    def test_finds_nothing_in_a_good_record(self) -> None:
+    def test_finds_nothing_in_valid_record(self) -> None:
         record = self.read()
         self.assertEqual((len(record.rows), holes(record), lost_seconds(record, SECONDS - 1), self.wrong(record)),
                          (SECONDS, [], [], []))
 
-    def test_finds_each_value_of_another_second_and_another_channel(self) -> None:
+    def test_finds_values_of_other_second_or_channel(self) -> None:
         for column in ("chamber_air_c", *CHANNELS, "pulses"):
             self.begin_anew()
             record = self.change(f'UPDATE sample SET "{column}" = (SELECT "{column}" FROM sample WHERE slot = 6) '
@@ -101,17 +101,17 @@ class Verifier(unittest.TestCase):
         record = self.change("UPDATE sample SET A = B WHERE slot = 3")
         self.assertTrue(any("second 3: A" in found for found in self.wrong(record)))
 
-    def test_finds_pulses_of_another_number_of_frames(self) -> None:
+    def test_finds_wrong_pulse_sums(self) -> None:
         record = self.change(f"UPDATE sample SET interval_ns = {2 * 10 ** 9} WHERE slot = 5")
         self.assertEqual(len(self.wrong(record)), 1)
 
-    def test_finds_seconds_that_are_missing_and_seconds_that_are_there_twice(self) -> None:
+    def test_finds_missing_and_duplicate_seconds(self) -> None:
         record = self.change("DELETE FROM sample WHERE slot IN (4, 11)")
         self.assertEqual((holes(record), lost_seconds(record, SECONDS - 1)), ([4], [4, 11]))
         record = self.change("INSERT INTO gap VALUES(4, 5, 'late')")
         self.assertEqual((holes(record), lost_seconds(record, SECONDS - 1)), ([5], [11]))
 
-    def test_reads_the_parts_of_a_run_and_none_that_is_damaged(self) -> None:
+    def test_reads_all_undamaged_parts(self) -> None:
         self.write("run.2.db", range(6, SECONDS))
         with open(self.folder / "run.db", "r+b") as file:
             file.write(bytes(200))
@@ -135,7 +135,7 @@ class ChamberOfOurs(unittest.TestCase):
         self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *words_of(40.5))).hex(), "100ade0002")
         self.assertEqual(self.chamber.set_point, 40.5)
 
-    def test_refuses_what_the_map_does_not_have_and_what_is_beyond_its_limits(self) -> None:
+    def test_refuses_unknown_registers_and_values_outside_limits(self) -> None:
         self.assertEqual(self.ask(struct.pack(">BHH", 3, 5, 1)), bytes([0x83, 2]))
         self.assertEqual(self.ask(struct.pack(">BHH", 3, AIR, 3)), bytes([0x83, 2]))
         self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *words_of(200.0))), bytes([0x90, 3]))
@@ -145,7 +145,7 @@ class ChamberOfOurs(unittest.TestCase):
         served = [float_of(*struct.unpack(">HH", self.ask(struct.pack(">BHH", 3, AIR, 2))[2:])) for _ in range(900)]
         self.assertEqual(len(set(served)), len(served))
 
-    def test_checks_frames_as_the_standard_does(self) -> None:
+    def test_checks_frames_like_standard(self) -> None:
         self.assertEqual(modbus_crc(bytes.fromhex("010300000001")).hex(), "840a")
 
     def test_serves_on_all_links(self) -> None:

@@ -67,17 +67,17 @@ class Follow(InAFolder):
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 1, 6499])
         pd.testing.assert_frame_equal(pd.concat(pieces), self.whole.to_pandas(), check_categorical=False)
 
-    def test_ends_where_the_writer_died_and_left_its_live_copy(self):
+    def test_ends_when_writer_died(self):
         steps = [lambda: shutil.copy(self.folder / "whole.db", self.path)]
         pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
         self.assertEqual([len(piece) for piece in pieces], [3000, 6600])
 
-    def test_a_live_copy_can_be_opened_and_stays_as_it_is(self):
+    def test_opens_live_copy_without_change(self):
         before = {p.name for p in self.folder.iterdir()}
         self.assertEqual(len(module.open(self.live).to_pandas()), 3000)
         self.assertEqual({p.name for p in self.folder.iterdir()}, before)
 
-    def test_a_link_to_the_record_will_do(self):
+    def test_follows_link_to_record(self):
         link = self.folder / "run_of_today.db"
         link.symlink_to("run.db")
         steps = [lambda: self.advance(3000, 3099), self.close]
@@ -85,7 +85,7 @@ class Follow(InAFolder):
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
         self.assertEqual(module.open(link).path, self.path.resolve())
 
-    def test_goes_on_while_the_run_goes_on_in_another_file(self):
+    def test_continues_in_next_file(self):
         part = self.folder / "run.2.db"
         shutil.copy(self.folder / "whole.db", self.path)
         shutil.copy(self.folder / "whole.db", part)
@@ -95,7 +95,7 @@ class Follow(InAFolder):
         pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
 
-    def test_looks_again_where_the_live_copy_is_begun_anew(self):
+    def test_reopens_restarted_live_copy(self):
         steps = [lambda: None, self.close]
         looks = [RecordError("run.live.db: No such file or directory"), None]
         with mock.patch.object(live, "opened", side_effect=lambda path: self.look(looks, path)):
@@ -107,18 +107,18 @@ class Follow(InAFolder):
             raise trouble
         return opened(path)
 
-    def test_the_live_copy_itself_is_followed_like_its_record(self):
+    def test_follows_path_of_live_copy(self):
         steps = [lambda: self.advance(3000, 3099), self.close]
         pieces = list(module.follow(self.live, sleep=lambda seconds: steps.pop(0)()))
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
 
-    def test_a_copy_that_another_run_left_is_not_taken(self):
+    def test_ignores_live_copy_of_another_run(self):
         shutil.copy(self.folder / "whole.db", self.path)
         be_of_another_run(self.path)
         pieces = list(module.follow(self.path))
         self.assertEqual([len(piece) for piece in pieces], [9600])
 
-    def test_a_copy_that_another_run_left_is_not_taken_while_its_record_is_being_written(self):
+    def test_ignores_live_copy_of_another_run_while_writing(self):
         shutil.copy(self.folder / "whole.db", self.path)
         (self.folder / "run.db.status").write_text('{"id": "%s"}' % OF_ANOTHER, encoding="utf-8")
         writer = sqlite3.connect(self.path, isolation_level=None)
@@ -127,13 +127,13 @@ class Follow(InAFolder):
             list(module.follow(self.path, sleep=lambda seconds: None))
         writer.close()
 
-    def test_ends_where_another_run_takes_its_place(self):
+    def test_ends_when_another_run_replaces_copy(self):
         seconds = module.follow(self.path, sleep=lambda seconds: be_of_another_run(self.live, self.writer))
         self.assertEqual(len(next(seconds)), 3000)
         with self.assertRaises(RecordError):
             next(seconds)
 
-    def test_ends_where_the_record_is_another_run_s(self):
+    def test_ends_when_another_run_replaces_record(self):
         def replace(seconds):
             shutil.copy(self.folder / "whole.db", self.path)
             be_of_another_run(self.path)
@@ -143,11 +143,11 @@ class Follow(InAFolder):
         with self.assertRaises(RecordError):
             next(seconds)
 
-    def test_goes_by_the_name_that_the_program_gives_it(self):
+    def test_uses_name_of_program(self):
         for record_name, copy in (("a.db", "a.live.db"), ("a.sqlite", "a.sqlite.live.db"), ("a", "a.live.db")):
             self.assertEqual(live_path(record_name).name, copy)
 
-    def test_a_closed_record_is_yielded_whole(self):
+    def test_yields_closed_record_completely(self):
         self.close()
         pieces = list(module.follow(self.path))
         self.assertEqual([len(piece) for piece in pieces], [9600])

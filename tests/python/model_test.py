@@ -83,7 +83,7 @@ class Predictions(InAFolder):
         gyrotherm("train", path, "--quick", "--threads", 1, "--out", file, *words)
         return file
 
-    def test_of_each_method(self):
+    def test_predicts_with_each_method(self):
         names = methods()
         self.assertGreaterEqual(len(names), 14)
         forms = set()
@@ -94,10 +94,10 @@ class Predictions(InAFolder):
                 self.agree(self.path, file)
         self.assertEqual(forms, {"svr", "linear", "expansion", "network"})
 
-    def test_of_each_kind_of_input(self):
+    def test_predicts_with_each_kind_of_input(self):
         self.agree(self.path, self.train(self.path, "terms", "--method", "linear", "--inputs", TERMS))
 
-    def test_of_an_imported_record(self):
+    def test_predicts_imported_record(self):
         """Rows count by their own time: two per second, some missing."""
         rows = ["ms,T1,T2,rate"]
         for k in range(0, 8000):
@@ -120,7 +120,7 @@ class Predictions(InAFolder):
         with self.assertRaisesRegex(module.RecordError, "own times"):
             model.predict(run)
 
-    def test_a_dead_thermometer_is_named(self):
+    def test_names_dead_thermometer(self):
         path = record(self.folder / "dead.db")
         database = sqlite3.connect(path)
         database.execute("UPDATE sample SET B = NULL")
@@ -129,7 +129,7 @@ class Predictions(InAFolder):
         with self.assertRaisesRegex(module.RecordError, "no whole cluster of 100 s: in no row is there a value of B$"):
             module.open(path).clusters()
 
-    def test_of_what_a_unit_tells_of_itself(self):
+    def test_predicts_with_values_of_unit(self):
         mixed = record(self.folder / "mixed.db", rig="virtual-mixed")
         database = sqlite3.connect(mixed)  # its own temperature is constant there
         database.execute('UPDATE sample SET "gyro.temperature" = round(A + 0.3 * B)')
@@ -142,7 +142,7 @@ class Predictions(InAFolder):
         self.agree(mixed, self.train(mixed, "own", "--unverified", "--method", "ridge-u", "--inputs",
                                      "self,aux:acceleration_x,rate:self,lag:300:self,self*A"))
 
-    def test_beyond_the_trained_range(self):
+    def test_predicts_outside_trained_range(self):
         run = module.open(self.path)
         for method, inputs in (("linear", "A,B"), ("gp", "A,B,A*B"), ("ls-svm", "A,A-B")):
             file = self.train(self.path, f"part-{method}", "--method", method, "--inputs", inputs, "--clusters", "0:60",
@@ -160,7 +160,7 @@ class Predictions(InAFolder):
             self.assertGreater(ours.max(), model.uncertainty().expanded_deg_per_h, "wider outside")
             self.assertLess((table.iloc[:, -1].to_numpy() - ours.to_numpy())[~np.isnan(ours)].__abs__().max(), 1e-12)
 
-    def test_of_frames_and_datasets_with_a_row_per_second(self):
+    def test_takes_frames_and_datasets_with_row_per_second(self):
         file = self.train(self.path, "frame", "--method", "linear", "--inputs", "A,A-B")
         run, model = module.open(self.path), module.load_model(file)
         for seconds in (run.to_pandas(), run.to_xarray()):
@@ -168,7 +168,7 @@ class Predictions(InAFolder):
         with self.assertRaisesRegex(module.ModelError, 'no column "A"'):
             model.predict(run.to_pandas()[["B"]])
 
-    def test_the_budget_is_the_programs(self):
+    def test_budget_equals_that_of_program(self):
         file = self.train(self.path, "budget", "--method", "gp")
         model = module.load_model(file)
         combined = model.json["uncertainty"]["combined"]
@@ -181,7 +181,7 @@ class Predictions(InAFolder):
         self.assertAlmostEqual(model.uncertainty().expanded_deg_per_h, last.iloc[0], delta=1e-12)
         self.assertTrue((model.predict_std(module.open(self.path).clusters()).dropna() > 0).all())
 
-    def test_the_variance_of_a_gaussian_process_is_its_formula(self):
+    def test_variance_of_gaussian_process_equals_formula(self):
         """One centre c = 1 of one input, l = 2, σ_f = 3, S = [[a, 0], [0, s]], L² = 9 + 1e-9: k = 9 exp(−(z − 1)²/8), w
         = k/L, and the variance a z² + s w² + 9 − w²."""
         root = np.sqrt(9 + 1e-9)
@@ -191,7 +191,7 @@ class Predictions(InAFolder):
         w = 9 * np.exp(-((z[:, 0] - 1) ** 2) / 8) / root
         np.testing.assert_allclose(at(z), 0.5 * z[:, 0] ** 2 + 0.25 * w**2 + 9 - w**2, rtol=1e-14)
 
-    def test_with_a_type_prior(self):
+    def test_predicts_with_type_prior(self):
         units = []
         for seed in range(1, 4):
             units.append(self.folder / f"unit-{seed}.db")
@@ -203,14 +203,14 @@ class Predictions(InAFolder):
         self.assertEqual(module.load_model(file).method, "type-prior")
         self.agree(self.path, file)
 
-    def test_files_that_are_no_models_are_refused(self):
+    def test_refuses_files_that_are_not_models(self):
         for text, why in (("{", "expected a model file"), ("[]", "no object"), ('{"schema": "x"}', 'schema "x"'),
                           ('{"schema": "gyrotherm-model/1"}', "cannot|no model")):
             (self.folder / "bad.json").write_text(text)
             with self.assertRaisesRegex(module.ModelError, why):
                 module.load_model(self.folder / "bad.json")
 
-    def test_what_contradicts_itself_is_refused_as_by_the_program(self):
+    def test_refuses_contradictory_models_like_program(self):
         file = self.folder / "whole-model.json"
         gyrotherm("train", self.path, "--method", "svr", "--quick", "--inputs", "A,A-B", "--out", file)
         whole = file.read_text()
@@ -231,7 +231,7 @@ class Predictions(InAFolder):
                 module.load_model(file)
             gyrotherm("verify", file, self.path, accept=(4,))
 
-    def test_a_range_that_ends_before_it_begins_is_refused(self):
+    def test_refuses_reversed_range(self):
         file = self.folder / "model.json"
         gyrotherm("train", self.path, "--method", "linear", "--inputs", "A,A-B", "--out", file)
         content = json.loads(file.read_text())
@@ -242,7 +242,7 @@ class Predictions(InAFolder):
 
 
 class Folds(InAFolder):
-    def test_are_the_programs(self):
+    def test_folds_equal_those_of_program(self):
         """Least squares on these folds leave the program's held-out residual, cluster by cluster."""
         path = record(self.folder / "run.db")
         run = module.open(path)
@@ -259,7 +259,7 @@ class Folds(InAFolder):
             rmse = model.json["leave_cycle_out"]["rmse_deg_per_h"]
             self.assertAlmostEqual(module.figures(left).rmse, rmse, delta=1e-12)
 
-    def test_of_several_records(self):
+    def test_folds_of_several_records(self):
         clusters = module.open(record(self.folder / "one.db")).clusters()
         by_records = module.folds([clusters, clusters, clusters], "records")
         self.assertEqual([len(held_out) for _, held_out in by_records], [96] * 3)

@@ -71,7 +71,7 @@ class Netcdf(InAFolder):
             self.assertTrue(np.isnan(found["C"][[1005, 1500]]).all())
             self.assertIn("latitude", found.coords)
 
-    def test_each_variable_says_what_it_is(self):
+    def test_each_variable_is_described(self):
         with netCDF4.Dataset(self.file) as found:
             self.assertEqual((found.Conventions, found.featureType), ("CF-1.10", "timeSeries"))
             self.assertRegex(found["time"].units, r"^seconds since 2026-01-01 00:00:00\.000000 UTC$")
@@ -90,7 +90,7 @@ class Netcdf(InAFolder):
             self.assertEqual(found["A"].shape, found["time"].shape)
             self.assertIn(b"SIMULATED", np.bytes_(found.attrs["source"]))
 
-    def test_a_part_and_means_over_stretches(self):
+    def test_exports_part_and_means(self):
         known = self.run_.to_xarray()
         part = exported(self.path, self.folder / "part.nc", "--from", "601 s", "--to", "660 s", "--every", "10 s")
         with xarray.open_dataset(part) as found:
@@ -104,13 +104,13 @@ class Netcdf(InAFolder):
         with xarray.open_dataset(part) as one, xarray.open_dataset(by_clock) as other:
             xarray.testing.assert_identical(one, other)
 
-    def test_a_stretch_in_a_gap_is_missing(self):
+    def test_mean_in_gap_is_missing(self):
         with xarray.open_dataset(exported(self.path, self.folder / "gap.nc", "--every", "5 s")) as found:
             self.assertTrue(np.isnan(found["A"][200:202]).all())
             self.assertFalse(np.isnan(found["A"][202]))
             self.assertTrue((np.diff(found["time"].values) == np.timedelta64(5, "s")).all())
 
-    def test_stretches_in_a_gap_stand_on_the_grid_though_the_row_before_does_not(self):
+    def test_means_in_gap_are_on_grid(self):
         path = self.folder / "cut.db"
         shutil.copy(self.path, path)
         with sqlite3.connect(path) as database:  # 1010 … 1014 begins in the gap, another gap follows
@@ -119,7 +119,7 @@ class Netcdf(InAFolder):
         with netCDF4.Dataset(exported(path, self.folder / "cut.nc", "--every", "5 s")) as found:
             np.testing.assert_array_equal(found["time"][199:207] - found["time"][0], [995, 1000, 1005, 1013, 1015, 1020, 1025, 1030])
 
-    def test_says_where_the_unit_was_turned_around(self):
+    def test_states_when_unit_was_turned(self):
         import pandas
 
         profile = self.folder / "turned.toml"
@@ -139,7 +139,7 @@ class Netcdf(InAFolder):
         self.assertEqual(set(turned[~np.isnan(turned)]), {0, 1})
         self.assertNotIn("turned", netCDF4.Dataset(self.file).variables)
 
-    def test_the_text_table_takes_the_same_choice(self):
+    def test_text_table_takes_same_options(self):
         gyrotherm("export", self.path, "--out", self.folder / "part.csv", "--unverified", "--every", "1 min")
         import pandas
 
@@ -201,15 +201,15 @@ class Import(InAFolder):
             np.testing.assert_allclose(frame["wall"], np.ma.filled(made["T"][:], np.nan), rtol=1e-14)
             np.testing.assert_array_equal(frame["pulses"], made["rate"][:])
 
-    def test_rows_are_put_together(self):
+    def test_joins_rows(self):
         path = self.imported(time='column = "when"\nevery = "100 s"')
         self.assertEqual(len(module.open(path).to_pandas()), self.rows // 100)
 
-    def test_a_variable_that_is_not_there_is_told_with_those_that_are(self):
+    def test_lists_variables_when_one_is_missing(self):
         with self.assertRaisesRegex(AssertionError, 'no column "t", expected one of: "T", "rate"'):
             self.imported(thermometer="t")
 
-    def test_what_export_wrote_comes_back(self):
+    def test_imports_own_export(self):
         path = record(self.folder / "run.db")
         exported(path, self.folder / "run.nc")
         (self.folder / "back.toml").write_text(MAP.format(time="", thermometer="A").replace('"rate"\nkind', '"rate_deg_per_h"\nkind'))
@@ -261,7 +261,7 @@ class OfOthers(InAFolder):
             np.testing.assert_array_equal(frame.index, [0, 0.001, 0.01, 0.0200001])
             self.assertEqual(str(frame["utc"].iloc[1]), "2026-01-01 00:00:00.001000+00:00")
 
-    def test_seconds_since_1970_are_those_that_were_written(self):
+    def test_keeps_seconds_since_1970(self):
         frame = self.imported(self.made(1767225600 + np.arange(1000) / 100, "seconds since 1970-01-01"))
         np.testing.assert_array_equal(frame.index, np.arange(1000) / 100)
         grouped = self.imported(self.made(1767225600 + np.arange(1000) / 100, "seconds since 1970-01-01"),
@@ -269,7 +269,7 @@ class OfOthers(InAFolder):
         np.testing.assert_array_equal(grouped["pulses"], np.arange(100) * 10 + 4.5)
         np.testing.assert_array_equal(self.imported(self.made([0.1, 0.2, 0.7], "s", kind="f4")).index, [0, 0.1, 0.6])
 
-    def test_times_count_from_where_others_say(self):
+    def test_uses_epoch_of_file(self):
         noon = "2026-03-01 12:00:00+00:00"
         for hours, units in ((1105932, "hours since 1900-01-01 00:00:00.0"), (1105932, "hr since 1900-1-1"),
                              (12, "hours since 2026-3-1 0:0:0"), (6, "Hours since 2026-03-01 12:00:00 +6:00"),
@@ -277,33 +277,33 @@ class OfOthers(InAFolder):
                              (12 * 3600_000, "msec since 2026-03-01T00:00:00Z")):
             self.assertEqual(self.utcs([hours], units), [noon], units)
 
-    def test_days_before_the_reform_of_the_calendar_are_what_other_readers_take_them_for(self):
+    def test_reads_days_before_calendar_reform_like_others(self):
         for calendar in ("standard", "gregorian", "proleptic_gregorian"):
             units = "days since 0001-01-01"
             said = netCDF4.num2date(739000.25, units, calendar)
             self.assertEqual(self.utcs([739000.25], units, calendar=calendar), [f"{said}+00:00"], calendar)
 
-    def test_units_of_time_that_are_none_are_told_with_what_is_wrong_in_them(self):
+    def test_explains_invalid_units_of_time(self):
         for units, said in (("fortnights since 2026-03-01", '"fortnights" is no unit of time'),
                             ("seconds since the start", '"the start" is no time'),
                             ("seconds since 2026-02-30", '"2026-02-30" is no time')):
             with self.assertRaisesRegex(AssertionError, said):
                 self.imported(self.made([0], units))
 
-    def test_what_was_never_written_is_no_measurement(self):
+    def test_ignores_fill_values(self):
         for kind in ("f4", "f8", "i2", "u2", "i4", "u4", "i8", "u8"):
             wall = self.imported(self.made(range(3), "s", temperatures=[20, None, 21], temperature_kind=kind))["wall"]
             np.testing.assert_array_equal(wall, [20, np.nan, 21], err_msg=kind)
         with netCDF4.Dataset(self.made(range(3), "s", temperatures=[20, -127, 21], temperature_kind="i1")) as bytes_:
             np.testing.assert_array_equal(self.imported(bytes_.filepath())["wall"], [20, -127, 21])
 
-    def test_each_of_several_missing_values_is_one(self):
+    def test_accepts_several_missing_values(self):
         wall = self.imported(self.made(range(5), "s", temperatures=[1, -999, -998, -5, -32768], temperature_kind="i2",
                                        _FillValue=np.int16(-32768), missing_value=np.array([-999, -998], "i2"),
                                        scale_factor=0.01, add_offset=20.0))["wall"]
         np.testing.assert_allclose(wall, [20.01, np.nan, np.nan, 19.95, np.nan], rtol=1e-14)
 
-    def test_a_missing_value_of_another_type_is_that_of_the_variable(self):
+    def test_converts_missing_value_to_type_of_variable(self):
         for kind, missing in (("f4", np.float64(-999.9)), ("f4", np.int32(-999)), ("i2", np.float64(-999)),
                               ("f8", np.float32(-999.5)), ("i4", np.int16(-999))):
             with netCDF4.Dataset(self.made(range(3), "s", temperatures=[20, missing, 21], temperature_kind=kind,
@@ -311,7 +311,7 @@ class OfOthers(InAFolder):
                 np.testing.assert_array_equal(self.imported(made.filepath())["wall"], [20, np.nan, 21],
                                               err_msg=f"{kind}, {missing.dtype}")
 
-    def test_a_missing_value_that_is_no_number_is_a_mistake(self):
+    def test_refuses_missing_value_that_is_not_a_number(self):
         with self.assertRaisesRegex(AssertionError, 'the missing_value of "T" is no number'):
             self.imported(self.made([0], "s", missing_value="-999"))
 
@@ -326,7 +326,7 @@ class OfOthers(InAFolder):
                     made["time"].setncattr(name, value)
         return path
 
-    def test_texts_may_be_strings(self):
+    def test_accepts_strings_as_text(self):
         def string(text):
             return lambda variable, name: variable.setncattr_string(name, text)
 
@@ -337,12 +337,12 @@ class OfOthers(InAFolder):
             with self.assertRaisesRegex(AssertionError, 'counts by the calendar "noleap"'):
                 self.imported(self.with_time(units=units, calendar=calendar))
 
-    def test_units_and_calendar_that_are_no_text_are_mistakes(self):
+    def test_refuses_units_and_calendar_that_are_not_text(self):
         for name, value in (("units", 1), ("calendar", np.array([1.0, 2.0])), ("calendar", ["standard", "noleap"])):
             with self.assertRaisesRegex(AssertionError, f'the attribute {name} of "time" is no text'):
                 self.imported(self.with_time(**{name: value}))
 
-    def test_a_scale_that_is_not_one_number_is_a_mistake(self):
+    def test_refuses_scale_that_is_not_a_number(self):
         for name, value in (("scale_factor", np.array([0.01, 0.02])), ("add_offset", "20")):
             with self.assertRaisesRegex(AssertionError, f'the {name} of "T" is not one number'):
                 self.imported(self.made([0], "s", **{name: value}))
@@ -361,7 +361,7 @@ class Names(InAFolder):
         gyrotherm("import", self.folder / "table.csv", "--map", self.folder / "map.toml", "--out", path)
         return exported(path, self.folder / f"{len(self.files())}.nc")
 
-    def test_what_belongs_to_a_variable_is_called_by_its_own_name(self):
+    def test_names_auxiliary_variables_uniquely(self):
         for names in (("T 1", "T_1"), ("A_flag", "A"), ("A", "A_flag")):
             file = self.exported("t,T,U,w", ["0,1,10,5", "1,,11,6", "2,3,12,7"], zip(names, "TU"))
             with netCDF4.Dataset(file) as found:
@@ -375,7 +375,7 @@ class Names(InAFolder):
                 rate = found["rate_deg_per_h"]
                 self.assertTrue(found[rate.ancillary_variables].long_name.startswith("pulses of"))
 
-    def test_a_time_without_utc_has_no_standard_name(self):
+    def test_time_without_utc_has_no_standard_name(self):
         rows = ["0,20,1", "1,20,1"]
         with netCDF4.Dataset(self.exported("t,T,w", rows, [("A", "T")])) as found:
             self.assertEqual(found["time"].units, "s")
@@ -386,7 +386,7 @@ class Names(InAFolder):
 
 
 class Views(InAFolder):
-    def test_plain_sql_sees_what_the_module_sees(self):
+    def test_plain_sql_reads_same_values(self):
         path = record(self.folder / "run.db")
         frame = module.open(path).to_pandas()
         with sqlite3.connect(f"file:{path}?mode=ro", uri=True) as database:
@@ -407,7 +407,7 @@ class Views(InAFolder):
 
 
 class Gnuplot(InAFolder):
-    def test_its_lines_are_broken_at_gaps(self):
+    def test_breaks_lines_at_gaps(self):
         path = record(self.folder / "gap.db")
         with sqlite3.connect(path) as database:
             database.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009")
@@ -419,7 +419,7 @@ class Gnuplot(InAFolder):
             breaks = [i for i, row in enumerate(rows[:-1]) if not row]
             self.assertEqual([(rows[i - 1].split()[0], rows[i + 1].split()[0]) for i in breaks], [where])
 
-    def test_its_script_has_its_data_and_draws(self):
+    def test_script_contains_data_and_draws(self):
         path = record(self.folder / "run.db")
         gyrotherm("export", path, "--as", "gnuplot", "--every", "1 min", "--out", self.folder / "run.gp")
         script = (self.folder / "run.gp").read_text()
@@ -427,7 +427,7 @@ class Gnuplot(InAFolder):
         self.assertEqual(script.count("with lines"), 2 + 9 + 1)
         self.assert_draws("run")
 
-    def test_of_a_gyro_that_was_silent_it_draws_the_temperatures(self):
+    def test_draws_temperatures_of_silent_gyro(self):
         path = record(self.folder / "silent.db")
         with sqlite3.connect(path) as database:
             database.execute("UPDATE sample SET pulses = NULL, interval_ns = NULL")

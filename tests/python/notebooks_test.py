@@ -35,18 +35,18 @@ class Notebooks(InAFolder):
         outputs = [output for cell in cells for output in cell.outputs]
         return "\n".join(output.get("text", "") or output["data"].get("text/plain", "") for output in outputs)
 
-    def test_look_at_a_run(self):
+    def test_notebook_of_run(self):
         text = self.executed("look_at_a_run.ipynb")
         self.assertIn("SIMULATED", text)
         self.assertIn("hold 20 °C", text)
         self.assertRegex(text, r"[A-H]-[A-H]")
 
-    def test_scikit_learn_on_our_folds(self):
+    def test_notebook_of_scikit_learn(self):
         text = self.executed("scikit_learn_on_our_folds.ipynb")
         for row in ("ridge (scikit-learn)", "kernel ridge (scikit-learn)", "ridge-u (gyrotherm)", "nothing"):
             self.assertIn(row, text)
 
-    def test_all_are_here(self):
+    def test_covers_all_notebooks(self):
         self.assertEqual(sorted(path.name for path in NOTEBOOKS.iterdir()),
                          ["look_at_a_run.ipynb", "scikit_learn_on_our_folds.ipynb"])
 

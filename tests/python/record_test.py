@@ -41,7 +41,7 @@ class Record(InAFolder):
                             ("true bias [°/h]", "true_bias_deg_per_h"), ("phase", "phase")):
             np.testing.assert_array_equal(table[title].to_numpy(), frame[name].to_numpy(), err_msg=title)
 
-    def test_says_units_axes_and_that_it_is_simulated(self):
+    def test_states_units_axes_and_simulation(self):
         dataset = self.run_.to_xarray()
         self.assertIn("SIMULATED", dataset.attrs["source"])
         self.assertIn("SIMULATED", repr(self.run_))
@@ -53,7 +53,7 @@ class Record(InAFolder):
         self.assertEqual(self.run_.segments["seconds"].sum(), len(dataset["time_s"]))
         self.assertEqual(self.run_.events["kind"].iloc[0], "started")
 
-    def test_bias_is_arcsec_per_pulse_over_the_exact_interval_less_earth_rate(self):
+    def test_bias_is_rate_over_exact_interval_minus_earth_rate(self):
         axis, frame = self.run_.axes[0], self.run_.to_pandas()
         expected = axis.scale * frame["pulses"] / frame["interval_s"] - axis.earth_rate_deg_per_h
         np.testing.assert_array_equal(frame["bias_deg_per_h"], expected)
@@ -64,7 +64,7 @@ class Record(InAFolder):
         module.open(self.path).to_pandas()
         self.assertEqual(self.files(), before)
 
-    def test_refuses_what_is_no_record(self):
+    def test_refuses_files_that_are_not_records(self):
         (self.folder / "text.db").write_text("no record " * 100)
         sqlite3.connect(self.folder / "other.db").execute("CREATE TABLE a(b)").connection.close()
         for name, why in (("none.db", "No such file"), ("text.db", "not a database"), ("other.db", "not a gyrotherm"),
@@ -90,7 +90,7 @@ class Record(InAFolder):
         np.testing.assert_allclose(frame["B"], 0.5 + 1.01 * raw["B"] - 0.0001 * raw["B"] ** 2, rtol=1e-15)
         self.assertEqual(run.to_xarray()["A"].attrs["calibration"], "applied")
 
-    def test_a_real_run_started_when_its_first_second_says(self):
+    def test_start_is_that_of_first_second(self):
         copy = self.folder / "real.db"
         shutil.copy(self.path, copy)
         described = module.open(copy).info.started_utc_ns
@@ -128,7 +128,7 @@ class Record(InAFolder):
 
 
 class Turned(InAFolder):
-    def test_the_earths_rate_has_the_other_sign_and_no_bias_is_from_before_the_prompt(self):
+    def test_earth_rate_changes_sign_after_turn(self):
         text = (SOURCE / "profiles/two-position.toml").read_text(encoding="utf-8")
         profile = self.folder / "turned.toml"
         profile.write_text(text.replace('"6 h"', '"40 min"').replace('"2 h"', '"20 min"'), encoding="utf-8")
@@ -143,7 +143,7 @@ class Turned(InAFolder):
 
 
 class UnknownEarthRate(InAFolder):
-    def test_the_mean_of_the_first_hold_is_removed(self):
+    def test_removes_mean_of_first_hold(self):
         path = record(self.folder / "run.db")
         database = sqlite3.connect(path)
         database.execute("UPDATE axis SET earth_rate_deg_per_h = NULL")
@@ -155,7 +155,7 @@ class UnknownEarthRate(InAFolder):
 
 
 class Lot(InAFolder):
-    def test_each_axis_is_there_and_has_to_be_named(self):
+    def test_requires_name_of_axis(self):
         run = module.open(record(self.folder / "run.db", rig="virtual-tetrad"))
         labels = [axis.label for axis in run.axes]
         self.assertEqual(len(labels), 4)
@@ -186,7 +186,7 @@ class Running(InAFolder):
         wait_for(lambda: "acknowledged" in printed.read_text())
         return path, process
 
-    def test_what_lies_beside_it_and_is_no_part_of_it_is_passed_over(self):
+    def test_ignores_neighbours_that_are_not_parts(self):
         path = record(self.folder / "alone.db")
         beside = self.folder / "alone.2.db"
         for content in (b"", b"no record", None):
@@ -198,7 +198,7 @@ class Running(InAFolder):
             self.assertEqual(len(module.open(path).to_pandas()), 9600, content)
         beside.rmdir()
 
-    def test_has_any_name_that_a_file_may_have(self):
+    def test_accepts_any_file_name(self):
         path = Path(os.fsdecode(os.fsencode(self.folder) + b"/r\xe9 %?.db"))
         self.assertEqual(len(module.open(record(path)).to_pandas()), 9600)
 
@@ -247,7 +247,7 @@ class Parts(InAFolder):
         database.close()
         return first
 
-    def test_a_report_names_each_of_its_files(self):
+    def test_report_names_each_file(self):
         path = self.in_two_files(record(self.folder / "whole.db"), "reported")
         gyrotherm("report", path, "--unverified", "--out", self.folder / "report")
         files = json.loads((self.folder / "report" / "calibration.json").read_text())["files"]
@@ -265,7 +265,7 @@ class Parts(InAFolder):
             database.execute(f"UPDATE {table} SET chain = ? WHERE {key} = ?",
                              (int.from_bytes(head[:8], "little", signed=True), row[0]))
 
-    def test_each_second_has_its_own_time_on_the_walls_clock(self):
+    def test_each_second_has_own_wall_time(self):
         whole = record(self.folder / "virtual.db")
         database = sqlite3.connect(whole)
         database.execute("UPDATE meta SET value = 0 WHERE key = 'simulated'")
@@ -277,7 +277,7 @@ class Parts(InAFolder):
         expected = module.open(whole).to_pandas()["utc"] + pd.to_timedelta(10 * (np.arange(9600) >= 4900), unit="s")
         np.testing.assert_array_equal(run.to_pandas()["utc"], expected)
 
-    def test_the_second_counts_from_its_first_slot_on(self):
+    def test_second_file_counts_from_its_first_slot(self):
         whole = record(self.folder / "whole.db")
         first = self.in_two_files(whole, "run")
         run = module.open(first)
@@ -298,7 +298,7 @@ class Parts(InAFolder):
         self.assertTrue(run.to_pandas()["A"].iloc[:4900].isna().all())
         self.assertEqual(len(run.to_pandas()), 9600)
 
-    def test_one_that_is_missing_in_the_middle_is_a_gap(self):
+    def test_missing_middle_file_is_gap(self):
         first = self.in_two_files(record(self.folder / "long.db"), "hole")
         third = (self.folder / "hole.2.db").rename(self.folder / "hole.3.db")
         database = sqlite3.connect(third)
@@ -311,7 +311,7 @@ class Parts(InAFolder):
         self.assertEqual(module.open(first).gaps.to_numpy().tolist(), [[5000, 5999, "lost with hole.2.db: tested"]])
         self.assertEqual(len(exported(first, self.folder / "hole.csv")), 9600 - 1000)
 
-    def test_a_record_of_its_own_that_has_the_name_of_one_is_none(self):
+    def test_ignores_other_record_with_name_of_part(self):
         path = record(self.folder / "soak.db")
         other = record(self.folder / "soak.2.db")
         Path(f"{other}.status").write_text('{"id": "another"}', encoding="utf-8")

@@ -77,25 +77,25 @@ CLI::Validator not_a_dash() {
 
 void add_forwarded(Program& program, const std::string& name, const std::string& description,
                    const std::string& example,
-                   std::function<Result<Exit>(const std::vector<std::string>& words)> action) {
+                   std::function<Result<Exit>(const std::vector<std::string>& arguments)> action) {
   auto* app = program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
   app->prefix_command();
   app->set_help_flag();
   app->callback([&program, app, action = std::move(action)] { program.outcome = action(app->remaining()); });
 }
 
-Result<Exit> become_program(const std::string& name, std::vector<std::string> words) {
+Result<Exit> become_program(const std::string& name, std::vector<std::string> arguments) {
   std::string own_name = name;
-  std::vector<char*> arguments{own_name.data()};
-  for (auto& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
+  std::vector<char*> argv{own_name.data()};
+  for (auto& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
   const auto program = program_beside_this_one(name);
-  ::execv(program.c_str(), arguments.data());
+  ::execv(program.c_str(), argv.data());
   return failure(FaultKind::bad_file, program, std::generic_category().message(errno));
 }
 
 int run(Program& program, int argc, char** argv) {
-  let_writes_fail();
+  ignore_write_signals();
   const std::string name = program.cli.get_name();
   refuse_wrong_values(program.cli);
   try {
@@ -108,10 +108,10 @@ int run(Program& program, int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");
   }
-  if (program.outcome && program.console.data_was_lost() && !reader_has_left())
+  if (program.outcome && program.console.has_lost_data() && !reader_has_left())
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
-  program.console.complain(name, program.outcome.error());
+  program.console.print_fault(name, program.outcome.error());
   return static_cast<int>(exit_for(program.outcome.error()));
 }
 

@@ -68,11 +68,11 @@ CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& 
 template <class Options>
 std::pair<CLI::App&, Options&> add_subcommand(Program& program, CLI::App& parent, const std::string& name,
                                               const std::string& description, const std::string& example,
-                                              Result<Exit> (*what)(Console&, const Options&)) {
+                                              Result<Exit> (*action)(Console&, const Options&)) {
   const auto options = std::make_shared<Options>();
   auto& command = add_subcommand(program, parent, name, description, example);
-  command.callback([&program, &command, options, what] {
-    if (command.get_subcommands().empty()) program.outcome = what(program.console, *options);
+  command.callback([&program, &command, options, action] {
+    if (command.get_subcommands().empty()) program.outcome = action(program.console, *options);
   });
   return {command, *options};
 }
@@ -83,8 +83,9 @@ CLI::App& add_command(Program& program, const std::string& name, const std::stri
 
 template <class Options>
 std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& name, const std::string& description,
-                                           const std::string& example, Result<Exit> (*what)(Console&, const Options&)) {
-  return add_subcommand(program, program.cli, name, description, example, what);
+                                           const std::string& example,
+                                           Result<Exit> (*action)(Console&, const Options&)) {
+  return add_subcommand(program, program.cli, name, description, example, action);
 }
 
 /// Adds `completion SHELL`, which prints a script that completes this program's command lines.
@@ -104,10 +105,10 @@ void add_outside_option(CLI::App& command, std::string& outside, const std::stri
 /// Adds a subcommand that does not parse its arguments, not even --help, and passes all of them to `action`.
 void add_forwarded(Program& program, const std::string& name, const std::string& description,
                    const std::string& example,
-                   std::function<Result<Exit>(const std::vector<std::string>& words)> action);
+                   std::function<Result<Exit>(const std::vector<std::string>& arguments)> action);
 
 /// Replaces this process by a program that was installed next to it, with these arguments. Returns only if that fails.
-[[nodiscard]] Result<Exit> become_program(const std::string& name, std::vector<std::string> words);
+[[nodiscard]] Result<Exit> become_program(const std::string& name, std::vector<std::string> arguments);
 
 /// Parses the command line, runs the subcommand and prints its fault, if any. Returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);

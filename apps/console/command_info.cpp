@@ -54,11 +54,11 @@ CommandInfo describe_command(const CLI::App& app, const CLI::App& program, std::
     info.description = ends == std::string::npos ? "" : info.description.substr(ends + 2);
   }
   for (const auto* option : app.get_options([](const CLI::Option* each) { return !each->get_group().empty(); }))
-    (option->nonpositional() ? info.options : info.words).push_back(describe_option(*option));
-  for (const auto* below : app.get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); })) {
-    auto longer = info.path;
-    longer.push_back(below->get_name());
-    info.below.push_back(describe_command(*below, program, std::move(longer)));
+    (option->nonpositional() ? info.options : info.positionals).push_back(describe_option(*option));
+  for (const auto* subcommands : app.get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); })) {
+    auto subcommand_path = info.path;
+    subcommand_path.push_back(subcommands->get_name());
+    info.subcommands.push_back(describe_command(*subcommands, program, std::move(subcommand_path)));
   }
   return info;
 }
@@ -89,7 +89,7 @@ const ValueKind* value_kind(std::string_view name) {
 
 CommandInfo describe_commands(const CLI::App& program) { return describe_command(program, program, {}); }
 
-std::string in_short(const std::string& description) {
+std::string short_description(const std::string& description) {
   auto text = description.substr(0, description.find_first_of(":;\n"));
   if (const auto ends = text.find(". "); ends != std::string::npos) text.resize(ends);
   if (text.ends_with('.')) text.pop_back();

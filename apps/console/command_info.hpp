@@ -32,8 +32,8 @@ struct CommandInfo {
   std::string example;
   std::string description;
   std::vector<OptionInfo> options{};  ///< in the order of the help
-  std::vector<OptionInfo> words{};
-  std::vector<CommandInfo> below{};
+  std::vector<OptionInfo> positionals{};
+  std::vector<CommandInfo> subcommands{};
 };
 
 /// Kind of value, with the files that a shell offers for it.
@@ -53,6 +53,6 @@ struct ValueKind {
 [[nodiscard]] CommandInfo describe_commands(const CLI::App& program);
 
 /// Returns the first sentence of a description for a list: without full stop, first letter in lower case.
-[[nodiscard]] std::string in_short(const std::string& description);
+[[nodiscard]] std::string short_description(const std::string& description);
 
 }  // namespace gyrotherm::app

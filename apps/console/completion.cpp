@@ -17,15 +17,17 @@ namespace gyrotherm::app {
 namespace {
 
 /// Replaces each `from` in the text by `to`.
-std::string with(std::string text, std::string_view from, std::string_view to) {
+std::string replace_all(std::string text, std::string_view from, std::string_view to) {
   for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
     text.replace(at, from.size(), to);
   return text;
 }
 
 /// Quote text for bash and zsh, and for fish.
-std::string quoted(const std::string& text) { return "'" + with(text, "'", "'\\''") + "'"; }
-std::string fish_quoted(const std::string& text) { return "'" + with(with(text, "\\", "\\\\"), "'", "\\'") + "'"; }
+std::string shell_quoted(const std::string& text) { return "'" + replace_all(text, "'", "'\\''") + "'"; }
+std::string fish_quoted(const std::string& text) {
+  return "'" + replace_all(replace_all(text, "\\", "\\\\"), "'", "\\'") + "'";
+}
 
 std::string joined(const std::vector<std::string>& words, const char* by = " ") {
   return fmt::format("{}", fmt::join(words, by));
@@ -33,28 +35,28 @@ std::string joined(const std::vector<std::string>& words, const char* by = " ") 
 
 /// Returns the name of a shell function: "gyrotherm-thermal" gives "_gyrotherm_thermal"; "__" and a subcommand follow
 /// for each level. Shells accept the name, and no other program uses it.
-std::string function_of(const CommandInfo& command, const char* lead = "_") {
-  std::string name = lead + command.program;
-  for (const auto& word : command.path) name += "__" + word;
-  return with(name, "-", "_");
+std::string function_name(const CommandInfo& command, const char* prefix = "_") {
+  std::string name = prefix + command.program;
+  for (const auto& part : command.path) name += "__" + part;
+  return replace_all(name, "-", "_");
 }
 
-std::vector<std::string> names_of(const std::vector<CommandInfo>& commands) {
+std::vector<std::string> list_names(const std::vector<CommandInfo>& commands) {
   std::vector<std::string> names;
   for (const auto& command : commands) names.push_back(command.path.back());
   return names;
 }
 
-std::vector<std::string> names_of(const std::vector<OptionInfo>& options) {
+std::vector<std::string> list_names(const std::vector<OptionInfo>& options) {
   std::vector<std::string> names;
   for (const auto& option : options) names.insert(names.end(), option.names.begin(), option.names.end());
   return names;
 }
 
 /// Calls `what` for a command and all commands below it.
-void for_each(const CommandInfo& command, const std::function<void(const CommandInfo&)>& what) {
-  what(command);
-  for (const auto& below : command.below) for_each(below, what);
+void for_each(const CommandInfo& command, const std::function<void(const CommandInfo&)>& visit) {
+  visit(command);
+  for (const auto& subcommand : command.subcommands) for_each(subcommand, visit);
 }
 
 // ---- bash
@@ -77,13 +79,13 @@ std::string bash_cases(const CommandInfo& command) {
   for (const auto& option : command.options)
     if (!option.value.empty()) {
       std::vector<std::string> patterns;
-      for (const auto& name : option.names) patterns.push_back(quoted(path + "/" + name));
-      cases += fmt::format("    {}) offer={} ;;\n", joined(patterns, " | "), quoted(bash_offer(option)));
+      for (const auto& name : option.names) patterns.push_back(shell_quoted(path + "/" + name));
+      cases += fmt::format("    {}) offer={} ;;\n", joined(patterns, " | "), shell_quoted(bash_offer(option)));
     }
-  for (std::size_t i = 0; i < command.words.size(); ++i) {
-    const auto place =
-        command.words[i].repeats ? quoted(path + "/") + "[0-9]*" : quoted(fmt::format("{}/{}", path, i + 1));
-    cases += fmt::format("    {}) offer={} ;;\n", place, quoted(bash_offer(command.words[i])));
+  for (std::size_t i = 0; i < command.positionals.size(); ++i) {
+    const auto position = command.positionals[i].repeats ? shell_quoted(path + "/") + "[0-9]*"
+                                                         : shell_quoted(fmt::format("{}/{}", path, i + 1));
+    cases += fmt::format("    {}) offer={} ;;\n", position, shell_quoted(bash_offer(command.positionals[i])));
   }
   return cases;
 }
@@ -170,8 +172,8 @@ complete -F FUNCTION PROGRAM
 
 /// Shortens a description for a list and removes characters that are special to _arguments.
 std::string zsh_text(const std::string& description) {
-  auto text = in_short(description);
-  for (const char* special : {"[", "]", ":", "\\"}) text = with(text, special, "");
+  auto text = short_description(description);
+  for (const char* special : {"[", "]", ":", "\\"}) text = replace_all(text, special, "");
   return text;
 }
 
@@ -194,31 +196,32 @@ std::string zsh_specification(const OptionInfo& option, const std::string& funct
       option.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(option.value), zsh_action(option, function));
   const auto rest = fmt::format("{}[{}]{}", value.empty() ? "" : "=", text, value);
   const std::string again = option.repeats ? "*" : "";
-  if (option.names.size() == 1) return quoted(again + option.names.front() + rest);
-  const auto others = option.repeats ? "'*'" : quoted("(" + joined(option.names) + ")");
-  return fmt::format("{}{{{}}}{}", others, joined(option.names, ","), quoted(rest));
+  if (option.names.size() == 1) return shell_quoted(again + option.names.front() + rest);
+  const auto others = option.repeats ? "'*'" : shell_quoted("(" + joined(option.names) + ")");
+  return fmt::format("{}{{{}}}{}", others, joined(option.names, ","), shell_quoted(rest));
 }
 
 std::string zsh_function(const CommandInfo& command, const std::string& base) {
-  const auto name = function_of(command);
+  const auto name = function_name(command);
   auto text = fmt::format("{}() {{\n", name);
   if (command.path.empty()) text += fmt::format("  {}__program=$words[1]\n", base);
-  if (!command.below.empty()) {
+  if (!command.subcommands.empty()) {
     text += "  local -a commands=(\n";
-    for (const auto& below : command.below)
-      text += fmt::format("    {}\n", quoted(below.path.back() + ":" + zsh_text(below.description)));
+    for (const auto& subcommand : command.subcommands)
+      text += fmt::format("    {}\n", shell_quoted(subcommand.path.back() + ":" + zsh_text(subcommand.description)));
     text += "  )\n  if ((CURRENT > 2)); then\n    case $words[2] in\n";
-    for (const auto& below : command.below)
-      text +=
-          fmt::format("      {}) shift words; ((CURRENT--)); {}; return ;;\n", below.path.back(), function_of(below));
+    for (const auto& subcommand : command.subcommands)
+      text += fmt::format("      {}) shift words; ((CURRENT--)); {}; return ;;\n", subcommand.path.back(),
+                          function_name(subcommand));
     text += "    esac\n  elif [[ $words[2] != -* ]]; then\n    _describe -t commands command commands\n  fi\n";
   }
   text += "  _arguments -S";
   for (const auto& option : command.options) text += " \\\n    " + zsh_specification(option, base);
-  for (std::size_t i = 0; i < command.words.size(); ++i) {
-    const auto& word = command.words[i];
-    const auto place = word.repeats ? "*" : std::to_string(i + 1);
-    text += " \\\n    " + quoted(fmt::format("{}:{}:{}", place, zsh_text(word.value), zsh_action(word, base)));
+  for (std::size_t i = 0; i < command.positionals.size(); ++i) {
+    const auto& argument = command.positionals[i];
+    const auto position = argument.repeats ? "*" : std::to_string(i + 1);
+    text += " \\\n    " +
+            shell_quoted(fmt::format("{}:{}:{}", position, zsh_text(argument.value), zsh_action(argument, base)));
   }
   return text + "\n}\n\n";
 }
@@ -253,20 +256,21 @@ std::string fish_arguments(const OptionInfo& option, const std::string& function
 
 std::string fish_lines(const CommandInfo& command, const std::string& function) {
   const auto begin = fmt::format("complete -c {} -n {}", command.program,
-                                 fish_quoted(fmt::format("{}_at {}", function, quoted(joined(command.path)))));
+                                 fish_quoted(fmt::format("{}_at {}", function, shell_quoted(joined(command.path)))));
   std::string text;
-  for (const auto& below : command.below)
-    text += fmt::format("{} -a {} -d {}\n", begin, below.path.back(), fish_quoted(in_short(below.description)));
+  for (const auto& subcommand : command.subcommands)
+    text += fmt::format("{} -a {} -d {}\n", begin, subcommand.path.back(),
+                        fish_quoted(short_description(subcommand.description)));
   for (const auto& option : command.options) {
     text += begin;
     for (const auto& name : option.names)
       text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-    text += " -d " + fish_quoted(in_short(option.description));
+    text += " -d " + fish_quoted(short_description(option.description));
     if (!option.value.empty()) text += " -x -a " + fish_quoted(fish_arguments(option, function));
     text += "\n";
   }
-  for (const auto& word : command.words)
-    if (const auto values = fish_arguments(word, function); !values.empty())
+  for (const auto& argument : command.positionals)
+    if (const auto values = fish_arguments(argument, function); !values.empty())
       text += fmt::format("{} -a {}\n", begin, fish_quoted(values));
   return text;
 }
@@ -302,35 +306,38 @@ end
 complete -c PROGRAM -f
 )fish";
 
-std::string filled(std::string_view text, const CommandInfo& program, const char* lead) {
-  return with(with(std::string(text), "FUNCTION", function_of(program, lead)), "PROGRAM", program.program);
+std::string fill_template(std::string_view text, const CommandInfo& program, const char* prefix) {
+  return replace_all(replace_all(std::string(text), "FUNCTION", function_name(program, prefix)), "PROGRAM",
+                     program.program);
 }
 
 std::string bash_completion(const CommandInfo& program) {
   std::string words, offers;
   for_each(program, [&](const CommandInfo& command) {
-    words += fmt::format("    {}) commands={} options={} ;;\n", quoted(joined(command.path)),
-                         quoted(joined(names_of(command.below))), quoted(joined(names_of(command.options))));
+    words += fmt::format("    {}) commands={} options={} ;;\n", shell_quoted(joined(command.path)),
+                         shell_quoted(joined(list_names(command.subcommands))),
+                         shell_quoted(joined(list_names(command.options))));
     offers += bash_cases(command);
   });
-  return with(with(filled(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ", offers + "  ");
+  return replace_all(replace_all(fill_template(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ",
+                     offers + "  ");
 }
 
 std::string zsh_completion(const CommandInfo& program) {
-  auto text = filled(kZsh, program, "_");
-  const auto base = function_of(program);
+  auto text = fill_template(kZsh, program, "_");
+  const auto base = function_name(program);
   for_each(program, [&](const CommandInfo& command) { text += zsh_function(command, base); });
   return text + fmt::format("{} \"$@\"\n", base);
 }
 
 std::string fish_completion(const CommandInfo& program) {
-  const auto function = function_of(program, "__");
+  const auto function = function_name(program, "__");
   std::string paths, lines;
   for_each(program, [&](const CommandInfo& command) {
     if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + fish_quoted(joined(command.path));
     lines += fish_lines(command, function);
   });
-  return with(filled(kFish, program, "__"), "PATHS", paths) + lines;
+  return replace_all(fill_template(kFish, program, "__"), "PATHS", paths) + lines;
 }
 
 struct CompletionArguments {
@@ -342,14 +349,14 @@ Result<Exit> complete(Program& program, const CompletionArguments& options) {
     const auto* kind = value_kind(options.names);
     if (kind == nullptr || kind->shipped == nullptr)
       return failure(FaultKind::usage, "--names", fmt::format("\"{}\" has no shipped files", options.names));
-    for (const auto& name : shipped_names(*kind->shipped)) program.console.data(name + "\n");
+    for (const auto& name : shipped_names(*kind->shipped)) program.console.print(name + "\n");
     return Exit::done;
   }
   if (options.shell.empty()) return failure(FaultKind::usage, "completion", "for which shell? bash, zsh or fish");
   const auto commands = describe_commands(program.cli);
-  program.console.data(options.shell == "bash"  ? bash_completion(commands)
-                       : options.shell == "zsh" ? zsh_completion(commands)
-                                                : fish_completion(commands));
+  program.console.print(options.shell == "bash"  ? bash_completion(commands)
+                        : options.shell == "zsh" ? zsh_completion(commands)
+                                                 : fish_completion(commands));
   return Exit::done;
 }
 

@@ -19,7 +19,7 @@ using std::chrono::steady_clock;
 
 constexpr auto kPlainPanelEvery = std::chrono::milliseconds(60000);
 
-bool may_move() {
+bool can_redraw() {
   const char* terminal = std::getenv("TERM");
   const bool is_dumb = terminal == nullptr || *terminal == '\0' || std::string_view(terminal) == "dumb";
   return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr && !is_dumb;
@@ -48,7 +48,7 @@ TerminalSize terminal_size() {
 
 }  // namespace
 
-Console::Console() : out_(STDOUT_FILENO), err_(STDERR_FILENO), moving_(may_move()) {}
+Console::Console() : out_(STDOUT_FILENO), err_(STDERR_FILENO), redraws_(can_redraw()) {}
 
 void Console::never_wait() {
   out_.never_wait();
@@ -56,33 +56,33 @@ void Console::never_wait() {
 }
 
 /// Removes control characters: text from instruments and files must not control the terminal.
-void Console::put_message(std::string words) {
-  const auto text = plain(words, Blanks::kept);
-  err_.say([&](std::size_t dropped) {
+void Console::write_message(std::string message) {
+  const auto text = plain(message, Blanks::kept);
+  err_.write_lines([&](std::size_t dropped) {
     return dropped == 0 ? text : fmt::format("({} messages could not be shown in time)\n{}", dropped, text);
   });
 }
 
-void Console::say(std::string_view message) {
-  if (!quiet) put_message(fmt::format("{}\n", message));
+void Console::print_message(std::string_view message) {
+  if (!quiet) write_message(fmt::format("{}\n", message));
 }
 
-void Console::detail(std::string_view message) {
-  if (verbose) say(message);
+void Console::print_detail(std::string_view message) {
+  if (verbose) print_message(message);
 }
 
-void Console::data(std::string_view text) {
-  fact([&](std::size_t) { return plain(text, Blanks::kept); });
+void Console::print(std::string_view text) {
+  print_fact([&](std::size_t) { return plain(text, Blanks::kept); });
 }
 
 /// Erases the panel first, because stdout may be the same terminal.
-void Console::fact(const std::function<std::string(std::size_t missed)>& text) {
-  if (moving_) put_message({});
-  out_.say(text);
+void Console::print_fact(const std::function<std::string(std::size_t missed)>& text) {
+  if (redraws_) write_message({});
+  out_.write_lines(text);
 }
 
-void Console::complain(std::string_view program, const Fault& fault) {
-  put_message(fmt::format("{}: {}\n", program, text(fault)));
+void Console::print_fault(std::string_view program, const Fault& fault) {
+  write_message(fmt::format("{}: {}\n", program, text(fault)));
 }
 
 void Console::progress(std::string_view stage, double fraction) {
@@ -93,26 +93,26 @@ void Console::progress(std::string_view stage, double fraction) {
     stage_ = stage;
     stage_began_ = now;
   }
-  const auto rest = moving_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000);
-  if (!new_stage && now - last_shown_ < rest && fraction < 1) return;
-  if (new_stage && !moving_ && fraction >= 1) return;
+  const auto interval = redraws_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000);
+  if (!new_stage && now - last_shown_ < interval && fraction < 1) return;
+  if (new_stage && !redraws_ && fraction >= 1) return;
   last_shown_ = now;
   auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
                           time_left(fraction, now - stage_began_));
-  if (moving_)
+  if (redraws_)
     err_.draw({std::move(line)});
   else
-    put_message(line + "\n");
+    write_message(line + "\n");
 }
 
 void Console::panel(const std::function<std::vector<std::string>()>& lines, bool at_once) {
   if (quiet) return;
   const auto now = steady_clock::now();
-  const auto rest = moving_ ? std::chrono::milliseconds(100) : kPlainPanelEvery;
-  if (!(at_once && !moving_) && now - last_shown_ < rest) return;
+  const auto interval = redraws_ ? std::chrono::milliseconds(100) : kPlainPanelEvery;
+  if (!(at_once && !redraws_) && now - last_shown_ < interval) return;
   last_shown_ = now;
   auto shown = lines();
-  if (!moving_) return put_message(shown.front() + "\n");
+  if (!redraws_) return write_message(shown.front() + "\n");
   const auto [columns, rows] = terminal_size();
   // Lines that have scrolled off the top cannot be redrawn.
   if (shown.size() >= rows) shown.resize(std::max<std::size_t>(rows, 2) - 1);

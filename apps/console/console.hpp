@@ -29,15 +29,15 @@ class Console {
   void never_wait();
 
   /// Prints one line for people on stderr.
-  void say(std::string_view message);
+  void print_message(std::string_view message);
   /// Prints one line of detail on stderr if --verbose was given.
-  void detail(std::string_view message);
+  void print_detail(std::string_view message);
   /// Prints text on stdout, without characters that could control a terminal.
-  void data(std::string_view text);
+  void print(std::string_view text);
   /// Prints one line of data. `text` gets the number of such lines that were dropped since the last printed one.
-  void fact(const std::function<std::string(std::size_t missed)>& text);
+  void print_fact(const std::function<std::string(std::size_t missed)>& text);
   /// Prints a fault of the named program on stderr, in full even with --quiet.
-  void complain(std::string_view program, const Fault& fault);
+  void print_fault(std::string_view program, const Fault& fault);
 
   /// Shows a stage, its percentage and the remaining time. On a terminal one line is redrawn; elsewhere a plain line is
   /// printed every 10 s.
@@ -49,15 +49,15 @@ class Console {
   [[nodiscard]] ProgressSink sink();
 
   /// Returns whether a panel is redrawn in place.
-  [[nodiscard]] bool redraws() const { return moving_; }
+  [[nodiscard]] bool redraws() const { return redraws_; }
   /// Returns whether some data could not be written.
-  [[nodiscard]] bool data_was_lost() const { return out_.has_failed(); }
+  [[nodiscard]] bool has_lost_data() const { return out_.has_failed(); }
 
  private:
-  void put_message(std::string words);
+  void write_message(std::string message);
 
   Outlet out_, err_;
-  bool moving_;  ///< stderr is a capable terminal
+  bool redraws_;  ///< stderr is a capable terminal
   std::string stage_;
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
 };

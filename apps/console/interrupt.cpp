@@ -62,7 +62,7 @@ void watch_for_interrupts(SecondInterrupt second) {
   if (!is_ignored(SIGHUP)) ::sigaction(SIGHUP, &action, nullptr);
 }
 
-void let_writes_fail() {
+void ignore_write_signals() {
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
 }
 
@@ -80,7 +80,7 @@ void forgive_hangups() { hangups_forgiven = hangups_so_far.load(); }
 
 int interrupt_descriptor() { return wake_pipe[0]; }
 
-void take_wake_ups() {
+void drain_wake_ups() {
   char bytes[64];
   while (::read(wake_pipe[0], bytes, sizeof bytes) > 0) {
   }

@@ -17,7 +17,7 @@ void watch_for_interrupts(SecondInterrupt second);
 
 /// Ignores SIGPIPE and SIGXFSZ, so that a closed reader or a file size limit makes the write fail instead of ending the
 /// program. Call it once, at the start of the program.
-void let_writes_fail();
+void ignore_write_signals();
 
 /// Returns whether a signal has arrived. Forgiven hang-ups do not count.
 [[nodiscard]] bool interrupted();
@@ -35,6 +35,6 @@ void forgive_hangups();
 /// Returns a descriptor that becomes readable at each signal, for an event loop; −1 before watch_for_interrupts().
 [[nodiscard]] int interrupt_descriptor();
 /// Reads the descriptor empty, so that it waits for the next signal.
-void take_wake_ups();
+void drain_wake_ups();
 
 }  // namespace gyrotherm::app

@@ -46,7 +46,7 @@ std::string roff(std::string_view text) {
 std::string bold(std::string_view text) { return "\\fB" + roff(text) + "\\fP"; }
 std::string italic(std::string_view text) { return "\\fI" + roff(text) + "\\fP"; }
 
-std::string capitals(std::string text) {
+std::string upper_case(std::string text) {
   std::ranges::transform(text, text.begin(),
                          [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
   return text;
@@ -62,7 +62,7 @@ std::string page_name(const CommandInfo& command) {
   return command.path.empty() ? command.program : command.program + "-" + command.path.front();
 }
 
-std::string value_of(const OptionInfo& option) {
+std::string format_value(const OptionInfo& option) {
   if (option.choices.empty()) return italic(option.value);
   std::string text;
   for (const auto& choice : option.choices) text += (text.empty() ? "" : " | ") + bold(choice);
@@ -72,12 +72,12 @@ std::string value_of(const OptionInfo& option) {
 /// Returns the command with its required arguments and options; all other options are shown as "[options]".
 std::string synopsis(const CommandInfo& command) {
   auto text = bold(full_name(command));
-  for (const auto& word : command.words) {
-    auto shown = italic(word.value) + (word.repeats ? " …" : "");
-    text += word.is_required ? " " + shown : " [" + shown + "]";
+  for (const auto& argument : command.positionals) {
+    auto shown = italic(argument.value) + (argument.repeats ? " …" : "");
+    text += argument.is_required ? " " + shown : " [" + shown + "]";
   }
   for (const auto& option : command.options)
-    if (option.is_required) text += " " + bold(option.names.back()) + " " + value_of(option);
+    if (option.is_required) text += " " + bold(option.names.back()) + " " + format_value(option);
   return text + " [" + italic("options") + "]\n";
 }
 
@@ -87,7 +87,7 @@ std::string option_entry(const OptionInfo& option) {
   if (option.names.empty())
     names = italic(option.value);
   else if (!option.value.empty())
-    names += " " + value_of(option);
+    names += " " + format_value(option);
   return fmt::format(".TP\n{}\n{}{}\n", names, roff(option.description),
                      !option.names.empty() && option.repeats ? "; may be given several times" : "");
 }
@@ -100,7 +100,7 @@ bool is_common(const OptionInfo& option) {
 
 std::string option_entries(const CommandInfo& command) {
   std::string text, common;
-  for (const auto& word : command.words) text += option_entry(word);
+  for (const auto& argument : command.positionals) text += option_entry(argument);
   for (const auto& option : command.options) (is_common(option) ? common : text) += option_entry(option);
   return text + common;
 }
@@ -121,7 +121,7 @@ std::string paragraphs(const std::string& description) {
   return text;
 }
 
-std::string example_of(const CommandInfo& command) {
+std::string format_example(const CommandInfo& command) {
   return command.example.empty() ? "" : fmt::format(".PP\n.EX\n{}\n.EE\n", roff(command.example));
 }
 
@@ -141,7 +141,7 @@ std::string inline_roff(std::string_view line) {
   return shown;
 }
 
-std::vector<std::string> lines_in(const std::string& text) {
+std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
@@ -150,8 +150,8 @@ std::vector<std::string> lines_in(const std::string& text) {
 
 /// Converts prose of docs/man: "# SECTION", "## Part", paragraphs, a term above the lines ": …" that explain it, and
 /// lines indented by four blanks, which are printed literally.
-std::string roff_of_prose(const std::string& prose) {
-  const auto lines = lines_in(prose);
+std::string prose_to_roff(const std::string& prose) {
+  const auto lines = split_lines(prose);
   std::string page;
   bool is_new = false, is_code = false;  // paragraph begins; inside a code block
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -187,34 +187,36 @@ struct Sections {
   std::string first, middle, see_also;
 };
 
-Sections sections_of(const std::string& prose) {
+Sections split_sections(const std::string& prose) {
   const auto begins = std::min(prose.starts_with("# ") ? 0 : prose.find("\n# "), prose.size());
   const auto last = std::max(begins, std::min(prose.find("# SEE ALSO"), prose.size()));
-  return {roff_of_prose(prose.substr(0, begins)), roff_of_prose(prose.substr(begins, last - begins)),
-          roff_of_prose(prose.substr(last))};
+  return {prose_to_roff(prose.substr(0, begins)), prose_to_roff(prose.substr(begins, last - begins)),
+          prose_to_roff(prose.substr(last))};
 }
 
 std::string header(const std::string& name, const ManualText& text) {
   return fmt::format(".\\\" SPDX-License-Identifier: Apache-2.0\n.TH {} 1 {} \"gyrotherm {}\" \"gyrotherm\"\n.nh\n",
-                     roff(capitals(name)), text.date, text.version);
+                     roff(upper_case(name)), text.date, text.version);
 }
 
 /// Returns the purpose of a command. A program's name is removed from the start of its description.
-std::string purpose_of(const CommandInfo& command) {
-  auto text = in_short(command.description);
+std::string purpose(const CommandInfo& command) {
+  auto text = short_description(command.description);
   return text.starts_with(command.program + " ") ? text.substr(command.program.size() + 1) : text;
 }
 
 /// Lists the commands below a command: for the program itself one line and a page for each, otherwise their complete
 /// entries.
 std::string commands_below(const CommandInfo& command) {
-  if (command.below.empty()) return {};
+  if (command.subcommands.empty()) return {};
   std::string text = ".SH COMMANDS\n";
   const bool have_pages = command.path.empty() && command.program == "gyrotherm";
-  for (const auto& below : command.below)
-    text += have_pages ? fmt::format(".TP\n.BR {} (1)\n{}\n", roff(page_name(below)), roff(in_short(below.description)))
-                       : fmt::format(".SS {}\n{}.PP\n{}{}{}", roff(full_name(below)), synopsis(below),
-                                     paragraphs(below.description), example_of(below), option_entries(below));
+  for (const auto& subcommand : command.subcommands)
+    text += have_pages ? fmt::format(".TP\n.BR {} (1)\n{}\n", roff(page_name(subcommand)),
+                                     roff(short_description(subcommand.description)))
+                       : fmt::format(".SS {}\n{}.PP\n{}{}{}", roff(full_name(subcommand)), synopsis(subcommand),
+                                     paragraphs(subcommand.description), format_example(subcommand),
+                                     option_entries(subcommand));
   return text;
 }
 
@@ -228,10 +230,10 @@ std::string exit_status() {
 /// Returns the page of a command with all commands below it. The page of the program lists its commands instead, each
 /// with its page. The sections of the prose are between the options and the exit status; SEE ALSO is at the end.
 std::string manual_page(const CommandInfo& command, const ManualText& text) {
-  const auto prose = sections_of(text.prose);
+  const auto prose = split_sections(text.prose);
   auto page = header(page_name(command), text) +
               fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n{}.SH DESCRIPTION\n{}{}", roff(page_name(command)),
-                          roff(purpose_of(command)), synopsis(command), paragraphs(command.description),
+                          roff(purpose(command)), synopsis(command), paragraphs(command.description),
                           prose.first.empty() ? "" : ".PP\n" + prose.first);
   if (const auto entries = option_entries(command); !entries.empty()) page += ".SH OPTIONS\n" + entries;
   return page + commands_below(command) + prose.middle + exit_status() + prose.see_also;
@@ -239,7 +241,7 @@ std::string manual_page(const CommandInfo& command, const ManualText& text) {
 
 /// Returns a page that consists of prose only, for a program with a parser of its own.
 std::string manual_page(const std::string& name, const ManualText& text) {
-  return header(name, text) + roff_of_prose(text.prose);
+  return header(name, text) + prose_to_roff(text.prose);
 }
 
 struct ManualArguments {
@@ -251,16 +253,16 @@ Result<Exit> print_page(Program& program, const ManualArguments& options) {
   if (!prose) return failure(prose.error());
   const ManualText text{.prose = std::move(*prose), .date = options.date, .version = GYROTHERM_VERSION};
   if (!options.name.empty()) {
-    program.console.data(manual_page(options.name, text));
+    program.console.print(manual_page(options.name, text));
     return Exit::done;
   }
   const auto commands = describe_commands(program.cli);
   const CommandInfo* wanted = options.command.empty() ? &commands : nullptr;
-  for (const auto& command : commands.below)
+  for (const auto& command : commands.subcommands)
     if (command.path.back() == options.command) wanted = &command;
   if (wanted == nullptr)
     return failure(FaultKind::usage, "manual", fmt::format("\"{}\" is no command", options.command));
-  program.console.data(manual_page(*wanted, text));
+  program.console.print(manual_page(*wanted, text));
   return Exit::done;
 }
 

@@ -19,12 +19,12 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr auto kLongestFarewell = std::chrono::seconds(1);
+constexpr auto kLongestFlush = std::chrono::seconds(1);
 constexpr int kForever = -1;
 
 /// Writes all text, however long the reader takes. Returns false if a write fails or, if `impatient`, the user wants to
 /// stop.
-bool write_all(int descriptor, std::string_view text, bool impatient) {
+bool write_all(int descriptor, std::string_view text, bool stops_on_interrupt) {
   while (!text.empty()) {
     const auto written = ::write(descriptor, text.data(), text.size());
     if (written >= 0) {
@@ -35,7 +35,7 @@ bool write_all(int descriptor, std::string_view text, bool impatient) {
     } else if (errno != EINTR) {
       return false;
     }
-    if (impatient && interrupted() && !text.empty()) return false;
+    if (stops_on_interrupt && interrupted() && !text.empty()) return false;
   }
   return true;
 }
@@ -48,7 +48,7 @@ struct Outlet::SharedState {
 
   const int descriptor;
   std::mutex mutex;  ///< guards all members below
-  std::condition_variable work, progress;
+  std::condition_variable available, progress;
   std::deque<std::string> lines;
   std::size_t waiting{};  ///< bytes in `lines`
   std::size_t dropped{};  ///< since the last accepted lines
@@ -84,7 +84,7 @@ struct Outlet::SharedState {
     block_signals();
     std::unique_lock lock(mutex);
     for (;;) {
-      work.wait(lock, [this] { return stop || !is_idle(); });
+      available.wait(lock, [this] { return stop || !is_idle(); });
       if (is_idle()) return;
       write_next(lock);
     }
@@ -92,51 +92,51 @@ struct Outlet::SharedState {
 
   /// Writes everything, or wakes the thread to do it. Requires the lock.
   void hand_over(std::unique_lock<std::mutex>& lock) {
-    if (by_thread) return work.notify_one();
+    if (by_thread) return available.notify_one();
     while (!is_idle()) write_next(lock);
   }
 };
 
-Outlet::Outlet(int descriptor) : desk_(std::make_shared<SharedState>(descriptor)) {}
+Outlet::Outlet(int descriptor) : state_(std::make_shared<SharedState>(descriptor)) {}
 
 void Outlet::never_wait() {
   if (writer_.joinable()) return;
-  desk_->by_thread = true;
-  writer_ = std::thread([desk = desk_] { desk->serve(); });
+  state_->by_thread = true;
+  writer_ = std::thread([state = state_] { state->serve(); });
 }
 
-void Outlet::say(const Lines& lines) {
-  std::unique_lock lock(desk_->mutex);
-  auto text = lines(desk_->dropped);
-  if (text.empty() && !desk_->lines.empty()) return;
-  if (!desk_->lines.empty() && desk_->waiting + text.size() > kMostWaiting) {
-    ++desk_->dropped;
+void Outlet::write_lines(const Lines& lines) {
+  std::unique_lock lock(state_->mutex);
+  auto text = lines(state_->dropped);
+  if (text.empty() && !state_->lines.empty()) return;
+  if (!state_->lines.empty() && state_->waiting + text.size() > kMostWaiting) {
+    ++state_->dropped;
     return;
   }
-  desk_->dropped = 0;
-  desk_->waiting += text.size();
-  desk_->lines.push_back(std::move(text));
-  desk_->hand_over(lock);
+  state_->dropped = 0;
+  state_->waiting += text.size();
+  state_->lines.push_back(std::move(text));
+  state_->hand_over(lock);
 }
 
 void Outlet::draw(std::vector<std::string> picture) {
-  std::unique_lock lock(desk_->mutex);
-  desk_->picture = std::move(picture);
-  desk_->hand_over(lock);
+  std::unique_lock lock(state_->mutex);
+  state_->picture = std::move(picture);
+  state_->hand_over(lock);
 }
 
 bool Outlet::has_failed() const {
-  const std::lock_guard lock(desk_->mutex);
-  return desk_->failed;
+  const std::lock_guard lock(state_->mutex);
+  return state_->failed;
 }
 
 /// Waits one second at most for the thread. If its write hangs, the thread is detached.
 Outlet::~Outlet() {
   if (!writer_.joinable()) return;
-  std::unique_lock lock(desk_->mutex);
-  desk_->stop = true;
-  desk_->work.notify_one();
-  const bool done = desk_->progress.wait_for(lock, kLongestFarewell, [this] { return desk_->is_idle(); });
+  std::unique_lock lock(state_->mutex);
+  state_->stop = true;
+  state_->available.notify_one();
+  const bool done = state_->progress.wait_for(lock, kLongestFlush, [this] { return state_->is_idle(); });
   lock.unlock();
   if (done)
     writer_.join();

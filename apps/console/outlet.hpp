@@ -31,7 +31,7 @@ class Outlet {
   /// Writes whole lines in order. Lines are dropped and counted while more than kMostWaiting bytes wait; the next
   /// accepted lines get that count.
   using Lines = std::function<std::string(std::size_t dropped)>;
-  void say(const Lines& lines);
+  void write_lines(const Lines& lines);
   /// Draws lines in place on a terminal. A picture that still waits is replaced by the newest.
   void draw(std::vector<std::string> picture);
 
@@ -45,7 +45,7 @@ class Outlet {
   struct SharedState;
   std::shared_ptr<SharedState>
       /// Shared with the thread, which may outlive the object if a write hangs.
-      desk_;
+      state_;
   std::thread writer_;
 };
 

@@ -16,9 +16,9 @@ void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, c
       ->type_name(value::kRecord);
 }
 
-Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, const model::Model& model,
-                                                          const BiasTrackingArguments& arguments,
-                                                          const RecordedRunOptions& options) {
+Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console, const model::Model& model,
+                                                               const BiasTrackingArguments& arguments,
+                                                               const RecordedRunOptions& options) {
   if (!arguments.track) {
     if (arguments.noise.empty()) return std::nullopt;
     return failure(FaultKind::usage, "--noise", "is for --track");
@@ -36,8 +36,8 @@ Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, cons
   const auto verification = verify(model, recorded->dataset, recorded->clusters);
   if (!verification) return failure(verification.error());
   if (verification->trained_on_this) {
-    console.say(fmt::format("warning: {}: the model was trained on it, so that its residual wanders too little",
-                            arguments.noise));
+    console.print_message(fmt::format(
+        "warning: {}: the model was trained on it, so that its residual wanders too little", arguments.noise));
   }
   const auto noise =
       tracking::noise_of_residual(verification->residual_deg_per_h, recorded->clusters, verification->floor.deg_per_h);

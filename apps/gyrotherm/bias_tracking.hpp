@@ -23,9 +23,10 @@ void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, c
 /// of --noise or, without it, from the model file, where it was estimated on held-out training clusters. Fails with
 /// usage if neither source is given, or if --noise was given without --track. Fails also like load_recorded_run, verify
 /// and noise_of_residual.
-[[nodiscard]] Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, const model::Model& model,
-                                                                        const BiasTrackingArguments& arguments,
-                                                                        const RecordedRunOptions& options);
+[[nodiscard]] Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console,
+                                                                             const model::Model& model,
+                                                                             const BiasTrackingArguments& arguments,
+                                                                             const RecordedRunOptions& options);
 
 /// Returns "N 0.00029 °/√h, B 0.00072 °/h, K 0 °/h/√h, at the start ± 0.0021 °/h".
 [[nodiscard]] std::string describe(const tracking::BiasNoise& noise);

@@ -12,7 +12,7 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
+constexpr std::string_view kBias = "bias", kAtRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
 constexpr std::size_t kSlotColumn = 0;
 
 /// Split a title such as "A [°C]" into name and unit.
@@ -23,8 +23,8 @@ std::string_view unit_in(std::string_view title) {
 }
 
 template <class Predicate>
-std::optional<std::size_t> find_if(const std::vector<std::string>& header, Predicate is_it) {
-  const auto at = std::ranges::find_if(header, is_it);
+std::optional<std::size_t> find_if(const std::vector<std::string>& header, Predicate matches) {
+  const auto at = std::ranges::find_if(header, matches);
   return at == header.end() ? std::nullopt : std::optional<std::size_t>(at - header.begin());
 }
 
@@ -54,7 +54,7 @@ Result<void> check_units(const std::vector<std::string>& header, std::size_t bia
   return {};
 }
 
-std::set<std::string> inputs_of(const model::Model& model) {
+std::set<std::string> list_inputs(const model::Model& model) {
   std::set<std::string> names;
   for (const data::Term& term : model.terms) {
     for (const data::Factor& factor : term.factors) {
@@ -66,31 +66,31 @@ std::set<std::string> inputs_of(const model::Model& model) {
 }
 
 /// Returns the text of the comment on "thermometer A" or "axis u1.x", or an empty text.
-std::string_view said_of(const std::vector<std::string>& comments, const std::string& what) {
+std::string_view find_comment(const std::vector<std::string>& comments, const std::string& what) {
   for (const std::string& comment : comments)
     if (comment.starts_with(what + ": ")) return std::string_view(comment).substr(what.size() + 2);
   return {};
 }
 
 /// Returns the number that follows a keyword in a comment.
-std::optional<double> number_after(std::string_view said, std::string_view word) {
-  const auto at = said.find(word);
+std::optional<double> number_after(std::string_view comment, std::string_view keyword) {
+  const auto at = comment.find(keyword);
   if (at == std::string_view::npos) return std::nullopt;
-  const std::string_view rest = said.substr(at + word.size());
-  return record::number_in(record::trimmed(rest.substr(0, rest.find(','))));
+  const std::string_view remainder = comment.substr(at + keyword.size());
+  return record::number_in(record::trimmed(remainder.substr(0, remainder.find(','))));
 }
 
-record::Channel calibration_of(const std::vector<std::string>& comments, const std::string& thermometer) {
+record::Channel parse_calibration(const std::vector<std::string>& comments, const std::string& thermometer) {
   constexpr std::string_view kPolynomial = "polynomial ";
   record::Channel channel;
-  std::string_view said = said_of(comments, "thermometer " + thermometer);
-  channel.offset.value = number_after(said, "offset ").value_or(0);
-  if (!said.starts_with(kPolynomial)) return channel;
-  said.remove_prefix(kPolynomial.size());
-  while (!said.empty()) {
-    const auto end = std::min(said.find(' '), said.size());
-    channel.polynomial.push_back(record::number_in(said.substr(0, end)).value_or(0));
-    said.remove_prefix(std::min(end + 1, said.size()));
+  std::string_view comment = find_comment(comments, "thermometer " + thermometer);
+  channel.offset.value = number_after(comment, "offset ").value_or(0);
+  if (!comment.starts_with(kPolynomial)) return channel;
+  comment.remove_prefix(kPolynomial.size());
+  while (!comment.empty()) {
+    const auto end = std::min(comment.find(' '), comment.size());
+    channel.polynomial.push_back(record::number_in(comment.substr(0, end)).value_or(0));
+    comment.remove_prefix(std::min(end + 1, comment.size()));
   }
   return channel;
 }
@@ -109,8 +109,8 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
                                                 const data::AxisChoice& axis, bool tracked) {
   CompensationTable table;
   if (header.front() != kFirstOfExport) {
-    const bool says_rest = tracked && header.back() == kRest;
-    const std::size_t bias = header.size() - (says_rest ? 2 : 1);
+    const bool has_at_rest = tracked && header.back() == kAtRest;
+    const std::size_t bias = header.size() - (has_at_rest ? 2 : 1);
     if (bias < 1 || bias >= header.size() || name_in(header[bias]) != kBias)
       return failure(
           FaultKind::bad_file, "stdin:1:1",
@@ -120,22 +120,22 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
     if (auto checked = check_units(header, bias); !checked) return failure(checked.error());
     for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
     for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_in(header[k]));
-    table.says_rest_ = says_rest;
+    table.has_at_rest_ = has_at_rest;
     return table;
   }
-  for (const std::string& input : inputs_of(model)) {
+  for (const std::string& input : list_inputs(model)) {
     const bool is_own = data::is_own_value(input);
     const auto column = is_own ? find(header, own_title(input, axis)) : find(header, input, true);
     if (!column) return failure(FaultKind::usage, "stdin", fmt::format("has no column for \"{}\"", input));
     table.columns_.push_back(*column);
     table.thermometers_.push_back(input);
-    table.calibrations_.push_back(is_own ? record::Channel{} : calibration_of(comments, input));
+    table.calibrations_.push_back(is_own ? record::Channel{} : parse_calibration(comments, input));
   }
   const std::string label = is_named(axis) ? in_words(axis) : record::kOnlyUnit;
   const auto rotation = find(header, label, false);
   if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("has no axis \"{}\"", label));
-  const std::string_view said = said_of(comments, "axis " + label);
-  const auto scale = number_after(said, "scale "), earth_rate = number_after(said, "earth rate ");
+  const std::string_view comment = find_comment(comments, "axis " + label);
+  const auto scale = number_after(comment, "scale "), earth_rate = number_after(comment, "earth rate ");
   if (!scale || !earth_rate)
     return failure(FaultKind::bad_file, "stdin",
                    fmt::format("does not say the Earth's rate on {}, without which there is no bias; of an imported "
@@ -178,7 +178,7 @@ Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::S
 }
 
 bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
-  return !says_rest_ || rows(row, temperatures() + 1) > 0;
+  return !has_at_rest_ || rows(row, temperatures() + 1) > 0;
 }
 
 Eigen::VectorXd CompensationTable::time_s(const Eigen::Ref<const data::SampleMatrix>& rows) const {

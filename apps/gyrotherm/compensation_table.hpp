@@ -32,10 +32,10 @@ class CompensationTable {
   /// of an exported table.
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   [[nodiscard]] const std::vector<std::string>& thermometers() const { return thermometers_; }
-  [[nodiscard]] bool says_rest() const { return says_rest_; }
+  [[nodiscard]] bool has_at_rest() const { return has_at_rest_; }
   /// Returns whether the table was exported and contains the second of each row. Rows of any other table are one second
   /// apart.
-  [[nodiscard]] bool says_second() const { return rotation_.has_value(); }
+  [[nodiscard]] bool has_seconds() const { return rotation_.has_value(); }
 
   /// Convert rows of columns(): temperatures in °C, bias in °/h, whether the gyro was at rest, and the slot of an
   /// exported table.
@@ -60,7 +60,7 @@ class CompensationTable {
     bool may_be_turned{};
   };
   std::optional<Rotation> rotation_;  ///< empty if the column is bias
-  bool says_rest_ = false;
+  bool has_at_rest_ = false;
 };
 
 }  // namespace gyrotherm::app

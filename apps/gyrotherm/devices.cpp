@@ -24,7 +24,7 @@ constexpr const char* kRulesFolder = "/etc/udev/rules.d";
 constexpr const char* kReload = "sudo udevadm control --reload && sudo udevadm trigger";
 constexpr const char* kJoin = "sudo usermod -aG dialout \"$USER\"";
 
-const char* supported_as(const drivers::HidDeviceFound& device) {
+const char* driver_for(const drivers::HidDeviceFound& device) {
   for (const auto& kind : drivers::kMccKinds)
     if (kind.vendor == device.vendor && kind.product == device.product) return kind.name;
   return "";
@@ -43,18 +43,18 @@ bool has_rules() {
 Device serial_device(const drivers::SerialPortFound& port) {
   Device device{.node = node_at(port.device), .description = port.description, .serial = port.serial};
   device.line = "serial:" + (port.stable_name.empty() ? port.device : port.stable_name);
-  device.fix = fix_of_serial(device.node);
+  device.fix = serial_access_command(device.node);
   if (port.vendor != 0) device.usb = fmt::format("{:04x}:{:04x}", port.vendor, port.product);
   return device;
 }
 
 Device hid_device(const drivers::HidDeviceFound& found) {
-  Device device{.node = node_at(found.path), .is_hid = true, .serial = found.serial, .driver = supported_as(found)};
+  Device device{.node = node_at(found.path), .is_hid = true, .serial = found.serial, .driver = driver_for(found)};
   device.usb = fmt::format("{:04x}:{:04x}", found.vendor, found.product);
   device.description = fmt::format("{} {} {}", device.usb, found.maker, found.model);
   if (device.driver.empty()) return device;
   device.line = "hid:" + found.serial;
-  device.fix = fix_of_hid(device.node);
+  device.fix = hid_access_command(device.node);
   return device;
 }
 
@@ -70,7 +70,7 @@ Node node_at(const std::string& path) {
 }
 
 /// The ports of some adapters belong to root until a udev rule changes that.
-std::string fix_of_serial(const Node& node) {
+std::string serial_access_command(const Node& node) {
   if (node.allowed) return "";
   if (node.group != "root") return fmt::format("sudo usermod -aG {} \"$USER\"   # then log in again", node.group);
   return fmt::format(
@@ -79,7 +79,7 @@ std::string fix_of_serial(const Node& node) {
       std::filesystem::path(node.path).filename().string(), kRulesFolder, kReload, kJoin);
 }
 
-std::string fix_of_hid(const Node& node) {
+std::string hid_access_command(const Node& node) {
   if (node.allowed) return "";
   const auto shipped = shipped_file(std::string("drivers/") + kRules);
   const auto install =

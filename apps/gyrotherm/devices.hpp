@@ -16,9 +16,9 @@ struct Node {
 [[nodiscard]] Node node_at(const std::string& path);
 
 /// Returns the command that grants access to a serial port, or an empty string if access is granted already.
-[[nodiscard]] std::string fix_of_serial(const Node& node);
+[[nodiscard]] std::string serial_access_command(const Node& node);
 /// Returns the same for an HID device.
-[[nodiscard]] std::string fix_of_hid(const Node& node);
+[[nodiscard]] std::string hid_access_command(const Node& node);
 
 /// Connected device.
 struct Device {

@@ -29,7 +29,7 @@ class Table {
  public:
   explicit Table(Console& console) : console_(console) {}
   void add(const record::Record& record) {
-    const auto print = [this](std::string_view text) { console_.data(text); };
+    const auto print = [this](std::string_view text) { console_.print(text); };
     if (!has_head_) record::write_csv_head(record.info, record.finished, print);
     has_head_ = true;
     run_ = record.info.id;
@@ -79,22 +79,22 @@ Result<void> follow_record(Console& console, const std::string& given) {
   watch_for_interrupts(SecondInterrupt::ends);
   const auto path = record::record_of_copy(given);
   Table table(console);
-  for (auto seen = steady_clock::now(); !interrupted() && !console.data_was_lost();
+  for (auto last_change = steady_clock::now(); !interrupted() && !console.has_lost_data();
        std::this_thread::sleep_for(kFollowEvery)) {
     const auto rows = new_rows(path, table);
     if (rows) {
       const auto before = table.last();
       table.add(*rows);
       const auto now = steady_clock::now();
-      if (table.last() > before || (now - seen >= kSilence && is_being_written(path))) seen = now;
-      if (now - seen < kSilence) continue;
+      if (table.last() > before || (now - last_change >= kSilence && is_being_written(path))) last_change = now;
+      if (now - last_change < kSilence) continue;
     }
     if (const auto status = record::read_status(path); status)
       if (auto same = check_same_run(path, status->id, table); !same) return same;
     const auto whole = record::read_record(path);
     if (whole) return check_same_run(path, whole->info.id, table).map([&] { table.add(*whole); });
-    const bool may_come = rows || is_being_written(path);  // copy exists until the record closes
-    if (!may_come || steady_clock::now() - seen > kCopyPatience) return failure(whole.error());
+    const bool may_appear = rows || is_being_written(path);  // copy exists until the record closes
+    if (!may_appear || steady_clock::now() - last_change > kCopyPatience) return failure(whole.error());
   }
   return {};
 }

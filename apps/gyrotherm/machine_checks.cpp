@@ -99,7 +99,7 @@ Finding check_space(const std::string& folder, const struct statvfs& disk) {
 constexpr rlim_t kEnoughFiles = 256;
 constexpr rlim_t kEnoughMemory = 1'000'000'000;
 
-rlim_t limit_of(__rlimit_resource_t resource) {
+rlim_t soft_limit(__rlimit_resource_t resource) {
   rlimit limit{};
   return ::getrlimit(resource, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
 }
@@ -111,14 +111,14 @@ std::string in_words(rlim_t limit, const char* unit) {
 /// Reports any limit on a resource as a fault, because a long run reaches it at some time.
 Finding check_unlimited(const char* what, __rlimit_resource_t resource, const char* unit, const char* option,
                         const char* ends) {
-  const auto limit = limit_of(resource);
+  const auto limit = soft_limit(resource);
   if (limit == RLIM_INFINITY) return {what, FindingState::ok, in_words(limit, unit), ""};
   return {what, FindingState::fault, fmt::format("{}: {}", in_words(limit, unit), ends),
           fmt::format("ulimit -{} unlimited, or /etc/security/limits.conf", option), FaultKind::storage};
 }
 
 Finding check_files() {
-  const auto limit = limit_of(RLIMIT_NOFILE);
+  const auto limit = soft_limit(RLIMIT_NOFILE);
   Finding finding{"open files", FindingState::ok, fmt::format("at most {}", in_words(limit, "files")), ""};
   if (limit >= kEnoughFiles) return finding;
   finding.state = FindingState::warning;
@@ -127,7 +127,7 @@ Finding check_files() {
 }
 
 Finding check_memory() {
-  const auto limit = std::min(limit_of(RLIMIT_AS), limit_of(RLIMIT_DATA));
+  const auto limit = std::min(soft_limit(RLIMIT_AS), soft_limit(RLIMIT_DATA));
   Finding finding{"memory", FindingState::ok, in_words(limit, "bytes"), ""};
   if (limit >= kEnoughMemory) return finding;
   finding.state = FindingState::warning;
@@ -138,8 +138,8 @@ Finding check_memory() {
 
 /// Reports the limit for information only: the program locks no memory.
 Finding check_locked_memory() {
-  return {"locked memory", FindingState::ok, in_words(limit_of(RLIMIT_MEMLOCK), "bytes") + ", of which none is needed",
-          ""};
+  return {"locked memory", FindingState::ok,
+          in_words(soft_limit(RLIMIT_MEMLOCK), "bytes") + ", of which none is needed", ""};
 }
 
 Finding check_priority() {
@@ -187,11 +187,11 @@ bool is_running(const std::string& program, const std::string& root) {
   });
 }
 
-std::string tty_of(const Device& device) { return fs::path(device.node.path).filename().string(); }
+std::string tty_name(const Device& device) { return fs::path(device.node.path).filename().string(); }
 
 /// Returns whether a udev property keeps ModemManager away from the port.
-bool is_left_to_us(const Device& device, const std::string& root) {
-  const auto number = content(root + "/sys/class/tty/" + tty_of(device) + "/dev");
+bool is_ignored_by_modem_manager(const Device& device, const std::string& root) {
+  const auto number = content(root + "/sys/class/tty/" + tty_name(device) + "/dev");
   const auto properties = "\n" + content(root + "/run/udev/data/c" + number) + "\n";
   return properties.find("\nE:ID_MM_DEVICE_IGNORE=1\n") != std::string::npos ||
          properties.find("\nE:ID_MM_PORT_IGNORE=1\n") != std::string::npos;
@@ -202,7 +202,7 @@ Finding check_modem_manager(const std::vector<Device>& adapters, const std::stri
   if (!is_running(kName, root)) return {kName, FindingState::ok, "is not active", ""};
   std::vector<std::string> probed;
   for (const auto& device : adapters)
-    if (!is_left_to_us(device, root)) probed.push_back(device.node.path);
+    if (!is_ignored_by_modem_manager(device, root)) probed.push_back(device.node.path);
   if (probed.empty()) return {kName, FindingState::ok, "leaves the serial adapters alone", ""};
   return {kName, FindingState::warning,
           fmt::format("is active and sends AT commands to {} when it is plugged in", fmt::join(probed, ", ")),
@@ -210,7 +210,7 @@ Finding check_modem_manager(const std::vector<Device>& adapters, const std::stri
 }
 
 /// Returns the first rules file of brltty that claims a common adapter, or an empty string.
-std::string rules_of_brltty(const std::string& root) {
+std::string find_brltty_rules(const std::string& root) {
   for (const auto* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"})
     for (const auto& entry : entries_of(root + folder)) {
       if (entry.filename().string().find("brltty") == std::string::npos) continue;
@@ -231,7 +231,7 @@ Finding check_brltty(const std::string& root) {
   constexpr const char* kFix = "without a braille display: sudo apt-get remove brltty";
   if (is_running(kName, root))
     return {kName, FindingState::warning, "is active and may take serial adapters for braille displays", kFix};
-  if (const auto rules = rules_of_brltty(root); !rules.empty())
+  if (const auto rules = find_brltty_rules(root); !rules.empty())
     return {kName, FindingState::warning,
             fmt::format("takes common serial adapters for braille displays ({}): their ports disappear", rules), kFix};
   return {kName, FindingState::ok, "takes no serial adapter", ""};
@@ -240,7 +240,7 @@ Finding check_brltty(const std::string& root) {
 /// Returns the folder of a port's USB device in /sys, or an empty path.
 fs::path usb_device(const Device& device, const std::string& root) {
   std::error_code error;
-  auto folder = fs::canonical(root + "/sys/class/tty/" + tty_of(device) + "/device", error);
+  auto folder = fs::canonical(root + "/sys/class/tty/" + tty_name(device) + "/device", error);
   while (!error && folder.has_relative_path() && folder != root) {
     if (fs::exists(folder / "idVendor", error)) return folder;
     folder = folder.parent_path();

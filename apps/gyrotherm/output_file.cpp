@@ -31,30 +31,30 @@ Result<bool> is_sqlite_file(const std::string& path) {
 }
 
 /// Returns whether a run is writing a record with this name, or died while it wrote one.
-bool has_files_of_a_run(const std::string& path) {
+bool has_run_files(const std::string& path) {
   return record::is_there(record::status_path(path)) || record::is_there(control::control_socket_path(path)) ||
          record::is_there(watchdog::safe_state_path(path));
 }
 
 /// Returns the record that a file belongs to by its name: "run.db" for "run.db-wal". Returns an empty string for other
 /// names.
-std::string record_beside(const std::string& path) {
+std::string owning_record(const std::string& path) {
   const auto ending = record::ending_beside_a_record(path);
   return ending.empty() ? std::string() : path.substr(0, path.size() - ending.size());
 }
 
-Result<void> check_is_no_record(const std::string& path) {
+Result<void> check_not_record(const std::string& path) {
   const auto refused = [&](std::string_view what) {
     return failure(FaultKind::usage, path, fmt::format("{}, and a record is never overwritten", what));
   };
   std::error_code error;
   const auto target = fs::weakly_canonical(path, error).string();
   if (record::is_live_copy(path)) return refused("is the live copy of a record");
-  if (has_files_of_a_run(path) || has_files_of_a_run(target)) return refused("is the name of a run");
+  if (has_run_files(path) || has_run_files(target)) return refused("is the name of a run");
   const auto sqlite = is_sqlite_file(path);
   if (!sqlite) return failure(sqlite.error());
   if (*sqlite) return refused("is an SQLite file, as records are");
-  const auto record = record_beside(path);
+  const auto record = owning_record(path);
   if (record.empty()) return {};
   const auto belongs = is_sqlite_file(record);
   if (!belongs) return failure(belongs.error());
@@ -67,7 +67,7 @@ void add_force_flag(CLI::App& command, bool& force) {
   command.add_flag("--force", force, "write over a file that is there already; never over a record");
 }
 
-Result<void> check_can_be_made(const std::string& path) {
+Result<void> check_can_create(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return failure(FaultKind::usage, path, "is a folder, expected the name of a file");
   if (const auto folder = folder_of(path); !fs::is_directory(folder, error))
@@ -76,8 +76,8 @@ Result<void> check_can_be_made(const std::string& path) {
 }
 
 Result<void> check_is_free(const std::string& path, bool force) {
-  if (auto can_be = check_can_be_made(path); !can_be) return can_be;
-  if (auto free = check_is_no_record(path); !free) return free;
+  if (auto can_create = check_can_create(path); !can_create) return can_create;
+  if (auto free = check_not_record(path); !free) return free;
   std::error_code error;
   if (force || !fs::exists(path, error)) return {};
   return failure(FaultKind::usage, path, "is there already; --force writes over it");

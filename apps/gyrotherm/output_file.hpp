@@ -13,7 +13,7 @@ namespace gyrotherm::app {
 void add_force_flag(CLI::App& command, bool& force);
 
 /// Fails with usage if the folder of the file does not exist, or if `path` is a folder.
-[[nodiscard]] Result<void> check_can_be_made(const std::string& path);
+[[nodiscard]] Result<void> check_can_create(const std::string& path);
 
 /// Fails also if the file exists and `force` is not set. Fails regardless of `force` if the file belongs to a record:
 /// an SQLite file such as a record, a part or a live copy, a file next to a record, or the name of a run. Fails with

@@ -42,7 +42,8 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
 
 Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
-    console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
+    console.print_message(
+        fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
     return record::find_files_to_read(path).map(
         [](record::RecordFiles files) { return CheckedRun{.files = std::move(files), .verified = {}}; });
   }
@@ -60,8 +61,8 @@ void add_axis_options(CLI::App& command, data::AxisChoice& axis) {
   command.add_option("--axis", axis.axis, "of a unit with several axes: which")->type_name("AXIS");
 }
 
-data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked) {
-  return asked == data::AxisChoice{} && !model.trained_on.empty() ? model.trained_on.front().of : asked;
+data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& requested) {
+  return requested == data::AxisChoice{} && !model.trained_on.empty() ? model.trained_on.front().of : requested;
 }
 
 void add_unverified_flag(CLI::App& command, bool& unverified) {
@@ -71,16 +72,16 @@ void add_unverified_flag(CLI::App& command, bool& unverified) {
 namespace {
 
 /// Makes the clusters of the requested range.
-Result<data::Clusters> clusters_of(const data::Dataset& dataset, const RecordedRunOptions& options) {
+Result<data::Clusters> select_clusters(const data::Dataset& dataset, const RecordedRunOptions& options) {
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
   auto clusters = data::make_clusters(dataset, options.cluster_length_s);
   if (!clusters || !*range) return clusters;
-  const auto there = clusters->start_s.size(), first = (*range)->first;
-  const auto end = (*range)->end.value_or(there);
-  if (end > there || first >= there)
+  const auto available = clusters->start_s.size(), first = (*range)->first;
+  const auto end = (*range)->end.value_or(available);
+  if (end > available || first >= available)
     return failure(FaultKind::usage, dataset.path,
-                   fmt::format("has {} clusters, {} were asked for", there, std::max(end, first + 1)));
+                   fmt::format("has {} clusters, {} were asked for", available, std::max(end, first + 1)));
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - first));
   std::iota(rows.begin(), rows.end(), first);
   return data::pick(*clusters, rows);
@@ -95,7 +96,7 @@ Result<data::RecordedRun> load_recorded_run(Console& console, const std::string&
   if (!checked) return failure(checked.error());
   auto dataset = data::load_dataset(checked->files, options.axis);
   if (!dataset) return failure(dataset.error());
-  auto clusters = clusters_of(*dataset, options);
+  auto clusters = select_clusters(*dataset, options);
   if (!clusters) return failure(clusters.error());
   return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
 }
@@ -114,7 +115,7 @@ Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std:
                                                  : "; --outliers leave-out does without them"));
       if (options.leaves_out_outliers) {
         data::remove(dataset, spikes);
-        auto without = clusters_of(dataset, options);
+        auto without = select_clusters(dataset, options);
         if (!without) return failure(without.error());
         clusters = std::move(*without);
       }

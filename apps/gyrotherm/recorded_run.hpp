@@ -39,7 +39,7 @@ struct RecordedRunOptions {
 /// Adds --unit and --axis.
 void add_axis_options(CLI::App& command, data::AxisChoice& axis);
 /// Returns the requested axis or, if none was requested, the one on which the model was trained.
-[[nodiscard]] data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked);
+[[nodiscard]] data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& requested);
 /// Adds the flag --unverified to a command that reads records.
 void add_unverified_flag(CLI::App& command, bool& unverified);
 

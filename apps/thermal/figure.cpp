@@ -111,7 +111,7 @@ Result<Exit> figure(Console& console, const FigureArguments& options) {
       .image = std::move(*image)};
   Json json{{"schema", report::kThermalFigureSchema}, {"simulated", true}};
   json.update(json_of(reported));
-  console.data(text_of(json) + "\n");
+  console.print(text_of(json) + "\n");
   return Exit::done;
 }
 

@@ -75,7 +75,7 @@ Result<Exit> fit(Console& console, const FitArguments& options) {
   const auto family =
       thermal::fit_family(*model, options.difference_k, {.ambient_c = options.ambient_c}, console.sink());
   if (!family) return failure(family.error());
-  console.data(console.json ? json(*family, options) : describe(*family, options.difference_k));
+  console.print(console.json ? json(*family, options) : describe(*family, options.difference_k));
   return Exit::done;
 }
 
@@ -125,8 +125,9 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
     if (const auto& first = solved.family.front(); first.reached)
       solved.model = with_parameter(solved.model, first.parameter, first.value);
     else
-      console.say(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
-                              thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
+      console.print_message(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
+                                        thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)],
+                                        *options.fit));
   }
   if (auto running = check_interrupt(console, "steady state", 0); !running) return failure(running.error());
   solved.film_w_per_m2_k = used_film(solved.model, options);
@@ -228,7 +229,7 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
     if (auto running = check_interrupt(console, "pictures", fraction); !running) return running;
     if (code && *code == 0) continue;
     const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
-    console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
+    console.print_message(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
     break;
   }
   return {};
@@ -270,13 +271,13 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   auto written = check_interrupt(console, "pictures", 0).and_then([&] { return write_all(console, *solved, options); });
   if (!written) return failure(written.error());
   if (!console.json) {
-    console.data(describe(*solved, options));
+    console.print(describe(*solved, options));
     return Exit::done;
   }
   auto facts = json(*solved, options);
   facts["wall_s"] = solved->wall_s;
   facts["peak_memory_mb"] = peak_memory_mb();
-  console.data(facts.dump(2) + "\n");
+  console.print(facts.dump(2) + "\n");
   return Exit::done;
 }
 

@@ -38,7 +38,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   const auto path = reduced_path(options.gyro);
   if (auto written = replace_text_file(path, thermal::reduced_model_text(*model)); !written)
     return failure(written.error());
-  console.data(fmt::format(
+  console.print(fmt::format(
       "{}: {} states of {}; errors over A…H: {:.1e} K by points, {:.1e} K on ramps, {:.1e} K at switch-on\n", path,
       model->conduction.rows(), model->mesh, model->error.transfer_k, model->error.ramp_k, model->error.switch_on_k));
   return Exit::done;

@@ -45,7 +45,7 @@ MUTANTS = [
      "if (fields[2] == own || (fields.size() > 3 && lists(fields[3], user))) return true;", "",
      "drivers_test", "ChamberLockTest.IsHeldByAnotherUserOfTheGroups"),
     ("SIGTERM leaves the chamber as it is", "apps/gyrotherm/run/event_loop.cpp",
-     "if (!is_terminated()) return end(stopped(run_));", "return end(stopped(run_));",
+     "if (!is_terminated()) return end(finish_stopped(run_));", "return end(finish_stopped(run_));",
      "app_test", "GuardedRun.IsMadeSafeBySigterm"),
     ("on_stop does not count for SIGTERM", "apps/gyrotherm/run/event_loop.cpp",
      "return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;", "return terminations() > 0;",

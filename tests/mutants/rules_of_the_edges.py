@@ -160,13 +160,13 @@ MUTANTS = [
 
     # What the program says.
     ("messages wait for their reader", "apps/console/outlet.cpp",
-     "if (by_thread) return work.notify_one();", "",
+     "if (by_thread) return available.notify_one();", "",
      "console_test", "Outlet.DoesNotWaitForBlockedReader"),
     ("messages wait without bound", "apps/console/outlet.cpp",
-     "if (!desk_->lines.empty() && desk_->waiting + text.size() > kMostWaiting) {", "if (false) {",
+     "if (!state_->lines.empty() && state_->waiting + text.size() > kMostWaiting) {", "if (false) {",
      "console_test", "Outlet.ReportsDroppedLinesWithNextAcceptedLines"),
     ("a picture waits behind the one before", "apps/console/outlet.cpp",
-     "  desk_->picture = std::move(picture);", "  if (!desk_->picture) desk_->picture = std::move(picture);",
+     "  state_->picture = std::move(picture);", "  if (!state_->picture) state_->picture = std::move(picture);",
      "console_test", "Outlet.DrawsOnlyNewestPicture"),
     ("a closed terminal is never heeded", "apps/gyrotherm/run/event_loop.cpp",
      "if (hangups() == seen_hangups_) return;", "return;",

@@ -58,7 +58,7 @@ std::string thermometer_lines(const rig::RigFile& rig) {
   for (const auto& settings : rig.thermometers)
     if (!settings.command.words.empty())
       lines += fmt::format("    {}: by the program {}\n", fmt::join(settings.channels, " "), text(settings.command));
-  for (const auto& line : overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
+  for (const auto& line : list_overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
   return lines;
 }
 
@@ -196,7 +196,7 @@ Json rig_json(const rig::RigFile& rig) {
           {"limiter", rig.limiter ? in_words(*rig.limiter) : ""},
           {"thermometers", channels_of(rig).size()},
           {"calibrations", calibrations_json(rig)},
-          {"overdue", overdue(rig)},
+          {"overdue", list_overdue(rig)},
           {"unstable_names", unstable_names(rig)},
           {"bias_zero_known", check_bias_zero(rig).state == FindingState::ok},
           {"arcsec_per_pulse", rig.units.front().info.axes.front().scale},
@@ -230,7 +230,7 @@ Result<std::unique_ptr<rig::Rig>> assemble(const rig::RigFile& file, std::uint64
 }
 
 /// Queries the identity of each instrument, reads it once, and reads the chamber's set point limits.
-Result<Answers> ask_instruments(const rig::RigFile& file, std::uint64_t seed, drivers::SetPointRange& limits) {
+Result<Answers> query_instruments(const rig::RigFile& file, std::uint64_t seed, drivers::SetPointRange& limits) {
   auto rig = assemble(file, seed);
   if (!rig) return failure(rig.error());
   Answers answers;
@@ -265,7 +265,7 @@ Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   if (!rig->simulated)
     if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
-  const auto answers = ask_instruments(*rig, options.seed, found.controller);
+  const auto answers = query_instruments(*rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());
   for (const auto& answer : answers->all) found.words += "  " + answer + "\n";
   found.json["instruments"] = answers->all;
@@ -286,7 +286,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     rig = std::move(*checked);
   }
   if (found.fault) {  // print all findings before the fault
-    console.data(console.json ? text_of(found.json) + "\n" : found.words);
+    console.print(console.json ? text_of(found.json) + "\n" : found.words);
     return failure(*found.fault);
   }
   if (rig && options.profile.empty())
@@ -306,7 +306,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     if (rig && rig->chamber_map.limits.nonvolatile > 0)
       found.json["profile"]["nonvolatile_set_points"] = rig->chamber_map.limits.nonvolatile;
   }
-  console.data(console.json ? text_of(found.json) + "\n" : found.words);
+  console.print(console.json ? text_of(found.json) + "\n" : found.words);
   return Exit::done;
 }
 

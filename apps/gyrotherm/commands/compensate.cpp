@@ -38,7 +38,7 @@ struct CompensateArguments {
 using Expanded = std::function<double(double excess)>;
 
 /// Returns one line per row, empty if the row has no value. With `expanded`, U is a second field.
-std::string lines_of(const Eigen::VectorXd& values, const Expanded& expanded, const Eigen::VectorXd& excess) {
+std::string format_rows(const Eigen::VectorXd& values, const Expanded& expanded, const Eigen::VectorXd& excess) {
   std::string lines;
   for (Eigen::Index row = 0; row < values.size(); ++row) {
     const bool known = std::isfinite(values(row));
@@ -75,7 +75,7 @@ class Compensation {
     double step_s{};
   };
   [[nodiscard]] std::optional<Pace> find_seconds(const Rows& rows, Eigen::VectorXd& seconds);
-  [[nodiscard]] std::string lines_for(const Rows& rows, const Eigen::VectorXd& seconds);
+  [[nodiscard]] std::string answer_rows(const Rows& rows, const Eigen::VectorXd& seconds);
 
   CompensationTable table_;
   model::CompensationStream stream_;
@@ -107,13 +107,13 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
   const Eigen::Index good = rows_in_order(numbers);
   Eigen::VectorXd seconds;
-  if (const auto pace = table_.says_second() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
+  if (const auto pace = table_.has_seconds() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
     return failure(
         FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(pace->row)]),
         fmt::format("compensate takes a row a second, and by \"time [s]\" these are {:g} s apart; import them "
                     "anew with every = \"1 s\" in [time], or take verify",
                     pace->step_s));
-  if (good > 0) console.data(lines_for(numbers.topRows(good), seconds));
+  if (good > 0) console.print(answer_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
   return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
@@ -124,7 +124,7 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
 
 /// Returns the number of leading rows whose slots increase.
 Eigen::Index Compensation::rows_in_order(const Rows& rows) {
-  if (!table_.says_second()) return rows.rows();
+  if (!table_.has_seconds()) return rows.rows();
   const Eigen::VectorXd slots = table_.slot(rows);
   Eigen::Index row = 0;
   for (; row < slots.size(); last_slot_ = slots(row++)) {
@@ -156,23 +156,23 @@ std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, E
   return std::nullopt;
 }
 
-std::string Compensation::lines_for(const Rows& rows, const Eigen::VectorXd& seconds) {
+std::string Compensation::answer_rows(const Rows& rows, const Eigen::VectorXd& seconds) {
   const data::SampleMatrix temperatures_c = table_.temperatures_c(rows);
   const Eigen::VectorXd bias = table_.bias_deg_per_h(rows);
   Eigen::VectorXd compensated =
-      table_.says_second() ? stream_.push_at(seconds, temperatures_c, bias) : stream_.push(temperatures_c, bias);
+      table_.has_seconds() ? stream_.push_at(seconds, temperatures_c, bias) : stream_.push(temperatures_c, bias);
   for (const auto& gap : stream_.gaps()) missing_s_ += gap.seconds;
-  if (!tracker_) return lines_of(compensated, expanded_, stream_.excess());
+  if (!tracker_) return format_rows(compensated, expanded_, stream_.excess());
   auto gap = stream_.gaps().begin();
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     if (gap != stream_.gaps().end() && gap->row == row) tracker_->pass((gap++)->seconds);
     compensated(row) -= tracker_->push(compensated(row), table_.at_rest(rows, row)).deg_per_h;
   }
-  return lines_of(compensated, expanded_, stream_.excess());
+  return format_rows(compensated, expanded_, stream_.excess());
 }
 
 constexpr std::size_t kMostInput = 1 << 20;
-constexpr int kUntilAWord = -1;
+constexpr int kNoTimeout = -1;
 
 /// Returns true if a read would not block: there is input, its end or an error. Returns false once a stop is requested.
 bool ready(int timeout_ms) {
@@ -191,7 +191,7 @@ class StandardInput {
   [[nodiscard]] Result<std::string_view> next() {
     buffer_.resize(kMostInput);
     std::size_t taken = 0;
-    for (int timeout_ms = kUntilAWord; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
+    for (int timeout_ms = kNoTimeout; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
       const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMostInput - taken);
       if (count == 0) break;
       if (count > 0) {
@@ -218,12 +218,12 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
     auto opened = open(header, comments);
     if (!opened) return failure(opened.error());
     compensation.emplace(std::move(*opened));
-    console.data(head);
+    console.print(head);
     return compensation->table().columns();
   };
   StandardInput input;
   record::LiveRows rows("stdin", choose);
-  for (bool more = true; more && !console.data_was_lost();) {
+  for (bool more = true; more && !console.has_lost_data();) {
     const auto piece = input.next();
     if (!piece) return failure(piece.error());
     more = !piece->empty();
@@ -238,15 +238,15 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
 
 /// Returns the function that computes U of a mean over the model's cluster length, and prints U and k. Returns an empty
 /// function if it was not requested. Fails with usage if the model has no budget. The model must outlive the result.
-Result<Expanded> expanded_uncertainty(Console& console, const model::Model& model, bool wanted) {
-  if (!wanted) return Expanded();
+Result<Expanded> expanded_uncertainty(Console& console, const model::Model& model, bool requested) {
+  if (!requested) return Expanded();
   if (!model.uncertainty)
     return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
-  const model::CombinedUncertainty all = of_mean_over(*model.uncertainty, model.cluster_length_s);
-  console.say(
-      fmt::format("U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
-                  "trained range, and wider outside; a single row has its own noise beside",
-                  all.expanded_deg_per_h, all.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
+  const model::CombinedUncertainty combined = of_mean_over(*model.uncertainty, model.cluster_length_s);
+  console.print_message(fmt::format(
+      "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
+      "trained range, and wider outside; a single row has its own noise beside",
+      combined.expanded_deg_per_h, combined.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
   return Expanded(
       [&model](double excess) { return expanded_outside(*model.uncertainty, model.cluster_length_s, excess); });
 }
@@ -268,18 +268,18 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   for (const std::string& warning : warnings_of_origin(*model, axis_for(*model, options.axis), "", ""))
-    console.say("warning: " + warning);
+    console.print_message("warning: " + warning);
   if (options.uncertainty && options.tracking.track)
     return failure(FaultKind::usage, "--uncertainty",
                    "is of what the model leaves, not of what is tracked: one of the two");
   const auto noise =
-      noise_to_track(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
+      find_tracking_noise(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   if (*noise) {
-    console.say("what is left is tracked, " + describe(**noise) +
-                ": where the gyro moves, a last column at_rest must say 0");
+    console.print_message("what is left is tracked, " + describe(**noise) +
+                          ": where the gyro moves, a last column at_rest must say 0");
   }
-  console.say(describe_latency(*model));
+  console.print_message(describe_latency(*model));
   const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
   if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);
@@ -294,11 +294,11 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
       answer(console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
              compensation);
   if (compensation && compensation->outside() > 0) {
-    console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
-                            compensation->outside(), name(*outside)));
+    console.print_message(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
+                                      compensation->outside(), name(*outside)));
   }
   if (compensation && compensation->missing_s() > 0) {
-    console.say(
+    console.print_message(
         fmt::format("{} seconds are missing between the rows; after each gap there is no value until there is "
                     "a whole mean again",
                     compensation->missing_s()));

@@ -12,7 +12,7 @@
 namespace gyrotherm::app {
 namespace {
 
-Json facts_of(const Device& device) {
+Json device_json(const Device& device) {
   Json facts{{"kind", device.is_hid ? "hid" : "serial"},
              {"device", device.node.path},
              {"line", device.line},
@@ -26,22 +26,22 @@ Json facts_of(const Device& device) {
 
 std::string describe(const std::vector<Device>& devices) {
   if (devices.empty()) return "no serial port and no HID device is there\n";
-  std::string words;
+  std::string text;
   for (const auto& device : devices) {
-    words += fmt::format("{:<14} {:<12} {}\n", device.node.path, device.node.allowed ? "may be used" : "NOT ALLOWED",
-                         device.description);
-    words += device.line.empty() ? "    no driver here speaks to it\n"
-                                 : fmt::format("    in a rig file: line = \"{}\"\n", device.line);
-    if (!device.fix.empty()) words += fmt::format("    to allow it: {}\n", device.fix);
+    text += fmt::format("{:<14} {:<12} {}\n", device.node.path, device.node.allowed ? "may be used" : "NOT ALLOWED",
+                        device.description);
+    text += device.line.empty() ? "    no driver here speaks to it\n"
+                                : fmt::format("    in a rig file: line = \"{}\"\n", device.line);
+    if (!device.fix.empty()) text += fmt::format("    to allow it: {}\n", device.fix);
   }
-  return words;
+  return text;
 }
 
 Result<Exit> list_devices(Console& console) {
   const auto devices = all_devices();
   auto json = Json::array();
-  for (const auto& device : devices) json.push_back(facts_of(device));
-  console.data(console.json ? text_of(Json{{"devices", json}}) + "\n" : describe(devices));
+  for (const auto& device : devices) json.push_back(device_json(device));
+  console.print(console.json ? text_of(Json{{"devices", json}}) + "\n" : describe(devices));
   return Exit::done;
 }
 

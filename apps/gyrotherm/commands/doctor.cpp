@@ -36,13 +36,13 @@ constexpr auto kConnectWithin = std::chrono::seconds(2);
 Finding check_tcp(drivers::TcpLine line, std::uint16_t usual_port) {
   if (line.port == 0) line.port = usual_port;
   const auto stream = drivers::make_stream(line, {}, kConnectWithin);
-  const auto place = text(drivers::Line(line));
+  const auto address = text(drivers::Line(line));
   if (const auto opened = stream->write({}, kConnectWithin); !opened)
     return {"", FindingState::fault, text(opened.error()),
             fmt::format("is it switched on, is the cable in, is the address right? ping {}; its own display shows its "
                         "address",
                         line.host)};
-  return {"", FindingState::ok, place + " takes a connection", ""};
+  return {"", FindingState::ok, address + " takes a connection", ""};
 }
 
 Finding check_serial(const drivers::SerialLine& line) {
@@ -52,21 +52,21 @@ Finding check_serial(const drivers::SerialLine& line) {
   const auto node = node_at(line.device);
   if (!node.allowed)
     return {"", FindingState::fault, fmt::format("{} may not be opened by this user", line.device),
-            fix_of_serial(node)};
+            serial_access_command(node)};
   if (const auto why = unstable_name(text(drivers::Line(line))); !why.empty())
     return {"", FindingState::warning, why, "write the stable name into the rig file"};
   return {"", FindingState::ok, line.device + " may be opened", ""};
 }
 
 Finding check_hid(const drivers::HidLine& line, const std::vector<Device>& devices) {
-  std::vector<Device> fitting;
+  std::vector<Device> matching;
   for (const auto& device : devices)
-    if (!device.driver.empty() && (line.serial.empty() || device.serial == line.serial)) fitting.push_back(device);
-  if (fitting.empty())
+    if (!device.driver.empty() && (line.serial.empty() || device.serial == line.serial)) matching.push_back(device);
+  if (matching.empty())
     return {"", FindingState::fault,
             line.serial.empty() ? "no such device is plugged in" : line.serial + " is not plugged in",
             "plug it in; gyrotherm devices shows what is there"};
-  const auto& device = fitting.front();
+  const auto& device = matching.front();
   if (!device.node.allowed)
     return {"", FindingState::fault, device.node.path + " may not be opened by this user", device.fix};
   return {"", FindingState::ok, device.node.path + " may be opened", ""};
@@ -81,7 +81,7 @@ Finding check_program(const drivers::ProgramCommand& program) {
   return {"", FindingState::ok, *found + " may be run", ""};
 }
 
-Finding check_line(const Connected& connected, const std::vector<Device>& devices) {
+Finding check_line(const ConnectedInstrument& connected, const std::vector<Device>& devices) {
   if (!connected.program.words.empty()) return check_program(connected.program);
   const auto line = drivers::parse_line(connected.line);
   if (!line)
@@ -130,7 +130,7 @@ std::vector<Finding> check_devices(const std::vector<Device>& devices) {
 std::vector<Finding> check_calibrations(const rig::RigFile& rig) {
   constexpr const char* kName = "calibrations";
   std::vector<Finding> findings;
-  for (auto& sentence : overdue(rig))
+  for (auto& sentence : list_overdue(rig))
     findings.push_back(
         {kName, FindingState::warning, std::move(sentence), "calibrate it, or correct \"due\" in the rig file"});
   if (findings.empty()) findings.push_back({kName, FindingState::ok, "none is overdue", ""});
@@ -165,7 +165,7 @@ std::string describe(const std::vector<Finding>& findings) {
   return words;
 }
 
-Json json_of_findings(const std::vector<Finding>& findings) {
+Json findings_json(const std::vector<Finding>& findings) {
   auto json = Json::array();
   for (const auto& [what, state, found, fix, kind] : findings)
     json.push_back({{"what", what}, {"state", name(state)}, {"found", found}, {"fix", fix}});
@@ -175,7 +175,7 @@ Json json_of_findings(const std::vector<Finding>& findings) {
 Result<Exit> doctor(Console& console, const DoctorArguments& options) {
   const auto findings = examine(options);
   if (!findings) return failure(findings.error());
-  console.data(console.json ? text_of(json_of_findings(*findings)) + "\n" : describe(*findings));
+  console.print(console.json ? text_of(findings_json(*findings)) + "\n" : describe(*findings));
   const auto first = std::ranges::find(*findings, FindingState::fault, &Finding::state);
   if (first == findings->end()) return Exit::done;
   const auto faults = std::ranges::count(*findings, FindingState::fault, &Finding::state);

@@ -63,7 +63,7 @@ Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& 
   if (!dataset) return failure(dataset.error());
   if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
   for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity, dataset->bias_zero))
-    console.say("warning: " + warning);
+    console.print_message("warning: " + warning);
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());
   CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};
@@ -78,7 +78,7 @@ Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& 
   return rows;
 }
 
-tl::unexpected<Fault> no_row_is_chosen(const std::string& run) {
+tl::unexpected<Fault> no_rows_fault(const std::string& run) {
   return failure(FaultKind::usage, run, "no row of the record is among those chosen");
 }
 
@@ -91,7 +91,7 @@ void add_number(std::string& text, double value) {
   if (std::isfinite(value)) fmt::format_to(std::back_inserter(text), "{}", value);
 }
 
-std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& choice) {
+std::string format_table(const CompensatedRows& rows, const exchange::ExportChoice& choice) {
   const data::Dataset& dataset = rows.dataset;
   std::string text = dataset.simulated ? "# SIMULATED: the instruments were virtual\n" : "";
   text += fmt::format(
@@ -124,11 +124,13 @@ Result<std::size_t> write_compensated(Console& console, const record::RecordFile
   if (!rows) return failure(rows.error());
   const auto written =
       std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
-  if (written == 0) return no_row_is_chosen(options.run);
-  return replace_text_file(options.out, table_of(*rows, choice)).map([&] { return static_cast<std::size_t>(written); });
+  if (written == 0) return no_rows_fault(options.run);
+  return replace_text_file(options.out, format_table(*rows, choice)).map([&] {
+    return static_cast<std::size_t>(written);
+  });
 }
 
-Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const record::RunInfo& info) {
+Result<exchange::ExportChoice> parse_choice(const ExportArguments& options, const record::RunInfo& info) {
   exchange::ExportChoice choice;
   const auto moment = [&](const std::string& text, const char* option, std::optional<Duration>& into) -> Result<void> {
     if (text.empty()) return {};
@@ -155,7 +157,7 @@ Result<std::size_t> write_rows(const record::RecordFiles& files, const ExportArg
   auto whole = record::read_record(files);
   if (!whole) return failure(whole.error());
   const auto chosen = exchange::chosen_rows(std::move(*whole), choice);
-  if (chosen.slot.empty()) return no_row_is_chosen(options.run);
+  if (chosen.slot.empty()) return no_rows_fault(options.run);
   const auto written =
       options.format == "netcdf"
           ? exchange::export_netcdf(chosen, choice, options.out)
@@ -167,7 +169,7 @@ Result<std::size_t> write_rows(const record::RecordFiles& files, const ExportArg
 Result<std::size_t> write_table(Console& console, const record::RecordFiles& files, const ExportArguments& options) {
   const auto info = record::read_info(files);
   if (!info) return failure(info.error());
-  const auto choice = choice_of(options, *info);
+  const auto choice = parse_choice(options, *info);
   if (!choice) return failure(choice.error());
   return options.compensated ? write_compensated(console, files, options, *choice)
                              : write_rows(files, options, *choice);
@@ -185,9 +187,9 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
   const auto rows = write_table(console, checked->files, options);
   if (!rows) return failure(rows.error());
   if (console.json)
-    console.data(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
+    console.print(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
   else
-    console.say(fmt::format("{}: {} rows", options.out, *rows));
+    console.print_message(fmt::format("{}: {} rows", options.out, *rows));
   return Exit::done;
 }
 

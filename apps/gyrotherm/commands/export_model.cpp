@@ -23,11 +23,11 @@ struct ExportModelArguments {
 
 Result<void> put(Console& console, const std::string& path, const std::string& text) {
   if (path.empty()) {
-    console.data(text);
+    console.print(text);
     return {};
   }
   return replace_text_file(path, text).map([&] {
-    if (console.json) console.data(text_of(Json{{"file", path}}) + "\n");
+    if (console.json) console.print(text_of(Json{{"file", path}}) + "\n");
   });
 }
 
@@ -49,7 +49,7 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
     return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
   }
   const auto noise =
-      noise_to_track(console, model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
+      find_tracking_noise(console, model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   const auto program = to_c(model, model::c_name(source.stem().string()), *noise);
   if (!program) return failure(program.error());
@@ -60,11 +60,12 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
   const double within = c_tolerance_deg_per_h(model);
   if (console.json)
-    console.data(
+    console.print(
         text_of(Json{{"file", source.string()}, {"header", header.string()}, {"agrees_to_deg_per_h", within}}) + "\n");
   else
-    console.say(fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
-                            source.string(), header.string(), within));
+    console.print_message(
+        fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
+                    source.string(), header.string(), within));
   return {};
 }
 

@@ -36,31 +36,32 @@ struct FuseArguments {
 /// Model file of each axis, such as "u1.x".
 using ModelFiles = std::map<std::string, std::string>;
 
-Result<ModelFiles> named_models(const std::vector<std::string>& words) {
+Result<ModelFiles> named_models(const std::vector<std::string>& arguments) {
   ModelFiles files;
-  for (const std::string& word : words) {
-    const auto at = word.find('=');
-    if (at == std::string::npos || at == 0 || at + 1 == word.size())
-      return failure(FaultKind::usage, "--model", fmt::format("\"{}\", expected AXIS=FILE like u1.x=model.json", word));
-    if (!files.emplace(word.substr(0, at), word.substr(at + 1)).second)
-      return failure(FaultKind::usage, "--model", fmt::format("{} has two models", word.substr(0, at)));
+  for (const std::string& argument : arguments) {
+    const auto at = argument.find('=');
+    if (at == std::string::npos || at == 0 || at + 1 == argument.size())
+      return failure(FaultKind::usage, "--model",
+                     fmt::format("\"{}\", expected AXIS=FILE like u1.x=model.json", argument));
+    if (!files.emplace(argument.substr(0, at), argument.substr(at + 1)).second)
+      return failure(FaultKind::usage, "--model", fmt::format("{} has two models", argument.substr(0, at)));
   }
   return files;
 }
 
 /// Returns the model file of an axis: the one given on the command line, otherwise the path where qualify writes it.
-std::string file_of(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
+std::string find_model_file(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
   if (const auto found = named.find(in_words(axis)); found != named.end()) return found->second;
   return model_path(options.folder, axis, options.inputs);
 }
 
 /// Returns the requested axes, or all if none was requested.
-Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info, const std::vector<std::string>& wanted,
-                                                   const std::string& path) {
+Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
+                                                   const std::vector<std::string>& requested, const std::string& path) {
   const std::vector<data::AxisChoice> all = data::axes_of(info);
-  if (wanted.empty()) return all;
+  if (requested.empty()) return all;
   std::vector<data::AxisChoice> chosen;
-  for (const std::string& name : wanted) {
+  for (const std::string& name : requested) {
     const auto at = std::ranges::find(all, name, data::in_words);
     if (at == all.end()) {
       std::vector<std::string> names;
@@ -73,7 +74,7 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info, 
   return chosen;
 }
 
-Result<void> check_models_are_of(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
+Result<void> check_models_used(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
   for (const auto& [name, file] : named)
     if (std::ranges::find(axes, name, data::in_words) == axes.end())
       return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is none of the axes that are fused", name));
@@ -93,10 +94,10 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
   const auto chosen = axes_to_fuse(record->info, options.axes, path);
   if (!chosen) return failure(chosen.error());
-  if (auto all_act = check_models_are_of(*named, *chosen); !all_act) return failure(all_act.error());
+  if (auto models_used = check_models_used(*named, *chosen); !models_used) return failure(models_used.error());
   std::vector<model::CompensatedAxis> axes;
   for (const data::AxisChoice& axis : *chosen) {
-    auto model = load_model(file_of(options, *named, axis));
+    auto model = load_model(find_model_file(options, *named, axis));
     if (!model) return failure(model.error());
     axes.push_back({data::make_dataset(*record, path, axis), std::move(*model)});
   }
@@ -117,7 +118,7 @@ Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   if (path.empty()) {
     path = options.folder + "/rate.db";
     if (options.folder.empty() || !std::filesystem::exists(path)) {
-      console.say("the thermometers have no vote: name a record without faults with --healthy");
+      console.print_message("the thermometers have no vote: name a record without faults with --healthy");
       return Healthy{};
     }
   }
@@ -125,7 +126,7 @@ Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   if (!healthy) return failure(healthy.error());
   auto learnt = healthy_thermometers(*healthy, options.fusion.cluster_s);
   if (!learnt && options.healthy.empty()) {
-    console.say(fmt::format("the thermometers have no vote: {}", text(learnt.error())));
+    console.print_message(fmt::format("the thermometers have no vote: {}", text(learnt.error())));
     return Healthy{};
   }
   if (!learnt) return failure(learnt.error());
@@ -161,11 +162,11 @@ Result<void> write_csv(Console& console, const model::FusedAxes& axes, const mod
   for (Eigen::Index row = 0; row < run.time_s.size(); ++row) {
     text += csv_line(axes, run, row);
     if (path != "-" || text.size() < kPiece) continue;
-    console.data(text);
+    console.print(text);
     text.clear();
   }
   if (path != "-") return replace_text_file(path, text);
-  console.data(text);
+  console.print(text);
   return {};
 }
 
@@ -249,7 +250,7 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   if (auto free = check_is_free(header.string(), options.force); !free) return free;
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
-  console.say(fmt::format("wrote {} and {}, with a self-test inside", source.string(), header.string()));
+  console.print_message(fmt::format("wrote {} and {}, with a self-test inside", source.string(), header.string()));
   return {};
 }
 
@@ -265,16 +266,16 @@ Result<void> fuse_one(Console& console, const std::string& path, const Healthy& 
     if (auto written = write_csv(console, *axes, *run, options.out); !written) return written;
   if (!options.report.empty()) {
     if (auto written = report::write_fusion(*run, options.report, GYROTHERM_VERSION); !written) return written;
-    console.say(options.report + "/fusion.html");
+    console.print_message(options.report + "/fusion.html");
   }
   if (!options.export_c.empty())
     if (auto written = write_c(console, *run, options); !written) return written;
   std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
   if (console.json && options.runs.size() > 1) summary = text_of(Json::parse(summary)) + "\n";  // a record per line
   if (options.out == "-") {
-    console.say(summary);
+    console.print_message(summary);
   } else {
-    console.data(summary);
+    console.print(summary);
   }
   return {};
 }

@@ -26,13 +26,13 @@ struct GoArguments {
 };
 
 /// Returns "go-2026-11-25-224503.db", in UTC.
-std::string record_of_now() {
+std::string default_record_name() {
   const auto seconds = SteadyClock().now().utc / std::chrono::seconds(1);
   return fmt::format("go-{:%Y-%m-%d-%H%M%S}.db", fmt::gmtime(static_cast<std::time_t>(seconds)));
 }
 
 // Returns the text of a profile that moves to the set point and holds it.
-std::string written_profile(const GoArguments& options) {
+std::string profile_text(const GoArguments& options) {
   return fmt::format(R"(schema = "gyrotherm-profile/1"
 name = "go to {0:g} °C"
 
@@ -45,9 +45,9 @@ time = "{1}"
 }
 
 /// Returns a fault about the set point or the time, without the positions in the generated profile.
-tl::unexpected<Fault> wrong_wish(const Fault& fault) {
-  static const std::regex place(R"((^|\n)go:\d+:\d+: )");
-  return failure(FaultKind::usage, "", std::regex_replace(text(fault), place, "$1"));
+tl::unexpected<Fault> argument_fault(const Fault& fault) {
+  static const std::regex position(R"((^|\n)go:\d+:\d+: )");
+  return failure(FaultKind::usage, "", std::regex_replace(text(fault), position, "$1"));
 }
 
 Result<Exit> go(Console& console, const GoArguments& options) {
@@ -55,10 +55,10 @@ Result<Exit> go(Console& console, const GoArguments& options) {
   if (!rig) return failure(rig.error());
   if (const auto time = parse_duration(options.time); !time)
     return failure(FaultKind::usage, "--for", time.error().what);
-  const auto profile = profile_for(&*rig, written_profile(options), "go");
-  if (!profile) return wrong_wish(profile.error());
+  const auto profile = parse_checked_profile(&*rig, profile_text(options), "go");
+  if (!profile) return argument_fault(profile.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  const auto path = options.out.empty() ? record_of_now() : options.out;
+  const auto path = options.out.empty() ? default_record_name() : options.out;
   if (auto ran = start_run(console, *profile, *rig, path, {}); !ran) return failure(ran.error());
   return Exit::done;
 }

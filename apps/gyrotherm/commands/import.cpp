@@ -29,26 +29,26 @@ Result<Exit> guess(Console& console, const ImportArguments& options) {
   const auto map = exchange::guess_map(options.file);
   if (!map) return failure(map.error());
   if (options.out.empty()) {
-    console.data(*map);
+    console.print(*map);
     return Exit::done;
   }
   if (std::filesystem::exists(options.out))
     return failure(FaultKind::storage, options.out,
                    "exists already, and a map that somebody corrected is not replaced");
   if (auto written = replace_text_file(options.out, *map); !written) return failure(written.error());
-  console.say(fmt::format("{}: a first map, guessed; look at every line, then import with it", options.out));
+  console.print_message(fmt::format("{}: a first map, guessed; look at every line, then import with it", options.out));
   return Exit::done;
 }
 
 /// Returns the time of the first row, rounded to a second: a serial date has only eight decimals.
-std::string start_in_words(Duration started) { return civil_time(std::chrono::round<std::chrono::seconds>(started)); }
+std::string format_start(Duration started) { return civil_time(std::chrono::round<std::chrono::seconds>(started)); }
 
 /// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMost = 40;
   std::string rows = fmt::format("of {} rows of the file", summary.file_rows);
   if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
-  if (summary.started) rows += ", from " + start_in_words(*summary.started);
+  if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};
   for (const auto& channel : summary.channels)
     if (lines.size() <= kMost) lines.push_back(in_words(channel));
@@ -83,7 +83,7 @@ std::string json(const exchange::ImportSummary& summary) {
               {"step_s", to_seconds(summary.step)},
               {"lines_left_out", summary.lines_left_out},
               {"rows_left_out", summary.rows_left_out},
-              {"started_utc", summary.started ? Json(start_in_words(*summary.started)) : Json(nullptr)},
+              {"started_utc", summary.started ? Json(format_start(*summary.started)) : Json(nullptr)},
               {"notes", summary.notes},
               {"channels", std::move(channels)}};
   return text_of(object) + "\n";
@@ -94,7 +94,7 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   if (options.map.empty())
     return failure(FaultKind::usage, "--map", "which column is what? Name a map, or let --guess make a first one");
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Name the record");
-  if (auto can_be = check_can_be_made(options.out); !can_be) return failure(can_be.error());
+  if (auto can_create = check_can_create(options.out); !can_create) return failure(can_create.error());
   if (auto free = record::check_name_of_new_record(options.out); !free) return failure(free.error());
   const auto map = path_of(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
@@ -102,14 +102,14 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   const auto summary = exchange::import_record(
       options.file, *map, options.out, GYROTHERM_VERSION, [] { return !interrupted(); }, SteadyClock().now().utc);
   if (!summary) return failure(summary.error());
-  for (const std::string& note : summary->notes) console.say(fmt::format("{}: {}", options.file, note));
+  for (const std::string& note : summary->notes) console.print_message(fmt::format("{}: {}", options.file, note));
   if (console.json) {
-    console.data(json(*summary));
+    console.print(json(*summary));
     return Exit::done;
   }
-  console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
-                          summary->silences));
-  for (const std::string& line : value_lines(*summary)) console.say("  " + line);
+  console.print_message(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
+                                    summary->silences));
+  for (const std::string& line : value_lines(*summary)) console.print_message("  " + line);
   return Exit::done;
 }
 

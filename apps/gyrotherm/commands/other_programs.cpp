@@ -10,14 +10,14 @@
 namespace gyrotherm::app {
 namespace {
 
-Result<Exit> become_site_program(const std::vector<std::string>& words) {
-  return become_program("gyrotherm-site", words);
+Result<Exit> become_site_program(const std::vector<std::string>& arguments) {
+  return become_program("gyrotherm-site", arguments);
 }
 
-Result<Exit> become_thermal_program(const std::vector<std::string>& words) {
-  std::vector<std::string> line{"image"};
-  line.insert(line.end(), words.begin(), words.end());
-  return become_program("gyrotherm-thermal", std::move(line));
+Result<Exit> become_thermal_program(const std::vector<std::string>& arguments) {
+  std::vector<std::string> image_arguments{"image"};
+  image_arguments.insert(image_arguments.end(), arguments.begin(), arguments.end());
+  return become_program("gyrotherm-thermal", std::move(image_arguments));
 }
 
 }  // namespace

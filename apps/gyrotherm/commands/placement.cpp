@@ -178,7 +178,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (!placement) return failure(placement.error());
   const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);
   if (!confirmed) return failure(confirmed.error());
-  console.data(console.json ? json(*records, *placement, *confirmed) : describe(*records, *placement, *confirmed));
+  console.print(console.json ? json(*records, *placement, *confirmed) : describe(*records, *placement, *confirmed));
   return Exit::done;
 }
 

@@ -99,8 +99,8 @@ struct Run {
 bool is_recorded(const Run& run) { return run.profile.text.empty(); }
 
 /// Returns whether the record belongs to this experiment.
-bool belongs(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
-             const StartOptions& start) {
+bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
+                           const StartOptions& start) {
   return info.profile_text == profile.text && info.rig_text == rig.text &&
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
          info.analogue_map_texts == analogue_map_texts_of(rig) && info.program_version == GYROTHERM_VERSION &&
@@ -133,19 +133,19 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
   if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
   const auto info = record::read_info(run.path);
   if (!info) return failure(info.error());
-  if (!belongs(*info, run.profile, rig, start))
+  if (!belongs_to_experiment(*info, run.profile, rig, start))
     return failure(FaultKind::usage, run.path,
                    "is of another experiment (profile, rig, seed, day or program differ); choose another --out");
   const auto status = record::read_status(run.path);
   if (!status) return failure(status.error());
   if (!status->finished) return resume_run(console, run.path, {});
-  console.say(fmt::format("{}: already recorded", run.path));
+  console.print_message(fmt::format("{}: already recorded", run.path));
   return {};
 }
 
 /// Reads a record. With the name of a unit it reads only that unit, if the digest of the whole record is known.
 Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
-  const auto known = digests.of_rows(run.path);
+  const auto known = digests.find_rows(run.path);
   if (!known) return failure(known.error());
   auto rows = *known ? record::read_record(run.path, unit)
                      : check_recorded_run(console, run.path, false).and_then([](const CheckedRun& checked) {
@@ -154,11 +154,11 @@ Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::
   if (!rows) return failure(rows.error());
   run.record = std::move(*rows);
   run.sha256 = *known ? **known : digest_of(run.record);
-  return *known ? Result<void>() : digests.remember(run.path, run.sha256);
+  return *known ? Result<void>() : digests.store_rows(run.path, run.sha256);
 }
 
 /// Returns the unit of all axes, or an empty string if they belong to several units.
-std::string unit_of(const std::vector<data::AxisChoice>& axes) {
+std::string common_unit(const std::vector<data::AxisChoice>& axes) {
   const bool is_one = !axes.empty() && std::ranges::all_of(axes, [&](const data::AxisChoice& axis) {
     return axis.unit == axes.front().unit;
   });
@@ -195,9 +195,9 @@ struct Runs {
   std::vector<Run> later;
 };
 
-Result<ExperimentRun> run_of_one_axis(const Run& run) {
+Result<ExperimentRun> single_axis_run(const Run& run) {
   return data::choose_axis(run.record.info, {}, run.path)
-      .and_then([&](const data::AxisChoice& of) { return recorded_run_of(run.record, run.path, of); })
+      .and_then([&](const data::AxisChoice& of) { return extract_axis(run.record, run.path, of); })
       .map([&](data::RecordedRun recorded) {
         return ExperimentRun{.stage = run.stage,
                              .profile = run.profile,
@@ -208,15 +208,15 @@ Result<ExperimentRun> run_of_one_axis(const Run& run) {
 }
 
 /// Assembles the experiment of a rig with one axis.
-Result<AxisExperiment> experiment_of_one_axis(const Runs& runs, std::vector<data::RecordedRun> further) {
-  auto rate = run_of_one_axis(runs.rate);
+Result<AxisExperiment> single_axis_experiment(const Runs& runs, std::vector<data::RecordedRun> further) {
+  auto rate = single_axis_run(runs.rate);
   if (!rate) return failure(rate.error());
-  auto random = run_of_one_axis(runs.random);
+  auto random = single_axis_run(runs.random);
   if (!random) return failure(random.error());
   AxisExperiment experiment{
       .rate = std::move(*rate), .random = std::move(*random), .later = {}, .further = std::move(further)};
   for (const Run& run : runs.later) {
-    auto later = run_of_one_axis(run);
+    auto later = single_axis_run(run);
     if (!later) return failure(later.error());
     experiment.later.push_back(std::move(*later));
   }
@@ -275,7 +275,7 @@ Result<void> write_calibration_report(Console& console, const QualifyArguments& 
 }
 
 /// Writes the calibration report and the timings after training and reports.
-Result<void> write_rest(Console& console, const QualifyArguments& options, Timings& timings) {
+Result<void> write_remaining(Console& console, const QualifyArguments& options, Timings& timings) {
   if (auto written = write_calibration_report(console, options, timings); !written) return written;
   timings.end();
   return replace_text_file(options.out + "/timings.json", timings.to_json());
@@ -283,34 +283,34 @@ Result<void> write_rest(Console& console, const QualifyArguments& options, Timin
 
 Result<Exit> conclude(Console& console, const QualifyArguments& options, const AxisOutcome& outcome, Timings& timings) {
   const auto& [trained, report] = outcome;
-  if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
-  console.data(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
-  console.say(timings.describe() + options.out + "/report/report.html");
+  if (auto written = write_remaining(console, options, timings); !written) return failure(written.error());
+  console.print(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
+  console.print_message(timings.describe() + options.out + "/report/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
-      console.say(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
+      console.print_message(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
   return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
 Result<report::ReportedThermal> load_thermal_model(const rig::RigFile& rig, Timings& timings) {
   timings.begin("thermal image");
-  return thermal_model_of(rig);
+  return find_thermal_model(rig);
 }
 
 Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
                               const Runs& runs, std::vector<data::RecordedRun> further, Timings& timings) {
   auto thermal = load_thermal_model(rig, timings);
   if (!thermal) return failure(thermal.error());
-  auto experiment = experiment_of_one_axis(runs, std::move(further));
+  auto experiment = single_axis_experiment(runs, std::move(further));
   if (!experiment) return failure(experiment.error());
   std::vector<std::string> warnings;
-  const AxisOptions how{.folder = options.out,
-                        .training = options.training,
-                        .thermal = std::move(*thermal),
-                        .begins = [&](const std::string& stage) { timings.begin(stage); }};
-  const auto outcome = carry_out(*experiment, rig, how, console.sink(), warnings);
+  const AxisOptions axis_options{.folder = options.out,
+                                 .training = options.training,
+                                 .thermal = std::move(*thermal),
+                                 .begins = [&](const std::string& stage) { timings.begin(stage); }};
+  const auto outcome = carry_out(*experiment, rig, axis_options, console.sink(), warnings);
   if (!outcome) return failure(outcome.error());
-  for (const std::string& warning : warnings) console.say(warning);
+  for (const std::string& warning : warnings) console.print_message(warning);
   return conclude(console, options, *outcome, timings);
 }
 
@@ -342,9 +342,9 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   const auto summary = carry_out(console, lot, rig);
   if (!summary) return failure(summary.error());
   if (is_whole)
-    if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
-  console.data(console.json ? to_json(*summary) : describe(*summary));
-  if (is_whole) console.say(timings.describe() + options.out + "/lot.html");
+    if (auto written = write_remaining(console, options, timings); !written) return failure(written.error());
+  console.print(console.json ? to_json(*summary) : describe(*summary));
+  if (is_whole) console.print_message(timings.describe() + options.out + "/lot.html");
   return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
@@ -363,7 +363,7 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
   for (Run* run : all)
-    if (auto loaded = load(console, *run, digests, unit_of(only)); !loaded) return loaded;
+    if (auto loaded = load(console, *run, digests, common_unit(only)); !loaded) return loaded;
   return {};
 }
 
@@ -383,25 +383,25 @@ Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig)
 
 bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
-std::vector<record::UnitInfo> units_of(const rig::RigFile& rig) {
+std::vector<record::UnitInfo> list_units(const rig::RigFile& rig) {
   std::vector<record::UnitInfo> units;
   for (const auto& unit : rig.units) units.push_back(unit.info);
   return units;
 }
 
 /// Returns the axes of --only, or none without that option.
-Result<std::vector<data::AxisChoice>> axes_wanted(const QualifyArguments& options, const rig::RigFile& rig) {
+Result<std::vector<data::AxisChoice>> requested_axes(const QualifyArguments& options, const rig::RigFile& rig) {
   if (!options.only.empty() && has_one_axis(rig))
     return failure(FaultKind::usage, "--only", "is for a rig with several axes; this one has one");
   record::RunInfo info;
-  info.units = units_of(rig);
-  return axes_called(options.only, info);
+  info.units = list_units(rig);
+  return find_axes(options.only, info);
 }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
-  if (auto texts = check_report_texts(options.report, units_of(*rig), options.rig); !texts)
+  if (auto texts = check_report_texts(options.report, list_units(*rig), options.rig); !texts)
     return failure(texts.error());
   auto runs = plan_runs(options, *rig);
   if (!runs) return failure(runs.error());
@@ -410,7 +410,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
                    "is for a rig with one axis; train on the records of each with --unit");
   auto further = load_further(console, options.further, runs->rate.profile);
   if (!further) return failure(further.error());
-  auto only = axes_wanted(options, *rig);
+  auto only = requested_axes(options, *rig);
   if (!only) return failure(only.error());
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -421,8 +421,9 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
       return failure(loaded.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (rig->simulated)
-    console.say(fmt::format("SIMULATED: {}, seed {}{}", rig->title, options.training.seed,
-                            options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
+    console.print_message(
+        fmt::format("SIMULATED: {}, seed {}{}", rig->title, options.training.seed,
+                    options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
   Timings timings;
   if (auto loaded = record_and_load(console, options, *rig, *only, digests, *runs, timings); !loaded)
@@ -451,7 +452,7 @@ void add_qualify(Program& program) {
       .add_option("--seed", options.training.seed,
                   "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
       ->check(not_negative());
-  add_days_later(command, options.days_later);
+  add_days_later_option(command, options.days_later);
   command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same")
       ->check(not_negative());
   command.add_flag("--compare", options.compare,

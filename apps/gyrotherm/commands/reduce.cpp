@@ -40,7 +40,8 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
     auto recorded = load_recorded_run(
         console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
     if (!recorded) return failure(recorded.error());
-    if (const auto warning = without_training(*model, *recorded); !warning.empty()) console.say("warning: " + warning);
+    if (const auto warning = without_training(*model, *recorded); !warning.empty())
+      console.print_message("warning: " + warning);
     clusters.push_back(std::move(recorded->clusters));
   }
   const auto all = concatenate(clusters);
@@ -48,7 +49,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   const auto smaller = reduce(*model, *all, options.goal);
   if (!smaller) return failure(smaller.error());
   if (auto written = write_model(options.out, *smaller); !written) return failure(written.error());
-  console.data(console.json ? to_json(*smaller) : describe(*smaller->reduction));
+  console.print(console.json ? to_json(*smaller) : describe(*smaller->reduction));
   return Exit::done;
 }
 

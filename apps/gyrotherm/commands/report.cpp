@@ -24,7 +24,7 @@ namespace {
 Result<Exit> rebuild(Console& console, const std::string& folder) {
   const auto report = folder + "/report";
   if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
-  console.say(report + "/report.html");
+  console.print_message(report + "/report.html");
   return Exit::done;
 }
 
@@ -42,11 +42,11 @@ Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
   if (is_folder && options.out.empty()) return rebuild(console, options.runs.front());
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "name the folder that the report is written to");
   if (!is_folder) return calibrate(console, options);
-  CalibrationArguments of_folder = options;
+  CalibrationArguments folder_options = options;
   const std::string folder = options.runs.front();
-  of_folder.runs = {folder + "/rate.db", folder + "/random.db"};
-  if (of_folder.left.empty() && of_folder.left_folder.empty()) of_folder.left_folder = folder;
-  return calibrate(console, of_folder);
+  folder_options.runs = {folder + "/rate.db", folder + "/random.db"};
+  if (folder_options.left.empty() && folder_options.left_folder.empty()) folder_options.left_folder = folder;
+  return calibrate(console, folder_options);
 }
 
 struct CompareArguments {
@@ -61,7 +61,7 @@ Result<Exit> compare_two(Console& console, const CompareArguments& options) {
   if (!comparison) return failure(comparison.error());
   comparison->before_sha256 = before->sha256;
   comparison->now_sha256 = now->sha256;
-  console.data(console.json ? to_json(*comparison) : describe(*comparison));
+  console.print(console.json ? to_json(*comparison) : describe(*comparison));
   if (options.out.empty()) return Exit::done;
   return write_comparison(console, *comparison, options.out, options.languages).map([] { return Exit::done; });
 }

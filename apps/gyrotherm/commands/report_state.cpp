@@ -20,7 +20,7 @@ struct StateArguments {
   std::string folder, by, reason;
 };
 
-Result<Exit> write_again(Console& console, const FiledReport& filed, const std::string& folder) {
+Result<Exit> rewrite(Console& console, const FiledReport& filed, const std::string& folder) {
   if (auto written = write_calibration(console, filed.report, folder, languages_in(folder)); !written)
     return failure(written.error());
   return Exit::done;
@@ -38,8 +38,9 @@ Result<void> check_may_be_authorised(Console& console, const FiledReport& filed,
   if (*already) return failure(FaultKind::usage, filed.path, "is signed, and is not authorised again");
   const auto differences = report::compare_with_authorisation(folder, report);
   if (differences && differences->changed.empty() && differences->missing.empty()) return refused;
-  console.say(fmt::format("{}: was authorised by {}; since then: {}", filed.path, plain(report.authorised->name),
-                          differences ? text(*differences) : text(differences.error())));
+  console.print_message(fmt::format("{}: was authorised by {}; since then: {}", filed.path,
+                                    plain(report.authorised->name),
+                                    differences ? text(*differences) : text(differences.error())));
   return {};
 }
 
@@ -56,7 +57,7 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   if (auto may = report::check_may_authorise(report, options.by); !may) return failure(may.error());
   report.state = report::ReportState::authorised;
   report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
-  return write_again(console, *filed, options.folder);
+  return rewrite(console, *filed, options.folder);
 }
 
 struct SigningArguments {
@@ -67,12 +68,12 @@ struct SigningArguments {
 Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
   const auto names = report::sign_report(options.folder, options.key, render_calibration);
   if (!names) return failure(names.error());
-  console.say(fmt::format("{}: signed {}", options.folder, fmt::join(*names, ", ")));
+  console.print_message(fmt::format("{}: signed {}", options.folder, fmt::join(*names, ", ")));
   return Exit::done;
 }
 
 /// Checks that a report may replace another one: it is authorised and of the same unit.
-Result<void> may_replace(const FiledReport& by, const report::CalibrationReport& report) {
+Result<void> check_may_replace(const FiledReport& by, const report::CalibrationReport& report) {
   const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
   const report::CalibrationReport& one = by.report;
   if (one.number == report.number) return refused(fmt::format("has the same number, {}", report.number));
@@ -92,14 +93,14 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::superseded)
     return failure(FaultKind::usage, filed->path,
                    fmt::format("is superseded already, by {}", report.replaced_by->number));
-  if (auto may = may_replace(*by, report); !may) return failure(may.error());
+  if (auto may = check_may_replace(*by, report); !may) return failure(may.error());
   if (report.state == report::ReportState::draft)
     return failure(FaultKind::usage, filed->path, "is a draft, which was never valid; only a report is superseded");
   if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =
       report::OtherReport{by->report.number, by->sha256, report::Texts{options.reason, options.reason}};
-  return write_again(console, *filed, options.folder);
+  return rewrite(console, *filed, options.folder);
 }
 
 void add_authorise(Program& program, CLI::App& report) {

@@ -25,17 +25,17 @@ struct SignedReportArguments {
 };
 
 /// Returns the file with that name in the folder of the report or in its parent folder; empty if there is none.
-std::string found_beside(const std::string& folder, const std::string& name) {
+std::string find_nearby_file(const std::string& folder, const std::string& name) {
   std::error_code error;
   if (name.empty() || name.find('/') != std::string::npos) return {};
   const std::filesystem::path here = std::filesystem::absolute(folder, error) / "";
-  for (const auto& place : {here / name, here.parent_path().parent_path() / name})
-    if (std::filesystem::is_regular_file(place, error)) return place.string();
+  for (const auto& candidate : {here / name, here.parent_path().parent_path() / name})
+    if (std::filesystem::is_regular_file(candidate, error)) return candidate.string();
   return {};
 }
 
 /// Counts the files of a record that the report names.
-int files_named(const report::CalibrationReport& report, const std::string& record) {
+int count_named_files(const report::CalibrationReport& report, const std::string& record) {
   return 1 + static_cast<int>(std::ranges::count_if(report.files, [&](const report::UsedFile& file) {
            const auto part = record::part_name(file.name);
            return file.role == "record_part" && part && part->record == record;
@@ -52,7 +52,7 @@ bool has_rows(const std::string& path, const std::string& sha256) {
 /// its files or by its rows.
 Check check_used(const std::string& folder, const report::CalibrationReport& report, const report::UsedFile& file) {
   using enum Check::Outcome;
-  const std::string path = found_beside(folder, file.name);
+  const std::string path = find_nearby_file(folder, file.name);
   if (path.empty()) return {file.name, not_there, "is not beside the report; nothing is said of it"};
   const auto digest = record::file_digest(path);
   const bool has_bytes = digest && *digest == file.sha256;
@@ -62,7 +62,7 @@ Check check_used(const std::string& folder, const report::CalibrationReport& rep
   const auto verified = record::verify_record(path);
   if (!verified) return {file.name, fails, text(verified.error())};
   if (!has_bytes && !has_rows(path, file.sha256)) return another;
-  if (const int named = files_named(report, file.name); has_bytes && verified->files != named)
+  if (const int named = count_named_files(report, file.name); has_bytes && verified->files != named)
     return {file.name, fails,
             fmt::format("the number of its files is {}, the report names {}", verified->files, named)};
   return {file.name, holds,
@@ -70,7 +70,7 @@ Check check_used(const std::string& folder, const report::CalibrationReport& rep
                       verified->rows)};
 }
 
-const char* word_of(Check::Outcome outcome) {
+const char* outcome_name(Check::Outcome outcome) {
   switch (outcome) {
     case Check::Outcome::holds: return "holds";
     case Check::Outcome::fails: return "FAILS";
@@ -81,7 +81,7 @@ const char* word_of(Check::Outcome outcome) {
   return "";
 }
 
-std::string json_of_checks(const report::VerifiedReport& found, bool holds) {
+std::string checks_json(const report::VerifiedReport& found, bool holds) {
   Json json{{"report", found.identifier}, {"holds", holds}, {"signer", nullptr}, {"checks", Json::array()}};
   if (const auto& signer = found.signer)
     json["signer"] = {{"subject", signer->subject},
@@ -90,14 +90,14 @@ std::string json_of_checks(const report::VerifiedReport& found, bool holds) {
                       {"sha256", signer->fingerprint},
                       {"not_after", signer->not_after}};
   for (const Check& check : found.checks)
-    json["checks"].push_back({{"what", check.what}, {"outcome", word_of(check.outcome)}, {"text", check.text}});
+    json["checks"].push_back({{"what", check.what}, {"outcome", outcome_name(check.outcome)}, {"text", check.text}});
   return text_of(json) + "\n";
 }
 
-std::string lines_of_checks(const report::VerifiedReport& found) {
+std::string checks_text(const report::VerifiedReport& found) {
   std::string lines;
   for (const Check& check : found.checks)
-    lines += fmt::format("{:<9}  {}: {}\n", word_of(check.outcome), check.what, check.text);
+    lines += fmt::format("{:<9}  {}: {}\n", outcome_name(check.outcome), check.what, check.text);
   return lines;
 }
 
@@ -110,11 +110,11 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
     for (const report::UsedFile& file : found->report->files)
       found->checks.push_back(check_used(options.folder, *found->report, file));
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
-  console.data(console.json ? json_of_checks(*found, failing == 0) : lines_of_checks(*found));
+  console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)
     return failure(FaultKind::bad_file, options.folder,
                    fmt::format("is not as it was signed: {} of {} checks fail", failing, found->checks.size()));
-  console.say(fmt::format("{}: the report {} is as it was signed", options.folder, found->identifier));
+  console.print_message(fmt::format("{}: the report {} is as it was signed", options.folder, found->identifier));
   return Exit::done;
 }
 

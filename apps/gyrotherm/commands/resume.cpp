@@ -18,7 +18,7 @@ struct ResumeArguments {
 };
 
 Result<Exit> resume(Console& console, const ResumeArguments& options) {
-  apply_json_of_run(console, options.json);
+  apply_run_json(console, options.json);
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
   // A record that cannot be read is reported by resume_run(); Ctrl-C ends the program at once up to there.
@@ -40,7 +40,7 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
 void add_resume(Program& program) {
   auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
                                         "gyrotherm resume random.db", resume);
-  add_json_of_run(command, options.json);
+  add_run_json_option(command, options.json);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
   command.add_flag("--trust-commands", options.trust_commands,

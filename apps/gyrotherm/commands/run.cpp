@@ -36,7 +36,7 @@ std::string record_named_after(const std::string& profile_name) {
 }
 
 Result<Exit> run(Console& console, const RunArguments& options) {
-  apply_json_of_run(console, options.json);
+  apply_run_json(console, options.json);
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
@@ -52,7 +52,7 @@ Result<Exit> run(Console& console, const RunArguments& options) {
 void add_run(Program& program) {
   auto [command, options] = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
                                         "gyrotherm run random --rig virtual --out random.db", run);
-  add_json_of_run(command, options.json);
+  add_run_json_option(command, options.json);
   command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile)->required();
   command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig)->required();
   command.add_option("--out", options.out, "the record (default: the profile's name with .db)")
@@ -60,7 +60,7 @@ void add_run(Program& program) {
       ->type_name(value::kRecord);
   command.add_option("--seed", options.start.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       ->check(not_negative());
-  add_days_later(command, options.start.days_later);
+  add_days_later_option(command, options.start.days_later);
   command.add_flag("--upload", options.start.upload,
                    "the chamber's controller carries the profile out by itself, where its map describes how");
 }

@@ -29,7 +29,7 @@ constexpr auto kSlice = std::chrono::milliseconds(10);  // wall time between two
 
 /// Returns the seconds of virtual time per second of wall time, 0 for maximum speed, or nothing if the text is not a
 /// pace.
-std::optional<double> pace_of(const std::string& text) {
+std::optional<double> parse_pace(const std::string& text) {
   if (text == "real") return 1;
   if (text == "max") return 0;
   if (!text.starts_with('x')) return {};
@@ -52,7 +52,7 @@ std::string modbus_in_words(const drivers::RegisterMap& map, const simulator::Se
 }
 
 /// Describes the protocol and instrument on a line: "Modbus TCP, unit 1, Watlow F4T".
-std::string what_speaks(const rig::RigFile& rig, const simulator::ServedLine& served) {
+std::string describe_line(const rig::RigFile& rig, const simulator::ServedLine& served) {
   if (served.instrument == "chamber") return modbus_in_words(rig.chamber_map, served);
   for (const auto& line : rig.gyro_lines)
     if (served.instrument == title_of(line, rig.units)) return fmt::format("frames: {}", line.frame.name);
@@ -69,11 +69,11 @@ void print_addresses(Console& console, const rig::RigFile& rig, const simulator:
   std::string text;
   for (const auto& served : instruments.lines())
     text += console.json ? fmt::format("{{\"instrument\": \"{}\", \"line\": \"{}\"}}\n", served.instrument, served.line)
-                         : fmt::format("{:<14} {}  {}\n", served.instrument, served.line, what_speaks(rig, served));
-  console.data(text);
+                         : fmt::format("{:<14} {}  {}\n", served.instrument, served.line, describe_line(rig, served));
+  console.print(text);
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     if (instruments.thermometer_port(i) == 0)
-      console.say(
+      console.print_message(
           fmt::format("thermometer {} ({}) is an HID device: it is there for dry runs alone, no other program "
                       "can open it",
                       i + 1, rig.thermometers[i].driver));
@@ -87,7 +87,7 @@ bool wait(steady_clock::duration time) {
   return !interrupted();
 }
 
-void let_time_pass(simulator::VirtualInstruments& instruments, double pace) {
+void advance_time(simulator::VirtualInstruments& instruments, double pace) {
   const auto began = steady_clock::now();
   Duration passed{};
   while (!interrupted()) {
@@ -102,7 +102,7 @@ void let_time_pass(simulator::VirtualInstruments& instruments, double pace) {
 }
 
 Result<Exit> simulate(Console& console, const SimulateArguments& options) {
-  const auto pace = pace_of(options.pace);
+  const auto pace = parse_pace(options.pace);
   if (!pace)
     return failure(FaultKind::usage, "--pace",
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
@@ -113,9 +113,9 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   auto instruments = rig::serve_virtual(*rig, {.gyro = options.seed, .run = 0},
                                         {.first_port = options.port, .frames = frames, .ptys = options.pty});
   if (!instruments) return failure(instruments.error());
-  console.say(fmt::format("SIMULATED instruments of {}; Ctrl-C stops them", rig->file));
+  console.print_message(fmt::format("SIMULATED instruments of {}; Ctrl-C stops them", rig->file));
   print_addresses(console, *rig, **instruments);
-  let_time_pass(**instruments, *pace);
+  advance_time(**instruments, *pace);
   return Exit::done;
 }
 

@@ -26,15 +26,15 @@ std::string degrees(const std::optional<Celsius>& value) {
 bool is_import(const record::RunStatus& status) { return status.segment_count == 0; }
 
 /// Returns whether a run that no program executes needs an operator.
-bool waits_for_people(RunState state) {
+bool needs_operator(RunState state) {
   return state == RunState::held || state == RunState::aborting || state == RunState::aborted;
 }
 
-std::string standing(const record::RunStatus& status) {
+std::string describe_state(const record::RunStatus& status) {
   if (is_import(status)) return fmt::format("an import of {} rows", status.slot + 1);
   if (status.finished) return "finished";
   if (status.being_written) return "running";
-  if (!waits_for_people(status.standing.state)) return "not finished; resume goes on";
+  if (!needs_operator(status.standing.state)) return "not finished; resume goes on";
   return fmt::format("not finished; look at the chamber, then \"gyrotherm resume {} --accept\" goes on", status.path);
 }
 
@@ -55,7 +55,7 @@ std::string alarm_lines(const record::RunStatus& status) {
 }
 
 /// Describes the progress of a run and its faults.
-std::string standing_lines(const record::RunStatus& status) {
+std::string state_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
   auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
   if (standing.state == RunState::held && status.being_written) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
@@ -79,7 +79,7 @@ std::string standing_lines(const record::RunStatus& status) {
 
 /// Returns whether the program that executes the run is alive, judged by the age of the status file; nothing if the
 /// record is not being written.
-std::optional<bool> answers(const record::RunStatus& status) {
+std::optional<bool> is_alive(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = age_of(status);
   return age && *age <= record::kSilentAfter;
@@ -89,7 +89,7 @@ std::string age_line(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = age_of(status);
   const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
-  if (answers(status).value_or(true)) return fmt::format("  {}\n", ago);
+  if (is_alive(status).value_or(true)) return fmt::format("  {}\n", ago);
   return fmt::format("  WARNING: {}: the program, or its disk, does not answer; what follows is how it stood then\n",
                      ago);
 }
@@ -101,7 +101,7 @@ std::string thermometer_line(const record::RunStatus& status) {
 }
 
 std::string describe(const record::RunStatus& status) {
-  auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
+  auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, describe_state(status));
   text += age_line(status);
   if (is_import(status)) return text + " " + thermometer_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
@@ -109,7 +109,7 @@ std::string describe(const record::RunStatus& status) {
   if (status.segment_count > 0)
     text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
                         name(status.phase));
-  text += standing_lines(status);
+  text += state_lines(status);
   if (const auto& frames = status.frames)
     text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   for (const auto& axis : status.gyro_rates) text += "  " + in_words(axis) + "\n";
@@ -121,7 +121,7 @@ std::string describe(const record::RunStatus& status) {
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
   const auto age = age_of(status);
-  const auto does = answers(status);
+  const auto does = is_alive(status);
   json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
   json["answers"] = does ? Json(*does) : nullptr;
   json["made_safe"] = nullptr;
@@ -140,9 +140,9 @@ Result<Exit> show(Console& console, const std::string& path) {
   const auto guard = watchdog::read_trace(path);
   if (!guard) return failure(guard.error());
   if (console.json)
-    console.data(to_json(*status, *guard));
+    console.print(to_json(*status, *guard));
   else
-    console.data(describe(*status) + (*guard ? "  " + describe(**guard) + "\n" : ""));
+    console.print(describe(*status) + (*guard ? "  " + describe(**guard) + "\n" : ""));
   return Exit::done;
 }
 
@@ -150,14 +150,14 @@ Result<Exit> show(Console& console, const std::string& path) {
 Result<Exit> verify(Console& console, const std::string& path) {
   const auto verified = record::verify_record(path);
   if (!verified) return failure(verified.error());
-  console.data(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
-                                          verified->rows, verified->files, verified->finished, verified->manifest)
-                            : fmt::format("{}: all {} rows are as they were written{}\n", path, verified->rows,
-                                          verified->manifest ? ", and so is every byte" : ""));
+  console.print(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
+                                           verified->rows, verified->files, verified->finished, verified->manifest)
+                             : fmt::format("{}: all {} rows are as they were written{}\n", path, verified->rows,
+                                           verified->manifest ? ", and so is every byte" : ""));
   return Exit::done;
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
+std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream all(text);
   for (std::string line; std::getline(all, line);) lines.push_back(line);
@@ -171,12 +171,12 @@ Result<Exit> watch(Console& console, const std::string& path) {
   for (;;) {
     const auto status = record::read_status(path);
     if (!status) return failure(status.error());
-    const bool goes_on = status->being_written && !interrupted();
-    if (!goes_on || console.json || !console.redraws())
+    const bool is_active = status->being_written && !interrupted();
+    if (!is_active || console.json || !console.redraws())
       (void)show(console, path);
     else
-      console.panel([&] { return lines_of(describe(*status)); }, true);
-    if (!goes_on || console.data_was_lost()) return Exit::done;
+      console.panel([&] { return split_lines(describe(*status)); }, true);
+    if (!is_active || console.has_lost_data()) return Exit::done;
     for (int i = 0; i < kLooks && !interrupted(); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1000 / kLooks));
   }

@@ -16,16 +16,16 @@ struct TellArguments {
   std::vector<std::string> texts;
 };
 
-Result<Exit> speak(Console& console, const TellArguments& options) {
+Result<Exit> send_request(Console& console, const TellArguments& options) {
   const auto request = control::request_of(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
   const auto answer = control::tell(options.run, *request, kAnswerWithin);
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
-    console.data(text_of(Json{{"done", answer->text}}) + "\n");
+    console.print(text_of(Json{{"done", answer->text}}) + "\n");
   else
-    console.say(options.run + ": " + answer->text);
+    console.print_message(options.run + ": " + answer->text);
   return Exit::done;
 }
 
@@ -46,7 +46,7 @@ void add_tell(Program& program) {
                   "acknowledge ALARMS: acknowledges alarms by their numbers in status, such as 12 or 12,15,40, or all; "
                   "with a comment.\n"
                   "note: puts a line of text into the record.",
-                  "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
+                  "gyrotherm tell random.db note \"door opened to look at the cable\"", send_request);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")
       ->type_name("WORD:{pause,resume,stop,abort,drop,return,acknowledge,note}")

@@ -26,7 +26,7 @@ struct TrainArguments {
   model::TrainingOptions training;
 };
 
-std::string figures(const data::Figures& f) {
+std::string format_figures(const data::Figures& f) {
   return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse,
                      f.max_abs, f.count);
 }
@@ -74,11 +74,11 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
         "  the simplest of {} positions within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
         "{:.6g})\n",
         rule->within, rule->best.C, rule->best.sigma, rule->best.epsilon);
-  text += "  raw bias, without a model: " + figures(raw) + "\n";
-  text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
-  text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
+  text += "  raw bias, without a model: " + format_figures(raw) + "\n";
+  text += "  in-sample (fitted to these data): " + format_figures(model.in_sample) + "\n";
+  text += fmt::format("  held out, {}: {}\n", model.folds, format_figures(model.leave_cycle_out));
   if (model.nested_leave_cycle_out)
-    text += "    and chosen without it (nested): " + figures(*model.nested_leave_cycle_out) + "\n";
+    text += "    and chosen without it (nested): " + format_figures(*model.nested_leave_cycle_out) + "\n";
   if (model.uncertainty) {
     constexpr double kHour_s = 3600;
     const auto combined = of_mean_over(*model.uncertainty, kHour_s);
@@ -114,8 +114,8 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
 }
 
 /// Trains from the records alone, or from the records and the prior of the type.
-Result<model::Model> train_by(Console& console, const TrainArguments& options, const RecordedRuns& records,
-                              const model::TrainingOptions& training) {
+Result<model::Model> train_model(Console& console, const TrainArguments& options, const RecordedRuns& records,
+                                 const model::TrainingOptions& training) {
   if (options.prior.empty()) return train(records.datasets, records.clusters, training, console.sink());
   const auto prior = load_type_prior(options.prior);
   if (!prior) return failure(prior.error());
@@ -132,12 +132,12 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
       {options.clusters, options.unverified, options.axis, options.cluster_length_s, options.outliers == "leave-out"});
   if (!records) return failure(records.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  auto model = train_by(console, options, *records, *training);
+  auto model = train_model(console, options, *records, *training);
   if (!model) return failure(model.error());
   const data::Figures raw = raw_figures(*records);
   add_warnings(*model, *records, raw, options.cluster_length_s);
   if (auto written = write_model(options.out, *model); !written) return failure(written.error());
-  console.data(console.json ? to_json(*model) : describe_trained(*model, raw));
+  console.print(console.json ? to_json(*model) : describe_trained(*model, raw));
   return Exit::done;
 }
 

@@ -31,13 +31,13 @@ struct NamedRecord {
 };
 
 /// Splits UNIT=RECORD. A "=" after a "/" belongs to the path.
-NamedRecord parse_named_record(const std::string& word) {
-  const auto at = word.find('=');
-  if (at == std::string::npos || word.find('/') < at) return {{}, word};
-  return {word.substr(0, at), word.substr(at + 1)};
+NamedRecord parse_named_record(const std::string& argument) {
+  const auto at = argument.find('=');
+  if (at == std::string::npos || argument.find('/') < at) return {{}, argument};
+  return {argument.substr(0, at), argument.substr(at + 1)};
 }
 
-Result<std::string> unit_of(const NamedRecord& named, const data::Dataset& dataset) {
+Result<std::string> unit_name(const NamedRecord& named, const data::Dataset& dataset) {
   if (!named.unit.empty()) return named.unit;
   if (!dataset.identity.empty()) return dataset.identity;
   return failure(FaultKind::usage, named.path,
@@ -76,12 +76,12 @@ std::string contradiction(const population::PriorRecord& a, const population::Pr
                                 b.identity);
 }
 
-void warn_of_names(Console& console, const RecordedUnits& units) {
-  std::set<std::string> said;
+void warn_about_names(Console& console, const RecordedUnits& units) {
+  std::set<std::string> reported;
   for (std::size_t i = 0; i < units.seen.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const std::string text = contradiction(units.seen[j].record, units.seen[i].record);
-      if (!text.empty() && said.insert(text).second) console.say("warning: " + text);
+      if (!text.empty() && reported.insert(text).second) console.print_message("warning: " + text);
     }
   }
 }
@@ -91,7 +91,7 @@ Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::Re
   if (const auto unseen = check_unseen(units, dataset); !unseen) return unseen;
   if (units.first)
     if (auto one = check_one_zero(dataset, units.first->bias_zero, units.first->path); !one) return one;
-  const auto name = unit_of(named, dataset);
+  const auto name = unit_name(named, dataset);
   if (!name) return failure(name.error());
   auto unit = std::ranges::find(units.units, *name, &population::UnitClusters::unit);
   if (unit == units.units.end()) unit = units.units.insert(unit, {*name, {}});
@@ -105,13 +105,13 @@ Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::Re
 
 Result<RecordedUnits> load_units(Console& console, const TypePriorArguments& options) {
   RecordedUnits units;
-  for (const std::string& word : options.records) {
-    const NamedRecord named = parse_named_record(word);
+  for (const std::string& argument : options.records) {
+    const NamedRecord named = parse_named_record(argument);
     auto recorded = load_recorded_run(console, named.path, {{}, options.unverified, options.axis});
     if (!recorded) return failure(recorded.error());
     if (const auto added = add_record(units, named, std::move(*recorded)); !added) return failure(added.error());
   }
-  warn_of_names(console, units);
+  warn_about_names(console, units);
   return units;
 }
 
@@ -145,14 +145,14 @@ Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto units = load_units(console, options);
   if (!units) return failure(units.error());
-  model::PriorOptions how = options.prior;
-  how.simulated = units->simulated;
-  auto prior = model::learn_prior(*units->first, units->units, how);
+  model::PriorOptions prior_options = options.prior;
+  prior_options.simulated = units->simulated;
+  auto prior = model::learn_prior(*units->first, units->units, prior_options);
   if (!prior) return failure(prior.error());
   for (const SeenRun& seen : units->seen) prior->records.push_back(seen.record);
   const auto json = to_json(*prior);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
-  console.data(console.json ? json : describe(*prior, units->units));
+  console.print(console.json ? json : describe(*prior, units->units));
   return Exit::done;
 }
 

@@ -28,15 +28,15 @@ struct VerifyArguments {
 };
 
 /// Formats a value, or "–" if it is unknown.
-std::string figure(double value, int decimals) {
+std::string format_value(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
 }
 
 std::string row(std::string_view what, const data::Figures& f) {
   if (f.count == 0) return {};
-  const std::string std = f.count > 1 ? figure(f.std, 5) : "–";
+  const std::string std = f.count > 1 ? format_value(f.std, 5) : "–";
   return fmt::format("  {:<22} {:>9} {:>9} {:>9.5f} {:>9} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what, std,
-                     figure(std_error(f), 5), f.mean, figure(mean_error(f), 5), f.rmse, f.max_abs, f.count,
+                     format_value(std_error(f), 5), f.mean, format_value(mean_error(f), 5), f.rmse, f.max_abs, f.count,
                      f.effective.of_std);
 }
 
@@ -146,18 +146,20 @@ std::string describe(const tracking::Assessment& assessment) {
       assessment.interval_s, app::describe(assessment.noise), fmt::format("{} hours foretold", assessment.hours),
       "late, s", "next hour", "±", "shuffled", "ADEV step", "ADEV hour", "step, s", "beyond", "ramp, s", "beyond");
   for (const tracking::DenoiserFigures& f : assessment.denoisers) {
-    text += fmt::format("  {:<22} {:>9.0f} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", f.name,
-                        f.latency_s, figure(f.next_hour_rmse, 5), figure(f.next_hour_rmse_error, 5),
-                        figure(f.shuffled_gain, 3), figure(f.allan_interval, 5), figure(f.allan_hour, 5),
-                        figure(f.response.step_delay_s, 0), figure(f.response.step_overshoot, 3),
-                        figure(f.response.ramp_delay_s, 0), figure(f.response.ramp_overshoot_deg_per_h, 3));
+    text +=
+        fmt::format("  {:<22} {:>9.0f} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", f.name, f.latency_s,
+                    format_value(f.next_hour_rmse, 5), format_value(f.next_hour_rmse_error, 5),
+                    format_value(f.shuffled_gain, 3), format_value(f.allan_interval, 5), format_value(f.allan_hour, 5),
+                    format_value(f.response.step_delay_s, 0), format_value(f.response.step_overshoot, 3),
+                    format_value(f.response.ramp_delay_s, 0), format_value(f.response.ramp_overshoot_deg_per_h, 3));
   }
   const tracking::Consistency& c = assessment.consistency;
   return text + fmt::format(
                     "  Kalman gain {:.3g} in the end; innovations: NIS {} (expected {} to {}), Ljung–Box {} of {} "
                     "lags, p = {}\n",
-                    assessment.steady_gain, figure(c.mean_square, 3), figure(c.low, 3), figure(c.high, 3),
-                    figure(c.whiteness.statistic, 1), c.whiteness.lags, figure(c.whiteness.probability, 4));
+                    assessment.steady_gain, format_value(c.mean_square, 3), format_value(c.low, 3),
+                    format_value(c.high, 3), format_value(c.whiteness.statistic, 1), c.whiteness.lags,
+                    format_value(c.whiteness.probability, 4));
 }
 
 using Tracked = std::optional<tracking::Assessment>;
@@ -213,7 +215,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   const auto noise =
-      noise_to_track(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
+      find_tracking_noise(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   std::vector<model::Verification> verifications;
   std::vector<model::Characterisation> starts;
@@ -240,17 +242,17 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
       const auto residual = tracking::evenly_spaced(verification->residual_deg_per_h, clusters);
       tracked = judge(**noise, residual, clusters.length_s);
     }
-    console.data(console.json ? json(run, *verification, behaviour, tracked)
-                              : describe(run, *verification, behaviour, tracked));
+    console.print(console.json ? json(run, *verification, behaviour, tracked)
+                               : describe(run, *verification, behaviour, tracked));
     if (!verification->identity.empty()) gyros.insert(verification->identity);
     verifications.push_back(std::move(*verification));
     starts.push_back(behaviour.characterisation);
   }
   if (const auto between = between_runs(verifications))
-    console.data(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
+    console.print(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
   if (gyros.size() > 1) return Exit::done;  // different gyros give no repeatability
   for (const model::TurnOn& turn_on : model::turn_on_of(starts))
-    console.data(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
+    console.print(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;
 }
 

@@ -59,14 +59,14 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
   return qualification;
 }
 
-std::size_t unit_of(const rig::RigFile& rig, const data::AxisChoice& of) {
+std::size_t unit_index(const rig::RigFile& rig, const data::AxisChoice& of) {
   const auto found =
       std::ranges::find(rig.units, of.unit, [](const auto& unit) -> const std::string& { return unit.info.name; });
   return found == rig.units.end() ? 0 : static_cast<std::size_t>(found - rig.units.begin());
 }
 
 std::string describe_gyro(const rig::RigFile& rig, const data::AxisChoice& of) {
-  const auto unit = unit_of(rig, of);
+  const auto unit = unit_index(rig, of);
   const auto& info = rig.units[unit].info;
   const auto axis = std::ranges::find(info.axes, of.axis, &record::AxisInfo::name);
   const double scale = axis == info.axes.end() ? info.axes.front().scale : axis->scale;
@@ -97,8 +97,8 @@ report::ReportedRig reported(const rig::RigFile& rig, const data::Dataset& datas
   return reported;
 }
 
-report::Report report_of(const rig::RigFile& rig, const AxisExperiment& experiment,
-                         const model::Qualification& qualification, const AxisOptions& options) {
+report::Report build_report(const rig::RigFile& rig, const AxisExperiment& experiment,
+                            const model::Qualification& qualification, const AxisOptions& options) {
   const model::QualificationOptions& training = options.training;
   const auto& [rate, random, later, further] = experiment;
   std::vector<report::ReportSourceLater> after;
@@ -122,8 +122,8 @@ report::Report report_of(const rig::RigFile& rig, const AxisExperiment& experime
 
 }  // namespace
 
-Result<data::RecordedRun> recorded_run_of(const record::Record& record, const std::string& path,
-                                          const data::AxisChoice& of) {
+Result<data::RecordedRun> extract_axis(const record::Record& record, const std::string& path,
+                                       const data::AxisChoice& of) {
   auto dataset = data::make_dataset(record, path, of);
   return data::make_clusters(dataset).map([&](data::Clusters clusters) {
     return data::RecordedRun{std::move(dataset), std::move(clusters)};
@@ -146,7 +146,7 @@ Result<AxisOutcome> carry_out(AxisExperiment& experiment, const rig::RigFile& ri
   if (!after.empty() && options.begins) options.begins("verify later");
   if (auto verified = verify_later(*trained, after); !verified) return failure(verified.error());
   if (options.begins) options.begins("report");
-  auto report = report_of(rig, experiment, *trained, options);
+  auto report = build_report(rig, experiment, *trained, options);
   if (auto written = report::write_report(to_json(report), options.folder + "/report"); !written)
     return failure(written.error());
   return AxisOutcome{std::move(*trained), std::move(report)};

@@ -35,8 +35,8 @@ struct AxisExperiment {
 };
 
 /// Extracts one axis of a record. Fails like make_clusters.
-[[nodiscard]] Result<data::RecordedRun> recorded_run_of(const record::Record& record, const std::string& path,
-                                                        const data::AxisChoice& of);
+[[nodiscard]] Result<data::RecordedRun> extract_axis(const record::Record& record, const std::string& path,
+                                                     const data::AxisChoice& of);
 
 /// Returns the digest of a record's rows as `export` writes them.
 [[nodiscard]] std::string digest_of(const record::Record& record);

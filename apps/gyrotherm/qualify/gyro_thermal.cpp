@@ -26,7 +26,7 @@ struct Origin {
   std::string gyro, sha256;
 };
 
-Result<Origin> origin_of(const simulator::GyroModelUsed& used) {
+Result<Origin> parse_origin(const simulator::GyroModelUsed& used) {
   const auto root = TomlTable::parse(used.text, used.path);
   if (!root) return failure(root.error());
   for (const auto& key : root->keys()) root->ignore(key);
@@ -50,14 +50,14 @@ std::string find_gyro_file(const simulator::GyroModelUsed& used, const Origin& o
 
 }  // namespace
 
-Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig) {
+Result<report::ReportedThermal> find_thermal_model(const rig::RigFile& rig) {
   if (!rig.simulated) return report::ReportedThermal{};
   const simulator::GyroModelUsed& used = rig.gyro_model;
   if (used.text.empty())
     return report::ReportedThermal{.reason =
                                        "the virtual gyro consists of lumps, which the rig file describes; no "
                                        "finite-element model of it exists"};
-  const auto origin = origin_of(used);
+  const auto origin = parse_origin(used);
   if (!origin) return report::not_available(origin.error().what);
   const std::string file = find_gyro_file(used, *origin);
   if (file.empty())

@@ -11,6 +11,6 @@ namespace gyrotherm::app {
 /// Returns the model that the rig's gyro was reduced from, with its thermal image, which gyrotherm-thermal computes in
 /// about a second. Otherwise it returns the reason: the rig is real, its gyro has no finite elements, the gyro file is
 /// missing or has changed, or the program failed. Fails only with interrupted.
-[[nodiscard]] Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig);
+[[nodiscard]] Result<report::ReportedThermal> find_thermal_model(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

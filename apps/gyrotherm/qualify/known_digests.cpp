@@ -20,7 +20,7 @@ struct DigestsFile {
   std::vector<KnownDigests::Entry> records;
 };
 
-std::vector<std::pair<std::string, std::string>> files_of(const record::Manifest& manifest) {
+std::vector<std::pair<std::string, std::string>> to_entries(const record::Manifest& manifest) {
   return {manifest.begin(), manifest.end()};
 }
 
@@ -41,28 +41,28 @@ KnownDigests::KnownDigests(const std::string& folder, std::string program_versio
     : path_(folder + "/digests.json"), program_version_(std::move(program_version)) {
   const auto text = read_text_file(path_, kLargestTable);
   if (!text) return;
-  const auto place = JsonPlace::parse(*text, path_);
-  if (!place) return;
+  const auto root = JsonPlace::parse(*text, path_);
+  if (!root) return;
   DigestsFile file;
-  read_json(*place, file);
-  if (place->verdict() && file.schema == kDigestsSchema && file.program_version == program_version_)
+  read_json(*root, file);
+  if (root->verdict() && file.schema == kDigestsSchema && file.program_version == program_version_)
     entries_ = std::move(file.records);
 }
 
-Result<std::optional<std::string>> KnownDigests::of_rows(const std::string& record_path) const {
+Result<std::optional<std::string>> KnownDigests::find_rows(const std::string& record_path) const {
   if (entries_.empty()) return std::nullopt;
   const auto manifest = record::check_manifest(record_path);
   if (!manifest) return failure(manifest.error());
   if (!*manifest) return std::nullopt;
-  const auto found = std::ranges::find(entries_, files_of(**manifest), &Entry::files);
+  const auto found = std::ranges::find(entries_, to_entries(**manifest), &Entry::files);
   return found == entries_.end() ? std::nullopt : std::optional(found->rows);
 }
 
-Result<void> KnownDigests::remember(const std::string& record_path, const std::string& rows) {
+Result<void> KnownDigests::store_rows(const std::string& record_path, const std::string& rows) {
   const auto manifest = record::check_manifest(record_path);
   if (!manifest) return failure(manifest.error());
   if (!*manifest) return {};
-  const auto files = files_of(**manifest);
+  const auto files = to_entries(**manifest);
   std::erase_if(entries_, [&](const Entry& entry) { return entry.files == files; });
   entries_.push_back({files, rows});
   return replace_text_file(

@@ -20,10 +20,11 @@ class KnownDigests {
 
   /// Returns the digest of the record's rows as `export` writes them, if it is stored for files with exactly the
   /// present bytes. The record is unchanged then. Fails with bad_file if a file contradicts the record's manifest.
-  [[nodiscard]] Result<std::optional<std::string>> of_rows(const std::string& record_path) const;
+  [[nodiscard]] Result<std::optional<std::string>> find_rows(const std::string& record_path) const;
 
-  /// Stores the digest of a closed record. Ignores a record that is not closed. Fails like of_rows(), or with storage.
-  [[nodiscard]] Result<void> remember(const std::string& record_path, const std::string& rows);
+  /// Stores the digest of a closed record. Ignores a record that is not closed. Fails like find_rows(), or with
+  /// storage.
+  [[nodiscard]] Result<void> store_rows(const std::string& record_path, const std::string& rows);
 
   struct Entry {
     std::vector<std::pair<std::string, std::string>> files{};  ///< name and digest of each file

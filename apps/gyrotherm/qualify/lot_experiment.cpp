@@ -29,7 +29,7 @@ struct Task {
   std::string trouble;
 };
 
-std::vector<Task> tasks_of(const LotExperiment& experiment) {
+std::vector<Task> list_tasks(const LotExperiment& experiment) {
   std::vector<Task> tasks;
   const auto axes = experiment.only.empty() ? data::axes_of(experiment.rate.record.info) : experiment.only;
   for (const auto& of : axes)
@@ -39,7 +39,7 @@ std::vector<Task> tasks_of(const LotExperiment& experiment) {
 }
 
 /// Returns an existing report if it was made from the same records with the same training options.
-std::optional<report::Report> report_left(const LotExperiment& experiment, const Task& task) {
+std::optional<report::Report> find_report(const LotExperiment& experiment, const Task& task) {
   const auto path = fmt::format("{}/{}/report/report.json", experiment.out, task.folder);
   if (!std::filesystem::exists(path)) return std::nullopt;
   const auto text = read_text_file(path, kLargestTable);
@@ -47,9 +47,9 @@ std::optional<report::Report> report_left(const LotExperiment& experiment, const
   auto report = report::read_report(*text, path);
   if (!report) return std::nullopt;
   const auto& training = experiment.training;
-  const bool same_later = std::ranges::equal(report->later, experiment.later, [](const auto& told, const LotRun& run) {
-    return told.record_sha256 == run.sha256;
-  });
+  const bool same_later =
+      std::ranges::equal(report->later, experiment.later,
+                         [](const auto& reported, const LotRun& run) { return reported.record_sha256 == run.sha256; });
   const bool compared = report->methods.size() > 3, nested = report->nested_leave_cycle_out.multi_point.has_value();
   const bool same = report->rate.record_sha256 == experiment.rate.sha256 &&
                     report->random.record_sha256 == experiment.random.sha256 && same_later &&
@@ -58,8 +58,8 @@ std::optional<report::Report> report_left(const LotExperiment& experiment, const
   return same ? std::optional(std::move(*report)) : std::nullopt;
 }
 
-Result<ExperimentRun> run_of(const LotRun& run, const data::AxisChoice& of) {
-  return recorded_run_of(run.record, run.path, of).map([&](data::RecordedRun recorded) {
+Result<ExperimentRun> axis_run(const LotRun& run, const data::AxisChoice& of) {
+  return extract_axis(run.record, run.path, of).map([&](data::RecordedRun recorded) {
     return ExperimentRun{.stage = run.stage,
                          .profile = run.profile,
                          .days_later = run.days_later,
@@ -68,14 +68,14 @@ Result<ExperimentRun> run_of(const LotRun& run, const data::AxisChoice& of) {
   });
 }
 
-Result<AxisExperiment> experiment_of(const LotExperiment& lot, const data::AxisChoice& of) {
-  auto rate = run_of(lot.rate, of);
+Result<AxisExperiment> axis_experiment(const LotExperiment& lot, const data::AxisChoice& of) {
+  auto rate = axis_run(lot.rate, of);
   if (!rate) return failure(rate.error());
-  auto random = run_of(lot.random, of);
+  auto random = axis_run(lot.random, of);
   if (!random) return failure(random.error());
   AxisExperiment experiment{.rate = std::move(*rate), .random = std::move(*random), .later = {}, .further = {}};
   for (const LotRun& run : lot.later) {
-    auto later = run_of(run, of);
+    auto later = axis_run(run, of);
     if (!later) return failure(later.error());
     experiment.later.push_back(std::move(*later));
   }
@@ -83,9 +83,9 @@ Result<AxisExperiment> experiment_of(const LotExperiment& lot, const data::AxisC
 }
 
 /// Axes that several threads train. The main thread polls it and shows the progress.
-class Bench {
+class TrainingPool {
  public:
-  Bench(const LotExperiment& lot, const rig::RigFile& rig, std::vector<Task>& tasks, std::size_t threads)
+  TrainingPool(const LotExperiment& lot, const rig::RigFile& rig, std::vector<Task>& tasks, std::size_t threads)
       : lot_(lot), rig_(rig), tasks_(tasks), threads_(threads) {}
 
   /// Trains one axis after another until none is left or a stop is requested.
@@ -123,7 +123,7 @@ class Bench {
   }
 
   void train(Task& task, int threads) {
-    if ((task.report = report_left(lot_, task))) return;
+    if ((task.report = find_report(lot_, task))) return;
     const auto outcome = trained(task, threads);
     if (outcome) {
       task.report = std::move(outcome->report);
@@ -137,7 +137,7 @@ class Bench {
   }
 
   Result<AxisOutcome> trained(const Task& task, int threads) {
-    auto experiment = experiment_of(lot_, task.of);
+    auto experiment = axis_experiment(lot_, task.of);
     if (!experiment) return failure(experiment.error());
     AxisOptions options{.folder = lot_.out + "/" + task.folder,
                         .compare = lot_.compare,
@@ -178,19 +178,19 @@ Result<void> train_side_by_side(Console& console, const LotExperiment& lot, cons
   constexpr auto kLook = std::chrono::milliseconds(100);
   const auto wanted = lot.training.threads > 0 ? static_cast<unsigned>(lot.training.threads)
                                                : std::max(1U, std::thread::hardware_concurrency());
-  Bench bench(lot, rig, tasks, wanted);
+  TrainingPool pool(lot, rig, tasks, wanted);
   {
     std::vector<std::jthread> workers;
     for (unsigned i = 0; i < std::min<std::size_t>(wanted, tasks.size()); ++i)
-      workers.emplace_back([&bench] { bench.work(); });
-    while (!bench.is_done() && !bench.interrupted_by()) {
+      workers.emplace_back([&pool] { pool.work(); });
+    while (!pool.is_done() && !pool.interrupted_by()) {
       std::this_thread::sleep_for(kLook);
-      const auto [stage, share] = bench.progress();
+      const auto [stage, share] = pool.progress();
       console.progress(stage, share);
-      if (interrupted()) bench.stop();
+      if (interrupted()) pool.stop();
     }
   }
-  if (const auto ended = bench.interrupted_by()) return failure(*ended);
+  if (const auto ended = pool.interrupted_by()) return failure(*ended);
   return {};
 }
 
@@ -207,12 +207,12 @@ double missing_s(const record::Record& record, const data::AxisChoice& of) {
 /// Adds the events of units in their order.
 void add_events(const LotRun& run, std::vector<std::string>& events) {
   for (const auto& [slot, event] : run.record.events) {
-    const bool of_a_unit = record::find_unit(run.record.info, event.about.channel) != nullptr;
-    if (of_a_unit) events.push_back(fmt::format("{}, second {}: {}", run.stage, slot, event.text));
+    const bool is_about_unit = record::find_unit(run.record.info, event.about.channel) != nullptr;
+    if (is_about_unit) events.push_back(fmt::format("{}, second {}: {}", run.stage, slot, event.text));
   }
 }
 
-report::Lot summary_of(const LotExperiment& experiment, const rig::RigFile& rig, const std::vector<Task>& tasks) {
+report::Lot summarise(const LotExperiment& experiment, const rig::RigFile& rig, const std::vector<Task>& tasks) {
   report::Lot lot{.rig_name = rig.name,
                   .rig_title = rig.title,
                   .simulated = rig.simulated,
@@ -259,27 +259,27 @@ Result<void> write_unit_reports(const LotExperiment& experiment, const report::L
 
 }  // namespace
 
-Result<std::vector<data::AxisChoice>> axes_called(const std::vector<std::string>& names, const record::RunInfo& info) {
+Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& names, const record::RunInfo& info) {
   const auto all = data::axes_of(info);
-  std::vector<data::AxisChoice> called;
+  std::vector<data::AxisChoice> found;
   for (const std::string& name : names) {
-    const auto before = called.size();
-    std::ranges::copy_if(all, std::back_inserter(called), [&](const data::AxisChoice& axis) {
-      return (axis.unit == name || in_words(axis) == name) && std::ranges::find(called, axis) == called.end();
+    const auto before = found.size();
+    std::ranges::copy_if(all, std::back_inserter(found), [&](const data::AxisChoice& axis) {
+      return (axis.unit == name || in_words(axis) == name) && std::ranges::find(found, axis) == found.end();
     });
-    if (called.size() > before) continue;
+    if (found.size() > before) continue;
     std::vector<std::string> there;
     for (const auto& axis : all) there.push_back(in_words(axis));
     return failure(FaultKind::usage, "--only",
                    fmt::format("no axis is called \"{}\"; there are {}", name, fmt::join(there, ", ")));
   }
-  return called;
+  return found;
 }
 
 Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment, const rig::RigFile& rig) {
-  auto tasks = tasks_of(experiment);
+  auto tasks = list_tasks(experiment);
   if (auto trained = train_side_by_side(console, experiment, rig, tasks); !trained) return failure(trained.error());
-  auto lot = summary_of(experiment, rig, tasks);
+  auto lot = summarise(experiment, rig, tasks);
   if (!experiment.only.empty()) return lot;
   const auto written = write_unit_reports(experiment, lot, tasks)
                            .and_then([&] { return replace_text_file(experiment.out + "/lot.json", to_json(lot)); })

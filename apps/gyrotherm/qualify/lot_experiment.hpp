@@ -37,8 +37,8 @@ struct LotExperiment {
 
 /// Returns the axes that the names select in a record: "u1.x" is one axis, "u1" each axis of that unit. Fails with
 /// usage and lists the existing axes.
-[[nodiscard]] Result<std::vector<data::AxisChoice>> axes_called(const std::vector<std::string>& names,
-                                                                const record::RunInfo& info);
+[[nodiscard]] Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& names,
+                                                              const record::RunInfo& info);
 
 /// Trains every axis that has no report of these runs yet, as many in parallel as there are threads, into OUT/UNIT/AXIS
 /// (OUT/UNIT if the unit has one axis). Writes the report of each unit, OUT/lot.json and OUT/lot.html, unless `only`

@@ -39,7 +39,7 @@ struct CheckedRecord {
   std::vector<report::UsedFile> parts;
 };
 
-Result<std::vector<report::UsedFile>> parts_of(const record::RecordFiles& files) {
+Result<std::vector<report::UsedFile>> list_parts(const record::RecordFiles& files) {
   std::vector<report::UsedFile> parts;
   for (const record::Part& part : files.parts) {
     if (part.continuation.part < 2) continue;
@@ -58,7 +58,7 @@ Result<CheckedRecord> check(Console& console, const std::string& path, bool unve
   if (!info) return failure(info.error());
   auto digest = verified.manifest ? verified.digest : record::file_digest(path, kLargestRecord);
   if (!digest) return failure(digest.error());
-  auto parts = parts_of(files);
+  auto parts = list_parts(files);
   if (!parts) return failure(parts.error());
   return CheckedRecord{std::move(files), std::move(*digest), !unverified, std::move(*info), std::move(*parts)};
 }
@@ -95,9 +95,10 @@ std::vector<std::string> units_in(const record::RunInfo& info) {
 }
 
 /// Returns the units to report. Fails with usage if a record does not contain one of them.
-Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord>& records, const std::string& wanted) {
+Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord>& records,
+                                                 const std::string& requested) {
   std::vector<std::string> units = units_in(records.front().info);
-  if (!wanted.empty()) units = {wanted};
+  if (!requested.empty()) units = {requested};
   for (const CheckedRecord& one : records) {
     for (const std::string& unit : units)
       if (find_unit(one.info, unit) == nullptr)
@@ -143,20 +144,20 @@ Result<ModelSource> load_models(const std::vector<std::string>& files, const std
 }
 
 /// Returns whether a model applies to an axis. A model of a record with a single axis applies to any axis.
-bool is_for(const model::Model& model, const data::AxisChoice& axis) {
+bool applies_to(const model::Model& model, const data::AxisChoice& axis) {
   return model.trained_on.empty() || !is_named(model.trained_on.front().of) || model.trained_on.front().of == axis;
 }
 
 /// Returns the name of the models in folders.
-std::string inputs_of(const CalibrationArguments& options) {
+std::string model_inputs(const CalibrationArguments& options) {
   return options.inputs.empty() ? "multi-point-t" : options.inputs;
 }
 
 /// Returns the model of an axis, or nothing if neither a file nor a folder was given.
-Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std::string& inputs,
-                                            const data::AxisChoice& axis) {
+Result<std::optional<ModelOfAxis>> find_model(const ModelSource& source, const std::string& inputs,
+                                              const data::AxisChoice& axis) {
   for (const ModelOfAxis& one : source.named)
-    if (is_for(one.model, axis)) return std::optional(one);
+    if (applies_to(one.model, axis)) return std::optional(one);
   if (source.folder.empty()) return std::optional<ModelOfAxis>();
   auto model = load_model_of_axis(model_path(source.folder, axis, inputs), source.role);
   if (!model) return failure(model.error());
@@ -198,9 +199,9 @@ Result<Given> load_all(Console& console, const CalibrationArguments& options) {
 }
 
 /// Returns the folder where qualify wrote the results of an axis, which is the folder of its model.
-std::string experiment_of(const CalibrationArguments& options, const data::AxisChoice& axis) {
+std::string experiment_folder(const CalibrationArguments& options, const data::AxisChoice& axis) {
   if (options.left_folder.empty()) return {};
-  return std::filesystem::path(model_path(options.left_folder, axis, inputs_of(options))).parent_path().string();
+  return std::filesystem::path(model_path(options.left_folder, axis, model_inputs(options))).parent_path().string();
 }
 
 bool is_plane(const std::string& method) {
@@ -250,7 +251,7 @@ void add_file(report::CalibrationReport& report, const std::optional<ModelOfAxis
 }
 
 /// Moves the model out of its pair with the file, which the report already names.
-std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
+std::optional<model::Model> take_model(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }
 
@@ -274,33 +275,34 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
     report.cluster_length_s = clusters->length_s;
     axis.runs.push_back({std::move(dataset), std::move(*clusters)});
   }
-  auto found = model_of(given.found, inputs_of(options), choice);
+  auto found = find_model(given.found, model_inputs(options), choice);
   if (!found) return failure(found.error());
-  auto left = model_of(given.left, inputs_of(options), choice);
+  auto left = find_model(given.left, model_inputs(options), choice);
   if (!left) return failure(left.error());
   add_file(report, *found);
   add_file(report, *left);
-  axis.found = taken(*found);
-  axis.left = taken(*left);
+  axis.found = take_model(*found);
+  axis.left = take_model(*left);
   add_trained_range(report, label, report::Stage::as_found, axis.found);
   add_trained_range(report, label, report::Stage::as_left, axis.left);
   if (axis.left && trained_on_another(*axis.left, axis.runs.front().dataset.identity) != nullptr)
     report.missing.push_back("models: one that was trained on this unit");
   if (axis.left)
-    if (auto added = add_experiment(report, experiment_of(options, choice), label, *axis.left); !added) return added;
+    if (auto added = add_experiment(report, experiment_folder(options, choice), label, *axis.left); !added)
+      return added;
   return add_results(report, axis);
 }
 
 /// Reports the bias reference only once if it is equal for all axes and runs.
-void say_one_zero_once(report::CalibrationReport& report) {
+void merge_bias_references(report::CalibrationReport& report) {
   const auto differs = [&](const report::BiasZero& one) { return one.zero != report.bias_zeros.front().zero; };
   if (report.bias_zeros.empty() || std::ranges::any_of(report.bias_zeros, differs)) return;
   report.bias_zero = report.bias_zeros.front().zero;
   report.bias_zeros.clear();
 }
 
-Result<report::CalibrationReport> report_of(const Given& given, const std::string& unit,
-                                            const CalibrationArguments& options) {
+Result<report::CalibrationReport> build_report(const Given& given, const std::string& unit,
+                                               const CalibrationArguments& options) {
   const auto records = read_records(given.records, unit);
   if (!records) return failure(records.error());
   report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
@@ -317,7 +319,7 @@ Result<report::CalibrationReport> report_of(const Given& given, const std::strin
     if (auto added = add_axis(report, given, *records, choice, record::axis_label(info, a), options); !added)
       return failure(added.error());
   }
-  say_one_zero_once(report);
+  merge_bias_references(report);
   add_order(report, given.laboratory, given.order);
   return report;
 }
@@ -344,11 +346,11 @@ Result<void> check_order(const Given& given, const std::vector<std::string>& uni
 /// Fails with usage if the folder has a report that is not a draft: an authorised report is never overwritten.
 Result<void> check_is_free(const std::string& folder) {
   if (!std::filesystem::exists(folder + "/" + report::kCalibrationFile)) return {};
-  const auto there = load_calibration(folder);
-  if (there && there->report.state == report::ReportState::draft) return {};
+  const auto existing = load_calibration(folder);
+  if (existing && existing->report.state == report::ReportState::draft) return {};
   return failure(FaultKind::usage, folder,
-                 there ? fmt::format("has a report that is {}; name another folder", name(there->report.state))
-                       : "has a calibration.json that is no report; name another folder");
+                 existing ? fmt::format("has a report that is {}; name another folder", name(existing->report.state))
+                          : "has a calibration.json that is no report; name another folder");
 }
 
 }  // namespace
@@ -374,15 +376,15 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   const auto units = units_to_report(given->records, options.unit);
   if (!units) return failure(units.error());
   if (auto ordered = check_order(*given, *units); !ordered) return failure(ordered.error());
-  const auto folder_of = [&](const std::string& unit) {
+  const auto report_folder = [&](const std::string& unit) {
     return units->size() > 1 ? options.out + "/" + unit : options.out;
   };
   for (const std::string& unit : *units)
-    if (auto free = check_is_free(folder_of(unit)); !free) return failure(free.error());
+    if (auto free = check_is_free(report_folder(unit)); !free) return failure(free.error());
   const auto begin = [&](std::size_t unit) {
     return std::async(std::launch::async, [&, unit] {
       block_signals();
-      return report_of(*given, (*units)[unit], options);
+      return build_report(*given, (*units)[unit], options);
     });
   };
   // The next unit's report is made while the previous one is written.
@@ -391,9 +393,10 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
     const auto report = next.get();
     if (i + 1 < units->size()) next = begin(i + 1);
     if (!report) return failure(report.error());
-    if (auto written = write_calibration(console, *report, folder_of((*units)[i]), options.languages); !written)
+    if (auto written = write_calibration(console, *report, report_folder((*units)[i]), options.languages); !written)
       return failure(written.error());
-    if (!report->missing.empty()) console.say(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));
+    if (!report->missing.empty())
+      console.print_message(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));
   }
   return Exit::done;
 }

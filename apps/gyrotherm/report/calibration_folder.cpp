@@ -22,52 +22,52 @@ namespace {
 constexpr const char* kPdfProgram = "gyrotherm-pdf";
 
 /// Returns "calibration.html" or "calibration.de.html".
-std::string name_in(const std::string& language, const std::string& extension,
-                    const std::string& stem = "calibration") {
+std::string view_name(const std::string& language, const std::string& extension,
+                      const std::string& stem = "calibration") {
   return fmt::format("{}{}.{}", stem, language == "en" ? "" : "." + language, extension);
 }
 
-report::Language language_of(const std::string& code) {
+report::Language parse_language(const std::string& code) {
   return code == "de" ? report::Language::german : report::Language::english;
 }
 
 Result<void> make_folder(const std::string& folder) {
-  std::error_code trouble;
-  std::filesystem::create_directories(folder, trouble);
-  return trouble ? Result<void>(failure(FaultKind::storage, folder, trouble.message())) : Result<void>{};
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  return error ? Result<void>(failure(FaultKind::storage, folder, error.message())) : Result<void>{};
 }
 
 /// Runs gyrotherm-pdf and returns the PDF. A separate program, so that a rig without reports needs no WeasyPrint.
-Result<std::string> pdf_of(const std::string& json, const std::string& language) {
-  const auto place = report::PrivateFolder::make();
-  if (!place) return failure(place.error());
-  const std::string source = *place / report::kCalibrationFile, pdf = *place / name_in(language, "pdf");
+Result<std::string> render_pdf(const std::string& json, const std::string& language) {
+  const auto folder = report::PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  const std::string source = *folder / report::kCalibrationFile, pdf = *folder / view_name(language, "pdf");
   if (auto put = replace_own_file(source, json, Syncing::not_awaited); !put) return failure(put.error());
   const auto ran = report::run_program(program_beside_this_one(kPdfProgram),
                                        {source, "--language", language, "--out", pdf}, std::chrono::minutes(6));
   if (!ran) return failure(ran.error());
-  if (ran->exit_code != 0) return failure(FaultKind::storage, name_in(language, "pdf"), ran->out);
+  if (ran->exit_code != 0) return failure(FaultKind::storage, view_name(language, "pdf"), ran->out);
   return read_text_file(pdf, kLargestTable);
 }
 
 Result<void> write_view(Console& console, const std::string& path, const std::string& text) {
   if (auto written = replace_text_file(path, text); !written) return written;
-  console.say(path);
+  console.print_message(path);
   return {};
 }
 
 /// Renders all files of a report. Its source, calibration.json, is the last one, because it contains the state.
-Result<std::vector<report::NewFile>> files_of(const report::CalibrationReport& report,
-                                              const std::vector<std::string>& languages) {
+Result<std::vector<report::NewFile>> render_files(const report::CalibrationReport& report,
+                                                  const std::vector<std::string>& languages) {
   const std::string json = to_json(report);
   auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
   if (!certificate) return failure(certificate.error());
   std::vector<report::NewFile> files{{"calibration.csv", csv_of(report)}, {report::kDccFile, std::move(*certificate)}};
   for (const std::string& language : languages) {
-    auto pdf = pdf_of(json, language);
+    auto pdf = render_pdf(json, language);
     if (!pdf) return failure(pdf.error());
-    files.push_back({name_in(language, "html"), html_of(document_of(report, language_of(language)))});
-    files.push_back({name_in(language, "pdf"), std::move(*pdf)});
+    files.push_back({view_name(language, "html"), html_of(document_of(report, parse_language(language)))});
+    files.push_back({view_name(language, "pdf"), std::move(*pdf)});
   }
   files.push_back({report::kCalibrationFile, json});
   return files;
@@ -88,14 +88,14 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
                                const std::vector<std::string>& languages) {
   if (auto made = make_folder(folder); !made) return made;
-  auto files = files_of(report, languages);
+  auto files = render_files(report, languages);
   if (!files) return failure(files.error());
   if (report.state == report::ReportState::authorised)
     files->insert(files->end() - 1,
                   {report::kAuthorisationFile, to_json(authorised_files(report, *files, GYROTHERM_VERSION))});
   if (auto put = report::replace_all(folder, *files); !put) return put;
-  console.say(folder + "/" + report::kCalibrationFile);
-  for (std::size_t i = 0; i + 1 < files->size(); ++i) console.say(folder + "/" + (*files)[i].name);
+  console.print_message(folder + "/" + report::kCalibrationFile);
+  for (std::size_t i = 0; i + 1 < files->size(); ++i) console.print_message(folder + "/" + (*files)[i].name);
   return {};
 }
 
@@ -103,8 +103,8 @@ Result<std::vector<report::NewFile>> render_calibration(const report::Calibratio
                                                         const std::vector<std::string>& names) {
   std::vector<std::string> languages;
   for (const char* language : {"en", "de"})
-    if (std::ranges::find(names, name_in(language, "html")) != names.end()) languages.emplace_back(language);
-  return files_of(report, languages);
+    if (std::ranges::find(names, view_name(language, "html")) != names.end()) languages.emplace_back(language);
+  return render_files(report, languages);
 }
 
 Result<void> write_comparison(Console& console, const report::Comparison& comparison, const std::string& folder,
@@ -112,8 +112,8 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
   if (auto made = make_folder(folder); !made) return made;
   if (auto written = write_view(console, folder + "/comparison.json", to_json(comparison)); !written) return written;
   for (const std::string& language : languages) {
-    const std::string page = html_of(document_of(comparison, language_of(language)));
-    if (auto written = write_view(console, folder + "/" + name_in(language, "html", "comparison"), page); !written)
+    const std::string page = html_of(document_of(comparison, parse_language(language)));
+    if (auto written = write_view(console, folder + "/" + view_name(language, "html", "comparison"), page); !written)
       return written;
   }
   return {};
@@ -134,23 +134,23 @@ Result<void> keep_as_signed(Console& console, const std::string& folder) {
   if (!certificate) return failure(certificate.error());
   if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};
   const std::filesystem::path kept = std::filesystem::path(folder) / "as-signed", begun = kept.string() + ".new";
-  std::error_code trouble;
-  if (std::filesystem::exists(kept, trouble)) return check_copy(folder, kept, **certificate);
-  std::filesystem::remove_all(begun, trouble);
-  std::filesystem::create_directory(begun, trouble);
+  std::error_code error;
+  if (std::filesystem::exists(kept, error)) return check_copy(folder, kept, **certificate);
+  std::filesystem::remove_all(begun, error);
+  std::filesystem::create_directory(begun, error);
   for (const std::filesystem::path& path : entries_of(folder))
-    if (!trouble && std::filesystem::is_regular_file(path))
-      std::filesystem::copy_file(path, begun / path.filename(), trouble);
-  if (!trouble) std::filesystem::rename(begun, kept, trouble);
-  if (trouble) return failure(FaultKind::storage, kept.string(), trouble.message());
-  console.say(kept.string());
+    if (!error && std::filesystem::is_regular_file(path))
+      std::filesystem::copy_file(path, begun / path.filename(), error);
+  if (!error) std::filesystem::rename(begun, kept, error);
+  if (error) return failure(FaultKind::storage, kept.string(), error.message());
+  console.print_message(kept.string());
   return {};
 }
 
 std::vector<std::string> languages_in(const std::string& folder) {
   std::vector<std::string> found;
   for (const char* language : {"en", "de"})
-    if (std::filesystem::exists(folder + "/" + name_in(language, "html"))) found.emplace_back(language);
+    if (std::filesystem::exists(folder + "/" + view_name(language, "html"))) found.emplace_back(language);
   return found;
 }
 

@@ -19,13 +19,13 @@ namespace {
 
 constexpr std::size_t kDayLength = 10;  // length of "2026-11-25"
 
-std::string day_of(Duration utc) { return civil_time(utc).substr(0, kDayLength); }
+std::string utc_day(Duration utc) { return civil_time(utc).substr(0, kDayLength); }
 
 std::string in_words(const std::optional<std::chrono::sys_days>& day) {
   return day ? record::format_day(*day) : std::string();
 }
 
-bool is_of(const record::Channel& channel, const std::string& unit) {
+bool belongs_to(const record::Channel& channel, const std::string& unit) {
   return channel.unit_under_test.empty() || channel.unit_under_test == unit;
 }
 
@@ -40,9 +40,9 @@ void add_once(std::vector<report::Equipment>& all, report::Equipment one) {
            same_number(other.standard_uncertainty_k, one.standard_uncertainty_k) &&
            same_number(other.drift_k_in_a_year, one.drift_k_in_a_year);
   };
-  const auto there = std::ranges::find_if(all, same);
-  if (there == all.end()) return all.push_back(std::move(one));
-  there->overdue = there->overdue || one.overdue;
+  const auto known = std::ranges::find_if(all, same);
+  if (known == all.end()) return all.push_back(std::move(one));
+  known->overdue = known->overdue || one.overdue;
 }
 
 report::Equipment thermometer(const record::Channel& channel, Duration end) {
@@ -57,13 +57,13 @@ report::Equipment thermometer(const record::Channel& channel, Duration end) {
           .due = in_words(channel.due),
           .standard_uncertainty_k = kelvins(channel.uncertainty.calibration),
           .drift_k_in_a_year = kelvins(channel.uncertainty.drift_in_a_year),
-          .overdue = channel.due && in_words(channel.due) < day_of(end)};
+          .overdue = channel.due && in_words(channel.due) < utc_day(end)};
 }
 
 void add_equipment(report::CalibrationReport& report, const record::RunInfo& info, const record::UnitInfo& unit,
                    Duration end) {
   for (const record::Channel& channel : info.thermometers)
-    if (is_of(channel, unit.name)) add_once(report.equipment, thermometer(channel, end));
+    if (belongs_to(channel, unit.name)) add_once(report.equipment, thermometer(channel, end));
   if (!info.chamber_instrument.empty())
     add_once(report.equipment, {.role = "chamber", .name = info.chamber_instrument});
   if (!unit.instrument.empty()) add_once(report.equipment, {.role = "gyro_readout", .name = unit.instrument});
@@ -89,17 +89,17 @@ void add_air(report::CalibrationReport& report, const std::vector<double>& air_c
     span = {std::min(span->first, air), std::max(span->second, air)};
   }
   if (!span) return;
-  const auto there = std::ranges::find(report.influences, "air_temperature", &report::Influence::key);
-  if (there == report.influences.end()) {
+  const auto known = std::ranges::find(report.influences, "air_temperature", &report::Influence::key);
+  if (known == report.influences.end()) {
     report.influences.push_back({.key = "air_temperature", .unit = "°C", .low = span->first, .high = span->second});
   } else {
-    there->low = std::min(there->low, span->first);
-    there->high = std::max(there->high, span->second);
+    known->low = std::min(known->low, span->first);
+    known->high = std::max(known->high, span->second);
   }
 }
 
 /// Returns the kind of deviation that an event is, or an empty string.
-std::string kind_of(const Event& event) {
+std::string deviation_kind(const Event& event) {
   constexpr std::array<std::pair<std::string_view, const char*>, 6> kStates{
       {{"held", "held"},
        {"suspended", "paused"},
@@ -131,11 +131,11 @@ std::string kind_of(const Event& event) {
 }
 
 /// Returns whether an event belongs to another unit.
-bool is_of_another(const Event& event, const record::RunInfo& info, const std::string& unit) {
+bool belongs_to_other_unit(const Event& event, const record::RunInfo& info, const std::string& unit) {
   const std::string& channel = event.about.channel;
   if (channel.empty()) return false;
   const auto thermometer = std::ranges::find(info.thermometers, channel, &record::Channel::name);
-  if (thermometer != info.thermometers.end()) return !is_of(*thermometer, unit);
+  if (thermometer != info.thermometers.end()) return !belongs_to(*thermometer, unit);
   const std::string owner = channel.substr(0, channel.find('.'));
   return owner != unit && record::find_unit(info, owner) != nullptr;
 }
@@ -156,7 +156,7 @@ void add_gaps(std::vector<report::Deviation>& deviations, const record::Record& 
 void add_faults(std::vector<report::Deviation>& deviations, const record::Record& record, const std::string& unit) {
   std::map<std::pair<std::string, std::string>, std::pair<const Event*, int>> by_subject;
   for (const record::RecordedEvent& one : record.events) {
-    if (one.event.kind != EventKind::fault || is_of_another(one.event, record.info, unit)) continue;
+    if (one.event.kind != EventKind::fault || belongs_to_other_unit(one.event, record.info, unit)) continue;
     auto& [first, count] = by_subject[{one.event.about.interlock, one.event.about.channel}];
     if (count++ == 0) first = &one.event;
   }
@@ -174,8 +174,8 @@ void add_deviations(std::vector<report::Deviation>& deviations, const record::Re
   add_gaps(own, record);
   add_faults(own, record, unit);
   for (const record::RecordedEvent& one : record.events) {
-    const std::string kind = kind_of(one.event);
-    if (kind.empty() || is_of_another(one.event, record.info, unit)) continue;
+    const std::string kind = deviation_kind(one.event);
+    if (kind.empty() || belongs_to_other_unit(one.event, record.info, unit)) continue;
     own.push_back({.utc = civil(one.event.at.utc), .run = record.info.id, .kind = kind, .text = one.event.text});
   }
   std::ranges::stable_sort(own, {}, &report::Deviation::utc);
@@ -212,7 +212,7 @@ void add_record(report::CalibrationReport& report, const SourceRecord& source, c
   report.simulated = report.simulated || record.info.simulated;
   const Duration end = record.last_utc.value_or(record.info.started_utc);
   if (record.info.started_utc > Duration{}) {
-    const std::string begun = day_of(record.info.started_utc), ended = day_of(end);
+    const std::string begun = utc_day(record.info.started_utc), ended = utc_day(end);
     if (report.begun.empty() || begun < report.begun) report.begun = begun;
     report.ended = std::max(report.ended, ended);
   }

@@ -26,12 +26,12 @@ struct StartOptions {
 };
 
 /// Adds the option --days-later to a command that starts runs.
-void add_days_later(CLI::App& command, std::uint64_t& days);
+void add_days_later_option(CLI::App& command, std::uint64_t& days);
 
 /// Replaces the common flag --json of a command that executes a run by one that also accepts `samples`.
-void add_json_of_run(CLI::App& command, std::string& json);
+void add_run_json_option(CLI::App& command, std::string& json);
 /// Applies the value of that option.
-void apply_json_of_run(Console& console, const std::string& json);
+void apply_run_json(Console& console, const std::string& json);
 
 /// Records a new run of a profile, which was read for this rig, into `path`. Fails with usage (--days-later on a real
 /// rig, among others), interrupted (the record is kept and can be resumed), interlock, an instrument's fault at the
@@ -55,7 +55,7 @@ struct ResumeOptions {
 // Drivers of the tick: an event loop in real time, a plain loop in virtual time.
 
 /// Active run and its objects, which must outlive the drive.
-struct UnderWay {
+struct ActiveRun {
   Console& console;
   const profile::Profile& profile;
   run::RunController& run_controller;
@@ -66,13 +66,13 @@ struct UnderWay {
 };
 
 /// Ticks as fast as possible and syncs at least once a second of wall time. Fails with interrupted or storage.
-[[nodiscard]] Result<run::RunOutcome> drive_virtual(const UnderWay& run);
+[[nodiscard]] Result<run::RunOutcome> drive_virtual(const ActiveRun& run);
 
 /// Ticks on the whole seconds of the rig's clock, and syncs each tick. A late tick is recorded as a gap; the grid does
 /// not drift. Each tick ends with a heartbeat to the watchdog.
-[[nodiscard]] Result<run::RunOutcome> drive_real(const UnderWay& run);
+[[nodiscard]] Result<run::RunOutcome> drive_real(const ActiveRun& run);
 
 /// Waits up to three seconds until all rows are on the disk, and prints a warning if they are not.
-void await_disk(const UnderWay& run);
+void await_disk(const ActiveRun& run);
 
 }  // namespace gyrotherm::app

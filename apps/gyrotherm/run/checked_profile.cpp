@@ -17,13 +17,14 @@ namespace gyrotherm::app {
 Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig) {
   const auto path = path_of(given, kShippedProfile);
   if (!path) return failure(path.error());
-  const auto written = read_text_file(*path);
-  if (!written) return failure(written.error());
-  return profile_for(rig, *written, *path);
+  const auto profile_text = read_text_file(*path);
+  if (!profile_text) return failure(profile_text.error());
+  return parse_checked_profile(rig, *profile_text, *path);
 }
 
-Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written, const std::string& name) {
-  auto profile = profile::parse_profile(written, name);
+Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const std::string& profile_text,
+                                               const std::string& name) {
+  auto profile = profile::parse_profile(profile_text, name);
   if (!profile) return profile;
   std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
   if (rig) {
@@ -33,13 +34,13 @@ Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string&
     verdicts.push_back(
         profile::check_turns(*profile, std::ranges::all_of(rig->units, &rig::UnitSettings::can_be_turned)));
   }
-  std::optional<Fault> mistakes;
+  std::optional<Fault> errors;
   for (const auto& verdict : verdicts)
-    if (!verdict && mistakes)
-      mistakes->what += "\n" + text(verdict.error());
+    if (!verdict && errors)
+      errors->what += "\n" + text(verdict.error());
     else if (!verdict)
-      mistakes = verdict.error();
-  if (mistakes) return failure(std::move(*mistakes));
+      errors = verdict.error();
+  if (errors) return failure(std::move(*errors));
   return profile;
 }
 
@@ -50,10 +51,10 @@ Result<void> check_controller(const drivers::SetPointRange& limits, const profil
     lowest = std::min(lowest, segment.target);
     highest = std::max(highest, segment.target);
   }
-  const auto refuse = [](const char* side, Celsius limit, Celsius wanted) {
+  const auto refuse = [](const char* side, Celsius limit, Celsius required) {
     return failure(FaultKind::out_of_range, "chamber",
                    fmt::format("its controller is set to take nothing {} {:g} °C, the run needs {:g} °C", side,
-                               limit.value, wanted.value));
+                               limit.value, required.value));
   };
   if (limits.lowest && lowest < *limits.lowest) return refuse("below", *limits.lowest, lowest);
   if (limits.highest && highest > *limits.highest) return refuse("above", *limits.highest, highest);

@@ -17,8 +17,8 @@ namespace gyrotherm::app {
 /// every error with its position.
 [[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
 /// Checks the text of a profile in the same way. Its errors are reported under `name`.
-[[nodiscard]] Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written,
-                                                   const std::string& name);
+[[nodiscard]] Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const std::string& profile_text,
+                                                             const std::string& name);
 
 /// Fails with out_of_range if the present limits of the chamber's controller exclude a set point of the profile or the
 /// safe set point.

@@ -29,7 +29,7 @@ constexpr const char* kSchema = "gyrotherm-confirmed-command/1";
 constexpr const char* kTrust = "\"gyrotherm resume RUN.db --trust-commands\" starts it all the same";
 
 /// Returns the commands that a real rig starts. A virtual line has no program.
-std::vector<drivers::ProgramCommand> commands_of(const rig::RigFile& rig) {
+std::vector<drivers::ProgramCommand> list_commands(const rig::RigFile& rig) {
   std::vector<drivers::ProgramCommand> commands;
   for (const auto& thermometer : rig.thermometers)
     if (!thermometer.command.words.empty() && thermometer.line != rig::kVirtualLine)
@@ -44,7 +44,7 @@ std::string absolute(const std::string& path) {
 }
 
 /// Returns the confirmed subject without the content of its files.
-std::string subject_of(const std::string& rig_file, const drivers::ProgramCommand& command) {
+std::string confirmed_subject(const std::string& rig_file, const drivers::ProgramCommand& command) {
   std::vector<std::string> words;
   for (const auto& word : command.words) words.push_back(toml_quoted(word));
   return fmt::format("schema = \"{}\"\nrig = {}\nfolder = {}\ncommand = [{}]\n", kSchema,
@@ -52,20 +52,20 @@ std::string subject_of(const std::string& rig_file, const drivers::ProgramComman
                      fmt::join(words, ", "));
 }
 
-bool is_of_a_package(const std::string& file) {
+bool is_packaged(const std::string& file) {
   std::error_code error;
   const auto real = fs::canonical(file, error).string();
   return !error && real.starts_with("/usr/") && !real.starts_with("/usr/local/");
 }
 
 std::string file_line(const std::string& file) {
-  if (is_of_a_package(file)) return fmt::format("package = {}\n", toml_quoted(file));
+  if (is_packaged(file)) return fmt::format("package = {}\n", toml_quoted(file));
   const auto digest = record::file_digest(file);
   return fmt::format("file = [{}, \"{}\"]\n", toml_quoted(file), digest ? *digest : "unreadable");
 }
 
 /// Returns the file that an interpreter would run: the first argument that names a file.
-std::optional<std::string> script_of(const drivers::ProgramCommand& command) {
+std::optional<std::string> find_script(const drivers::ProgramCommand& command) {
   for (std::size_t i = 1; i < command.words.size(); ++i) {
     const auto& word = command.words[i];
     std::error_code error;
@@ -75,12 +75,13 @@ std::optional<std::string> script_of(const drivers::ProgramCommand& command) {
   return {};
 }
 
-std::string kept_at(const std::string& folder, const std::string& rig_file, const drivers::ProgramCommand& command) {
-  return fmt::format("{}/{}.toml", folder, sha256(subject_of(rig_file, command)));
+std::string confirmation_path(const std::string& folder, const std::string& rig_file,
+                              const drivers::ProgramCommand& command) {
+  return fmt::format("{}/{}.toml", folder, sha256(confirmed_subject(rig_file, command)));
 }
 
 /// Returns how another user could have written the file, or an empty string.
-std::string objection_to(const std::string& path) {
+std::string ownership_problem(const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return path + " cannot be looked at";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
@@ -93,14 +94,14 @@ Result<void> check_command(const std::string& folder, const std::string& rig_fil
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::refused, "command " + text(command), fmt::format("{}; {}", why, kTrust));
   };
-  const auto path = kept_at(folder, rig_file, command);
+  const auto path = confirmation_path(folder, rig_file, command);
   const auto kept = folder.empty() ? std::optional<std::string>()
                                    : read_text_file_if_any(path, kLargestText, Links::refused).value_or(std::nullopt);
   if (!kept)
     return refuse(fmt::format("is not started: this user has not confirmed it for the rig file {} by a run",
                               rig_file.empty() ? "of this record, which does not name it" : rig_file));
   for (const auto& name : {folder, path})
-    if (const auto why = objection_to(name); !why.empty()) return refuse("is not started: " + why);
+    if (const auto why = ownership_problem(name); !why.empty()) return refuse("is not started: " + why);
   if (*kept != confirmation_text(rig_file, command))
     return refuse("is not started: its program or script has changed since it was confirmed");
   return {};
@@ -116,16 +117,16 @@ std::string confirmed_commands_folder() {
 }
 
 std::string confirmation_text(const std::string& rig_file, const drivers::ProgramCommand& command) {
-  auto text = subject_of(rig_file, command);
-  auto placed = command;
-  placed.folder = absolute(command.folder);
-  if (const auto program = drivers::find_program(placed)) text += file_line(absolute(*program));
-  if (const auto script = script_of(command)) text += file_line(absolute(*script));
+  auto text = confirmed_subject(rig_file, command);
+  auto resolved = command;
+  resolved.folder = absolute(command.folder);
+  if (const auto program = drivers::find_program(resolved)) text += file_line(absolute(*program));
+  if (const auto script = find_script(command)) text += file_line(absolute(*script));
   return text;
 }
 
 Result<void> confirm_commands(const std::string& rig_file, const rig::RigFile& rig) {
-  const auto commands = commands_of(rig);
+  const auto commands = list_commands(rig);
   if (commands.empty()) return {};
   const auto folder = confirmed_commands_folder();
   if (folder.empty())
@@ -134,7 +135,7 @@ Result<void> confirm_commands(const std::string& rig_file, const rig::RigFile& r
   fs::create_directories(fs::path(folder).parent_path(), error);
   ::mkdir(folder.c_str(), S_IRWXU);
   for (const auto& command : commands)
-    if (auto kept = replace_own_file(kept_at(folder, rig_file, command), confirmation_text(rig_file, command),
+    if (auto kept = replace_own_file(confirmation_path(folder, rig_file, command), confirmation_text(rig_file, command),
                                      Syncing::awaited, Readers::owner);
         !kept)
       return kept;
@@ -143,7 +144,7 @@ Result<void> confirm_commands(const std::string& rig_file, const rig::RigFile& r
 
 Result<void> check_commands(const std::string& rig_file, const rig::RigFile& rig) {
   const auto folder = confirmed_commands_folder();
-  for (const auto& command : commands_of(rig))
+  for (const auto& command : list_commands(rig))
     if (auto known = check_command(folder, rig_file, command); !known) return known;
   return {};
 }

@@ -27,10 +27,11 @@ std::string format_bias(const std::optional<DegreesPerHour>& bias) {
 }
 
 std::string chamber_line(const Sample& sample) {
-  const auto asked = degrees(sample.progress.set_point.value);
-  if (!sample.chamber.value) return fmt::format("set point {}, chamber: {}", asked, sample.chamber.value.error().what);
+  const auto set_point = degrees(sample.progress.set_point.value);
+  if (!sample.chamber.value)
+    return fmt::format("set point {}, chamber: {}", set_point, sample.chamber.value.error().what);
   const auto& state = *sample.chamber.value;
-  return fmt::format("set point {} (chamber {}), air {}", asked, degrees(state.set_point.value),
+  return fmt::format("set point {} (chamber {}), air {}", set_point, degrees(state.set_point.value),
                      degrees(state.air.value));
 }
 
@@ -70,7 +71,7 @@ Json unit_json(const UnitReading& reading, const record::UnitInfo& unit) {
 
 }  // namespace
 
-std::optional<DegreesPerHour> BiasMeter::bias_of(std::optional<DegreesPerHour> rate) const {
+std::optional<DegreesPerHour> BiasMeter::subtract_earth_rate(std::optional<DegreesPerHour> rate) const {
   if (rate) rate->value -= meter_.axis().earth_rate.value_or(DegreesPerHour{}).value;
   return rate;
 }
@@ -103,11 +104,11 @@ std::string Display::unit_line(std::size_t unit) const {
 
 std::string Display::headline(const Sample& sample, const RunStanding& standing) const {
   const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(standing.time_left.value_or(Duration{}));
-  const auto by_the_wall = time_left(sample, standing);
+  const auto wall_time_left = time_left(sample, standing);
   auto line =
       fmt::format("{}{}: {:.0f} %, {}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
                   100 * done / std::max(done + left, 1.0),
-                  by_the_wall ? spoken(*by_the_wall) + " left" : "time left not known yet", name(standing.state));
+                  wall_time_left ? spoken(*wall_time_left) + " left" : "time left not known yet", name(standing.state));
   if (!standing.cause.empty()) line += ": " + standing.cause;
   if (standing.behind_plan >= std::chrono::seconds(1))
     line += fmt::format(" ({} behind plan)", spoken(*standing.behind_plan));
@@ -139,10 +140,10 @@ std::vector<std::string> Display::temperature_lines(const Sample& sample) const 
   const auto count = std::min(sample.thermometers.size(), channels_.size());
   for (std::size_t i = 0; i < count; ++i) {
     const auto& reading = sample.thermometers[i].value;
-    auto word = fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
-    if (i + 1 == count) word += " °C";
-    if (all.back().size() > 1 && all.back().size() + word.size() > kNarrowest) all.emplace_back(" ");
-    all.back() += word;
+    auto entry = fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
+    if (i + 1 == count) entry += " °C";
+    if (all.back().size() > 1 && all.back().size() + entry.size() > kNarrowest) all.emplace_back(" ");
+    all.back() += entry;
   }
   return all;
 }

@@ -27,12 +27,12 @@ class BiasMeter {
   /// Measures the axis numbered `index` of its unit.
   explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
   void see(const Reading<GyroCount>& reading) { meter_.see(reading); }
-  [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return bias_of(meter_.last_second()); }
+  [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return subtract_earth_rate(meter_.last_second()); }
   /// Returns the mean over the last 100 s, without seconds that have no reading; nothing if none has one.
-  [[nodiscard]] std::optional<DegreesPerHour> mean() const { return bias_of(meter_.mean()); }
+  [[nodiscard]] std::optional<DegreesPerHour> mean() const { return subtract_earth_rate(meter_.mean()); }
 
  private:
-  [[nodiscard]] std::optional<DegreesPerHour> bias_of(std::optional<DegreesPerHour> rate) const;
+  [[nodiscard]] std::optional<DegreesPerHour> subtract_earth_rate(std::optional<DegreesPerHour> rate) const;
 
   record::RateMeter meter_;
 };

@@ -21,12 +21,12 @@ using std::chrono::steady_clock;
 
 constexpr auto kLongestBatch = std::chrono::milliseconds(500);
 /// Longest wait for the disk after a request to stop.
-constexpr auto kLongestFarewell = std::chrono::seconds(3);
+constexpr auto kLongestFlush = std::chrono::seconds(3);
 /// Ticks between two readings of the wall clock.
-constexpr int kTicksPerLook = 64;
+constexpr int kTicksPerClockCheck = 64;
 
 /// Returns the state of the run with faults of the disk added.
-RunStanding standing_of(const UnderWay& run) {
+RunStanding standing_with_disk(const ActiveRun& run) {
   auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())
     standing.faults_now.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
@@ -34,35 +34,35 @@ RunStanding standing_of(const UnderWay& run) {
 }
 
 /// Opens the control socket. Prints a warning if that fails; the run then takes no requests.
-std::optional<control::ControlSocket> ears_of(const UnderWay& run) {
+std::optional<control::ControlSocket> open_control_socket(const ActiveRun& run) {
   auto socket = control::ControlSocket::open(run.path);
   if (socket) return std::move(*socket);
-  run.console.say("warning: " + text(socket.error()));
+  run.console.print_message("warning: " + text(socket.error()));
   return {};
 }
 
-void listen(const UnderWay& run, std::optional<control::ControlSocket>& control_socket) {
+void handle_requests(const ActiveRun& run, std::optional<control::ControlSocket>& control_socket) {
   if (!control_socket) return;
-  control_socket->listen([&](const control::ControlRequest& request, const std::string& who) {
-    auto answer = run.run_controller.carry_out(request, who);
-    run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
+  control_socket->listen([&](const control::ControlRequest& request, const std::string& client) {
+    auto answer = run.run_controller.carry_out(request, client);
+    run.console.print_message(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", client, answer.text));
     return answer;
   });
 }
 
-Result<void> sync(const UnderWay& run) {
+Result<void> sync(const ActiveRun& run) {
   run.store.publish(run.run_controller.standing());
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
   if (!run.console.json || *last < 0) return {};
-  run.console.fact([&](std::size_t missed) {
+  run.console.print_fact([&](std::size_t missed) {
     return missed == 0 ? fmt::format("{{\"acknowledged\": {}}}\n", *last)
                        : fmt::format("{{\"acknowledged\": {}, \"missed\": {}}}\n", *last, missed);
   });
   return {};
 }
 
-Result<run::RunOutcome> stopped(const UnderWay& run) {
+Result<run::RunOutcome> finish_stopped(const ActiveRun& run) {
   if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
       !noted)
     return failure(noted.error());
@@ -72,7 +72,7 @@ Result<run::RunOutcome> stopped(const UnderWay& run) {
 }
 
 /// Ends a run after SIGTERM, when the safe set point was sent. The watchdog gets no release and takes over.
-Result<run::RunOutcome> terminated(const UnderWay& run) {
+Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
   const auto now = run.rig.clock().now();
   if (auto noted = run.store.append_event({now, EventKind::interrupted, run.run_controller.end_cause()}); !noted)
     return failure(noted.error());
@@ -83,40 +83,41 @@ Result<run::RunOutcome> terminated(const UnderWay& run) {
 
 /// Ignores the first signal, and prints the reason, while the chamber is being made safe or an operator has ended the
 /// run.
-bool must_stay(const UnderWay& run) {
+bool refuses_to_leave(const ActiveRun& run) {
   if (run.run_controller.is_told_to_end()) {
-    run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
+    run.console.print_message(
+        "an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
     return true;
   }
   if (run.run_controller.run_state() != RunState::aborting || stops() > 1) return false;
-  run.console.say(
+  run.console.print_message(
       "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
   return true;
 }
 
 /// Ends without waiting for the chamber: the watchdog continues to make it safe.
-Result<run::RunOutcome> left_to_the_guard(const UnderWay& run) {
+Result<run::RunOutcome> leave_to_guard(const ActiveRun& run) {
   await_disk(run);
   return failure(FaultKind::interlock, "", run.run_controller.end_cause());
 }
 
 /// Prints alarms and changes of state at once, each on its own line.
-void tell_events(const UnderWay& run) {
+void print_events(const ActiveRun& run) {
   for (const auto& event : run.run_controller.last_events()) switch (event.kind) {
       case EventKind::fault:
       case EventKind::recovered:
       case EventKind::interlock:
       case EventKind::state:
-        run.console.say(fmt::format("{} {}: {}", civil_time(event.at.utc), name(event.kind), event.text));
+        run.console.print_message(fmt::format("{} {}: {}", civil_time(event.at.utc), name(event.kind), event.text));
         break;
       default: break;
     }
 }
 
 /// Prints the last tick's second for programs that requested each second.
-void tell_sample(const UnderWay& run) {
+void print_sample(const ActiveRun& run) {
   if (!run.console.samples || run.run_controller.last().slot + 1 != run.run_controller.next_slot()) return;
-  run.console.fact([&](std::size_t) {
+  run.console.print_fact([&](std::size_t) {
     return sample_json(run.run_controller.last(), run.run_controller.last_events(), run.store.info()) + "\n";
   });
 }
@@ -124,8 +125,8 @@ void tell_sample(const UnderWay& run) {
 /// Real-time tick and the actions after it. None of them waits for a person, a terminal, a disk or a lock.
 class RealTime {
  public:
-  explicit RealTime(const UnderWay& run)
-      : run_(run), display_(run.console, run.profile, run.rig.file()), ears_(ears_of(run)) {
+  explicit RealTime(const ActiveRun& run)
+      : run_(run), display_(run.console, run.profile, run.rig.file()), control_socket_(open_control_socket(run)) {
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -133,11 +134,12 @@ class RealTime {
 
   Result<run::RunOutcome> run() {
     QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
-    QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
-    QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
-    told.setEnabled(ears_.has_value());
-    QObject::connect(&told, &QSocketNotifier::activated, [this] {
-      if (!ended_) listen(run_, ears_);
+    QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { handle_signal(); });
+    QSocketNotifier requests(control_socket_ ? control_socket_->descriptor() : interrupt_descriptor(),
+                             QSocketNotifier::Read);
+    requests.setEnabled(control_socket_.has_value());
+    QObject::connect(&requests, &QSocketNotifier::activated, [this] {
+      if (!ended_) handle_requests(run_, control_socket_);
     });
     arm();
     QCoreApplication::exec();
@@ -161,7 +163,7 @@ class RealTime {
   }
 
   /// Waits for the disk, so that the last seconds are acknowledged, too.
-  Result<run::RunOutcome> with_its_last_second(Result<run::RunOutcome> outcome) {
+  Result<run::RunOutcome> sync_last_second(Result<run::RunOutcome> outcome) {
     await_disk(run_);
     if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
     return outcome;
@@ -169,7 +171,7 @@ class RealTime {
 
   /// Reacts to a closed terminal as the rig file requires. A user may close a terminal and still want the run to
   /// continue.
-  void hang_up() {
+  void handle_hangup() {
     if (hangups() == seen_hangups_) return;
     seen_hangups_ = hangups();
     forgive_hangups();
@@ -184,36 +186,36 @@ class RealTime {
     return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;
   }
 
-  void interrupt_now() {
-    take_wake_ups();
+  void handle_signal() {
+    drain_wake_ups();
     if (ended_) return;
-    hang_up();
-    listen(run_, ears_);  // earlier requests outrank Ctrl-C
-    if (is_terminated() && !run_.ownership.troubles().empty()) return stay_without_a_guard();
-    if (stops() == 0 || (!is_terminated() && must_stay(run_))) return;
-    leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // completes an accepted hold first
-    if (!leaves_) leave();
+    handle_hangup();
+    handle_requests(run_, control_socket_);  // earlier requests outrank Ctrl-C
+    if (is_terminated() && !run_.ownership.troubles().empty()) return abort_without_guard();
+    if (stops() == 0 || (!is_terminated() && refuses_to_leave(run_))) return;
+    leaves_after_tick_ = run_.run_controller.owes_a_tick() && stops() == 1;  // completes an accepted hold first
+    if (!leaves_after_tick_) leave();
   }
 
   /// Aborts, and ends once the chamber has confirmed: no watchdog could take over.
-  void stay_without_a_guard() {
-    run_.console.say("no guard watches the chamber: this program ends once the chamber is safe");
+  void abort_without_guard() {
+    run_.console.print_message("no guard watches the chamber: this program ends once the chamber is safe");
     if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
       run_.run_controller.submit(control::OperatorCommand::abort, "SIGTERM");
   }
 
   void leave() {
-    if (run_.run_controller.run_state() == RunState::aborting) return end(left_to_the_guard(run_));
-    if (!is_terminated()) return end(stopped(run_));
+    if (run_.run_controller.run_state() == RunState::aborting) return end(leave_to_guard(run_));
+    if (!is_terminated()) return end(finish_stopped(run_));
     run_.run_controller.make_safe("stopped by SIGTERM");
     run_.ownership.heartbeat({});  // before waiting for the disk
-    if (run_.ownership.troubles().empty()) return end(terminated(run_));
+    if (run_.ownership.troubles().empty()) return end(finish_terminated(run_));
     arm();  // no watchdog: end when confirmed
   }
 
   void tick() {
     if (ended_) return;
-    listen(run_, ears_);
+    handle_requests(run_, control_socket_);
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
     if (slot >= run_.run_controller.next_slot()) {
       run_.run_controller.see_guard(run_.ownership.troubles());
@@ -221,58 +223,58 @@ class RealTime {
       run_.ownership.heartbeat(run_.rig.io().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
       display_.see(run_.run_controller.last());
-      tell_events(run_);
-      tell_sample(run_);
-      display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().list());
-      if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
-      if (std::exchange(leaves_, false) && (is_terminated() || !must_stay(run_))) return leave();
+      print_events(run_);
+      print_sample(run_);
+      display_.show(run_.run_controller.last(), standing_with_disk(run_), run_.store.alarms().list());
+      if (!outcome || *outcome != run::RunOutcome::going_on) return end(sync_last_second(std::move(outcome)));
+      if (std::exchange(leaves_after_tick_, false) && (is_terminated() || !refuses_to_leave(run_))) return leave();
     }
     arm();
   }
 
-  const UnderWay& run_;
+  const ActiveRun& run_;
   Display display_;
-  std::optional<control::ControlSocket> ears_;
+  std::optional<control::ControlSocket> control_socket_;
   QTimer timer_;
   bool ended_ = false;
-  bool leaves_ = false;
+  bool leaves_after_tick_ = false;
   int seen_hangups_ = 0;
   Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< valid once ended
 };
 
 }  // namespace
 
-void await_disk(const UnderWay& run) {
-  if (run.store.settle(kLongestFarewell)) return;
+void await_disk(const ActiveRun& run) {
+  if (run.store.settle(kLongestFlush)) return;
   const auto health = run.store.health();
-  run.console.say(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
+  run.console.print_message(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
 }
 
-Result<run::RunOutcome> drive_virtual(const UnderWay& run) {
+Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
   Display display(run.console, run.profile, run.rig.file());
-  auto control_socket = ears_of(run);
+  auto control_socket = open_control_socket(run);
   auto last_sync = steady_clock::now();
   for (;;) {
     run.rig.let_pass(1);
     const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
     if (!outcome) return outcome;
     display.see(run.run_controller.last());
-    tell_sample(run);
+    print_sample(run);
     const bool ended = *outcome != run::RunOutcome::going_on;
-    if (!ended && run.run_controller.next_slot() % kTicksPerLook != 0) continue;
+    if (!ended && run.run_controller.next_slot() % kTicksPerClockCheck != 0) continue;
     if (interrupted() && !ended && !run.run_controller.is_told_to_end() &&
         (run.run_controller.run_state() != RunState::aborting || interrupts() > 1))
-      return stopped(run);
-    listen(run, control_socket);
+      return finish_stopped(run);
+    handle_requests(run, control_socket);
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), standing_of(run), run.store.alarms().list());
+    display.show(run.run_controller.last(), standing_with_disk(run), run.store.alarms().list());
     if (ended) return outcome;
   }
 }
 
-Result<run::RunOutcome> drive_real(const UnderWay& run) {
+Result<run::RunOutcome> drive_real(const ActiveRun& run) {
   int argc = 0;
   QCoreApplication application(argc, nullptr);
   return RealTime(run).run();

@@ -32,15 +32,15 @@ Finding check_limiter(const rig::RigFile& rig) {
   return {"limiter", FindingState::ok, in_words(*rig.limiter) + "; verify these settings on the chamber", ""};
 }
 
-Finding named(Finding finding, const char* what) {
+Finding rename_finding(Finding finding, const char* what) {
   finding.what = what;
   return finding;
 }
 
 }  // namespace
 
-std::vector<Connected> instrument_lines(const rig::RigFile& rig) {
-  std::vector<Connected> lines{{"chamber", rig.chamber_line, rig.chamber_map.link.modbus.port}};
+std::vector<ConnectedInstrument> instrument_lines(const rig::RigFile& rig) {
+  std::vector<ConnectedInstrument> lines{{"chamber", rig.chamber_line, rig.chamber_map.link.modbus.port}};
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     lines.push_back({.title = fmt::format("thermometer {}", i + 1),
                      .line = rig.thermometers[i].line,
@@ -63,7 +63,7 @@ std::string unstable_name(const std::string& line) {
                                            : fmt::format("\"{}\"", text(drivers::Line(stable))));
 }
 
-std::vector<std::string> overdue(const rig::RigFile& rig) {
+std::vector<std::string> list_overdue(const rig::RigFile& rig) {
   return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }
 
@@ -86,14 +86,14 @@ std::vector<Finding> check_readiness(const rig::RigFile& rig, const std::string&
   if (!rig.simulated) findings.push_back(check_limiter(rig));
   const auto parent = std::filesystem::path(record).parent_path().string();
   for (auto& finding : check_disk(parent.empty() ? "." : parent))
-    if (finding.what == "disk") findings.push_back(named(std::move(finding), "disk"));
+    if (finding.what == "disk") findings.push_back(rename_finding(std::move(finding), "disk"));
   if (rig.simulated) return findings;
   for (auto& finding : check_installation())
-    if (finding.what == "gyrotherm-make-safe") findings.push_back(named(std::move(finding), "guard"));
+    if (finding.what == "gyrotherm-make-safe") findings.push_back(rename_finding(std::move(finding), "guard"));
   return findings;
 }
 
-void say_readiness(Console& console, const rig::RigFile& rig, const std::vector<Finding>& findings) {
+void print_readiness(Console& console, const rig::RigFile& rig, const std::vector<Finding>& findings) {
   const auto is_bad = [](const Finding& finding) { return finding.state != FindingState::ok; };
   const auto warnings = std::ranges::count_if(findings, is_bad);
   const bool no_go = std::ranges::any_of(findings, [](const auto& one) { return one.state == FindingState::fault; });
@@ -102,13 +102,13 @@ void say_readiness(Console& console, const rig::RigFile& rig, const std::vector<
     const auto* level = finding.state == FindingState::ok      ? "go"
                         : finding.state == FindingState::fault ? "NO-GO"
                                                                : "WARNING";
-    console.say(fmt::format("{:<8} {:<17} {}{}", level, finding.what, finding.found,
-                            finding.fix.empty() ? "" : "; " + finding.fix));
+    console.print_message(fmt::format("{:<8} {:<17} {}{}", level, finding.what, finding.found,
+                                      finding.fix.empty() ? "" : "; " + finding.fix));
   }
   if (rig.simulated) return;
-  console.say(no_go           ? std::string("NO-GO: expect this run to fail")
-              : warnings == 0 ? std::string("GO")
-                              : fmt::format("GO WITH {} WARNING{}", warnings, warnings == 1 ? "" : "S"));
+  console.print_message(no_go           ? std::string("NO-GO: expect this run to fail")
+                        : warnings == 0 ? std::string("GO")
+                                        : fmt::format("GO WITH {} WARNING{}", warnings, warnings == 1 ? "" : "S"));
 }
 
 }  // namespace gyrotherm::app

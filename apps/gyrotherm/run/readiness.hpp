@@ -17,7 +17,7 @@
 namespace gyrotherm::app {
 
 /// Instrument of a rig file and the line that it is connected to.
-struct Connected {
+struct ConnectedInstrument {
   std::string title;
   std::string line;
   std::uint16_t usual_port = drivers::LineDefaults{}.port;
@@ -26,14 +26,14 @@ struct Connected {
 };
 
 /// Lists the chamber, the thermometers, the gyros and the analogue inputs, in this order.
-[[nodiscard]] std::vector<Connected> instrument_lines(const rig::RigFile& rig);
+[[nodiscard]] std::vector<ConnectedInstrument> instrument_lines(const rig::RigFile& rig);
 
 /// Returns why the device name of a serial line may refer to another adapter tomorrow, with the name to use instead.
 /// Returns an empty string for a stable name.
 [[nodiscard]] std::string unstable_name(const std::string& line);
 
 /// Returns a sentence for each calibration that is overdue on the day on which the rig would run.
-[[nodiscard]] std::vector<std::string> overdue(const rig::RigFile& rig);
+[[nodiscard]] std::vector<std::string> list_overdue(const rig::RigFile& rig);
 
 /// Reports the source of the bias reference. Warns if the Earth rate of an axis is unknown; the mean of the first hold
 /// is then its reference.
@@ -44,6 +44,6 @@ struct Connected {
 [[nodiscard]] std::vector<Finding> check_readiness(const rig::RigFile& rig, const std::string& record, Duration utc);
 
 /// Prints the findings and the verdict: GO, GO WITH n WARNINGS or NO-GO. Prints only the warnings of a virtual rig.
-void say_readiness(Console& console, const rig::RigFile& rig, const std::vector<Finding>& findings);
+void print_readiness(Console& console, const rig::RigFile& rig, const std::vector<Finding>& findings);
 
 }  // namespace gyrotherm::app

@@ -61,8 +61,8 @@ TEST(Outlet, WritesInOrderBeforeNeverWait) {
   ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
   const Descriptor reader(ends[0]), writer(ends[1]);
   Outlet outlet(writer.number());
-  outlet.say(line("one"));
-  outlet.say(line("two"));
+  outlet.write_lines(line("one"));
+  outlet.write_lines(line("two"));
   char bytes[16];
   EXPECT_EQ(std::string(bytes, static_cast<std::size_t>(::read(reader.number(), bytes, sizeof bytes))), "one\ntwo\n");
 }
@@ -74,7 +74,7 @@ TEST(Outlet, DoesNotWaitForBlockedReader) {
     Outlet outlet(pipe.writer());
     outlet.never_wait();
     for (int i = 0; i < 1000; ++i) {
-      outlet.say(line("a line"));
+      outlet.write_lines(line("a line"));
       outlet.draw({"a picture"});
     }
     EXPECT_LT(meter.slept(), 1s);
@@ -89,11 +89,11 @@ TEST(Outlet, ReportsDroppedLinesWithNextAcceptedLines) {
   Outlet outlet(pipe.writer());
   outlet.never_wait();
   const std::string kilobyte(1023, 'x');
-  for (int i = 0; i < 400; ++i) outlet.say(line(kilobyte));
+  for (int i = 0; i < 400; ++i) outlet.write_lines(line(kilobyte));
   std::string text;
   const auto lines = [&] { return std::count(text.begin(), text.end(), '\n'); };
   while (lines() < static_cast<std::ptrdiff_t>(Outlet::kMostWaiting / 1024)) text += pipe.read_until("\n");
-  outlet.say(line("now"));
+  outlet.write_lines(line("now"));
   while (text.find('-') == std::string::npos) text += pipe.read_until("\n");
   EXPECT_EQ(lines() - 1 + std::stol(text.substr(text.find('-') + 1)), 400);
 }

@@ -14,7 +14,7 @@
 namespace gyrotherm::app {
 namespace {
 
-std::vector<std::string> lines_of(const std::string& text) {
+std::vector<std::string> split_lines(const std::string& text) {
   std::istringstream stream(text);
   std::vector<std::string> lines;
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
@@ -33,7 +33,7 @@ class Compensate : public testing::Test {
 TEST_F(Compensate, PrintsLinePerRow) {
   const auto ran = compensate(small_rows(300));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  const auto lines = lines_of(ran.out);
+  const auto lines = split_lines(ran.out);
   ASSERT_EQ(lines.size(), 301u);
   EXPECT_EQ(lines[0], "compensated_bias_deg_per_h");
   for (int row = 1; row <= 300; ++row) EXPECT_EQ(lines[row].empty(), row < 100) << "the first mean is of 100 rows";
@@ -76,7 +76,7 @@ TEST_F(Compensate, AnswersIndependentlyOfInputPieces) {
 }
 
 TEST_F(Compensate, DistinguishesThermometerAndGyroOfSameName) {
-  const auto rows = lines_of(small_rows(300));
+  const auto rows = split_lines(small_rows(300));
   std::string exported = "# axis gyro: scale 1, earth rate 0\nslot,gyro [°C],B [°C],gyro [1 °/h]\n";
   for (int row = 1; row <= 300; ++row) exported += fmt::format("{},{}\n", row - 1, rows[row]);
   const auto renamed =
@@ -89,14 +89,14 @@ TEST_F(Compensate, DistinguishesThermometerAndGyroOfSameName) {
 
 /// Returns rows in the format of `export`, with these slots.
 std::string exported_rows(const std::vector<int>& slots) {
-  const auto rows = lines_of(small_rows(static_cast<int>(slots.size())));
+  const auto rows = split_lines(small_rows(static_cast<int>(slots.size())));
   std::string text = "# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n";
   for (std::size_t row = 0; row < slots.size(); ++row) text += fmt::format("{},{}\n", slots[row], rows[row + 1]);
   return text;
 }
 
 TEST_F(Compensate, AppliesSignOfEarthRateToTurnedRows) {
-  const auto rows = lines_of(small_rows(300));
+  const auto rows = split_lines(small_rows(300));
   std::string text = "# axis gyro: scale 1, earth rate 10\nslot,A [°C],B [°C],gyro [1 °/h],turned\n";
   for (int row = 1; row <= 300; ++row) {
     const auto comma = rows[row].rfind(',');
@@ -104,7 +104,7 @@ TEST_F(Compensate, AppliesSignOfEarthRateToTurnedRows) {
     const double rate = std::stod(rows[row].substr(comma + 1)) + (row <= 200 ? 10 : -10);
     text += fmt::format("{},{},{},{}\n", row - 1, rows[row].substr(0, comma), rate, turned);
   }
-  const auto known = lines_of(compensate(small_rows(300)).out), found = lines_of(compensate(text).out);
+  const auto known = split_lines(compensate(small_rows(300)).out), found = split_lines(compensate(text).out);
   ASSERT_EQ(found.size(), 301u);
   for (std::size_t row = 100; row <= 300; ++row)
     if (row > 150 && row <= 200)
@@ -123,7 +123,7 @@ TEST_F(Compensate, PrintsNoValueAfterGapUntilMeanIsComplete) {
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_EQ(whole.out, compensate(small_rows(400)).out) << "it need not begin with the run";
   EXPECT_EQ(whole.err.find("missing"), std::string::npos) << whole.err;
-  const auto lines = lines_of(ran.out);
+  const auto lines = split_lines(ran.out);
   ASSERT_EQ(lines.size(), 401u);
   for (std::size_t row = 1; row <= 400; ++row)
     EXPECT_EQ(lines[row].empty(), row < 100 || (row > 150 && row < 250)) << row;
@@ -140,7 +140,7 @@ TEST_F(Compensate, RefusesSlotOutOfOrderWithPosition) {
     EXPECT_NE(ran.err.find(fmt::format("stdin:113:1: slot {}, expected a whole number from 110 to", wrong)),
               std::string::npos)
         << ran.err;
-    EXPECT_EQ(lines_of(ran.out).size(), 111u) << "the rows before it are answered";
+    EXPECT_EQ(split_lines(ran.out).size(), 111u) << "the rows before it are answered";
   }
   const auto ran = compensate("# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n,20,20,1\n");
   EXPECT_NE(ran.err.find("stdin:3:1: no slot, expected"), std::string::npos) << ran.err;
@@ -151,7 +151,7 @@ TEST_F(Compensate, RefusesMalformedRowAfterAnsweringEarlierRows) {
   const auto ran = compensate(rows);
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.err.find("stdin:152:4: \"warm\", expected a number"), std::string::npos) << ran.err;
-  EXPECT_EQ(lines_of(ran.out).size(), 151u);
+  EXPECT_EQ(split_lines(ran.out).size(), 151u);
   EXPECT_EQ(compensate("A,bias\n").exit_code, 2) << "the model needs B";
   EXPECT_EQ(compensate("A,B\n").exit_code, 4);
   EXPECT_EQ(compensate("").exit_code, 4);
@@ -177,7 +177,7 @@ TEST_F(Compensate, RefusesColumnsInOtherUnits) {
 }
 
 TEST_F(Compensate, LeavesMeansEmptyWhenReadingIsMissing) {
-  const auto lines = lines_of(compensate(small_rows(150) + "20,,1\n" + small_rows(250).substr(9)).out);
+  const auto lines = split_lines(compensate(small_rows(150) + "20,,1\n" + small_rows(250).substr(9)).out);
   ASSERT_EQ(lines.size(), 402u);
   for (std::size_t row = 100; row <= 401; ++row) EXPECT_EQ(lines[row].empty(), row > 150 && row <= 250) << row;
 }
@@ -185,7 +185,7 @@ TEST_F(Compensate, LeavesMeansEmptyWhenReadingIsMissing) {
 TEST_F(Compensate, PrintsUncertaintyInSecondColumn) {
   const auto plain = compensate(small_rows(300)), with = compensate(small_rows(300), "--uncertainty");
   ASSERT_EQ(with.exit_code, 0) << with.err;
-  const auto values = lines_of(plain.out), lines = lines_of(with.out);
+  const auto values = split_lines(plain.out), lines = split_lines(with.out);
   ASSERT_EQ(lines.size(), values.size());
   EXPECT_EQ(lines[0], "compensated_bias_deg_per_h,U_deg_per_h");
   EXPECT_EQ(lines[1], ",") << "no value, no U";
@@ -199,10 +199,10 @@ TEST_F(Compensate, WidensUncertaintyOutsideTrainedRange) {
   const auto last_u = [this](double temperature) {
     std::string rows = "A,B,bias\n";
     for (int i = 0; i < 120; ++i) rows += fmt::format("{0},{0},1\n", temperature);
-    const auto lines = lines_of(compensate(rows, "--uncertainty").out);
+    const auto lines = split_lines(compensate(rows, "--uncertainty").out);
     return lines.size() == 121 ? std::stod(lines[120].substr(lines[120].find(',') + 1)) : 0.0;
   };
-  const auto inside = lines_of(compensate(small_rows(300), "--uncertainty").out);
+  const auto inside = split_lines(compensate(small_rows(300), "--uncertainty").out);
   const double u = std::stod(inside[300].substr(inside[300].find(',') + 1));
   EXPECT_GT(last_u(90), u);
   EXPECT_GT(last_u(120), last_u(90));
@@ -213,8 +213,8 @@ TEST_F(Compensate, ReportsInputsOutsideTrainedRange) {
   for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
   const auto continued = compensate(hot), refused = compensate(hot, "--outside refuse");
   EXPECT_NE(continued.err.find("21 rows had an input outside"), std::string::npos) << continued.err;
-  EXPECT_FALSE(lines_of(continued.out)[120].empty());
-  EXPECT_TRUE(lines_of(refused.out)[120].empty());
+  EXPECT_FALSE(split_lines(continued.out)[120].empty());
+  EXPECT_TRUE(split_lines(refused.out)[120].empty());
   EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
 }
 
@@ -236,10 +236,10 @@ TEST_F(Compensate, RefusesRecordWithoutRowPerSecond) {
   EXPECT_EQ(exported("interval = \"100 ms\"\nevery = \"1 s\"", small_rows(3000)).exit_code, 0);
 
   std::string rows = "t,A,B,bias\n";
-  const auto plain = lines_of(small_rows(300));
+  const auto plain = split_lines(small_rows(300));
   for (int row = 0; row < 300; ++row) rows += fmt::format("{},{}\n", row < 150 ? row : row + 50, plain[row + 1]);
   ASSERT_EQ(exported("column = \"t\"\nunit = \"s\"", rows).exit_code, 0);
-  const auto lines = lines_of(read_text_file(folder_ / "rows.out").value());
+  const auto lines = split_lines(read_text_file(folder_ / "rows.out").value());
   ASSERT_EQ(lines.size(), 302u);
   for (int i = 0; i < 300; ++i)
     EXPECT_EQ(lines[i + 2].find(",,") != std::string::npos, i < 99 || (i >= 150 && i < 249)) << lines[i + 2];
@@ -258,7 +258,7 @@ class CompensateAndTrack : public Compensate {
   /// Returns rows of a gyro whose bias is larger by 1 °/h, with a last column at_rest.
   static std::string shifted_rows(const std::string& at_rest) {
     std::string text = "A,B,bias,at_rest\n";
-    for (const auto& line : lines_of(small_rows(kRows))) {
+    for (const auto& line : split_lines(small_rows(kRows))) {
       const auto comma = line.rfind(',');
       if (line.front() == 'A') continue;
       text += line.substr(0, comma + 1) + std::to_string(std::stod(line.substr(comma + 1)) + 1) + "," + at_rest + "\n";
@@ -266,8 +266,8 @@ class CompensateAndTrack : public Compensate {
     return text;
   }
   /// Returns the mean of the last 1000 answers.
-  static double mean_of_last(const Ran& ran) {
-    const auto lines = lines_of(ran.out);
+  static double last_mean(const Ran& ran) {
+    const auto lines = split_lines(ran.out);
     double sum = 0;
     for (std::size_t i = lines.size() - 1000; i < lines.size(); ++i) sum += std::stod(lines[i]);
     return sum / 1000;
@@ -281,8 +281,8 @@ TEST_F(CompensateAndTrack, RemovesResidualBiasAtRest) {
   ASSERT_EQ(resting.exit_code, 0) << resting.err;
   ASSERT_EQ(moving.exit_code, 0) << moving.err;
   EXPECT_NE(resting.err.find("what is left is tracked, N "), std::string::npos) << resting.err;
-  EXPECT_LT(std::abs(mean_of_last(resting)), 0.2) << "of 1 °/h";
-  EXPECT_GT(mean_of_last(moving), 0.8) << "what may be a rotation is left alone";
+  EXPECT_LT(std::abs(last_mean(resting)), 0.2) << "of 1 °/h";
+  EXPECT_GT(last_mean(moving), 0.8) << "what may be a rotation is left alone";
   EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field is no rest";
 }
 

@@ -19,11 +19,11 @@ struct Oracle {
 };
 
 /// Results of the small swarm (`--quick`), which tunes in seconds; measured with version 0.1.0.
-struct OracleOfAGyro {
+struct GyroOracle {
   int seed;
   Oracle models[3];
 };
-constexpr OracleOfAGyro kOracles[] = {
+constexpr GyroOracle kOracles[] = {
     {1, {{"three-point", 0.00686, 0.00695}, {"multi-point", 0.00206, 0.00217}, {"multi-point-t", 0.00212, 0.00237}}},
     {2, {{"three-point", 0.00656, 0.00680}, {"multi-point", 0.00201, 0.00278}, {"multi-point-t", 0.00200, 0.00266}}}};
 constexpr double kLoss = 1.15;
@@ -34,7 +34,7 @@ void record(const char* profile, int seed, const std::string& out) {
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
 }
 
-class DefaultRigOracle : public testing::TestWithParam<OracleOfAGyro> {};
+class DefaultRigOracle : public testing::TestWithParam<GyroOracle> {};
 
 TEST_P(DefaultRigOracle, KeepsAccuracyOnUnseenRun) {
   const Folder folder;

@@ -108,8 +108,8 @@ TEST(ForeignWay, TrainsFromDetectedMapWithoutEditing) {
 }
 
 /// Returns the path of a record of the bench with the bias that `rate` gives.
-std::string record_of(const Folder& folder, const std::function<std::string(int)>& rate, const std::string& more = "",
-                      const std::function<double(int)>& third = Bench::wall_c) {
+std::string make_record(const Folder& folder, const std::function<std::string(int)>& rate, const std::string& more = "",
+                        const std::function<double(int)>& third = Bench::wall_c) {
   std::ofstream(folder / "t.csv") << table("t,TA,TB,w", [&](int i) {
     return fmt::format("{},{:.6f},{:.6f},{}", 10 * i, Bench::oven_c(i), third(i), rate(i));
   });
@@ -138,7 +138,7 @@ TEST(ForeignWay, ReportsOutliersAndRemovesThemOnRequest) {
   const Folder folder;
   for (const double spike : {1000., -9999., 60.}) {
     const auto record =
-        record_of(folder, [&](int i) { return i % 300 == 33 ? fmt::format("{}", spike) : clean_rate(i); });
+        make_record(folder, [&](int i) { return i % 300 == 33 ? fmt::format("{}", spike) : clean_rate(i); });
     const auto named = train(folder, record, "");
     EXPECT_NE(named.find("8 samples of the bias are outliers"), std::string::npos) << named;
     EXPECT_NE(named.find("at 330 s"), std::string::npos) << named;
@@ -147,13 +147,13 @@ TEST(ForeignWay, ReportsOutliersAndRemovesThemOnRequest) {
     EXPECT_NE(without.find("rmse 0.00"), std::string::npos) << without;
     EXPECT_NE(read_text_file(folder / "m.json").value().find("samples of the bias are outliers"), std::string::npos);
   }
-  EXPECT_EQ(train(folder, record_of(folder, clean_rate), "").find("outlier"), std::string::npos);
+  EXPECT_EQ(train(folder, make_record(folder, clean_rate), "").find("outlier"), std::string::npos);
 }
 
 TEST(ForeignWay, WarnsWhenModelIsNoBetterThanNone) {
   const Folder folder;
   for (const double seed : {1.3, 2.1, 5.7}) {
-    const auto record = record_of(folder, [&](int i) {
+    const auto record = make_record(folder, [&](int i) {
       return fmt::format("{:.6f}", std::fmod(std::abs(std::sin(i * seed) * 43758.5453), 1.0));
     });
     const auto trained = train(folder, record, "--folds blocks:8");
@@ -164,7 +164,7 @@ TEST(ForeignWay, WarnsWhenModelIsNoBetterThanNone) {
 TEST(ForeignWay, NamesFoldWithConstantInput) {
   const Folder folder;
   for (int fold = 0; fold < 4; ++fold) {
-    const auto record = record_of(folder, clean_rate, "", [&](int i) { return i / 540 == fold ? 20. : 1.; });
+    const auto record = make_record(folder, clean_rate, "", [&](int i) { return i / 540 == fold ? 20. : 1.; });
     const auto refused = train(folder, record, "--folds blocks:4 --guard 0");
     EXPECT_NE(refused.find(fmt::format("without fold {} of 4", fold + 1)), std::string::npos) << refused;
     EXPECT_NE(refused.find("expected other --folds"), std::string::npos) << refused;
@@ -173,7 +173,7 @@ TEST(ForeignWay, NamesFoldWithConstantInput) {
 
 TEST(ForeignWay, TrainsOnShortClusters) {
   const Folder folder;
-  const auto record = record_of(folder, clean_rate);
+  const auto record = make_record(folder, clean_rate);
   for (const auto& [length, clusters] : {std::pair("50", 432), std::pair("20", 1080), std::pair("200", 108)}) {
     const auto trained = train(folder, record, "--cluster-length " + std::string(length));
     EXPECT_NE(trained.find(fmt::format("over {} clusters", clusters)), std::string::npos) << trained;
@@ -185,7 +185,7 @@ TEST(ForeignWay, TrainsOnShortClusters) {
 
 TEST(ForeignWay, UsesTimeOfExportedTable) {
   const Folder folder;
-  const auto record = record_of(folder, clean_rate, "earth_rate = 0\n");
+  const auto record = make_record(folder, clean_rate, "earth_rate = 0\n");
   train(folder, record, "");
   ASSERT_EQ(gyrotherm_with("export " + record + " --out " + (folder / "t.out.csv")).exit_code, 0);
   const auto compensated = gyrotherm_with("compensate " + (folder / "m.json") + " < " + (folder / "t.out.csv"));
@@ -251,7 +251,7 @@ TEST(ForeignWay, ReadsFilesOfPublicReports) {
 }
 
 /// Imports a file of a public report with its map.
-Ran import_of_report(const std::string& file, const std::string& map, const std::string& out) {
+Ran import_report(const std::string& file, const std::string& map, const std::string& out) {
   const auto trials = public_reports();
   return gyrotherm_with("import " + trials + file + " --map " + trials + map + " --out " + out);
 }
@@ -259,10 +259,10 @@ Ran import_of_report(const std::string& file, const std::string& map, const std:
 TEST(ForeignWay, AcceptsMapsOfPublicReports) {
   if (public_reports().empty()) GTEST_SKIP() << "trials/files is not in GYROTHERM_SHARED";
   const Folder folder;
-  const auto masked = import_of_report("n_valid_range.nc", "maps_nc.toml", folder / "n.db");
+  const auto masked = import_report("n_valid_range.nc", "maps_nc.toml", folder / "n.db");
   EXPECT_NE(masked.err.find("T1: 1069 values, 5 to 35 °C, 11 missing"), std::string::npos) << masked.err;
 
-  const auto pulses = import_of_report("c07b_dup_stamps_jitter.csv", "incr.toml", folder / "p.db");
+  const auto pulses = import_report("c07b_dup_stamps_jitter.csv", "incr.toml", folder / "p.db");
   ASSERT_EQ(pulses.exit_code, 0) << pulses.err;
   const auto record = record::read_record(folder / "p.db");
   ASSERT_TRUE(record);
@@ -270,17 +270,17 @@ TEST(ForeignWay, AcceptsMapsOfPublicReports) {
   for (const double number : record->units.at(0).rotation.at(0)) all += number;
   EXPECT_NEAR(all, 9029.5358, 1e-6) << "as the file's own column adds up to";
 
-  ASSERT_EQ(import_of_report("s0_good.csv", "s0e.toml", folder / "t.db").exit_code, 0);
+  ASSERT_EQ(import_report("s0_good.csv", "s0e.toml", folder / "t.db").exit_code, 0);
   train(folder, folder / "t.db", "");
   ASSERT_EQ(gyrotherm_with("export " + (folder / "t.db") + " --out " + (folder / "t.csv")).exit_code, 0);
   const auto compensated = gyrotherm_with("compensate " + (folder / "m.json") + " < " + (folder / "t.csv"));
   EXPECT_NE(compensated.err.find("these are 10 s apart"), std::string::npos) << compensated.err;
 
-  ASSERT_EQ(import_of_report("s7_spikes.csv", "s7_spikes.toml", folder / "s.db").exit_code, 0);
+  ASSERT_EQ(import_report("s7_spikes.csv", "s7_spikes.toml", folder / "s.db").exit_code, 0);
   EXPECT_NE(train(folder, folder / "s.db", "").find("20 samples of the bias are outliers"), std::string::npos);
   EXPECT_NE(train(folder, folder / "s.db", "--outliers leave-out").find("rmse 0.015"), std::string::npos);
 
-  ASSERT_EQ(import_of_report("s12_step.csv", "s12_step.toml", folder / "c.db").exit_code, 0);
+  ASSERT_EQ(import_report("s12_step.csv", "s12_step.toml", folder / "c.db").exit_code, 0);
   const auto refused = train(folder, folder / "c.db", "");
   EXPECT_NE(refused.find("without fold 4 of 4"), std::string::npos) << refused;
 }

@@ -23,7 +23,7 @@ constexpr double kWarm = 21.5;  ///< °C, profile
 constexpr double kLimit = 20;   ///< s until the chamber is safe
 
 /// Finds the guard of a record and its children by their command lines.
-std::vector<pid_t> guards_of(const std::string& record) {
+std::vector<pid_t> find_guards(const std::string& record) {
   std::vector<pid_t> guards;
   for (const auto& process : entries_of("/proc")) {
     std::ifstream file(process / "cmdline");
@@ -36,7 +36,7 @@ std::vector<pid_t> guards_of(const std::string& record) {
 
 /// Kills the guard of a record, so that the test does not wait for it.
 void end_guards(const std::string& record) {
-  for (const auto pid : guards_of(record)) ::kill(pid, SIGKILL);
+  for (const auto pid : find_guards(record)) ::kill(pid, SIGKILL);
 }
 
 class GuardedRun : public ::testing::Test {
@@ -144,7 +144,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutGuard) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
-  ASSERT_FALSE(guards_of(record).empty());
+  ASSERT_FALSE(find_guards(record).empty());
   end_guards(record);
   run.signal(SIGTERM);
   EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
@@ -201,9 +201,9 @@ TEST_F(GuardedRun, WaitsForAnswerWhenProfileAsks) {
 TEST_F(GuardedRun, HoldSurvivesInterruptInSameSecond) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
-  const auto told = gyrotherm_with("tell " + record + " pause");
+  const auto answer = gyrotherm_with("tell " + record + " pause");
   run.signal(SIGINT);
-  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_EQ(answer.exit_code, 0) << answer.err;
   EXPECT_EQ(run.wait(), 5) << run.output();
   const auto kept = record::read_record(record);
   ASSERT_TRUE(kept) << text(kept.error());
@@ -219,7 +219,7 @@ TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
     const auto path = folder / ("run" + std::to_string(tries) + ".db");
     Background run(warm_run(path), folder / ("log" + std::to_string(tries)));
     ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
-    const auto told = [&](const std::string& word) {
+    const auto send = [&](const std::string& word) {
       const auto answer = control::tell(path, control::request_of(word, "").value(), std::chrono::seconds(5));
       return answer && answer->done;
     };
@@ -228,9 +228,9 @@ TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
     EXPECT_TRUE(paused->done) << paused->text;
     run.signal(SIGINT);
     shell("sleep 0.1");  // the signal has been handled
-    const bool is_told = told("stop");
+    const bool was_stopped = send("stop");
     const int ended = run.wait();
-    if (!is_told) continue;  // the second was over
+    if (!was_stopped) continue;  // the second was over
     EXPECT_EQ(ended, 0) << run.output();
     EXPECT_EQ(laboratory.set_point(), kSafe);
     const auto kept = record::read_record(path);
@@ -260,25 +260,25 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
   /// Returns one line for each message so far.
-  [[nodiscard]] std::string heard() {
+  [[nodiscard]] std::string messages() {
     char message[256];
     for (ssize_t size; (size = ::recv(socket_, message, sizeof message, MSG_DONTWAIT)) > 0;)
-      heard_ += std::string(message, static_cast<std::size_t>(size)) + "\n";
-    return heard_;
+      messages_ += std::string(message, static_cast<std::size_t>(size)) + "\n";
+    return messages_;
   }
 
  private:
   int socket_;
-  std::string heard_;
+  std::string messages_;
 };
 
 TEST_F(GuardedRun, NotifiesSystemdWatchdogEachTick) {
   Watchdog watchdog(folder / "notify");
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
-  const auto heard = watchdog.heard();
-  EXPECT_TRUE(heard.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << heard;
-  EXPECT_NE(heard.find("WATCHDOG_USEC=8000000\nWATCHDOG=1\nWATCHDOG=1\n"), std::string::npos) << heard;
+  const auto messages = watchdog.messages();
+  EXPECT_TRUE(messages.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << messages;
+  EXPECT_NE(messages.find("WATCHDOG_USEC=8000000\nWATCHDOG=1\nWATCHDOG=1\n"), std::string::npos) << messages;
   const std::string make_safe = std::string(GYROTHERM_PROGRAM) + "-make-safe ";
   EXPECT_EQ(shell(make_safe + record).exit_code, 5) << "the program lives";
   EXPECT_EQ(laboratory.set_point(), kWarm);

@@ -31,14 +31,14 @@ class Setting {
 
 /// Reads the status file until `wanted` accepts it. Returns the last status after 30 s.
 template <class Wanted>
-record::RunStatus status_once(const std::string& record, Wanted wanted) {
+record::RunStatus wait_for_status(const std::string& record, Wanted accepts) {
   record::RunStatus status;
-  for (int i = 0; i < 300 && !wanted(status); ++i) {
+  for (int i = 0; i < 300 && !accepts(status); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    const auto told = read_text_file(record::status_path(record)).and_then([](const auto& text) {
+    const auto status_read = read_text_file(record::status_path(record)).and_then([](const auto& text) {
       return record::parse_status(text, "status");
     });
-    if (told) status = *told;
+    if (status_read) status = *status_read;
   }
   return status;
 }
@@ -74,10 +74,10 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
 
   std::ofstream(hangs) << "now";
-  const auto hanging = status_once(record, [](const auto& status) { return !status.storage_trouble.empty(); });
+  const auto hanging = wait_for_status(record, [](const auto& status) { return !status.storage_trouble.empty(); });
   EXPECT_NE(hanging.storage_trouble.find("a write has not come back for "), std::string::npos)
       << hanging.storage_trouble;
-  const auto later = status_once(record, [&](const auto& status) { return status.slot >= hanging.slot + 2; });
+  const auto later = wait_for_status(record, [&](const auto& status) { return status.slot >= hanging.slot + 2; });
   EXPECT_GE(later.slot, hanging.slot + 2) << "ticks go on";
   EXPECT_EQ(later.acknowledged, hanging.acknowledged);
   EXPECT_GE(later.backlog_s, 4);
@@ -88,7 +88,7 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
       << shown.out << shown.err;
 
   std::filesystem::remove(hangs);
-  const auto well = status_once(record, [&](const auto& status) { return status.acknowledged >= later.slot; });
+  const auto well = wait_for_status(record, [&](const auto& status) { return status.acknowledged >= later.slot; });
   EXPECT_GE(well.acknowledged, later.slot) << "what waited is on the disk";
   EXPECT_EQ(well.storage_trouble, "");
   run->signal(SIGINT);

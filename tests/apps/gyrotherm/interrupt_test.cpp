@@ -18,7 +18,7 @@ using std::chrono::steady_clock;
 
 /// Returns the exit code, or −signal. Fails the test if the program never ends. The code shows whether the signal or
 /// the end of the work ended the program.
-int end_of(Background& program) {
+int wait_for_end(Background& program) {
   const auto began = steady_clock::now();
   while (program.is_running() && steady_clock::now() - began < 60s) std::this_thread::sleep_for(5ms);
   EXPECT_FALSE(program.is_running()) << "still there";
@@ -60,7 +60,7 @@ TEST(Interrupt, EndsSimpleCommandAtOnce) {
     std::this_thread::sleep_for(300ms);
     ASSERT_TRUE(check.is_running()) << check.output();
     check.signal(number);
-    EXPECT_EQ(end_of(check), -number);
+    EXPECT_EQ(wait_for_end(check), -number);
   }
 }
 
@@ -75,7 +75,7 @@ TEST(Interrupt, LeavesNoFileOfImport) {
     while (import.is_running() && !std::filesystem::exists(record)) std::this_thread::sleep_for(5ms);
     ASSERT_TRUE(import.is_running()) << import.output();
     import.signal(number);
-    EXPECT_EQ(end_of(import), 5) << import.output();
+    EXPECT_EQ(wait_for_end(import), 5) << import.output();
     EXPECT_TRUE(std::filesystem::is_empty(folder / "records")) << "after signal " << number;
   }
 }
@@ -86,7 +86,7 @@ TEST(Interrupt, StopsAServerInOrder) {
     Background simulate({"simulate"}, folder / ("out" + std::to_string(number)));
     ASSERT_TRUE(simulate.wait_for("gyro ", 60)) << simulate.output();
     simulate.signal(number);
-    EXPECT_EQ(end_of(simulate), 0);
+    EXPECT_EQ(wait_for_end(simulate), 0);
   }
 }
 
@@ -100,7 +100,7 @@ TEST(Interrupt, EndsBusyCommandWhenRepeated) {
   std::this_thread::sleep_for(700ms);
   if (!thermal.is_running()) GTEST_SKIP() << "this machine solves it too fast";
   thermal.signal(SIGINT);
-  EXPECT_EQ(end_of(thermal), -SIGINT) << "two at once are one press; the one after it counts";
+  EXPECT_EQ(wait_for_end(thermal), -SIGINT) << "two at once are one press; the one after it counts";
 }
 
 TEST(Interrupt, StopsThermalWithoutImage) {
@@ -108,7 +108,7 @@ TEST(Interrupt, StopsThermalWithoutImage) {
   Background thermal({"thermal", "--mesh", "coarse", "--out", folder / "image"}, folder / "out");
   ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
   thermal.signal(SIGINT);
-  EXPECT_EQ(end_of(thermal), 5) << thermal.output();
+  EXPECT_EQ(wait_for_end(thermal), 5) << thermal.output();
   EXPECT_TRUE(std::filesystem::is_empty(folder / "image"));
 }
 

@@ -37,7 +37,7 @@ int kills() {
   return asked != nullptr ? std::atoi(asked) : kKills;
 }
 
-std::vector<int> segments_of(const record::Record& record) {
+std::vector<int> list_segments(const record::Record& record) {
   std::vector<int> segments;
   for (const auto& progress : record.progress)
     if (segments.empty() || segments.back() != progress.segment) segments.push_back(progress.segment);
@@ -57,16 +57,16 @@ std::map<int, int> rows_in_band(const record::Record& record) {
 }
 
 /// Compares bit by bit; NaN equals NaN.
-bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+bool equals(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 void expect_same_up_to(std::size_t rows, const record::Record& record, const record::Record& twin) {
   for (std::size_t i = 0; i < rows; ++i) {
     ASSERT_EQ(record.slot[i], twin.slot[i]);
     ASSERT_TRUE(record.progress[i] == twin.progress[i]) << "second " << i;
-    ASSERT_TRUE(same(record.units[0].rotation[0][i], twin.units[0].rotation[0][i])) << "second " << i;
-    ASSERT_TRUE(same(record.chamber_air_c[i], twin.chamber_air_c[i])) << "second " << i;
+    ASSERT_TRUE(equals(record.units[0].rotation[0][i], twin.units[0].rotation[0][i])) << "second " << i;
+    ASSERT_TRUE(equals(record.chamber_air_c[i], twin.chamber_air_c[i])) << "second " << i;
     for (std::size_t c = 0; c < record.thermometers_c.size(); ++c)
-      ASSERT_TRUE(same(record.thermometers_c[c][i], twin.thermometers_c[c][i])) << "second " << i;
+      ASSERT_TRUE(equals(record.thermometers_c[c][i], twin.thermometers_c[c][i])) << "second " << i;
   }
 }
 
@@ -82,7 +82,7 @@ void expect_every_slot(const record::Record& record) {
 }
 
 /// Returns the sample from which a row was made.
-Sample sample_of(const record::Record& record, std::size_t i) {
+Sample make_sample(const record::Record& record, std::size_t i) {
   const auto time = from_seconds(record.time_s[i]);
   const Instant at{time, record.info.started_utc + time};
   Sample sample{.slot = record.slot[i], .at = at, .chamber = {}, .thermometers = {}, .units = {}, .progress = {}};
@@ -155,7 +155,7 @@ class Kills : public ::testing::Test {
     soaked_ = rows_in_band(twin_);
   }
 
-  [[nodiscard]] Nanoseconds part_of(Nanoseconds time) { return Nanoseconds(random_() % (time.count() + 1)); }
+  [[nodiscard]] Nanoseconds draw_part(Nanoseconds time) { return Nanoseconds(random_() % (time.count() + 1)); }
 
   /// Draws a moment: one in ten during the start, one in ten during the end, four just after an acknowledgement, four
   /// anywhere.
@@ -163,13 +163,13 @@ class Kills : public ::testing::Test {
     constexpr Nanoseconds kJustAfter = std::chrono::milliseconds(4), kBatch = std::chrono::milliseconds(40);
     const auto last = twin_.slot.back();
     switch (number % 10) {
-      case 0: return {-1, part_of(2 * until_record_)};
-      case 1: return {last, part_of(std::max(kJustAfter, whole_ - until_closing_))};
+      case 0: return {-1, draw_part(2 * until_record_)};
+      case 1: return {last, draw_part(std::max(kJustAfter, whole_ - until_closing_))};
       case 2:
       case 3:
       case 4:
-      case 5: return {static_cast<std::int64_t>(random_() % last), part_of(number % 2 == 0 ? kJustAfter : kBatch)};
-      default: return {-1, until_record_ + part_of(whole_ - until_record_)};
+      case 5: return {static_cast<std::int64_t>(random_() % last), draw_part(number % 2 == 0 ? kJustAfter : kBatch)};
+      default: return {-1, until_record_ + draw_part(whole_ - until_record_)};
     }
   }
 
@@ -212,7 +212,7 @@ class Kills : public ::testing::Test {
   bool kill_continuation(const std::string& path, std::size_t rows) {
     const double left = 1 - static_cast<double>(rows) / static_cast<double>(twin_.slot.size());
     const auto rest = std::chrono::duration_cast<Nanoseconds>((whole_ - until_record_) * left);
-    const Moment again{-1, until_record_ + part_of(rest)};
+    const Moment again{-1, until_record_ + draw_part(rest)};
     SCOPED_TRACE(::testing::Message() << "its continuation " << again);
     const bool was_killed = killed({"resume", path, "--json"}, path, again).has_value();
     tally_.resumed_too += was_killed ? 1 : 0;
@@ -227,7 +227,7 @@ class Kills : public ::testing::Test {
     EXPECT_TRUE(record.finished);
     expect_every_slot(record);
     expect_same_up_to(rows, record, twin_);
-    EXPECT_EQ(segments_of(record), segments_of(twin_));
+    EXPECT_EQ(list_segments(record), list_segments(twin_));
     for (const auto& [segment, seconds] : rows_in_band(record))
       EXPECT_GE(seconds, soaked_[segment]) << "the soak of segment " << segment << " was shortened";
     ASSERT_TRUE(record::verify_record(path)) << text(record::verify_record(path).error());
@@ -270,7 +270,7 @@ TEST_F(Kills, AreResumedInSameSegmentsAtSegmentEnds) {
     const auto path = folder_ / ("boundary" + std::to_string(rows) + ".db");
     {
       const auto store = record::Store::create(path, twin_.info).value();
-      for (std::size_t i = 0; i < rows; ++i) ASSERT_TRUE(store->append(sample_of(twin_, i), {}));
+      for (std::size_t i = 0; i < rows; ++i) ASSERT_TRUE(store->append(make_sample(twin_, i), {}));
       ASSERT_TRUE(store->sync());
     }
     resume(path, rows);

@@ -28,7 +28,7 @@ class Listener {
   Listener& operator=(const Listener&) = delete;
   [[nodiscard]] int port() const { return port_; }
   /// Returns the number of bytes from the first client, which has hung up; −1 if there was none.
-  [[nodiscard]] long bytes_of_the_first() const {
+  [[nodiscard]] long bytes_of_first_client() const {
     const int caller = ::accept4(socket_, nullptr, nullptr, SOCK_NONBLOCK);
     char bytes[64];
     const auto size = caller < 0 ? -1 : ::read(caller, bytes, sizeof bytes);

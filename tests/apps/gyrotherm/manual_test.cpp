@@ -26,7 +26,7 @@ std::vector<fs::path> page_sources() {
 }
 
 /// Returns the commands listed below "Subcommands:" in a help text.
-std::vector<std::string> commands_of(const std::string& help) {
+std::vector<std::string> list_commands(const std::string& help) {
   std::vector<std::string> commands;
   std::istringstream lines(help.substr(std::min(help.find("Subcommands:"), help.size())));
   const std::regex command(R"(^  ([a-z-]+) )");
@@ -36,7 +36,7 @@ std::vector<std::string> commands_of(const std::string& help) {
 }
 
 /// Returns the text below "# NAME" of a page's prose, up to the next section.
-std::string section_of(const std::string& prose, const std::string& name) {
+std::string find_section(const std::string& prose, const std::string& name) {
   const auto heading = "# " + name + "\n";
   const auto at = prose.find(heading);
   if (at == std::string::npos) return "";
@@ -45,12 +45,12 @@ std::string section_of(const std::string& prose, const std::string& name) {
 }
 
 /// Returns the page of a command as the build makes it.
-Ran page_of(const std::string& page, const std::string& arguments) {
+Ran make_page(const std::string& page, const std::string& arguments) {
   return gyrotherm_with("manual " + arguments + " --date 2026-11-21 --prose " + kDocuments + page + ".md");
 }
 
 /// Formats a page with man on a terminal of 100 columns.
-Ran set_by_man(const std::string& page) {
+Ran format_with_man(const std::string& page) {
   const Folder folder;
   return shell("cat > '" + (folder / "page.1") + "'; MANWIDTH=100 LC_ALL=C.UTF-8 man --warnings -E UTF-8 -P cat -l '" +
                    (folder / "page.1") + "' | col -bx",
@@ -58,12 +58,12 @@ Ran set_by_man(const std::string& page) {
 }
 
 TEST(Manual, HasPageForEachCommandWithEveryOption) {
-  const auto commands = commands_of(gyrotherm_with("--help").out);
+  const auto commands = list_commands(gyrotherm_with("--help").out);
   EXPECT_GT(commands.size(), 20u);
   for (const auto& command : commands) {
     EXPECT_TRUE(fs::exists(kDocuments + "gyrotherm-" + command + ".md")) << command;
     if (command == "thermal") continue;  // the page belongs to another program
-    const auto page = page_of("gyrotherm-" + command, command);
+    const auto page = make_page("gyrotherm-" + command, command);
     ASSERT_EQ(page.exit_code, 0) << page.err;
     const auto plain = std::regex_replace(page.out, std::regex(R"(\\f[BIP])"), " ");
     const auto shown = options_in(std::regex_replace(plain, std::regex(R"(\\-)"), "-"));
@@ -97,7 +97,7 @@ TEST(Manual, HasPagesOfOtherProgramsWithEveryOption) {
     auto wanted = options_in(help);
     if (program == std::string("gyrotherm-monitor"))
       wanted.merge(options_in(shell(folder + "gyrotherm-monitor user add --help").out));
-    const auto explained = options_in(section_of(prose, "OPTIONS"));
+    const auto explained = options_in(find_section(prose, "OPTIONS"));
     EXPECT_EQ(wanted.contains("--help") || program == std::string("gyrotherm-make-safe"), true);
     for (const auto& option : wanted) EXPECT_TRUE(explained.contains(option)) << program << " " << option;
     for (const auto& option : options_in(prose))
@@ -117,7 +117,7 @@ TEST(Manual, EachProgramPrintsItsVersion) {
 TEST(Manual, SynopsesContainOnlyCommandLines) {
   int command_lines = 0;
   for (const auto& path : page_sources()) {
-    std::istringstream lines(section_of(read_text_file(path.string()).value(), "SYNOPSIS"));
+    std::istringstream lines(find_section(read_text_file(path.string()).value(), "SYNOPSIS"));
     for (std::string line; std::getline(lines, line);) {
       EXPECT_TRUE(line.empty() || line.starts_with("`gyrotherm")) << path << ": " << line;
       command_lines += line.empty() ? 0 : 1;
@@ -152,9 +152,9 @@ TEST(Manual, IsFormattedWithoutWarning) {
     const bool is_prose = read_text_file(path.string()).value().starts_with("# NAME");
     const auto command = name == "gyrotherm" ? "" : name.substr(std::string("gyrotherm-").size());
     if (command == "thermal") continue;
-    const auto page = page_of(name, is_prose ? "--name " + name : command);
+    const auto page = make_page(name, is_prose ? "--name " + name : command);
     ASSERT_EQ(page.exit_code, 0) << page.err;
-    const auto set = set_by_man(page.out);
+    const auto set = format_with_man(page.out);
     EXPECT_EQ(set.err, "") << name;
     EXPECT_NE(set.out.find("SEE ALSO"), std::string::npos) << name << set.out;
     EXPECT_EQ(set.out.find('`'), std::string::npos) << name << set.out;

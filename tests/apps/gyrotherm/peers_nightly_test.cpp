@@ -38,7 +38,7 @@ class Peers : public testing::TestWithParam<Setting> {
     return simulate->wait_for("gyro", 20);
   }
   /// Returns the port or device of the chamber.
-  [[nodiscard]] std::string place() const {
+  [[nodiscard]] std::string address() const {
     const auto output = simulate->output();
     std::smatch match;
     const std::regex tcp(R"(chamber +tcp://127\.0\.0\.1:(\d+))"), rtu(R"(chamber +serial:(/dev/pts/\d+))");
@@ -54,7 +54,7 @@ TEST_P(Peers, PymodbusDrivesChamberAndGetsExceptions) {
     GTEST_SKIP() << "python3-pymodbus is not installed";
   ASSERT_TRUE(serve()) << simulate->output();
   const auto ran = shell(fmt::format("timeout 60 /usr/bin/python3 tests/apps/gyrotherm/chamber_peer.py {} {} {}",
-                                     GetParam().framing, place(), GetParam().order));
+                                     GetParam().framing, address(), GetParam().order));
   EXPECT_EQ(ran.exit_code, 0) << simulate->output() << ran.out << ran.err;
 }
 
@@ -63,8 +63,8 @@ TEST_P(Peers, MbpollWritesRegistersAndReadsThemBack) {
   ASSERT_TRUE(serve()) << simulate->output();
   const bool tcp = GetParam().framing == "tcp";
   const auto mbpoll = [&](const std::string& options, const std::string& values) {
-    return shell(tcp ? fmt::format("mbpoll -m tcp -a 1 -0 -1 -q {} -p {} 127.0.0.1 {}", options, place(), values)
-                     : fmt::format("mbpoll -m rtu -b 9600 -P none -a 1 -0 -1 -q {} {} {}", options, place(), values));
+    return shell(tcp ? fmt::format("mbpoll -m tcp -a 1 -0 -1 -q {} -p {} 127.0.0.1 {}", options, address(), values)
+                     : fmt::format("mbpoll -m rtu -b 9600 -P none -a 1 -0 -1 -q {} {} {}", options, address(), values));
   };
   const auto written = mbpoll("-t 4 -r 2782", "-- " + GetParam().words);
   EXPECT_EQ(written.exit_code, 0) << written.out << written.err;

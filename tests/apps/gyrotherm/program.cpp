@@ -24,7 +24,7 @@ std::string content(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status); }
+int exit_code_for(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status); }
 
 }  // namespace
 
@@ -48,7 +48,7 @@ Ran shell(const std::string& command, const std::string& input) {
   const auto whole =
       std::string(function) + "{ " + command + "\n} < " + base + "/in > " + base + "/out 2> " + base + "/err";
   const int status = std::system(whole.c_str());
-  Ran ran{code_of(status), content(base + "/out"), content(base + "/err")};
+  Ran ran{exit_code_for(status), content(base + "/out"), content(base + "/err")};
   std::filesystem::remove_all(base);
   return ran;
 }
@@ -83,7 +83,7 @@ int Background::wait() {
   int status = 0;
   ::waitpid(pid_, &status, 0);
   pid_ = -1;
-  return code_of(status);
+  return exit_code_for(status);
 }
 
 bool Background::is_running() const {

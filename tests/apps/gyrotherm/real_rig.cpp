@@ -8,7 +8,7 @@
 
 namespace gyrotherm::app {
 
-std::string port_of(const std::string& instrument, const std::string& output) {
+std::string find_port(const std::string& instrument, const std::string& output) {
   std::smatch match;
   return std::regex_search(output, match, std::regex(instrument + R"( +tcp://127\.0\.0\.1:(\d+))")) ? match[1].str()
                                                                                                     : "";
@@ -19,11 +19,11 @@ RealLaboratory::RealLaboratory(const std::string& folder)
           std::vector<std::string>{"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder + "/laboratory.log")) {
   if (!simulate_->wait_for("gyro  ", 60)) return;
   const auto output = simulate_->output();
-  chamber_port_ = port_of("chamber", output);
+  chamber_port_ = find_port("chamber", output);
   const auto made =
       shell("/usr/bin/python3 tests/apps/gyrotherm/real_rig.py profiles/rigs/virtual.toml " + chamber_port_ + " " +
-            port_of("thermometer 1", output) + " " + port_of("thermometer 2", output) + " " + port_of("gyro", output) +
-            " > " + folder + "/rig.toml");
+            find_port("thermometer 1", output) + " " + find_port("thermometer 2", output) + " " +
+            find_port("gyro", output) + " > " + folder + "/rig.toml");
   if (made.exit_code == 0) rig_ = folder + "/rig.toml";
 }
 

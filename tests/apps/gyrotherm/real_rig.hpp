@@ -30,6 +30,6 @@ class RealLaboratory {
 };
 
 /// Returns the port of an instrument in the output of `simulate`, or "".
-std::string port_of(const std::string& instrument, const std::string& output);
+std::string find_port(const std::string& instrument, const std::string& output);
 
 }  // namespace gyrotherm::app

@@ -41,7 +41,7 @@ const std::set<std::string>& sources_tests() {
 }
 
 /// Reads the tables of a page whose rows begin with a letter and a number. Returns the last column of each row by it.
-std::map<std::string, std::string> rows_of(const std::string& page) {
+std::map<std::string, std::string> read_rows(const std::string& page) {
   std::istringstream text(read_text_file(GYROTHERM_SOURCE_DIR "/docs/" + page).value());
   const std::regex row(R"(^\| ([PXA]\d+) \| [^|]+ \| (.+) \|$)");
   std::map<std::string, std::string> found;
@@ -51,7 +51,7 @@ std::map<std::string, std::string> rows_of(const std::string& page) {
   return found;
 }
 
-std::map<std::string, std::string> promises() { return rows_of("reliability.md"); }
+std::map<std::string, std::string> promises() { return read_rows("reliability.md"); }
 
 /// Returns the number of tests that the rows name.
 std::size_t expect_named_tests_exist(const std::map<std::string, std::string>& rows) {
@@ -72,7 +72,7 @@ TEST(ReliabilityTable, NamesEveryPromise) {
 TEST(ReliabilityTable, NamesExistingTests) { EXPECT_GT(expect_named_tests_exist(promises()), 30u); }
 
 TEST(VerifiedEffects, NamesATestForEachFinding) {
-  const auto rows = rows_of("verified-effects.md");
+  const auto rows = read_rows("verified-effects.md");
   for (int i = 0; i <= 17; ++i) EXPECT_TRUE(rows.contains("X" + std::to_string(i))) << "X" << i;
   for (int i = 1; i <= 12; ++i) EXPECT_TRUE(rows.contains("A" + std::to_string(i))) << "A" << i;
   EXPECT_GE(expect_named_tests_exist(rows), rows.size());

@@ -28,7 +28,7 @@ nlohmann::json status_after_ten_seconds(const Folder& folder, const std::string&
   return nlohmann::json::parse(gyrotherm_with("status --json " + (folder / "run.db")).out, nullptr, false);
 }
 
-std::string pty_of(const std::string& instrument, const std::string& output) {
+std::string find_pty(const std::string& instrument, const std::string& output) {
   std::smatch match;
   return std::regex_search(output, match, std::regex(instrument + R"( +(serial:/dev/pts/\d+))")) ? match[1].str() : "";
 }
@@ -51,9 +51,10 @@ TEST(Simulate, ServesRealRigOnPseudoTerminals) {
   Background simulate({"simulate", "--pty", "--rig", folder / "virtual.toml"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro           serial:", 20)) << simulate.output();
   const auto output = simulate.output();
-  const auto status = status_after_ten_seconds(folder, folder / "virtual.toml",
-                                               pty_of("chamber", output) + " " + pty_of("thermometer 1", output) + " " +
-                                                   pty_of("thermometer 2", output) + " " + pty_of("gyro", output));
+  const auto status =
+      status_after_ten_seconds(folder, folder / "virtual.toml",
+                               find_pty("chamber", output) + " " + find_pty("thermometer 1", output) + " " +
+                                   find_pty("thermometer 2", output) + " " + find_pty("gyro", output));
   EXPECT_EQ(status["faults"], 0) << status.dump();
 }
 
@@ -67,8 +68,8 @@ TEST(Simulate, LosesNoneOfThousandFramesPerSecond) {
   const auto output = simulate.output();
   const auto status =
       status_after_ten_seconds(folder, folder / "virtual.toml",
-                               port_of("chamber", output) + " " + port_of("thermometer 1", output) + " " +
-                                   port_of("thermometer 2", output) + " " + port_of("gyro", output));
+                               find_port("chamber", output) + " " + find_port("thermometer 1", output) + " " +
+                                   find_port("thermometer 2", output) + " " + find_port("gyro", output));
   EXPECT_EQ(status["faults"], 0) << status.dump();
   EXPECT_EQ(status["frames"]["lost"], 0) << status.dump();
   EXPECT_GT(status["frames"]["seen"], 9000) << status.dump();

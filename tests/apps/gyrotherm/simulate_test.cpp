@@ -16,7 +16,7 @@ TEST(Simulate, ServesMbpoll) {
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro", 60)) << simulate.output();
-  const auto port = port_of("chamber", simulate.output());
+  const auto port = find_port("chamber", simulate.output());
   const auto mbpoll = "mbpoll -m tcp -a 1 -0 -1 -q -B -t 4:float -p " + port;
   const auto air = shell(mbpoll +
                          " -r $(sed -n '/name = \"air_temperature\"/,/^$/s/^address = //p' "
@@ -39,7 +39,7 @@ TEST(Simulate, ServesPymodbus) {
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml", "--pace", "x20"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro", 60)) << simulate.output();
   const auto ran = shell("/usr/bin/python3 tests/apps/gyrotherm/pymodbus_client.py " +
-                         port_of("chamber", simulate.output()) + " profiles/chambers/virtual.toml");
+                         find_port("chamber", simulate.output()) + " profiles/chambers/virtual.toml");
   EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
 }
 
@@ -50,8 +50,8 @@ TEST(Simulate, ServesRealRigInRealTime) {
   const auto output = simulate.output();
   const auto rig =
       shell("/usr/bin/python3 tests/apps/gyrotherm/real_rig.py profiles/rigs/virtual.toml " +
-            port_of("chamber", output) + " " + port_of("thermometer 1", output) + " " +
-            port_of("thermometer 2", output) + " " + port_of("gyro", output) + " > " + (folder / "rig.toml"));
+            find_port("chamber", output) + " " + find_port("thermometer 1", output) + " " +
+            find_port("thermometer 2", output) + " " + find_port("gyro", output) + " > " + (folder / "rig.toml"));
   ASSERT_EQ(rig.exit_code, 0) << rig.err;
   const auto ran = gyrotherm_with("run tests/profiles/ten-seconds.toml --json --rig " + (folder / "rig.toml") +
                                   " --out " + (folder / "run.db"));
@@ -87,8 +87,8 @@ TEST(Simulate, UsesAddressesOfSerialLink) {
   ASSERT_TRUE(std::regex_search(output, serial, std::regex(R"(chamber +(serial:\S+))"))) << output;
   const auto real =
       shell("/usr/bin/python3 tests/apps/gyrotherm/real_rig.py " + (folder / "f4t.toml") + " " + serial[1].str() + " " +
-            port_of("thermometer 1", output) + " " + port_of("thermometer 2", output) + " " + port_of("gyro", output) +
-            " > " + (folder / "real.toml"));
+            find_port("thermometer 1", output) + " " + find_port("thermometer 2", output) + " " +
+            find_port("gyro", output) + " > " + (folder / "real.toml"));
   ASSERT_EQ(real.exit_code, 0) << real.err;
   const auto asked = gyrotherm_with("check --connect --rig " + (folder / "real.toml"));
   EXPECT_EQ(asked.exit_code, 0) << asked.err;

@@ -16,7 +16,7 @@ namespace gyrotherm::app {
 namespace {
 
 /// Writes the unit as installed, with the programs under test. Returns its path.
-std::string unit_in(const Folder& folder) {
+std::string write_unit(const Folder& folder) {
   auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
   const auto programs = std::filesystem::path(GYROTHERM_PROGRAM).parent_path().string();
   text = std::regex_replace(text, std::regex("@GYROTHERM_BIN@"), programs);
@@ -29,14 +29,14 @@ std::string unit_in(const Folder& folder) {
 TEST(SystemdUnit, PassesSystemdVerification) {
   if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
   const Folder folder;
-  const auto verified = shell("systemd-analyze verify --man=no " + unit_in(folder) + " 2>&1 | grep gyrotherm@");
+  const auto verified = shell("systemd-analyze verify --man=no " + write_unit(folder) + " 2>&1 | grep gyrotherm@");
   EXPECT_EQ(verified.out, "");
 }
 
 TEST(SystemdUnit, IsConfined) {
   if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
   const Folder folder;
-  const auto judged = shell("systemd-analyze security --offline=true --threshold=20 --no-pager " + unit_in(folder));
+  const auto judged = shell("systemd-analyze security --offline=true --threshold=20 --no-pager " + write_unit(folder));
   EXPECT_EQ(judged.exit_code, 0) << judged.out << judged.err;
 }
 
@@ -52,7 +52,7 @@ TEST(SystemdUnit, LimitsTotalTimeToTwentySeconds) {
 
 /// Returns the command that ExecStopPost starts for the run "rate" on a machine in that state. The programs here only
 /// print.
-std::string stop_post_in(const Folder& folder, const std::string& state) {
+std::string stop_command(const Folder& folder, const std::string& state) {
   for (const auto& [name, text] : {std::pair<std::string, std::string>{"systemctl", "echo " + state},
                                    {"gyrotherm-make-safe", "echo \"$@\""},
                                    {"timeout", "echo within $1 s; shift; exec \"$@\""}}) {
@@ -68,15 +68,15 @@ std::string stop_post_in(const Folder& folder, const std::string& state) {
 
 TEST(SystemdUnit, LimitsMakeSafeOnlyAtShutdown) {
   const Folder folder;
-  EXPECT_EQ(stop_post_in(folder, "stopping"), "within 30 s\n--kill rate.db\n");
+  EXPECT_EQ(stop_command(folder, "stopping"), "within 30 s\n--kill rate.db\n");
   for (const auto* state : {"running", "degraded", "starting", "maintenance", "offline", "''"})
-    EXPECT_EQ(stop_post_in(folder, state), "--insist rate.db\n") << state;
+    EXPECT_EQ(stop_command(folder, state), "--insist rate.db\n") << state;
 }
 
 /// Returns the exit code of ExecCondition for the run "rate" in this folder. 0 starts the run; 1 to 254 skips it
 /// without a failure.
-int condition_in(const Folder& folder) {
-  const auto text = read_text_file(unit_in(folder)).value();
+int run_condition(const Folder& folder) {
+  const auto text = read_text_file(write_unit(folder)).value();
   std::smatch line;
   if (!std::regex_search(text, line, std::regex("\nExecCondition=(/bin/sh -c '[^'\n]*')\n"))) return -1;
   const auto command = std::regex_replace(line[1].str(), std::regex("%i"), "rate");
@@ -86,17 +86,17 @@ int condition_in(const Folder& folder) {
 TEST(SystemdUnit, SkipsFinishedRunWithoutFailure) {
   const Folder folder;
   const auto record = folder / "rate.db";
-  EXPECT_EQ(condition_in(folder), 0) << "no record: the run begins";
+  EXPECT_EQ(run_condition(folder), 0) << "no record: the run begins";
   Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", record, "--json"},
                  folder / "log");
   ASSERT_TRUE(run.wait_for("acknowledged", 60));
   run.signal(SIGINT);
   ASSERT_EQ(run.wait(), 5) << run.output();
-  EXPECT_EQ(condition_in(folder), 0) << "one that was broken off goes on";
+  EXPECT_EQ(run_condition(folder), 0) << "one that was broken off goes on";
   const auto resumed = gyrotherm_with("resume " + record);
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
   EXPECT_EQ(gyrotherm_with("resume " + record).exit_code, 2) << "which would be a unit that failed";
-  EXPECT_EQ(condition_in(folder), 1);
+  EXPECT_EQ(run_condition(folder), 1);
 }
 
 /// Writes the second file of a run that continued after rate.db was removed.
@@ -112,7 +112,7 @@ void leave_second_file(const Folder& folder) {
 }
 
 /// Returns the start command of the run "rate". The program only prints its arguments, except for "status".
-std::string start_command_in(const Folder& folder) {
+std::string start_command(const Folder& folder) {
   std::ofstream(folder / "gyrotherm") << "#!/bin/sh\n[ \"$1\" = status ] && exec " GYROTHERM_PROGRAM
                                          " \"$@\"\necho \"$@\"\n";
   std::filesystem::permissions(folder / "gyrotherm", std::filesystem::perms::owner_all);
@@ -126,7 +126,7 @@ std::string start_command_in(const Folder& folder) {
 
 TEST(SystemdUnit, ResumesExistingRun) {
   const Folder folder;
-  const auto command = start_command_in(folder);
+  const auto command = start_command(folder);
   const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";
   EXPECT_EQ(shell(command).out, begins);
   std::ofstream(folder / "rate.2.db") << "somebody's";

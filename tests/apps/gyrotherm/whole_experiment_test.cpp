@@ -10,11 +10,11 @@
 namespace gyrotherm::app {
 namespace {
 
-nlohmann::json report_of(const std::string& folder) {
+nlohmann::json read_report(const std::string& folder) {
   return nlohmann::json::parse(read_text_file(folder + "/report/report.json", kLargestTable).value());
 }
 
-double std_of(const nlohmann::json& report, const char* run, const char* model) {
+double residual_std(const nlohmann::json& report, const char* run, const char* model) {
   return report[run][model]["std_deg_per_h"].get<double>();
 }
 
@@ -23,7 +23,7 @@ TEST(WholeExperiment, OneSeedGivesOneReport) {
   for (const auto* out : {"a", "b"}) ASSERT_EQ(gyrotherm_with("qualify --out " + (folder / out)).exit_code, 0);
   EXPECT_EQ(read_text_file(folder / "a/report/report.json", kLargestTable).value(),
             read_text_file(folder / "b/report/report.json", kLargestTable).value());
-  const auto report = report_of(folder / "a");
+  const auto report = read_report(folder / "a");
   EXPECT_EQ(report["clusters"]["rate"], 2216);
   EXPECT_EQ(report["clusters"]["random"], 1440);
 }
@@ -33,17 +33,17 @@ TEST(WholeExperiment, ApproachesNoiseFloorWithTemperature) {
   ASSERT_EQ(
       gyrotherm_with("qualify --rig profiles/rigs/virtual-reference.toml --seed 1 --out " + (folder / "out")).exit_code,
       0);
-  const auto report = report_of(folder / "out");
-  EXPECT_LT(std_of(report, "random", "multi_point_t"), 1.5 * report["noise_floor_deg_per_h"].get<double>());
-  EXPECT_LT(std_of(report, "random", "multi_point_t"), std_of(report, "random", "three_point"));
+  const auto report = read_report(folder / "out");
+  EXPECT_LT(residual_std(report, "random", "multi_point_t"), 1.5 * report["noise_floor_deg_per_h"].get<double>());
+  EXPECT_LT(residual_std(report, "random", "multi_point_t"), residual_std(report, "random", "three_point"));
 }
 
 TEST(WholeExperiment, PublishedInputsSufficeForGradientGyro) {
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("qualify --rig profiles/rigs/virtual-gradients.toml --out " + (folder / "out")).exit_code,
             0);
-  const auto report = report_of(folder / "out");
-  EXPECT_LT(std_of(report, "random", "multi_point"), 0.25 * std_of(report, "random", "raw"));
+  const auto report = read_report(folder / "out");
+  EXPECT_LT(residual_std(report, "random", "multi_point"), 0.25 * residual_std(report, "random", "raw"));
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ double wind_w(double output, int seconds) {
   return watt_of(heat.watts(all_at(20)), ThermalInput::gain_left);
 }
 
-TEST(AddedHeat, IsNoneByDefault) {
+TEST(AddedHeat, IsZeroByDefault) {
   EXPECT_FALSE(AddedHeat(kPowersW, {}, {}).is_any());
   EXPECT_EQ(AddedHeat(kPowersW, {}, {}).watts(all_at(60)), thermal::ThermalPowers{});
   const auto linear = reduced_of_rig("virtual");
@@ -58,18 +58,18 @@ TEST(AddedHeat, IsNoneByDefault) {
   EXPECT_TRUE(AddedHeat(hard.model.powers_w, {}, hard.power_growth).is_any());
 }
 
-TEST(SideWind, PartsTheHalvesWithItsTimeConstant) {
+TEST(SideWind, SeparatesHalvesWithTimeConstant) {
   const double parted_k = 0.2 * (0.1 + 0.1) * 40;
   EXPECT_NEAR(wind_w(1, 50), 0.04 / 2 * parted_k * (1 - std::exp(-1)), 1e-12);
   EXPECT_NEAR(wind_w(1, 5000), 0.04 / 2 * parted_k, 1e-12);
 }
 
-TEST(SideWind, TurnsWithHeaterAndCooler) {
+TEST(SideWind, ChangesWithHeaterAndCooler) {
   for (const auto& [output, wind] : {std::pair(1.0, 0.2), {0.5, 0.15}, {0.0, 0.1}, {-0.5, 0.0}, {-1.0, -0.1}})
     EXPECT_NEAR(wind_w(output, 5000), 0.04 / 2 * 0.2 * wind * 40, 1e-12) << output;
 }
 
-TEST(SideWind, TakesFromTheRightWhatItBringsToTheLeft) {
+TEST(SideWind, RemovesFromRightWhatItAddsToLeft) {
   AddedHeat heat(kPowersW, kWind, {});
   heat.follow({60}, 20, 1);
   const auto added_w = heat.watts(all_at(35));
@@ -80,7 +80,7 @@ TEST(SideWind, TakesFromTheRightWhatItBringsToTheLeft) {
   EXPECT_EQ(watt_of(added_w, ThermalInput::preamplifier), 0);
 }
 
-TEST(PowerGrowth, IsAlphaPerKelvinOfTheSourcesOwnTemperature) {
+TEST(PowerGrowth, IsProportionalToSourceTemperature) {
   auto inner_c = all_at(50);
   inner_c[static_cast<std::size_t>(ThermalOutput::gain_left)] = 60;
   inner_c[static_cast<std::size_t>(ThermalOutput::gain_right)] = 58;
@@ -109,7 +109,7 @@ ReducedGyroParameters windy_type() {
   return type;
 }
 
-TEST(AddedHeat, StaysAtRestWhereTheGyroDoes) {
+TEST(AddedHeat, StaysAtRestWithGyro) {
   ReducedGyro gyro(windy_type());
   const InnerC rest_c = [&] {
     InnerC inner{};
@@ -172,14 +172,14 @@ Apart apart(const std::vector<double>& a, const std::vector<double>& b) {
   return found;
 }
 
-TEST(HardGyro, ItsSideWindMovesTheBias) {
+TEST(HardGyro, SideWindChangesBias) {
   const auto moved =
       apart(fast_cycle(linear_with(reduced_of_rig("virtual-hard").wind, {})), fast_cycle(linear_with({}, {})));
   EXPECT_NEAR(moved.rms, 1.3e-3, 2e-4);
   EXPECT_NEAR(moved.greatest, 4.8e-3, 5e-4);
 }
 
-TEST(HardGyro, ItsPowersMoveTheBias) {
+TEST(HardGyro, PowerGrowthChangesBias) {
   const auto moved =
       apart(fast_cycle(linear_with({}, reduced_of_rig("virtual-hard").power_growth)), fast_cycle(linear_with({}, {})));
   EXPECT_NEAR(moved.rms, 1.2e-3, 2e-4);
@@ -187,7 +187,7 @@ TEST(HardGyro, ItsPowersMoveTheBias) {
 }
 
 /// The air is the same in both cases, once produced by the heater and once by the cooler.
-TEST(HardGyro, TheSameAirMakesOtherGradientsByWhatMovesIt) {
+TEST(HardGyro, HasOtherGradientsWhenCooledThanHeated) {
   const auto gyro = linear_with(reduced_of_rig("virtual-hard").wind, {});
   ReducedGyro heated(gyro), cooled(gyro);
   for (int t = 0; t < 1200; ++t) {
@@ -261,7 +261,7 @@ TEST(Bracket, FollowsTheCabinetsWithItsTimeConstant) {
 }
 
 /// The cabinet is 2 K above its effective air, and 1 % more per 10 K.
-TEST(Bracket, RestsWhereItsCabinetsDo) {
+TEST(Bracket, RestsConsistentlyWithCabinets) {
   const auto cabinets = [](Celsius seen) { return Celsius{seen.value + 2 + 0.002 * (seen.value - 20)}; };
   for (const double share : {0.0, 0.3, kMostBracketShare}) {
     const auto rests = bracket_at_rest(share, {-40}, cabinets);
@@ -280,7 +280,7 @@ TEST(Bracket, StaysAtRestWithItsBodies) {
 }
 
 /// A cold body is as warm as the air, and so is its bracket.
-TEST(Bracket, OfColdBodiesIsAsWarmAsTheAir) {
+TEST(Bracket, StartsAtAirTemperatureForColdBodies) {
   auto world = world_of({"a", "b"}, {with(kFirst, {0, 1})});
   std::get<ReducedGyroParameters>(world.body).cold = true;
   const VirtualLaboratory laboratory(world, {.gyro = 1});
@@ -289,7 +289,7 @@ TEST(Bracket, OfColdBodiesIsAsWarmAsTheAir) {
 }
 
 /// Compares bodies on separate brackets with bodies on a common one: the warmer body heats the other.
-TEST(Bracket, ItsBodiesHeatEachOther) {
+TEST(Bracket, TransfersHeatBetweenBodies) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const VirtualLaboratory separate(world_of({"a", "b"}, {with(kFirst, {0}), with(kFirst, {1})}), {.gyro = seed});
     const VirtualLaboratory together(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = seed});
@@ -311,7 +311,7 @@ TEST(Bracket, ItsBodiesHeatEachOther) {
   }
 }
 
-TEST(Bracket, IsTheSameWhicheverUnitIsNamedFirst) {
+TEST(Bracket, DoesNotDependOnOrderOfUnits) {
   VirtualLaboratory ab(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 2});
   VirtualLaboratory ba(world_of({"b", "a"}, {with(kFirst, {1, 0})}), {.gyro = 2});
   for (auto* laboratory : {&ab, &ba}) {
@@ -323,7 +323,7 @@ TEST(Bracket, IsTheSameWhicheverUnitIsNamedFirst) {
 }
 
 /// The bracket follows the cabinets, which follow the air.
-TEST(Bracket, IsLateBehindItsBodies) {
+TEST(Bracket, LagsBehindBodies) {
   VirtualLaboratory laboratory(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 1});
   laboratory.change_set_point({60});
   laboratory.switch_on(true);

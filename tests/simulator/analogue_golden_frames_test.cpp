@@ -59,7 +59,7 @@ class InputsOnALine {
   std::unique_ptr<Session> session_;
 };
 
-TEST(AnalogueGoldenFrames, OfTheIoLogikE1240) {
+TEST(AnalogueGoldenFrames, MatchIoLogikE1240) {
   InputsOnALine line;
   const auto readings = line.inputs->read();
   ASSERT_EQ(line.heard, (std::vector<std::string>{"00 00 00 06 01 03 00 18 00 08", "00 00 00 06 01 04 00 00 00 08",
@@ -74,7 +74,7 @@ TEST(AnalogueGoldenFrames, OfTheIoLogikE1240) {
   EXPECT_EQ(line.said[1].substr(21, 11), "00 00 00 00");
 }
 
-TEST(AnalogueRegisters, WhatTheWorldHasNotIsNotWired) {
+TEST(AnalogueRegisters, RefuseUnknownUnitValueOrInput) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-triad"), {});
   const auto map = shipped_inputs("moxa_iologik_e1240");
   const auto refusal = [&](WiredInput input) {
@@ -89,7 +89,7 @@ TEST(AnalogueRegisters, WhatTheWorldHasNotIsNotWired) {
   EXPECT_EQ(refusal({.input = 7, .unit = "x", .value = "discharge_current_ma"}), "");
 }
 
-TEST(AnalogueRegisters, AnswersByItsOwnFunctionAndNothingElse) {
+TEST(AnalogueRegisters, AnswerOnlyTheirReadFunction) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-triad"), {});
   auto registers = AnalogueRegisters::make({.map = shipped_inputs("moxa_iologik_e1240"), .inputs = {}}, laboratory);
   std::vector<std::uint16_t> words;

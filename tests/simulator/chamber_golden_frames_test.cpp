@@ -26,7 +26,7 @@ std::string reply_behind_number(const ChamberOnALine& line, const std::string& r
   return "not sent";
 }
 
-TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
+TEST(GoldenFrames, MatchEzt570iSetPoint) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->send_set_point({20.0}));
   EXPECT_EQ(reply_to(line, "01 06 00 3C 00 C8 48 50"), "01 06 00 3C 00 C8 48 50");
@@ -39,7 +39,7 @@ TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
   EXPECT_NE(reply_to(line, "01 03 00 00 00 3C 45 DB"), "not sent");
 }
 
-TEST(EztUnit, ASetPointThatDidNotTakeIsSeenAtTheNextReading) {
+TEST(EztUnit, ShowsChangedSetPointAtNextReading) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->send_set_point({30.0}));
   EXPECT_EQ(line.chamber->read().value().set_point.value, 30.0);
@@ -52,7 +52,7 @@ TEST(EztUnit, ASetPointThatDidNotTakeIsSeenAtTheNextReading) {
   EXPECT_EQ(line.chamber->read().value().set_point.value, 25.0) << "later it is what the controller holds";
 }
 
-TEST(GoldenFrames, OfTheEzt570iAsValues) {
+TEST(GoldenFrames, MatchEzt570iValues) {
   const auto map = chamber_map("csz_ezt570i");
   EXPECT_NEAR(decode(*map.find("air_temperature"), Words{0x00EC}).value(), 23.6, 1e-9);
   EXPECT_NEAR(decode(*map.find("set_point"), Words{0x0190}).value(), 40.0, 1e-9);
@@ -66,7 +66,7 @@ TEST(GoldenFrames, OfTheEzt570iAsValues) {
                                                                                           "of the manual says Tuesday";
 }
 
-TEST(GoldenFrames, OfTheSamwon) {
+TEST(GoldenFrames, MatchSamwon) {
   ChamberOnALine line("samwon_temi", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->read());
   EXPECT_NE(reply_to(line, "01 03 00 00 00 02 C4 0B"), "not sent");
@@ -78,7 +78,7 @@ TEST(GoldenFrames, OfTheSamwon) {
   EXPECT_EQ(reply_to(line, "01 06 00 63 00 02 F8 15"), "01 06 00 63 00 02 F8 15");
 }
 
-TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
+TEST(GoldenFrames, MatchTt5166WithUnitZero) {
   ChamberOnALine line("tt5166", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->send_set_point({22.0}));
   EXPECT_EQ(reply_to(line, "00 06 00 26 00 DC 68 49"), "00 06 00 26 00 DC 68 49");
@@ -101,7 +101,7 @@ TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
   EXPECT_NEAR(decode(*line.map.find("humidity"), Words{0x0226}).value(), 55.0, 1e-9) << "in tenths, as it is written";
 }
 
-TEST(GoldenFrames, OfTheYinhe) {
+TEST(GoldenFrames, MatchYinhe) {
   ChamberOnALine line("yinhe", drivers::LinkKind::tcp);
   ASSERT_TRUE(line.chamber->send_set_point({22.0}));
   EXPECT_EQ(reply_behind_number(line, "00 00 00 0B 01 10 06 CE 00 02 04 41 B0 00 00"), "00 00 00 06 01 10 06 CE 00 02");
@@ -112,7 +112,7 @@ TEST(GoldenFrames, OfTheYinhe) {
   EXPECT_EQ(decode(*line.map.find("air_temperature"), Words{0x41B0, 0x0000}).value(), 22.0);
 }
 
-TEST(GoldenFrames, OfTheUmc1200WhoseSetPointsAreOneBlock) {
+TEST(GoldenFrames, MatchUmc1200WithSetPointsInOneBlock) {
   auto text = chamber_map("umc1200").text;
   const std::string none = "together_with = { register = \"humidity_set_point\", value = 0 }";
   text.replace(text.find(none), none.size(), "together_with = { register = \"humidity_set_point\", value = 55 }");

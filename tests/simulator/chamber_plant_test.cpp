@@ -62,7 +62,7 @@ TEST(ChamberPlant, DoesNotWindUpWhileItsOutputIsAtTheLimit) {
   EXPECT_GT(lowest_c, -41);
 }
 
-TEST(ChamberPlant, DriftsTowardsTheRoomWhenSwitchedOff) {
+TEST(ChamberPlant, DriftsTowardsSurroundingsWhenSwitchedOff) {
   ChamberPlant plant(shipped());
   for (int t = 0; t < 3600; ++t) plant.step({-40}, true);
   for (int t = 0; t < 7 * 86400; ++t) plant.step({-40}, false);

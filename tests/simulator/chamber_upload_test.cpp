@@ -60,7 +60,7 @@ std::vector<Uploading> maps_with_memory() {
 
 class Upload : public testing::TestWithParam<Uploading> {};
 
-TEST_P(Upload, IsComparedAndCarriedOut) {
+TEST_P(Upload, IsComparedAndExecuted) {
   ChamberOnALine line(GetParam().map, GetParam().link);
   const auto program = an_hour();
   const auto sent = line.chamber->send_set_point({20});
@@ -86,7 +86,7 @@ TEST_P(Upload, IsComparedAndCarriedOut) {
   EXPECT_EQ(line.laboratory.set_point().value, 20);
 }
 
-TEST_P(Upload, IsEndedByASetPoint) {
+TEST_P(Upload, EndsWhenSetPointIsSent) {
   ChamberOnALine line(GetParam().map, GetParam().link);
   ASSERT_TRUE(line.chamber->send_set_point({20}));
   ASSERT_TRUE(line.chamber->upload(an_hour()));
@@ -100,7 +100,7 @@ TEST_P(Upload, IsEndedByASetPoint) {
   EXPECT_EQ(line.laboratory.set_point().value, 25);
 }
 
-TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
+TEST_P(Upload, ShowsRunningAndHeldProgram) {
   ChamberOnALine line(GetParam().map, GetParam().link);
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   ASSERT_TRUE(line.chamber->start_program());
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
 
 /// Values are compared, not register contents: the virtual unit uses the same map as the driver.
-TEST(F4tUpload, SpeaksTheUnitThatTheControllerIsSetTo) {
+TEST(F4tUpload, UsesUnitOfController) {
   auto written = chamber_map("watlow_f4t").text;
   const std::string celsius = "register = \"communication_unit\", value = 15";
   written.replace(written.find(celsius), celsius.size(), "register = \"communication_unit\", value = 30");
@@ -142,7 +142,7 @@ TEST(F4tUpload, SpeaksTheUnitThatTheControllerIsSetTo) {
   EXPECT_NEAR(number_at(19114 + 3 * 170), 140, 1e-3) << "the second one's, 60 °C";
 }
 
-TEST(EztUpload, IsThePublishedFrames) {
+TEST(EztUpload, MatchesPublishedFrames) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   const drivers::ChamberProgram program{.name = "JESD22A",
                                         .number = 1,
@@ -167,13 +167,13 @@ TEST(EztUpload, IsThePublishedFrames) {
   EXPECT_NE(said("01 06 00 18 00 02 88 0C"), "not sent") << "hold";
 }
 
-TEST(EztUpload, BlocksAreASecondApart) {
+TEST(EztUpload, SendsBlocksOneSecondApart) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   EXPECT_GE(line.clock.now().since_start, seconds(8)) << "a header and seven steps";
 }
 
-TEST(EztUnit, IsSilentWhereOthersAnswerWithAnExceptionAndIgnoresBlocksElsewhere) {
+TEST(EztUnit, SendsNoExceptionsAndIgnoresForeignBlocks) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   const auto registers = line.registers();
   EXPECT_EQ(registers->read(drivers::ReadFunction::holding_registers, 1800, 1).error().kind, FaultKind::timeout);

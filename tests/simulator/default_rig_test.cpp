@@ -49,11 +49,11 @@ const PartSeries& rate_cycles() {
 }
 
 /// 0.0258 °/h in the paper, minus the noise of 100-s means in quadrature.
-TEST(DefaultRig, DeviatesAsThePapersGyro) {
+TEST(DefaultRig, HasDeviationOfPaper) {
   EXPECT_NEAR(deviation(rate_cycles().total), std::sqrt(0.0258 * 0.0258 - 0.0019 * 0.0019), 0.0003);
 }
 
-TEST(DefaultRig, GradientsAndGasFlowDominate) {
+TEST(DefaultRig, IsDominatedByGradientsAndGasFlow) {
   const auto& parts = rate_cycles();
   const double least = std::min(deviation(parts.gas_flow), deviation(parts.deformation));
   for (const auto* other : {&parts.temperature, &parts.backscatter, &parts.hysteresis})
@@ -61,14 +61,14 @@ TEST(DefaultRig, GradientsAndGasFlowDominate) {
 }
 
 /// The rig file states ±0.0008 °/h between heating and cooling.
-TEST(DefaultRig, HysteresisIsAsLargeAsStated) {
+TEST(DefaultRig, HasStatedHysteresis) {
   double largest = 0;
   for (const double part : rate_cycles().hysteresis) largest = std::max(largest, std::abs(part));
   EXPECT_NEAR(largest, 8e-4, 1e-5);
 }
 
 /// The noise floor from differences of neighbours, as for a record: 0.0019 °/h, equal to the reference simulation.
-TEST(DefaultRig, HasTheNoiseFloorOfTheReference) {
+TEST(DefaultRig, HasNoiseFloorOfReference) {
   const auto readout_of = [](const char* rig) { return GyroReadout(laboratory_of_rig(rig).gyro, 1); };
   for (const auto* rig : {"virtual", "virtual-reference"}) {
     auto readout = readout_of(rig);

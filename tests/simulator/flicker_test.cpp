@@ -16,7 +16,7 @@ double allan_variance(const MarkovProcess& process, double tau_s) {
   return 2 * process.sigma * process.sigma / x * (1 - (3 - 4 * std::exp(-x) + std::exp(-2 * x)) / (2 * x));
 }
 
-TEST(Flicker, HasAFlatAllanDeviationOfItsLevelInTheMiddleOfItsDecades) {
+TEST(Flicker, HasFlatAllanDeviationInMiddleDecades) {
   constexpr double kLevel = 5e-4;
   const auto processes = flicker_processes(kLevel, 1, 1e6);
   for (const double tau_s : {100.0, 300.0, 1000.0, 3000.0, 10000.0}) {
@@ -26,14 +26,14 @@ TEST(Flicker, HasAFlatAllanDeviationOfItsLevelInTheMiddleOfItsDecades) {
   }
 }
 
-TEST(Flicker, OfLevelZeroIsNothing) {
+TEST(Flicker, IsZeroAtLevelZero) {
   EXPECT_TRUE(flicker_processes(0, 1, 1e6).empty());
   Flicker none({}, {1, RandomPurpose::bias_instability});
   none.step();
   EXPECT_EQ(none.value(), 0);
 }
 
-TEST(Flicker, AsDrawnHasTheAllanDeviationOfItsProcesses) {
+TEST(Flicker, HasAllanDeviationOfItsProcesses) {
   const auto processes = flicker_processes(1, 1, 1e4);
   Flicker flicker(processes, {7, RandomPurpose::bias_instability});
   std::vector<double> values;

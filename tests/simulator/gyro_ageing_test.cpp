@@ -20,7 +20,7 @@ const BiasPhysics& bias_of(const LaboratoryParameters& laboratory) {
   return std::get<ReducedGyroParameters>(laboratory.body).bias;
 }
 
-TEST(Ageing, ThirtyDaysLieOnTheWayToAYear) {
+TEST(Ageing, IsLinearInTime) {
   const auto now = hard_after(0), month = hard_after(30), year = hard_after(365);
   for (std::size_t i = 0; i < 4; ++i) {
     const double by_then = bias_of(year).mirror_deg_per_h_per_k[i] - bias_of(now).mirror_deg_per_h_per_k[i];
@@ -31,14 +31,14 @@ TEST(Ageing, ThirtyDaysLieOnTheWayToAYear) {
   EXPECT_NEAR(bias_of(year).flow.unbalance / bias_of(now).flow.unbalance, 1.01, 1e-12);
 }
 
-TEST(Ageing, OfAThermometerGoesOnWhereItWas) {
+TEST(Ageing, ContinuesDriftOfThermometer) {
   const EachThermometer sigma = laboratory_of_rig("virtual-hard").thermometers.drift_k_per_sqrt_day;
   const auto month = calendar_drift_k(sigma, 5, 0, 30), rest = calendar_drift_k(sigma, 5, 30, 365);
   const auto year = calendar_drift_k(sigma, 5, 0, 365);
   for (std::size_t i = 0; i < year.size(); ++i) EXPECT_NEAR(month[i] + rest[i], year[i], 1e-12);
 }
 
-TEST(Ageing, AThermometersWalkHasTheDeviationOfItsDays) {
+TEST(Ageing, GrowsThermometerDriftWithRootOfDays) {
   EachThermometer sigma{};
   sigma.fill(0.0026);
   std::vector<double> after_a_year;
@@ -47,7 +47,7 @@ TEST(Ageing, AThermometersWalkHasTheDeviationOfItsDays) {
   EXPECT_NEAR(tests::standard_deviation_of(after_a_year) / 0.0497, 1, 4 / std::sqrt(1800.0));
 }
 
-TEST(Ageing, TwoRunsOfOneDayFindTheirThermometersAtTheSamePlace) {
+TEST(Ageing, HasSameDriftForRunsOfOneDay) {
   auto type = laboratory_of_rig("virtual-hard");
   type.thermometers.noise_k.fill(0);
   type.thermometers.resolution_k.fill(0);
@@ -57,7 +57,7 @@ TEST(Ageing, TwoRunsOfOneDayFindTheirThermometersAtTheSamePlace) {
   EXPECT_FALSE(std::ranges::equal(one.thermometers_as_measured_c(), later.thermometers_as_measured_c()));
 }
 
-TEST(Ageing, OnDayZeroTheLinearRigIsAsItWas) {
+TEST(Ageing, LeavesLinearRigUnchangedOnDayZero) {
   const auto type = laboratory_of_rig("virtual");
   const auto same = aged(type, {.gyro = 3, .run = 7});
   EXPECT_EQ(same.thermometers.offset_k, type.thermometers.offset_k);
@@ -65,12 +65,12 @@ TEST(Ageing, OnDayZeroTheLinearRigIsAsItWas) {
   EXPECT_EQ(bias_of(same).mirror_deg_per_h_per_k, bias_of(type).mirror_deg_per_h_per_k);
 }
 
-TEST(Ageing, AnotherDayIsAnotherRun) {
+TEST(Ageing, DrawsAnotherRunOnAnotherDay) {
   EXPECT_NE(noise_seed({.gyro = 1, .run = 2, .days_later = 1}), noise_seed({.gyro = 1, .run = 2}));
   EXPECT_NE(noise_seed({.gyro = 1, .run = 2, .days_later = 1}), noise_seed({.gyro = 1, .run = 2, .days_later = 2}));
 }
 
-TEST(Storage, GoesOnByATurnADay) {
+TEST(Storage, AddsOneTurnPerDay) {
   const Storage storage{.turns = 20, .lowest_c = -40, .highest_c = 60};
   const auto first = make_past(storage, {.gyro = 5}).turning_points_c;
   const auto later = make_past(storage, {.gyro = 5, .run = 9, .days_later = 30}).turning_points_c;

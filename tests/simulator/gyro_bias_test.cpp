@@ -35,18 +35,18 @@ BiasPhysics whole_physics() {
 }
 
 /// 0.23 % of the flow per kelvin at 300 K; 0.015 °/h per kelvin with the published shift and 1.5 cm/s.
-TEST(GasFlow, AnArmWarmerByOneKelvinIsWorthWhatItsViscositySays) {
+TEST(GasFlow, ChangesWithViscosityOfWarmerArm) {
   const double flow_at_300_k = 4.4 * 1.5 * std::pow(300 / 293.15, 0.7);
   EXPECT_NEAR(gas_flow_deg_per_h(kFlow, 27.35, 26.35) / flow_at_300_k, 0.0023, 0.00005);
   EXPECT_NEAR(gas_flow_deg_per_h(kFlow, 20.5, 19.5), 4.4 * 1.5 * 0.7 / 293.15, 1e-7);
   EXPECT_DOUBLE_EQ(gas_flow_deg_per_h(kFlow, 27.35, 26.35), -gas_flow_deg_per_h(kFlow, 26.35, 27.35));
 }
 
-TEST(GasFlow, OfEqualArmsCancelsAtAnyTemperature) {
+TEST(GasFlow, CancelsForEqualArms) {
   for (const double t : {-40.0, 20.0, 60.0}) EXPECT_EQ(gas_flow_deg_per_h(kFlow, t, t), 0);
 }
 
-TEST(GasFlow, OfUnequalCurrentsGrowsWithTemperature) {
+TEST(GasFlow, GrowsWithTemperatureForUnequalCurrents) {
   auto unequal = kFlow;
   unequal.unbalance = 1e-3;
   EXPECT_NEAR(gas_flow_deg_per_h(unequal, 20, 20), 4.4 * 1.5 * 1e-3, 1e-15);
@@ -100,7 +100,7 @@ TEST(GyroBias, HysteresisSeparatesHeatingFromCooling) {
 }
 
 /// The analysis must not read the temperatures that determine the bias.
-TEST(GyroBias, DoesNotSeeTheThermometersPlaces) {
+TEST(GyroBias, DoesNotDependOnThermometerLocations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, RandomPurpose::bias_spread);
     auto inner = even(0);

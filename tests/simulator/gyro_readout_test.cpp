@@ -20,7 +20,7 @@ TEST(GyroReadout, CountsWholePulsesOfTheAccumulatedAngle) {
   EXPECT_EQ(readout.pulses(), -118);  // −58.9 arcsec, rounded down
 }
 
-TEST(GyroReadout, HasTheAngleRandomWalkAsked) {
+TEST(GyroReadout, HasRequestedAngleRandomWalk) {
   GyroReadout readout({.arcsec_per_pulse = 1e-6, .angle_random_walk_deg_per_sqrt_h = 3e-4}, 7);
   std::vector<double> rates_deg_per_h;
   for (std::int64_t last = 0; rates_deg_per_h.size() < 100000; last = readout.pulses()) {
@@ -31,7 +31,7 @@ TEST(GyroReadout, HasTheAngleRandomWalkAsked) {
   EXPECT_NEAR(tests::standard_deviation_of(tests::clusters_of(rates_deg_per_h)), 6 * 3e-4, 4 * 0.0018 / std::sqrt(2e3));
 }
 
-TEST(GyroReadout, DriftsWithTheDeviationAndCorrelationTimeAsked) {
+TEST(GyroReadout, HasRequestedDeviationAndCorrelationTime) {
   GyroReadout readout({.drift_deg_per_h = 3e-4, .drift_time_s = 10}, 7);
   std::vector<double> drift;
   std::vector<double> now_and_10_s_ago;
@@ -44,7 +44,7 @@ TEST(GyroReadout, DriftsWithTheDeviationAndCorrelationTimeAsked) {
   EXPECT_NEAR(tests::mean_of(now_and_10_s_ago) / 9e-8, std::exp(-1), 0.03);
 }
 
-TEST(GyroReadout, WalksAwayWithTheSquareRootOfTime) {
+TEST(GyroReadout, GrowsWithSquareRootOfTime) {
   constexpr double kWalk = 1e-3;
   std::vector<double> after_a_quarter;
   std::vector<double> after_an_hour;
@@ -60,7 +60,7 @@ TEST(GyroReadout, WalksAwayWithTheSquareRootOfTime) {
   EXPECT_NEAR(tests::standard_deviation_of(after_an_hour) / kWalk, 1, tolerance);
 }
 
-TEST(GyroReadout, DrawsEachTurnOnAnew) {
+TEST(GyroReadout, DrawsEachTurnOnIndependently) {
   std::vector<double> offsets;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     const GyroReadout readout({.turn_on_deg_per_h = 0.01, .turn_on_repeatability_deg_per_h = 0.002}, seed);
@@ -70,7 +70,7 @@ TEST(GyroReadout, DrawsEachTurnOnAnew) {
   EXPECT_NEAR(tests::standard_deviation_of(offsets), 0.002, 4 * 0.002 / std::sqrt(4000.0));
 }
 
-TEST(GyroReadout, CarriesTheBiasInstabilityAsked) {
+TEST(GyroReadout, HasRequestedBiasInstability) {
   std::vector<double> drift;
   GyroReadout readout({.instability_deg_per_h = 1e-3, .instability_from_s = 1, .instability_to_s = 100}, 3);
   for (int t = 0; t < 100000; ++t) {
@@ -82,7 +82,7 @@ TEST(GyroReadout, CarriesTheBiasInstabilityAsked) {
   EXPECT_NEAR(tests::standard_deviation_of(drift) / std::sqrt(variance), 1, 0.1);
 }
 
-TEST(GyroReadout, KeepsATimeOfItsOwn) {
+TEST(GyroReadout, HasItsOwnClock) {
   GyroReadout readout({.clock_skew_ppm = 5}, 0);
   for (int t = 0; t < 1000; ++t) readout.step(kNoBias);
   EXPECT_EQ(readout.device_time_us(), 1000005000);

@@ -43,7 +43,7 @@ TEST(CoefficientGrowth, IsGammaOver40KelvinOfTheBlock) {
   }
 }
 
-TEST(HiddenLag, BringsItsShareWithItsTimeConstant) {
+TEST(HiddenLag, FollowsWithTimeConstant) {
   LaggingPart part({.share = 0.4, .time_constant_s = 300});
   EXPECT_EQ(part.follow(0), 0);
   EXPECT_NEAR(part.follow(1), 0.6, 0.002) << "the rest comes at once";
@@ -52,12 +52,12 @@ TEST(HiddenLag, BringsItsShareWithItsTimeConstant) {
   EXPECT_NEAR(after, 0.6 + 0.4 * (1 - std::exp(-1)), 1e-12);
 }
 
-TEST(HiddenLag, IsNoneAtRest) {
+TEST(HiddenLag, IsZeroAtRest) {
   LaggingPart part({.share = 0.4, .time_constant_s = 300});
   for (int t = 0; t < 10; ++t) EXPECT_DOUBLE_EQ(part.follow(0.7), 0.7);
 }
 
-TEST(Relaxation, OfAJumpDiesAwayWithItsTimeConstants) {
+TEST(Relaxation, DecaysWithTimeConstantsAfterJump) {
   RelaxingBias bias({{1800, 2e-5}, {36000, -1e-5}}, 20);
   bias.follow(20);
   EXPECT_EQ(bias.deg_per_h(), 0);
@@ -71,7 +71,7 @@ TEST(Relaxation, OfAJumpDiesAwayWithItsTimeConstants) {
 constexpr GasFlow kControlled{
     .shift_deg_per_h_per_cm_per_s = 4.4, .velocity_cm_per_s = 1.5, .exponent = 0.7, .unbalance_per_k = 3e-5};
 
-TEST(CurrentControl, UnbalancesTheFlowWithItsElectronicsTemperature) {
+TEST(CurrentControl, ChangesUnbalanceWithElectronicsTemperature) {
   BiasPhysics physics;
   physics.flow = kControlled;
   GyroBias bias(physics, even_c(20));
@@ -121,7 +121,7 @@ double left_over(const Means& means, std::size_t late) {
   return std::sqrt((bias - inputs * weights).squaredNorm() / static_cast<double>(rows));
 }
 
-TEST(CurrentControl, ShowsInputsThatAreThreeClustersLate) {
+TEST(CurrentControl, LeavesResidualWithDelayedInputs) {
   auto alone = reduced_of_rig("virtual");
   const auto linear = means_over_the_fast_cycle(alone);
   EXPECT_LT(left_over(linear, 3), 1.2 * left_over(linear, 0)) << "nobody would notice";
@@ -132,7 +132,7 @@ TEST(CurrentControl, ShowsInputsThatAreThreeClustersLate) {
 
 /// Thermometers of a linear gyro represent the wind. Those of a hard gyro do not, because its coefficients grow and
 /// lag.
-TEST(SideWind, LeavesMoreOfAHardGyroAlone) {
+TEST(SideWind, LeavesLargerResidualOfHardGyro) {
   auto linear = reduced_of_rig("virtual"), hard = reduced_of_rig("virtual-hard");
   linear.wind = hard.wind;
   const double windy = left_over(means_over_the_fast_cycle(linear), 0);
@@ -151,7 +151,7 @@ TEST(WarmUp, IsTheSumOfItsPhases) {
   EXPECT_NEAR(bias.total().value, 0.01 * std::exp(-1) + 0.002 * std::exp(-1 / 60.0), 1e-15);
 }
 
-TEST(Hysteresis, RemembersTheRunBefore) {
+TEST(Hysteresis, DependsOnPreviousRun) {
   BiasPhysics physics;
   physics.plays = {{4, 1e-3}, {30, 1e-3}};
   GyroBias warmed(physics, even_c(20), {.turning_points_c = {-40, 60}});
@@ -163,7 +163,7 @@ TEST(Hysteresis, RemembersTheRunBefore) {
   EXPECT_EQ(warmed.total().value, cooled.total().value) << "a wider excursion wipes it out";
 }
 
-TEST(HardGyro, AHopTakesBetweenTwoAndTwentySeconds) {
+TEST(HardGyro, HopTakesTwoToTwentySeconds) {
   const auto hops = reduced_of_rig("virtual-hard").bias.mode_hops;
   std::set<int> lengths;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
@@ -182,7 +182,7 @@ TEST(HardGyro, AHopTakesBetweenTwoAndTwentySeconds) {
   EXPECT_GT(lengths.size(), 10u) << "each its own";
 }
 
-TEST(HardGyro, HopsWhereverItIsSwitchedOnAtTheSameTemperatures) {
+TEST(HardGyro, HopsAtSameTemperaturesWhereverSwitchedOn) {
   const auto hops = reduced_of_rig("virtual-hard").bias.mode_hops;
   ModeLock warm(hops, 20), cold(hops, -40);
   for (double path_c = -40; path_c < 60; path_c += 0.1) cold.follow(path_c);
@@ -211,7 +211,7 @@ TEST(HardGyro, HopsInACycle) {
   EXPECT_LE(hops, 4) << "there and back, each time that it is warm";
 }
 
-TEST(HardGyro, IsTheLinearOneWithoutItsTerms) {
+TEST(HardGyro, EqualsLinearGyroWithoutHardTerms) {
   auto hard = reduced_of_rig("virtual-hard");
   const auto linear = reduced_of_rig("virtual");
   hard.cold = false;
@@ -232,7 +232,7 @@ TEST(HardGyro, IsTheLinearOneWithoutItsTerms) {
   }
 }
 
-TEST(ColdStart, BeginsAsWarmAsTheAirAndEndsWhereItRestsSwitchedOn) {
+TEST(ColdStart, StartsAtAirTemperatureAndReachesRest) {
   auto cold = reduced_of_rig("virtual-hard");
   cold.start_c = -40;
   auto warm = cold;
@@ -246,7 +246,7 @@ TEST(ColdStart, BeginsAsWarmAsTheAirAndEndsWhereItRestsSwitchedOn) {
     EXPECT_NEAR(gyro.locations_c()[i], at_rest.locations_c()[i], 0.01) << i;
 }
 
-TEST(ColdStart, IsWhereTheProfileBegins) {
+TEST(ColdStart, StartsAtFirstSetPoint) {
   VirtualLaboratory laboratory(soaked_at(laboratory_of_rig("virtual-hard"), {-40}), {});
   EXPECT_NEAR(laboratory.air_as_measured().value, -40, 0.06);
   for (const double shown_c : laboratory.thermometers_as_measured_c()) EXPECT_NEAR(shown_c, -40, 0.1);
@@ -283,7 +283,7 @@ TEST(ScaleFactor, ScalesEarthRate) {
   EXPECT_NEAR(hourly_rate(parameters, -40), 10.6 * (1 - 22.5e-6), 1e-9);
 }
 
-TEST(Tilt, BringsInEarthRateAcrossTheAxis) {
+TEST(Tilt, AddsCrosswiseEarthRate) {
   const ReadoutParameters parameters{
       .arcsec_per_pulse = 1e-6, .tilt_arcmin = 0.5, .crosswise_earth_rate_deg_per_h = 10.6};
   EXPECT_NEAR(hourly_rate(parameters, 60), 10.6 * std::sin(0.5 / 60 * std::numbers::pi / 180), 1e-9);
@@ -296,13 +296,13 @@ TEST(DeadBand, IsOffByDefault) {
   EXPECT_EQ(locked({1e-9}, 0).value, 1e-9);
 }
 
-TEST(DeadBand, GrowsFromWhereTheDitherSags) {
+TEST(DeadBand, GrowsBelowSagTemperature) {
   const DeadBand band{.half_width_deg_per_h = 0.4, .sags_below_c = 10};
   for (const auto& [block_c, width] : {std::pair(60.0, 0.0), {10.0, 0.0}, {-15.0, 0.2}, {-40.0, 0.4}, {-45.0, 0.44}})
     EXPECT_NEAR(half_width_deg_per_h(band, {block_c}), width, 1e-15) << block_c;
 }
 
-TEST(DeadBand, LosesWhatIsBelowItAndTheRootOfTheSquaresBeyond) {
+TEST(DeadBand, ReducesRateByLockIn) {
   for (const double sign : {1.0, -1.0}) {
     EXPECT_EQ(locked({sign * 0.2}, 0.3).value, 0);
     EXPECT_EQ(locked({sign * 0.3}, 0.3).value, 0);
@@ -311,7 +311,7 @@ TEST(DeadBand, LosesWhatIsBelowItAndTheRootOfTheSquaresBeyond) {
   }
 }
 
-TEST(DeadBand, IsReadOutInTheColdAlone) {
+TEST(DeadBand, AffectsReadoutOnlyInCold) {
   const ReadoutParameters parameters{.arcsec_per_pulse = 1e-6,
                                      .earth_rate_deg_per_h = 0.5,
                                      .dead_band = {.half_width_deg_per_h = 0.3, .sags_below_c = 0}};
@@ -320,7 +320,7 @@ TEST(DeadBand, IsReadOutInTheColdAlone) {
 }
 
 /// Loss of Earth rate on the shipped rig.
-TEST(HardGyro, ItsDeadBandLeavesTwoThousandthsInTheCold) {
+TEST(HardGyro, LosesTwoThousandthsInColdByDeadBand) {
   auto parameters = laboratory_of_rig("virtual-hard").gyro;
   parameters.arcsec_per_pulse = 1e-6;
   const double with = hourly_rate(parameters, -40);
@@ -328,14 +328,14 @@ TEST(HardGyro, ItsDeadBandLeavesTwoThousandthsInTheCold) {
   EXPECT_NEAR(with - hourly_rate(parameters, -40), -0.2 * 0.2 / 2 / 10.6, 2e-5);
 }
 
-TEST(LostPulses, AreAsManyAsTheFileSays) {
+TEST(LostPulses, HaveRateOfFile) {
   GyroReadout readout({.arcsec_per_pulse = 0.1, .lost_pulses_per_h = 20}, 1);
   constexpr int kHours = 100;
   for (int t = 0; t < 3600 * kHours; ++t) readout.step({});
   EXPECT_NEAR(static_cast<double>(-readout.pulses()), 20 * kHours, 4 * std::sqrt(20.0 * kHours));
 }
 
-TEST(LostPulses, AreLostOfTheTurnWhicheverItIs) {
+TEST(LostPulses, ReduceCountInEitherDirection) {
   constexpr int kHours = 20;
   for (const double earth_rate : {10.0, -10.0}) {
     const ReadoutParameters whole{.arcsec_per_pulse = 0.1, .earth_rate_deg_per_h = earth_rate};
@@ -351,7 +351,7 @@ TEST(LostPulses, AreLostOfTheTurnWhicheverItIs) {
   }
 }
 
-TEST(FailingThermometer, SticksOrIsOffFromItsTimeOn) {
+TEST(FailingThermometer, SticksOrOffsetsFromItsTime) {
   ThermometerParameters parameters;
   parameters.failing = {{.place = 2, .how = Failing::stuck, .from_s = 10},
                         {.place = 3, .how = Failing::offset, .from_s = 10, .error_k = 0.2}};
@@ -379,14 +379,14 @@ TEST(FailingThermometer, SpikesAreSingleReadings) {
   EXPECT_NEAR(spikes, 36 * kHours, 4 * std::sqrt(36.0 * kHours));
 }
 
-TEST(SelfHeating, GrowsAsTheResistanceOfPlatinum) {
+TEST(SelfHeating, GrowsWithResistanceOfPlatinum) {
   ThermometerParameters parameters;
   parameters.self_heating_k.fill(0.02);
   EXPECT_NEAR(ThermometerBank(parameters, places_at(20), 0).readings_c()[0], 20.02, 1e-12);
   EXPECT_NEAR(ThermometerBank(parameters, places_at(60), 0).readings_c()[0], 60 + 0.02 * 1.156332, 1e-9);
 }
 
-TEST(DrawGyro, DrawsWhatOnlyAHardRigHas) {
+TEST(DrawGyro, DrawsTermsOfHardRig) {
   const auto type = laboratory_of_rig("virtual-hard");
   const auto& before = std::get<ReducedGyroParameters>(type.body);
   EXPECT_EQ(std::get<ReducedGyroParameters>(draw_gyro(type, 0).body).bias.growth.mirrors, before.bias.growth.mirrors);

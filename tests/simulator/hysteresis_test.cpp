@@ -21,7 +21,7 @@ TEST(Play, LagsByItsHalfWidthAfterATurn) {
   EXPECT_DOUBLE_EQ(play.lag_k(), -3);
 }
 
-TEST(Play, KeepsStillWithinItsWidth) {
+TEST(Play, DoesNotMoveWithinHalfWidth) {
   Play play(3, 20);
   for (const double input : {22.9, 17.1, 21.0, 20.0}) {
     play.follow(input);
@@ -46,7 +46,7 @@ TEST(Play, EnclosesTheKnownAreaInACycle) {
   EXPECT_NEAR(area, 4 * kHalfWidth * (kAmplitude - kHalfWidth), 1e-3);
 }
 
-TEST(Play, RemembersTurningPointsAlone) {
+TEST(Play, RemembersOnlyTurningPoints) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     auto random = drawn_by(seed);
     Play direct(4, 0);
@@ -87,7 +87,7 @@ TEST(ModeLock, HoldsItsModeWhileTheActuatorReaches) {
   }
 }
 
-TEST(ModeLock, TakesTheNearestModeBeyondAndComesBackLater) {
+TEST(ModeLock, LocksToNearestModeBeyondAndReturnsLater) {
   ModeLock lock({.kelvin_per_mode = 50, .reach_modes = 1.5, .step_deg_per_h = 1}, 20);
   lock.follow(96);
   EXPECT_EQ(lock.mode(), 2);

@@ -33,7 +33,7 @@ void expect_mistake(const Result<LaboratoryParameters>& laboratory, const std::s
   EXPECT_NE(laboratory.error().what.find(what), std::string::npos) << laboratory.error().what;
 }
 
-TEST(LaboratoryFile, OfEveryReferenceRigIsRead) {
+TEST(LaboratoryFile, ReadsEveryReferenceRig) {
   for (const char* name : {"virtual-reference", "virtual-gradients"}) {
     const auto laboratory = parse_laboratory(rig_text(name), name);
     ASSERT_TRUE(laboratory) << text(laboratory.error());
@@ -43,14 +43,14 @@ TEST(LaboratoryFile, OfEveryReferenceRigIsRead) {
   }
 }
 
-TEST(LaboratoryFile, OfTheDefaultRigStandsOnTheTwin) {
+TEST(LaboratoryFile, DefaultRigUsesTwin) {
   const auto gyro = reduced_of_rig("virtual");
   EXPECT_GT(gyro.model.conduction.rows(), 0);
   EXPECT_EQ(gyro.film, thermal::GyroFilm::chamber);
   EXPECT_EQ(gyro.bias.mode_hops.kelvin_per_mode, 0) << "off by default";
 }
 
-TEST(LaboratoryFile, FindsTheGyroBesideItsRig) {
+TEST(LaboratoryFile, FindsGyroNextToRig) {
   const auto used = gyro_model_of(rig_text("virtual"), rig_path("virtual"));
   ASSERT_TRUE(used) << text(used.error());
   EXPECT_EQ(used->name, "calibrated");
@@ -58,23 +58,23 @@ TEST(LaboratoryFile, FindsTheGyroBesideItsRig) {
   EXPECT_EQ(used->text, read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value());
 }
 
-TEST(LaboratoryFile, TheRecordsCopyOfTheGyroIsEnough) {
+TEST(LaboratoryFile, AcceptsGyroFromRecord) {
   const auto gyro = gyro_model_of(rig_text("virtual"), rig_path("virtual"))->text;
   EXPECT_TRUE(parse_laboratory(rig_text("virtual"), "elsewhere/rig.toml", gyro));
 }
 
-TEST(LaboratoryFile, NamesAGyroThatIsNotThere) {
+TEST(LaboratoryFile, ReportsMissingGyro) {
   const auto laboratory = parse_laboratory(rig_text("virtual"), "elsewhere/rig.toml");
   expect_mistake(laboratory, "calibrated.reduced.toml", "elsewhere/rig.toml:");
 }
 
-TEST(LaboratoryFile, OfTheReferenceNamesNoGyro) {
+TEST(LaboratoryFile, ReferenceNeedsNoGyro) {
   const auto used = gyro_model_of(rig_text("virtual-reference"), "elsewhere/rig.toml");
   ASSERT_TRUE(used);
   EXPECT_EQ(used->name + used->film + used->text, "");
 }
 
-TEST(LaboratoryFile, TakesOneNumberForAllThermometersOrOneForEach) {
+TEST(LaboratoryFile, ReadsOneNumberOrOnePerThermometer) {
   const auto all = file_with("\nnoise_k = 0.01 ", "\nnoise_k = 0.02 ");
   const auto each = file_with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1, 2, 3, 4, 5, 6, 7, 8] ");
   ASSERT_TRUE(all) << text(all.error());
@@ -87,17 +87,17 @@ TEST(LaboratoryFile, TakesOneNumberForAllThermometersOrOneForEach) {
   expect_mistake(file_with("\nnoise_k = 0.01 ", "\nnoise_k = -1 "), "at least 0");
 }
 
-TEST(LaboratoryFile, NamesABodyThatItDoesNotKnow) {
+TEST(LaboratoryFile, ReportsUnknownBody) {
   expect_mistake(file_with("body = \"reference\"", "body = \"referenc\""), "reference");
 }
-TEST(LaboratoryFile, NamesAFilmThatItDoesNotKnow) {
+TEST(LaboratoryFile, ReportsUnknownFilm) {
   expect_mistake(rig_with("virtual", "film = \"chamber\"", "film = \"stil\""), "still");
 }
-TEST(LaboratoryFile, NamesAModeHopThatWouldNeverEnd) {
+TEST(LaboratoryFile, ReportsEndlessModeHop) {
   expect_mistake(rig_with("virtual", "reach_modes = 1.5", "reach_modes = 0.4"), "half mode");
 }
 
-TEST(LaboratoryFile, NamesHeatAndDeadBandBeyondTheirLimits) {
+TEST(LaboratoryFile, ReportsHeatAndDeadBandOutsideLimits) {
   expect_mistake(rig_with("virtual-hard", "heating = 0.1 ", "heating = 0.5 "), "-0.45 to 0.45");
   expect_mistake(rig_with("virtual-hard", "share = 0.19 ", "share = 1.9 "), "more than all of it");
   expect_mistake(rig_with("virtual-hard", "split_per_k = 3e-4 ", "split_per_k = -3e-2 "), "-0.01 to 0.01");
@@ -105,7 +105,7 @@ TEST(LaboratoryFile, NamesHeatAndDeadBandBeyondTheirLimits) {
   expect_mistake(rig_with("virtual-hard", "sags_below = \"0 °C\"", "sags_below = \"-40 °C\""), "above -40");
 }
 
-TEST(LaboratoryFile, HasTheEarthRateOfItsRigsGeometry) {
+TEST(LaboratoryFile, HasEarthRateOfRigGeometry) {
   for (const char* name : {"virtual", "virtual-reference", "virtual-gradients"}) {
     const auto gyro = TomlTable::parse(rig_text(name), name)->table("gyro");
     const auto radians = [&](const char* key) { return gyro.number(key) * std::numbers::pi / 180; };
@@ -144,7 +144,7 @@ std::array<Vector, 3> attitude_of(const TomlTable& fixture) {
   return {x, y, z};
 }
 
-TEST(LaboratoryFile, HasTheEarthRateOfEachAxisInItsFixture) {
+TEST(LaboratoryFile, HasEarthRateOfEachAxisInFixture) {
   for (const auto* name : kRigsOfUnits) {
     const auto root = TomlTable::parse(rig_text(name), name);
     const auto fixture = root->table("fixture");
@@ -176,7 +176,7 @@ TEST(LaboratoryFile, HasTheEarthRateOfEachAxisInItsFixture) {
   }
 }
 
-TEST(LaboratoryFile, TheInstrumentsOfRigsOfUnitsFitTheirWorld) {
+TEST(LaboratoryFile, MatchesInstrumentsToUnits) {
   for (const auto* name : kRigsOfUnits) {
     const auto started = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig(name), {}),
                                                    {.chamber = chamber_map("virtual"),
@@ -186,7 +186,7 @@ TEST(LaboratoryFile, TheInstrumentsOfRigsOfUnitsFitTheirWorld) {
   }
 }
 
-TEST(LaboratoryFile, OnlyTheTetradHopsAndLosesAThermometer) {
+TEST(LaboratoryFile, OnlyTetradHasHopAndDeadThermometer) {
   for (const auto* name : kRigsOfUnits) {
     int hops = 0, failing = 0;
     for (const auto& unit : laboratory_of_rig(name).units)
@@ -200,7 +200,7 @@ TEST(LaboratoryFile, OnlyTheTetradHopsAndLosesAThermometer) {
   }
 }
 
-TEST(LaboratoryFile, DescribesAFrameThatCarriesItsGyro) {
+TEST(LaboratoryFile, MatchesGyroFrame) {
   const auto root = TomlTable::parse(rig_text("virtual"), "virtual");
   const auto format = drivers::read_frame_format(root->table("gyro").table("frame"));
   EXPECT_EQ(format.length, 16U);
@@ -225,11 +225,11 @@ TEST(LaboratoryFile, NamesATimeConstantBelowTheStep) {
 TEST(LaboratoryFile, NamesAListOfTheWrongLength) {
   expect_mistake(file_with("[114.5,  122.3,", "[122.3,"), "10 numbers, expected 11");
 }
-TEST(LaboratoryFile, NamesALinkToAStrangeNode) {
+TEST(LaboratoryFile, ReportsLinkToUnknownNode) {
   expect_mistake(file_with("\"hub\", \"base\"]\n", "\"hub\", \"bas\"]\n"), "\"bas\"");
 }
 TEST(LaboratoryFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
-TEST(LaboratoryFile, NamesANodeWithoutAWayToTheChamber) {
+TEST(LaboratoryFile, ReportsIsolatedNode) {
   expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no way to the chamber");
 }
 
@@ -278,7 +278,7 @@ Result<LaboratoryParameters> units_with(const std::string& piece = "", const std
   return parse_laboratory(text, "rig.toml", gyro);
 }
 
-TEST(LaboratoryFile, ReadsUnitsAndWhatStandsAroundThem) {
+TEST(LaboratoryFile, ReadsUnitsAndBrackets) {
   const auto laboratory = units_with();
   ASSERT_TRUE(laboratory) << text(laboratory.error());
   ASSERT_EQ(laboratory->units.size(), 2U);
@@ -298,7 +298,7 @@ TEST(LaboratoryFile, ReadsUnitsAndWhatStandsAroundThem) {
   EXPECT_EQ(laboratory->values.at(0).name, "discharge_current_a");
 }
 
-TEST(LaboratoryFile, NamesMistakesOfUnits) {
+TEST(LaboratoryFile, ReportsErrorsOfUnits) {
   expect_mistake(units_with("\"u2\"\n[[", "\"u1\"\n[["), "twice");
   expect_mistake(units_with("\"u1\"", "\"u.1\""), "without points");
   expect_mistake(units_with("\"y\"", "\"x\""), "twice");
@@ -313,7 +313,7 @@ TEST(LaboratoryFile, NamesMistakesOfUnits) {
 }
 
 /// The key would have no effect, so it is an error.
-TEST(LaboratoryFile, TheTypeOfAWorldOfUnitsHasNoEarthRate) {
+TEST(LaboratoryFile, RefusesEarthRateInTypeOfUnits) {
   expect_mistake(rig_with("virtual-triad", "[virtual.gyro]", "[virtual.gyro]\nearth_rate_deg_per_h = 10"),
                  "earth_rate_deg_per_h");
 }

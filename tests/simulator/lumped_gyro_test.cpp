@@ -35,7 +35,7 @@ struct Anchor {
 
 class ReferenceBiasLaw : public testing::TestWithParam<Anchor> {};
 
-TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRateCycles) {
+TEST_P(ReferenceBiasLaw, HasDeviationOfReferenceInRateCycles) {
   auto gyro = lumped_of_rig(GetParam().rig);
   gyro.bias.scale = 1;
   std::vector<double> all;
@@ -48,13 +48,13 @@ TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRateCycles) {
   EXPECT_NEAR(tests::standard_deviation_of(all), GetParam().all_cycles, kSixthDecimal);
 }
 
-TEST_P(ReferenceBiasLaw, RestsAt20WhereTheReferenceDoes) {
+TEST_P(ReferenceBiasLaw, HasRestValueOfReferenceAt20) {
   auto gyro = lumped_of_rig(GetParam().rig);
   gyro.bias.scale = 1;
   EXPECT_NEAR(biases_of(gyro, {20}).front(), GetParam().at_rest, kSixthDecimal);
 }
 
-TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRandomProfile) {
+TEST_P(ReferenceBiasLaw, HasDeviationOfReferenceInRandomProfile) {
   const auto gyro = lumped_of_rig(GetParam().rig);
   const auto clusters = tests::clusters_of(biases_of(gyro, random_profile_c()));
   ASSERT_EQ(clusters.size(), 1440U);

@@ -34,7 +34,7 @@ TEST(ReducedGyro, StaysAtRest) {
   EXPECT_NEAR(gyro.bias().value, rest_bias, 1e-9);
 }
 
-TEST(ReducedGyro, OfEqualArmsHasNoGasFlowAtAnyTime) {
+TEST(ReducedGyro, HasNoGasFlowWithEqualArms) {
   ReducedGyro gyro(small_type());
   for (int t = 0; t < 1800; ++t) {
     gyro.step({20 - 0.03 * t}, 0);
@@ -42,7 +42,7 @@ TEST(ReducedGyro, OfEqualArmsHasNoGasFlowAtAnyTime) {
   }
 }
 
-TEST(ReducedGyro, AStrongerLeftArmIsWarmerAndKeepsTheSumOfThePowers) {
+TEST(ReducedGyro, WarmsStrongerArmAtEqualTotalPower) {
   auto type = small_type();
   type.arms.gain_left_over_right = 1.1;
   const auto model = with_unequal_arms(type.model, type.arms);
@@ -54,7 +54,7 @@ TEST(ReducedGyro, AStrongerLeftArmIsWarmerAndKeepsTheSumOfThePowers) {
 }
 
 /// At rest the heat through the film equals the sum of all sources, regardless of its path.
-TEST(ReducedGyro, ALeadCarriesHeatAndLosesNone) {
+TEST(ReducedGyro, ConservesHeatInLeads) {
   auto type = small_type();
   const ReducedGyro without(type);
   type.arms.left_lead_w_per_k = 0.01;
@@ -64,7 +64,7 @@ TEST(ReducedGyro, ALeadCarriesHeatAndLosesNone) {
   EXPECT_LT(at(with, thermal::ThermalOutput::gain_left), at(with, thermal::ThermalOutput::gain_right));
 }
 
-TEST(ReducedGyro, UnequalLeadsPartTheArmsInARamp) {
+TEST(ReducedGyro, SeparatesArmsInRampWithUnequalLeads) {
   auto type = small_type();
   type.arms.left_lead_w_per_k = 0.01;
   ReducedGyro gyro(type);
@@ -75,7 +75,7 @@ TEST(ReducedGyro, UnequalLeadsPartTheArmsInARamp) {
   EXPECT_GT(in_ramp_k, 0) << "the lead now warms its arm";
 }
 
-TEST(ReducedGyro, TheFilmOfTheFanKeepsItCooler) {
+TEST(ReducedGyro, IsCoolerUnderFan) {
   auto type = small_type();
   const ReducedGyro in_chamber(type);
   type.film = thermal::GyroFilm::still;
@@ -121,7 +121,7 @@ TEST(DrawGyro, KeepsTheBalanceOfHeat) {
   }
 }
 
-TEST(DrawGyro, GivesEverySeedAnotherTwin) {
+TEST(DrawGyro, DrawsAnotherTwinForEachSeed) {
   const auto type = small_laboratory();
   const auto& first = std::get<ReducedGyroParameters>(type.body);
   double squares = 0;

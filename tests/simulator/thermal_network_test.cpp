@@ -29,7 +29,7 @@ std::vector<std::vector<double>> driven_by(const std::vector<double>& air_c) {
   return series;
 }
 
-TEST(ThermalNetwork, RestsAt20WhereTheReferenceDoes) {
+TEST(ThermalNetwork, RestsLikeReferenceAt20) {
   const auto rest_c = at_rest(reference(), {20});
   const std::vector<double> expected{23.297, 23.146, 23.293, 21.873, 22.275, 21.488,
                                      21.546, 22.208, 21.202, 20.388, 20.960};
@@ -38,7 +38,7 @@ TEST(ThermalNetwork, RestsAt20WhereTheReferenceDoes) {
   }
 }
 
-TEST(ThermalNetwork, RestsAtMinus40WhereTheReferenceDoes) {
+TEST(ThermalNetwork, RestsLikeReferenceAtMinus40) {
   EXPECT_NEAR(at_rest(reference(), {-40})[0], -36.70, kSecondDecimal);
 }
 
@@ -90,7 +90,7 @@ TEST(ThermalNetwork, ReachesTheReferencesGradients) {
   }
 }
 
-TEST(ThermalNetwork, EndsTheFirstColdHoldWhereTheReferenceDoes) {
+TEST(ThermalNetwork, EndsFirstColdHoldLikeReference) {
   const auto end_of_hold_c = [](double rate_c_per_min) {
     const auto cycle = rate_cycle_c(rate_c_per_min);
     const auto end = 7200 + static_cast<std::size_t>(3600 / rate_c_per_min) + 7200;

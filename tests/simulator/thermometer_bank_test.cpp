@@ -47,7 +47,7 @@ TEST(ThermometerBank, FollowsEachWithItsOwnTimeConstant) {
     EXPECT_NEAR(bank.readings_c()[i], 1 - std::exp(-2 / static_cast<double>(i)), 1e-12);
 }
 
-TEST(ThermometerBank, HasItsErrorOfGainAbout20Degrees) {
+TEST(ThermometerBank, HasGainErrorAbout20Degrees) {
   ThermometerParameters parameters;
   parameters.gain = {0, 1e-3, -1e-3, 0, 0, 0, 0, 0, 0};
   EXPECT_EQ(ThermometerBank(parameters, everywhere(20), 0).readings_c()[1], 20);
@@ -77,7 +77,7 @@ TEST(ThermometerBank, DriftsFromItsCalibrationOn) {
   EXPECT_NEAR(tests::standard_deviation_of(in_an_hour_k) / (0.01 / std::sqrt(24.0)), 1, tolerance);
 }
 
-TEST(ThermometerBank, HasTheNoiseAsked) {
+TEST(ThermometerBank, HasRequestedNoise) {
   ThermometerBank bank({.noise_k = each(0.01)}, everywhere(20), 1);
   std::vector<double> readings;
   for (int t = 0; t < 20000; ++t) {

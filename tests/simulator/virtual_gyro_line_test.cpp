@@ -53,7 +53,7 @@ std::vector<drivers::GyroFrame> frames_in(const VirtualGyroLine& line, const std
   return frames;
 }
 
-TEST(VirtualGyroLine, EachUnitOfTheLotHasItsOwn) {
+TEST(VirtualGyroLine, ExistsForEachUnitOfLot) {
   const auto world = small_rig("virtual-lot");
   const auto lines = gyro_lines_of_rig("virtual-lot");
   const auto instruments = serve(world, lines);
@@ -103,7 +103,7 @@ TEST(VirtualGyroLine, CarriesAxesOfSeveralUnits) {
   EXPECT_NEAR(frames.back().values[0].value(), same.values(1)[0].value, 0.006) << "of its first unit";
 }
 
-TEST(VirtualGyroLine, AValueMayBeCalledByItsUnit) {
+TEST(VirtualGyroLine, FindsValueByUnitName) {
   const auto world = small_rig("virtual-lot");
   auto line = shared_line({{"u2", "z"}, {"u1", "x"}, {"u8", "y"}});
   for (auto& field : line.frame.fields)
@@ -116,7 +116,7 @@ TEST(VirtualGyroLine, AValueMayBeCalledByItsUnit) {
   EXPECT_NEAR(frames_in(line, client.receive(kFrameBytes)).at(0).values[0].value(), same.values(7)[0].value, 0.006);
 }
 
-TEST(VirtualGyroLine, RefusesWhatTheWorldOrTheFrameDoesNotHave) {
+TEST(VirtualGyroLine, RefusesUnknownAxesAndWrongCount) {
   const VirtualLaboratory laboratory(small_rig("virtual-lot"), {});
   const auto mistake = [&](std::vector<VirtualGyroLine::Axis> axes) {
     const auto sources = find_sources(shared_line(std::move(axes)), laboratory);
@@ -131,7 +131,7 @@ TEST(VirtualGyroLine, RefusesWhatTheWorldOrTheFrameDoesNotHave) {
 }
 
 /// Two lines have only the last frame of a second in common.
-TEST(VirtualGyroLine, KeepsItsOwnPace) {
+TEST(VirtualGyroLine, HasItsOwnFrameRate) {
   const auto world = small_rig("virtual-lot");
   auto lines = gyro_lines_of_rig("virtual-lot");
   lines.resize(2);
@@ -153,7 +153,7 @@ TEST(VirtualGyroLine, KeepsItsOwnPace) {
   }
 }
 
-TEST(VirtualGyroLine, WithoutAnyTheWorldMovesAllTheSame) {
+TEST(VirtualGyroLine, IsNotNeededToAdvance) {
   const auto world = small_rig("virtual-triad");
   const auto instruments = serve(world, {});
   VirtualLaboratory same(world, {});
@@ -164,7 +164,7 @@ TEST(VirtualGyroLine, WithoutAnyTheWorldMovesAllTheSame) {
 }
 
 /// Frames of the silent unit are lost, and its counts continue; the line of its neighbour is unchanged.
-TEST(VirtualGyroLine, OfASilentUnitSendsNothing) {
+TEST(VirtualGyroLine, SendsNothingForSilentUnit) {
   const auto world = small_rig("virtual-triad");
   const auto lines = gyro_lines_of_rig("virtual-triad");
   const auto instruments = serve(world, lines);
@@ -185,7 +185,7 @@ TEST(VirtualGyroLine, OfASilentUnitSendsNothing) {
   EXPECT_EQ(of_y[5].axes[0].pulses, same.pulses(1)[0]);
 }
 
-TEST(VirtualGyroLine, OfSeveralUnitsStandsStillForTheSilentOne) {
+TEST(VirtualGyroLine, FreezesCountsOfSilentUnit) {
   const auto world = small_rig("virtual-lot");
   const auto line = shared_line({{"u1", "x"}, {"u2", "x"}, {"u1", "y"}});
   const auto instruments = serve(world, {line});
@@ -210,7 +210,7 @@ TEST(VirtualGyroLine, OfSeveralUnitsStandsStillForTheSilentOne) {
   EXPECT_GT(lost, 0);
 }
 
-TEST(VirtualGyroLine, ReplayLeadsWhereTheTriadWas) {
+TEST(VirtualGyroLine, ReplayReachesSameState) {
   const auto world = small_rig("virtual-triad");
   const auto lines = gyro_lines_of_rig("virtual-triad");
   const std::vector<PastSecond> past(100, PastSecond{{5}});

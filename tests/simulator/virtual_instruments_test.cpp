@@ -89,7 +89,7 @@ TEST_F(VirtualInstrumentsTest, GiveEachThermometerItsChannels) {
   EXPECT_NEAR(std::stod(ask(shell, "CRDG? 1\r\n")), same.thermometers_as_measured_c()[8], 0.0005);
 }
 
-TEST_F(VirtualInstrumentsTest, AttendedAnswerInTheThreadThatAsks) {
+TEST_F(VirtualInstrumentsTest, AttendedAnswerOnCallingThread) {
   const auto attended =
       VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                 {.chamber = map,
@@ -110,7 +110,7 @@ TEST_F(VirtualInstrumentsTest, AttendedAnswerInTheThreadThatAsks) {
   EXPECT_EQ(heard_on(*gyro).size(), 16U) << "a frame";
 }
 
-TEST_F(VirtualInstrumentsTest, AGyroThatNobodyReadsClosesItsLineAndSendsOnANewOne) {
+TEST_F(VirtualInstrumentsTest, GyroWithoutReaderClosesLineAndSendsOnNewOne) {
   const auto attended =
       VirtualInstruments::start(
           VirtualLaboratory(laboratory_of_rig("virtual"), {}),
@@ -128,7 +128,7 @@ TEST_F(VirtualInstrumentsTest, AGyroThatNobodyReadsClosesItsLineAndSendsOnANewOn
   EXPECT_EQ(heard_on(*gyro).size(), 16U);
 }
 
-TEST_F(VirtualInstrumentsTest, AnAttendedChamberAnswersOnAConnectionToo) {
+TEST_F(VirtualInstrumentsTest, AttendedChamberAnswersOnConnection) {
   const auto attended = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                                   {.chamber = map, .thermometers = {}, .gyros = {}, .attended = true})
                             .value();
@@ -166,7 +166,7 @@ TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
   EXPECT_EQ(decoder.rejected_bytes(), 0U);
 }
 
-TEST_F(VirtualInstrumentsTest, ReplayLeadsWhereTheRunWas) {
+TEST_F(VirtualInstrumentsTest, ReplayReachesSameState) {
   const auto replayed = start(5);
   instruments = start(5);
   std::vector<PastSecond> past;
@@ -197,7 +197,7 @@ TEST_F(VirtualInstrumentsTest, ReplayLeadsWhereTheRunWas) {
   EXPECT_EQ(air_c[0], air_c[1]);
 }
 
-TEST_F(VirtualInstrumentsTest, OutliveClientsThatComeGoAndTalkNonsense) {
+TEST_F(VirtualInstrumentsTest, SurviveInvalidClients) {
   const Client well_behaved(instruments->chamber_port());
   for (int i = 0; i < 100; ++i) {
     const Client rude(instruments->chamber_port());
@@ -210,14 +210,14 @@ TEST_F(VirtualInstrumentsTest, OutliveClientsThatComeGoAndTalkNonsense) {
   EXPECT_EQ(read_chamber(well_behaved, "set_point"), 20);
 }
 
-TEST_F(VirtualInstrumentsTest, DropAClientThatDoesNotSpeakModbus) {
+TEST_F(VirtualInstrumentsTest, DropClientThatViolatesProtocol) {
   const Client rude(instruments->chamber_port());
   rude.send("\x00\x01\x00\x63 no modbus");
   rude.send("GET / HTTP/1.1\r\n\r\n");
   EXPECT_TRUE(rude.was_dropped());
 }
 
-TEST_F(VirtualInstrumentsTest, AdmitSixteenClientsAndNoMore) {
+TEST_F(VirtualInstrumentsTest, AdmitAtMostSixteenClients) {
   std::deque<Client> clients;
   for (int i = 0; i < 16; ++i) {
     clients.emplace_back(instruments->thermometer_port(0));
@@ -229,7 +229,7 @@ TEST_F(VirtualInstrumentsTest, AdmitSixteenClientsAndNoMore) {
   EXPECT_FALSE(ask(clients.back(), "*IDN?\r\n").empty());
 }
 
-TEST_F(VirtualInstrumentsTest, DropAClientThatNeverTakesItsReplies) {
+TEST_F(VirtualInstrumentsTest, DropClientThatDoesNotReadReplies) {
   const Client greedy(instruments->thermometer_port(0));
   std::string many;
   for (int i = 0; i < 1000; ++i) many += "CRDG? 0\r\n";
@@ -240,7 +240,7 @@ TEST_F(VirtualInstrumentsTest, DropAClientThatNeverTakesItsReplies) {
   EXPECT_FALSE(ask(patient, "*IDN?\r\n").empty());
 }
 
-TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
+TEST_F(VirtualInstrumentsTest, RefuseUnknownChannel) {
   const auto started = VirtualInstruments::start(
       VirtualLaboratory(laboratory_of_rig("virtual"), {}),
       {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyros = {{.frame = gyro_of_rig("virtual")}}});
@@ -249,7 +249,7 @@ TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
   EXPECT_NE(started.error().what.find("\"Z\""), std::string::npos);
 }
 
-TEST_F(VirtualInstrumentsTest, SayWhichPortIsTaken) {
+TEST_F(VirtualInstrumentsTest, ReportUsedPort) {
   const auto started = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                                  {.chamber = map,
                                                   .thermometers = {},

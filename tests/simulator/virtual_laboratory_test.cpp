@@ -39,7 +39,7 @@ std::vector<double> seen_with_seed(const std::string& rig, std::uint64_t seed) {
   return seen(laboratory, {-10}, 600);
 }
 
-TEST(VirtualLaboratory, IsReproducedByItsSeedAndItsSetPoints) {
+TEST(VirtualLaboratory, IsReproducedBySeedAndSetPoints) {
   for (const auto* rig : kRigs)
     for (const std::uint64_t seed : {0U, 1U, 12345U})
       EXPECT_EQ(seen_with_seed(rig, seed), seen_with_seed(rig, seed)) << rig << ' ' << seed;
@@ -52,7 +52,7 @@ double rate_over(VirtualLaboratory& laboratory, int seconds) {
   return laboratory.arcsec_per_pulse() * static_cast<double>(laboratory.pulses()[0] - before) / seconds;
 }
 
-TEST(VirtualLaboratory, AGyroThatIsTurnedAroundSeesTheEarthTurnTheOtherWay) {
+TEST(VirtualLaboratory, TurnedGyroMeasuresOppositeEarthRate) {
   for (const auto* rig : kRigs) {
     VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
     laboratory.change_set_point({20});
@@ -68,7 +68,7 @@ TEST(VirtualLaboratory, AGyroThatIsTurnedAroundSeesTheEarthTurnTheOtherWay) {
   }
 }
 
-TEST(VirtualLaboratory, AGyroThatIsSwitchedOffIsSilentAndCoolsDown) {
+TEST(VirtualLaboratory, SwitchedOffGyroIsSilentAndCoolsDown) {
   for (const auto* rig : kRigs) {
     VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
     laboratory.change_set_point({20});
@@ -88,7 +88,7 @@ TEST(VirtualLaboratory, AGyroThatIsSwitchedOffIsSilentAndCoolsDown) {
 }
 
 /// The hard gyro draws a new turn-on offset, and its warm-up begins.
-TEST(VirtualLaboratory, AGyroThatIsSwitchedOnAgainStartsAnew) {
+TEST(VirtualLaboratory, RestartsGyroWhenSwitchedOnAgain) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-hard"), {.gyro = 1, .run = 0});
   laboratory.change_set_point({20});
   laboratory.switch_on(true);
@@ -123,7 +123,7 @@ std::string first_pulses_of(std::uint64_t seed) {
 }
 
 /// Optional terms of a rig file do not affect a rig without them.
-TEST(VirtualLaboratory, TheLinearRigCountsAsItAlwaysDid) {
+TEST(VirtualLaboratory, LinearRigReproducesRecordedPulses) {
   EXPECT_EQ(first_pulses_of(0), "9a33b264f2d13e730c9fbf544d3646e960b241a2a897333f392a6c603f34d034");
   EXPECT_EQ(first_pulses_of(3), "3b87a6c7867e2a76d77ed2897b7f3dd74756f6c6df9c9065d9f9f8edbce0741c");
 }
@@ -160,7 +160,7 @@ TEST(VirtualLaboratory, StartsAtRestAndSwitchedOff) {
   EXPECT_NEAR(laboratory.thermometers_as_measured_c()[8], 20.960, 0.06);
 }
 
-TEST(VirtualLaboratory, RefusesSetPointsThatThePlantCannotHold) {
+TEST(VirtualLaboratory, RefusesSetPointsOutsidePlantRange) {
   const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {.gyro = 0, .run = 0});
   EXPECT_TRUE(laboratory.accepts({-45}));
   EXPECT_TRUE(laboratory.accepts({90}));
@@ -234,7 +234,7 @@ TEST(VirtualLaboratory, DoesNotHeatWithoutItsHeaterAndWarmsBehindAnOpenDoor) {
   EXPECT_LT(air_after(laboratory, {60}, 20), 50);
 }
 
-TEST(VirtualLaboratory, RunsAwayWhereItsMachineryIsStuckOrItsSensorLies) {
+TEST(VirtualLaboratory, RunsAwayWithStuckMachineryOrWrongSensor) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {});
   LaboratoryFaults faults;
   faults.plant.stuck_output = 1;
@@ -251,7 +251,7 @@ TEST(VirtualLaboratory, RunsAwayWhereItsMachineryIsStuckOrItsSensorLies) {
   EXPECT_GT(frozen.air_as_measured().value, 50) << "while the air went on";
 }
 
-TEST(VirtualLaboratory, ShowsWhatItsThermometersShowAndMendsThem) {
+TEST(VirtualLaboratory, AppliesAndRemovesThermometerFaults) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {});
   const auto sound =
       std::vector(laboratory.thermometers_as_measured_c().begin(), laboratory.thermometers_as_measured_c().end());

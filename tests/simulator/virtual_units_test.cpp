@@ -83,7 +83,7 @@ std::string plain_world(const std::string& rig, LaboratorySeed seed) {
 }
 
 /// Hashes recorded before units existed.
-TEST(PlainWorld, IsWhatItAlwaysWas) {
+TEST(PlainWorld, ReproducesRecordedHashes) {
   const std::map<std::string, std::pair<const char*, const char*>> worlds{
       {"virtual",
        {"b72a7deb89650439b02c9703c146081aea4a998fbafb858b8be600aec74fcbb3",
@@ -124,7 +124,7 @@ TEST(VirtualUnits, NameTheirThermometersAfterThemselves) {
 }
 
 /// Compares with an axis among others, in another order, with the whole body of the default rig.
-TEST(VirtualUnits, AnAxisAloneIsTheSameAxisInALot) {
+TEST(VirtualUnits, HaveAxesIndependentOfOtherUnits) {
   auto type = laboratory_of_rig("virtual");
   type.own_temperature = OwnThermometer{.time_constant_s = 30, .noise_k = 0.02};
   type.values = {{.name = "current", .at_20_c = 1, .per_k = 1e-3, .noise = 1e-3}};
@@ -139,7 +139,7 @@ TEST(VirtualUnits, AnAxisAloneIsTheSameAxisInALot) {
   }
 }
 
-TEST(VirtualUnits, AreReproducedByTheirSeed) {
+TEST(VirtualUnits, AreReproducedBySeed) {
   const auto world = small_world({unit_named("u1", {"x", "y"}), unit_named("u2")});
   for (const std::uint64_t seed : {0U, 1U}) {
     auto first = cooling(world, {.gyro = seed, .run = 1}), again = cooling(world, {.gyro = seed, .run = 1});
@@ -150,7 +150,7 @@ TEST(VirtualUnits, AreReproducedByTheirSeed) {
 }
 
 /// Compares each pair of axes, also for seed 0: bodies, biases and noise.
-TEST(VirtualUnits, EachAxisIsAnotherGyro) {
+TEST(VirtualUnits, HaveDifferentGyroForEachAxis) {
   for (const std::uint64_t seed : {0U, 1U}) {
     const auto world = small_world({unit_named("u1", {"x", "y"}), unit_named("u2", {"x", "y"})});
     std::vector<std::string> seen;
@@ -165,7 +165,7 @@ TEST(VirtualUnits, EachAxisIsAnotherGyro) {
 }
 
 /// The hash is FNV-1a; this is its published value for "a". Another split of a name gives another seed.
-TEST(VirtualUnits, AreDrawnByTheirNames) {
+TEST(VirtualUnits, AreDrawnByName) {
   EXPECT_EQ(seed_of({.gyro = 7}, "a").gyro, splitmix64(splitmix64(7) ^ 0xaf63dc4c8601ec8cU));
   EXPECT_NE(seed_of({}, "u1.x").gyro, seed_of({}, "u1x").gyro);
   EXPECT_EQ(seed_of({.run = 3, .days_later = 4}, "a").run, 3U);
@@ -194,7 +194,7 @@ TEST(VirtualUnits, AreSwitchedAndTurnedTogether) {
   for (const auto unit : {0U, 1U}) EXPECT_LT(laboratory.pulses(unit)[0], -9000);
 }
 
-TEST(VirtualUnits, ASilentOneGoesOnLivingAsItsNeighboursDo) {
+TEST(VirtualUnits, ContinueWhileSilent) {
   const auto world = small_world({unit_named("a"), unit_named("b")});
   auto silenced = cooling(world, {}), speaking = cooling(world, {});
   silenced.silence(1, true);
@@ -206,7 +206,7 @@ TEST(VirtualUnits, ASilentOneGoesOnLivingAsItsNeighboursDo) {
 }
 
 /// A hop affects output and drift, not the true bias. The other axis is unchanged.
-TEST(OutputHop, IsWhatNoTemperatureTells) {
+TEST(OutputHop, DoesNotDependOnTemperature) {
   auto world = small_world({unit_named("u", {"x", "y"})});
   auto hopping = world;
   hopping.units[0].axes[1].hop = OutputHop{.at_s = 100, .deg_per_h = 5, .for_s = 50};
@@ -222,7 +222,7 @@ TEST(OutputHop, IsWhatNoTemperatureTells) {
   }
 }
 
-TEST(OutputHop, StaysWhereNoEndIsSaid) {
+TEST(OutputHop, IsPermanentWithoutDuration) {
   auto world = small_world({unit_named("u")});
   world.units[0].axes[0].hop = OutputHop{.at_s = 3, .deg_per_h = 5};
   VirtualLaboratory hops(world, {});
@@ -249,7 +249,7 @@ TEST(OwnTemperature, FollowsTheBlockOfTheFirstAxis) {
   }
 }
 
-TEST(OwnValues, AreAStraightLineInTheBlocksTemperature) {
+TEST(OwnValues, AreLinearInBlockTemperature) {
   auto world = small_world({unit_named("u")});
   world.own_temperature = OwnThermometer{};
   world.values = {{.name = "current", .at_20_c = 2, .per_k = 0.1, .noise = 0}, {.name = "voltage", .at_20_c = 5}};
@@ -264,7 +264,7 @@ TEST(OwnValues, AreAStraightLineInTheBlocksTemperature) {
   EXPECT_EQ(values[2].value, 5);
 }
 
-TEST(DeadThermometer, ReadsNothingFromItsTimeOn) {
+TEST(DeadThermometer, ReadsNothingAfterFailure) {
   auto world = small_world({unit_named("u", {"x", "y"})});
   world.units[0].axes[1].failing = {{.place = 3, .how = Failing::dead, .from_s = 10}};
   VirtualLaboratory laboratory(world, {});
@@ -275,7 +275,7 @@ TEST(DeadThermometer, ReadsNothingFromItsTimeOn) {
   }
 }
 
-TEST(VirtualUnits, ThermometersOfDifferentUnitsCanBeExchanged) {
+TEST(VirtualUnits, CanExchangeThermometers) {
   VirtualLaboratory laboratory(small_world({unit_named("a"), unit_named("b")}), {});
   const auto now = laboratory.thermometers_as_measured_c();
   const std::vector<double> sound(now.begin(), now.end());

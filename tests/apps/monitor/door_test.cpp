@@ -64,7 +64,7 @@ class AtTheDoor : public ::testing::Test {
   Door door_{{.control = true, .open = false}, users_, sessions_, clock_};
 };
 
-TEST_F(AtTheDoor, ANameThatIsAddedAgainDoesNotReviveItsSessions) {
+TEST_F(AtTheDoor, DoesNotReviveSessionsOfReaddedUser) {
   put("eve", Role::viewer, kPassword);
   const auto cookie = cookie_of("eve", kPassword);
   EXPECT_EQ(let_in_by(door_, cookie), "eve");
@@ -75,7 +75,7 @@ TEST_F(AtTheDoor, ANameThatIsAddedAgainDoesNotReviveItsSessions) {
   EXPECT_EQ(let_in_by(door_, cookie_of("eve", kPassword)), "eve");
 }
 
-TEST_F(AtTheDoor, ANewPasswordEndsTheSessionsOfTheOldOneOverARestartToo) {
+TEST_F(AtTheDoor, EndsSessionsOfOldPasswordAfterRestart) {
   put("ada", Role::conductor, kPassword);
   const auto cookie = cookie_of("ada", kPassword), kept = cookie_of("ada", kPassword);
   put("ada", Role::conductor, kOther);
@@ -87,7 +87,7 @@ TEST_F(AtTheDoor, ANewPasswordEndsTheSessionsOfTheOldOneOverARestartToo) {
   EXPECT_EQ(let_in_by(again, cookie), "");
 }
 
-TEST_F(AtTheDoor, ABodyThatHasAKeyTwiceIsRefused) {
+TEST_F(AtTheDoor, RefusesBodyWithDuplicateKey) {
   put("ada", Role::viewer, kPassword);
   auto sent = request("/api/v1/login");
   sent.head.method = "POST";
@@ -96,7 +96,7 @@ TEST_F(AtTheDoor, ABodyThatHasAKeyTwiceIsRefused) {
   EXPECT_EQ(log_in("ada", kPassword).status, 200);
 }
 
-TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
+TEST_F(AtTheDoor, AdmitsUserWhileOthersGuessItsPassword) {
   put("ada", Role::conductor, kPassword);
   int refused = 0;
   for (int i = 0; i < 12; ++i) refused += log_in("ada", "", "10.0.0.1").status == 429 ? 1 : 0;
@@ -111,7 +111,7 @@ TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
   EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
 }
 
-TEST_F(AtTheDoor, TwoMonitorsOfOneNameDoNotTakeEachOthersCookieAway) {
+TEST_F(AtTheDoor, KeepsCookiesOfTwoMonitorsOnOneHost) {
   put("ada", Role::viewer, kPassword);
   Sessions others(folder_ / "others.json", clock_);
   Door other({.control = true, .open = false}, users_, others, clock_);
@@ -143,7 +143,7 @@ TEST_F(AtTheDoor, TwoMonitorsOfOneNameDoNotTakeEachOthersCookieAway) {
   EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
 }
 
-TEST_F(AtTheDoor, NamesOfHostsAreTheSameInCapitals) {
+TEST_F(AtTheDoor, ComparesHostsWithoutCase) {
   auto sent = request("/");
   sent.head.headers["host"] = "RIG.example.org:8321";
   sent.head.headers["origin"] = "http://rig.example.org:8321";

@@ -31,21 +31,21 @@ TEST(RequestHead, HasPathQueryAndHeaders) {
 }
 
 /// A proxy appends a line of its own after the line of the previous proxy.
-TEST(RequestHead, TakesTheLinesOfAListForOne) {
+TEST(RequestHead, JoinsLinesOfAList) {
   const auto read =
       read_head(head_with("GET / HTTP/1.1", "X-Forwarded-For: 192.0.2.7\r\nX-Forwarded-For: 198.51.100.3\r\n"));
   ASSERT_TRUE(std::holds_alternative<RequestHead>(read));
   EXPECT_EQ(std::get<RequestHead>(read).header("x-forwarded-for"), "192.0.2.7, 198.51.100.3");
 }
 
-TEST(RequestHead, SaysHowLongABodyIs) {
+TEST(RequestHead, HasSizeOfBody) {
   const auto read = read_head(head_with("POST /x HTTP/1.1", "Content-Length: 12\r\nConnection: close\r\n"));
   ASSERT_TRUE(std::holds_alternative<RequestHead>(read));
   EXPECT_EQ(std::get<RequestHead>(read).body_size, 12u);
   EXPECT_FALSE(std::get<RequestHead>(read).keep_alive);
 }
 
-TEST(RequestHead, EndsTheConnectionInAnyLetters) {
+TEST(RequestHead, ReadsConnectionCloseInAnyCase) {
   for (const auto* word : {"close", "Close", "CLOSE", "TE, Close"}) {
     const auto read = read_head(head_with("GET / HTTP/1.1", std::string("Connection: ") + word + "\r\n"));
     ASSERT_TRUE(std::holds_alternative<RequestHead>(read));
@@ -53,7 +53,7 @@ TEST(RequestHead, EndsTheConnectionInAnyLetters) {
   }
 }
 
-TEST(RequestHead, IsRefusedWhereTwoReadersCouldDiffer) {
+TEST(RequestHead, IsRefusedWhenAmbiguous) {
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 1\r\nContent-Length: 1\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n")), 501);
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Transfer-Encoding:\tchunked\r\nContent-Length: 1\r\n")), 501);
@@ -65,7 +65,7 @@ TEST(RequestHead, IsRefusedWhereTwoReadersCouldDiffer) {
 }
 
 /// Beast alone would join the lines of a folded header, accept a list of equal lengths, and wrap a length of 2^64.
-TEST(RequestHead, IsRefusedWhereBeastIsLaxer) {
+TEST(RequestHead, IsRefusedWhenBeastWouldAcceptIt) {
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X:\r\n y\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X: y\r\n\tz\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 2, 2\r\n")), 400);
@@ -75,14 +75,14 @@ TEST(RequestHead, IsRefusedWhereBeastIsLaxer) {
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1") + "x"), 400);
 }
 
-TEST(RequestHead, IsRefusedInAnotherVersion) {
+TEST(RequestHead, IsRefusedForOtherVersions) {
   EXPECT_EQ(refused_with(head_with("GET / HTTP/2.0")), 505);
   EXPECT_EQ(refused_with(head_with("GET / FTP/1.1")), 400);
   EXPECT_EQ(refused_with(head_with("GET / a HTTP/1.1")), 400);
   EXPECT_EQ(refused_with("GET / HTTP/1.1\n\n"), 400);
 }
 
-TEST(AnswerHead, HasTheSizeOrSaysThatThereAreChunks) {
+TEST(AnswerHead, HasSizeOrChunkedEncoding) {
   const RequestHead modern{.method = "GET",
                            .path = "/",
                            .query = {},
@@ -106,7 +106,7 @@ TEST(AnswerHead, HasTheSizeOrSaysThatThereAreChunks) {
   EXPECT_EQ(until_end.find("Transfer-Encoding"), std::string::npos) << until_end;
 }
 
-TEST(Chunk, HasItsSizeAndTheLastHasNone) {
+TEST(Chunk, HasItsSizeAndLastIsEmpty) {
   EXPECT_EQ(chunk("eleven byte"), "b\r\neleven byte\r\n");
   EXPECT_EQ(chunk(""), "0\r\n\r\n");
 }
@@ -118,7 +118,7 @@ TEST(RequestHead, EndsAtItsFirstEmptyLine) {
   EXPECT_EQ(end_of_head("a\n\r\nb"), 4u);
 }
 
-TEST(RequestHead, CookiesAreFoundByTheirWholeName) {
+TEST(RequestHead, FindsCookiesByWholeName) {
   EXPECT_EQ(cookie_in("a=1; session=two; b=3", "session"), "two");
   EXPECT_EQ(cookie_in("xsession=1", "session"), "");
   EXPECT_EQ(cookie_in("", "session"), "");

@@ -83,7 +83,7 @@ class Told : public ::testing::Test {
   Duration utc_ = 1000h;
 };
 
-TEST_F(Told, AnAlarmIsToldOnceAndEscalatesUntilItIsAcknowledged) {
+TEST_F(Told, EscalatesAlarmUntilAcknowledged) {
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told(), Messages{"day: Alarm: lab: soak on one"});
@@ -96,7 +96,7 @@ TEST_F(Told, AnAlarmIsToldOnceAndEscalatesUntilItIsAcknowledged) {
   EXPECT_EQ(told(), Messages{}) << "there is nobody left";
 }
 
-TEST_F(Told, AnAcknowledgementEndsTheEscalation) {
+TEST_F(Told, EndsEscalationWhenAcknowledged) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
   now_.runs.front().alarms.clear();
@@ -106,7 +106,7 @@ TEST_F(Told, AnAcknowledgementEndsTheEscalation) {
   EXPECT_EQ(told().size(), 1u) << "another alarm is another matter";
 }
 
-TEST_F(Told, TheMemoryOutlivesTheMonitor) {
+TEST_F(Told, KeepsMemoryOverRestart) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
   auto read = ToldMemory::parse(memory_.to_text(), "told.json");
@@ -118,7 +118,7 @@ TEST_F(Told, TheMemoryOutlivesTheMonitor) {
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
 }
 
-TEST_F(Told, WhoCannotBeReachedIsTriedThriceAndThenTheNextIs) {
+TEST_F(Told, TriesAddressThreeTimesBeforeNext) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   for (int i = 0; i < kMostTries; ++i) {
     const auto due = due_messages(site_, now_, utc_, memory_);
@@ -132,7 +132,7 @@ TEST_F(Told, WhoCannotBeReachedIsTriedThriceAndThenTheNextIs) {
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
 }
 
-TEST_F(Told, TheEndOfARunIsToldOnceAndThatOfAnOldOneNever) {
+TEST_F(Told, ReportsEndOfRunOnceButNotOfOldRun) {
   EXPECT_EQ(told(), Messages{});
   auto& run = now_.runs.front();
   run.running = false;
@@ -144,7 +144,7 @@ TEST_F(Told, TheEndOfARunIsToldOnceAndThatOfAnOldOneNever) {
   EXPECT_EQ(told(), Messages{});
 }
 
-TEST_F(Told, ADiskThatIsLowIsToldAgainOnlyOnceItWasNot) {
+TEST_F(Told, RepeatsDiskLowOnlyAfterRecovery) {
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().free_bytes = 1'000'000'000;
   EXPECT_EQ(told(), Messages{"day: Disk low: lab: soak on one"});
@@ -155,7 +155,7 @@ TEST_F(Told, ADiskThatIsLowIsToldAgainOnlyOnceItWasNot) {
   EXPECT_EQ(told().size(), 1u);
 }
 
-TEST_F(Told, NothingIsToldAgainBecauseItsRunCouldNotBeSeenForAWhile) {
+TEST_F(Told, RepeatsNothingWhenRunReappears) {
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().alarms = {{7, "air above its limit"}};
   now_.runs.front().free_bytes = 1'000'000'000;
@@ -178,7 +178,7 @@ TEST_F(Told, NothingIsToldAgainBecauseItsRunCouldNotBeSeenForAWhile) {
       << "it ended while nobody saw";
 }
 
-TEST_F(Told, ARunThatIsGoneForADayIsForgotten) {
+TEST_F(Told, ForgetsRunAfterDayOfAbsence) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
   now_.runs.clear();
@@ -189,7 +189,7 @@ TEST_F(Told, ARunThatIsGoneForADayIsForgotten) {
   EXPECT_EQ(memory_, ToldMemory{});
 }
 
-TEST_F(Told, ARunThatCannotBeSeenAnyMoreIsSilentAlsoForAMonitorThatWasStartedAnew) {
+TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
   site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
   const auto run = now_.runs.front();
   EXPECT_EQ(told(), Messages{});
@@ -213,7 +213,7 @@ TEST_F(Told, ARunThatCannotBeSeenAnyMoreIsSilentAlsoForAMonitorThatWasStartedAne
   EXPECT_EQ(memory_, ToldMemory{}) << "after a day it is forgotten";
 }
 
-TEST_F(Told, ARunThatWasSeenToEndMayBeTakenAway) {
+TEST_F(Told, IgnoresRemovalOfEndedRun) {
   site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
   auto simulated = now_.runs.front();
   simulated.id = "s";
@@ -229,7 +229,7 @@ TEST_F(Told, ARunThatWasSeenToEndMayBeTakenAway) {
   EXPECT_EQ(told(), Messages{}) << "and of a virtual rig nobody wants to hear";
 }
 
-TEST_F(Told, AClockThatIsSetBackMakesNobodyWaitForItToCatchUp) {
+TEST_F(Told, RestartsWaitingTimesWhenClockIsSetBack) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   const auto due = due_messages(site_, now_, utc_, memory_);
   ASSERT_EQ(due.size(), 1u);
@@ -244,7 +244,7 @@ TEST_F(Told, AClockThatIsSetBackMakesNobodyWaitForItToCatchUp) {
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
 }
 
-TEST_F(Told, AMonitorThatFallsSilentIsToldAfterAWhile) {
+TEST_F(Told, ReportsSilentMonitorAfterDelay) {
   now_.monitors_answer["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});
   utc_ += 1min;
@@ -257,7 +257,7 @@ TEST_F(Told, AMonitorThatFallsSilentIsToldAfterAWhile) {
   EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not answer"});
 }
 
-TEST_F(Told, SimulatedRunsAreForRulesThatWantThem) {
+TEST_F(Told, ReportsSimulatedRunsOnlyToRulesThatIncludeThem) {
   now_.runs.front().simulated = true;
   now_.runs.front().alarms = {{7, "air above its limit"}};
   now_.runs.front().free_bytes = 0;
@@ -272,7 +272,7 @@ TEST(SiteFile, RefusesLiveTableOnce) {
   EXPECT_EQ(read.error().what.find('\n'), std::string::npos) << read.error().what;
 }
 
-TEST(SiteFile, EachMistakeIsToldWithItsPlace) {
+TEST(SiteFile, ReportsEachErrorWithPosition) {
   const auto read = parse_site(R"(schema = "gyrotherm-site/1"
 [[notify.address]]
 name = "post"
@@ -288,7 +288,7 @@ tell = ["nobody"]
   EXPECT_NE(read.error().what.find("\"nobody\""), std::string::npos) << read.error().what;
 }
 
-TEST(Mail, HasNoHeaderThatWasNotMeant) {
+TEST(Mail, HasNoInjectedHeader) {
   const MailServer server{.url = "smtp://x", .from = "rig@example.org", .user = {}, .password = {}};
   const auto text = mail_text(server, {{"ada@example.org"}},
                               {.subject = "Alarm\r\nBcc: eve@example.org", .text = "20 °C\n.\nend"}, 0s);
@@ -301,7 +301,7 @@ TEST(Mail, HasNoHeaderThatWasNotMeant) {
             std::string::npos);
 }
 
-TEST(Mail, NoLineOfASubjectIsLongerThanItMayBe) {
+TEST(Mail, WrapsLongSubject) {
   const MailServer server{.url = "smtp://x", .from = "rig@example.org", .user = {}, .password = {}};
   for (int letters = 0; letters < 12; ++letters) {
     std::string subject(static_cast<std::size_t>(letters), 'a');
@@ -314,7 +314,7 @@ TEST(Mail, NoLineOfASubjectIsLongerThanItMayBe) {
   }
 }
 
-TEST(RunProgram, GetsTheTextAndMustEnd) {
+TEST(RunProgram, ReceivesTextAndIsKilledAtTimeout) {
   const tests::TestFolder folder;
   ASSERT_TRUE(run_program({"sh", "-c", "cat > " + (folder / "told")}, "it is warm\n", 10s));
   EXPECT_EQ(*read_text_file(folder / "told"), "it is warm\n");

@@ -27,7 +27,7 @@ namespace {
 using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 
-TEST(RunCatalogue, KeepsOfTheTextsOfARunItsProfileAlone) {
+TEST(RunCatalogue, KeepsOnlyProfileText) {
   const tests::TestFolder folder;
   auto info = small_run_info();
   info.profile_text = "a profile's text";
@@ -46,7 +46,7 @@ TEST(RunCatalogue, KeepsOfTheTextsOfARunItsProfileAlone) {
     EXPECT_LT(text->capacity(), 100u);
 }
 
-TEST(RunCatalogue, LeavesTheRestOfALookOnceItIsToStop) {
+TEST(RunCatalogue, StopsCheckWhenStopping) {
   const tests::TestFolder folder;
   for (const auto* name : {"a.db", "b.db", "c.db"}) write_small_run(folder / name, 1);
   RunCatalogue catalogue({folder / ""});
@@ -69,7 +69,7 @@ void write_old_status(const std::string& record, Duration age) {
   std::ofstream(record::status_path(record)) << record::to_json(status) << '\n';
 }
 
-TEST(RunCatalogue, ARunFallsSilentAlsoWhileItsFolderDoesNotAnswer) {
+TEST(RunCatalogue, ReportsSilenceWhileFolderHangs) {
   const tests::TestFolder folder;
   RunCatalogue catalogue({folder / ""});
   write_old_status(folder / "run.db", 3s);
@@ -87,7 +87,7 @@ TEST(RunCatalogue, ARunFallsSilentAlsoWhileItsFolderDoesNotAnswer) {
   EXPECT_NE(catalogue.find(before.key)->version, before.version) << "whoever watches it is told";
 }
 
-TEST(RunCatalogue, EachFolderIsLookedAtByItself) {
+TEST(RunCatalogue, ChecksFoldersIndependently) {
   const tests::TestFolder one, other;
   write_small_run(one / "a.db", 1);
   write_small_run(other / "b.db", 1);
@@ -125,7 +125,7 @@ TEST(RunCatalogue, EachFolderIsLookedAtByItself) {
   ::_exit(0);
 }
 
-TEST(RunCatalogue, LearnsWhenARealRunStartedFromItsFirstSecond) {
+TEST(RunCatalogue, ReadsStartOfRealRunFromFirstSecond) {
   const tests::TestFolder folder;
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe(ends.data()), 0);
@@ -162,7 +162,7 @@ std::string told_to(RunFeed::Watch& watch, RunFeed& feed, FeedPlace& place) {
   return told;
 }
 
-TEST(RunFeed, TellsEveryEventOfARunThatIsOver) {
+TEST(RunFeed, SendsEveryEventOfEndedRun) {
   const tests::TestFolder folder;
   constexpr int kEvents = 1000;
   {
@@ -205,7 +205,7 @@ void write_noted_run(const std::string& path, const std::string& id, int seconds
   ASSERT_TRUE((*store)->finish());
 }
 
-TEST(RunFeed, BeginsAnewWhereAnotherRunsRecordLies) {
+TEST(RunFeed, RestartsWhenRecordIsReplaced) {
   const std::string first(32, 'a'), second(32, 'b');
   for (const bool nothing_was_seen_there : {false, true}) {
     const tests::TestFolder folder, elsewhere;
@@ -246,7 +246,7 @@ void leave_status(const std::string& path, Duration ago) {
   std::ofstream(record::status_path(path)) << record::to_json(status) << "\n";
 }
 
-TEST(RunFeed, TellsWhoComesLaterForHowLongARunIsSilentNow) {
+TEST(RunFeed, SendsPresentAgeToLateWatcher) {
   const tests::TestFolder folder;
   RunCatalogue catalogue({folder / ""});
   const auto comes_to = [&](bool (FoundRun::*state)() const) {
@@ -277,7 +277,7 @@ TEST(RunFeed, TellsWhoComesLaterForHowLongARunIsSilentNow) {
 }
 
 /// Covers a run before its first second, and a run continued in another file before that file has a row.
-TEST(RunFeed, TellsWhatCameBeforeTheFirstRowOfAFile) {
+TEST(RunFeed, SendsEventsBeforeFirstRow) {
   const tests::TestFolder folder;
   const auto path = folder / "run.db";
   const Event started{.at = {}, .kind = EventKind::started, .text = "a profile"};
@@ -315,7 +315,7 @@ FoundRun run_of(const std::string& path, const std::string& text) {
   return run;
 }
 
-TEST(Files, AreOnlyThoseThatAnAddressCanHave) {
+TEST(Files, ExcludeNamesThatCannotBeRequested) {
   const tests::TestFolder folder;
   const auto listed = [&](const std::string& name) {
     const auto run = run_of(folder / name, "a record");
@@ -325,7 +325,7 @@ TEST(Files, AreOnlyThoseThatAnAddressCanHave) {
   for (const auto* name : {"a\\b.db", "a\nb.db", "a\x7f.db", "\xff.db"}) EXPECT_EQ(listed(name), 0u) << name;
 }
 
-TEST(Files, AreSavedUnderTheirName) {
+TEST(Files, HaveNameInContentDisposition) {
   const tests::TestFolder folder;
   const auto run = run_of(folder / "a\"b ü.db", "a record");
   const auto answer = file_answer(run, "a\"b ü.db");
@@ -341,7 +341,7 @@ std::set<std::string> names_of(const FoundRun& run) {
   return names;
 }
 
-TEST(Files, AreTheRecordsOwnWhateverItsStatusFileNames) {
+TEST(Files, IgnorePathsInStatusFile) {
   const tests::TestFolder folder, other;
   auto run = run_of(folder / "run.db", "a record");
   for (const auto* name : {"run.2.db", "run.3.db", "run.5.db", "other.2.db", "notes.txt"})
@@ -354,7 +354,7 @@ TEST(Files, AreTheRecordsOwnWhateverItsStatusFileNames) {
   EXPECT_EQ(file_answer(run, "hostname").status, 404);
 }
 
-TEST(Files, NoLinkLeadsOutOfTheRecordsFolder) {
+TEST(Files, ExcludeLinks) {
   const tests::TestFolder folder, other;
   auto run = run_of(folder / "run.db", "a record");
   for (const auto& path : {other / "users.json", other / "report.html"}) std::ofstream(path) << "a text";
@@ -367,7 +367,7 @@ TEST(Files, NoLinkLeadsOutOfTheRecordsFolder) {
   EXPECT_EQ(names_of(run), (std::set<std::string>{"run.db", "calibration-report.html"}));
 }
 
-TEST(Files, OneThatBecomesShorterIsNotSentWhole) {
+TEST(Files, FailWhenFileShrinks) {
   const tests::TestFolder folder;
   const auto run = run_of(folder / "run.db", std::string(1'000'000, 'x'));
   const auto answer = file_answer(run, "run.db");
@@ -422,7 +422,7 @@ std::set<std::string> figures_with(const std::string& text, const std::string& r
 
 const std::set<std::string> kEnd{"gyrotherm_run_alarms", "gyrotherm_run_state"};
 
-TEST(Metrics, TheLastRunOfARigIsToldOfIfItEndedBadly) {
+TEST(Metrics, IncludeLastRunOfRigThatEndedBadly) {
   const auto text = figures_of(
       {run_on("three", "goes on"), ended_on("one", "aborted", RunState::aborted, 1),
        ended_on("one", "before it", RunState::aborted, 1), ended_on("two", "alarmed", RunState::complete, 2),
@@ -438,7 +438,7 @@ TEST(Metrics, TheLastRunOfARigIsToldOfIfItEndedBadly) {
   EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos);
 }
 
-TEST(Metrics, WhatASilentProgramSaidLastIsNoFigureOfNow) {
+TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
   auto silent = run_on("one", "silent"), left = run_on("two", "left");
   silent.age_s = 60;
   left.status.being_written = false;
@@ -458,13 +458,13 @@ TEST(Metrics, WhatASilentProgramSaidLastIsNoFigureOfNow) {
     EXPECT_TRUE(all.contains(name)) << name;
 }
 
-TEST(Metrics, WhatIsCountedIsACounter) {
+TEST(Metrics, DeclareTotalsAsCounters) {
   const auto text = figures_of({run_on("one", "goes on")});
   EXPECT_NE(text.find("# TYPE gyrotherm_run_faults_total counter\n"), std::string::npos) << text;
   EXPECT_NE(text.find("# TYPE gyrotherm_run_faults_now gauge\n"), std::string::npos) << text;
 }
 
-TEST(Metrics, AreInUtf8WhateverARecordIsCalled) {
+TEST(Metrics, AreValidUtf8ForAnyRecordName) {
   FoundRun run;
   run.name = "b\xff\"ü\n\\";
   run.status.being_written = true;

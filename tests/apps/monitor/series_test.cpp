@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kThermometer = 3;
 constexpr std::size_t kRate = 4;
 
-TEST(Buckets, HaveTheLowestAndTheHighestOfTheirValues) {
+TEST(Buckets, HaveLowestAndHighestValue) {
   Buckets buckets(1, 100, 10);
   for (const auto value : {3.0, -1.0, 2.0}) buckets.take(105, 0, value);
   buckets.take(131, 0, 7);
@@ -29,7 +29,7 @@ TEST(Buckets, HaveTheLowestAndTheHighestOfTheirValues) {
   EXPECT_EQ(buckets.lowest(3, 0), 7);
 }
 
-TEST(Buckets, AreTheSameWhetherMadeWideOrWidened) {
+TEST(Buckets, AreEqualWhenCoarsened) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   Buckets fine(2, 0, 4), wide(2, 0, 16);
@@ -62,7 +62,7 @@ class SeriesOfARun : public ::testing::Test {
   SeriesCache cache_;
 };
 
-TEST_F(SeriesOfARun, ShowASingleSecondAsItIs) {
+TEST_F(SeriesOfARun, ShowsSingleSecondUnchanged) {
   const auto made = cache_.buckets(run_, {.channels = {kThermometer, kRate}, .from = 10, .to = 19});
   ASSERT_TRUE(made) << text(made.error());
   EXPECT_EQ(made->width(), 1);
@@ -72,7 +72,7 @@ TEST_F(SeriesOfARun, ShowASingleSecondAsItIs) {
   EXPECT_FLOAT_EQ(made->lowest(7, 1), 2.5f) << "50 pulses of 0.1\" in 2 s";
 }
 
-TEST_F(SeriesOfARun, HaveNoMoreBucketsThanWereAskedForAndEachValueInOne) {
+TEST_F(SeriesOfARun, HasAtMostRequestedBucketsWithEachValueInOne) {
   for (const std::int64_t most : {1, 7, 100, 2000, 4000, 7, 100}) {
     if (most == 2000) cache_.catch_up();
     const auto made =
@@ -89,7 +89,7 @@ TEST_F(SeriesOfARun, HaveNoMoreBucketsThanWereAskedForAndEachValueInOne) {
   }
 }
 
-TEST_F(SeriesOfARun, ShowAGapAsAGap) {
+TEST_F(SeriesOfARun, ShowsGap) {
   const auto whole = cache_.buckets(run_, {.channels = {kThermometer}, .from = 0, .to = kSeconds - 1, .buckets = 1000});
   ASSERT_TRUE(whole);
   const auto inside = static_cast<std::size_t>(3500 / whole->width());
@@ -101,7 +101,7 @@ TEST_F(SeriesOfARun, ShowAGapAsAGap) {
   EXPECT_FALSE(std::isnan(near->lowest(1010, 0)));
 }
 
-TEST_F(SeriesOfARun, KeepTheirOverviewWithinItsBytes) {
+TEST_F(SeriesOfARun, LimitsBytesOfOverview) {
   SeriesCache small(20'000);
   const auto made = small.buckets(run_, {.channels = {kThermometer}, .from = 0, .to = kSeconds - 1, .buckets = 100});
   ASSERT_TRUE(made) << text(made.error());
@@ -109,7 +109,7 @@ TEST_F(SeriesOfARun, KeepTheirOverviewWithinItsBytes) {
   EXPECT_FLOAT_EQ(made->highest(made->size() - 1, 0), static_cast<float>(kSeconds - 1) / 100);
 }
 
-TEST_F(SeriesOfARun, LeaveNothingBesideTheRecord) {
+TEST_F(SeriesOfARun, LeavesNoFilesNextToRecord) {
   const auto names = [&] {
     std::vector<std::string> found;
     for (const auto& entry : std::filesystem::directory_iterator(folder_ / ""))
@@ -124,14 +124,14 @@ TEST_F(SeriesOfARun, LeaveNothingBesideTheRecord) {
   EXPECT_EQ(names(), before);
 }
 
-TEST_F(SeriesOfARun, AreToldAsTextWithNullForNothing) {
+TEST_F(SeriesOfARun, WritesNullForMissingValues) {
   const auto made = cache_.buckets(run_, {.channels = {kThermometer}, .from = 16, .to = 18});
   ASSERT_TRUE(made);
   EXPECT_EQ(series_text(*made, {series_channels(*run_.info)[kThermometer]}),
             R"({"from":16,"step":1,"count":3,"channels":[{"name":"A","unit":"°C","low":[0.16,null,0.18]}]})");
 }
 
-TEST_F(SeriesOfARun, SamplesAndEventsComeOnceAndInOrder) {
+TEST_F(SeriesOfARun, SendsSamplesAndEventsOnceInOrder) {
   std::int64_t slot = 2990, count = 0;
   for (;;) {
     const auto rows = samples_after(run_, slot, 300);

@@ -29,7 +29,7 @@ void put(const std::string& file, const std::string& name, Role role) {
   ASSERT_TRUE(write_users(file, *list));
 }
 
-TEST(Users, AreKnownByTheirPasswordAndNothingElse) {
+TEST(Users, AreIdentifiedOnlyByPassword) {
   const Site site;
   put(site.file, "ada", Role::conductor);
   Users users(site.file);
@@ -42,7 +42,7 @@ TEST(Users, AreKnownByTheirPasswordAndNothingElse) {
   EXPECT_FALSE(users.of_password("ada", ""));
 }
 
-TEST(Users, StandInAFileThatHasNoSecretAndIsTheirOwnersAlone) {
+TEST(Users, AreStoredInPrivateFileWithoutSecrets) {
   const Site site;
   put(site.file, "ada", Role::viewer);
   auto list = read_users(site.file);
@@ -64,7 +64,7 @@ TEST(Users, StandInAFileThatHasNoSecretAndIsTheirOwnersAlone) {
   EXPECT_TRUE(users.has_any()) << "and does not open the door";
 }
 
-TEST(Users, WhoIsRemovedIsOutAtOnce) {
+TEST(Users, AreRejectedAtOnceWhenRemoved) {
   const Site site;
   put(site.file, "ada", Role::viewer);
   Users users(site.file);
@@ -76,7 +76,7 @@ TEST(Users, WhoIsRemovedIsOutAtOnce) {
   EXPECT_FALSE(remove_name(*list, "ada"));
 }
 
-TEST(Users, NamesAndPasswordsThatAreNoneAreRefused) {
+TEST(Users, RefuseInvalidNamesAndPasswords) {
   UserList list;
   EXPECT_FALSE(put_user(list, "", Role::viewer, "a long password"));
   EXPECT_FALSE(put_user(list, "a b", Role::viewer, "a long password"));
@@ -86,7 +86,7 @@ TEST(Users, NamesAndPasswordsThatAreNoneAreRefused) {
   EXPECT_FALSE(put_user(list, "ada", Role::viewer, "a long password")) << "the name of a token";
 }
 
-TEST(Users, TokensAreKnownWhole) {
+TEST(Users, RequireWholeToken) {
   const Site site;
   UserList list;
   const auto secret = put_token(list, "script", Role::viewer);
@@ -99,7 +99,7 @@ TEST(Users, TokensAreKnownWhole) {
   EXPECT_FALSE(users.of_token(""));
 }
 
-TEST(Sessions, OutliveTheMonitorAndEndUnused) {
+TEST(Sessions, SurviveRestartAndExpireUnused) {
   const Site site;
   VirtualClock clock;
   const auto file = site.folder / "sessions.json";
@@ -121,7 +121,7 @@ TEST(Sessions, OutliveTheMonitorAndEndUnused) {
   EXPECT_FALSE(sessions.find(secret));
 }
 
-TEST(Sessions, EndWhenTheyAreClosedAndAfterAWeekInAnyCase) {
+TEST(Sessions, EndWhenClosedOrAfterWeek) {
   VirtualClock clock;
   Sessions sessions("", clock);
   const auto closed = sessions.open("ada", "a password"), used = sessions.open("ada", "a password");
@@ -135,7 +135,7 @@ TEST(Sessions, EndWhenTheyAreClosedAndAfterAWeekInAnyCase) {
   EXPECT_FALSE(sessions.find(used));
 }
 
-TEST(Confirmations, HoldOnceForWhatTheyWereGivenAndForHalfAMinute) {
+TEST(Confirmations, AreValidOnceForTheirCommandWithinHalfMinute) {
   VirtualClock clock;
   Confirmations confirmations(clock);
   const auto word = confirmations.ask("ada", "run", "stop");
@@ -150,7 +150,7 @@ TEST(Confirmations, HoldOnceForWhatTheyWereGivenAndForHalfAMinute) {
   EXPECT_FALSE(confirmations.take("", "ada", "run", "stop"));
 }
 
-TEST(RateLimit, GivesEachNameItsTriesAndThemBackWithTime) {
+TEST(RateLimit, LimitsTriesPerNameAndRecovers) {
   VirtualClock clock;
   RateLimit limit(3, 0.5, clock);
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.take("a"));

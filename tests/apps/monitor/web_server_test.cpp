@@ -74,7 +74,7 @@ class Served {
 
 WebAnswer nothing(const WebRequest& /*request*/) { return {.body = "{}"}; }
 
-TEST(WebServer, IsStoppedAlsoBeforeItServes) {
+TEST(WebServer, StopsBeforeServing) {
   WebServer server({.address = "127.0.0.1"}, nothing);
   ASSERT_TRUE(server.bind());
   std::thread stopping([&] { server.stop(); });
@@ -86,7 +86,7 @@ TEST(WebServer, IsStoppedAlsoBeforeItServes) {
   if (!ended) server.stop();
 }
 
-TEST(WebServer, IsStoppedInTheMidstOfALongAnswer) {
+TEST(WebServer, StopsDuringLongAnswer) {
   std::promise<void> begun;
   std::future<std::optional<std::string>> reader;
   const Deadline deadline(10s);
@@ -107,7 +107,7 @@ TEST(WebServer, IsStoppedInTheMidstOfALongAnswer) {
   reader.wait();
 }
 
-TEST(WebServer, AnAnswerThatCannotBeWholeEndsItsConnection) {
+TEST(WebServer, ClosesConnectionAfterIncompleteAnswer) {
   const Served page([](const WebRequest& request) {
     WebAnswer answer{.stream_size = request.head.path == "/sized" ? std::uint64_t{100} : 0};
     answer.stream = [](const Send& send) { return send("half of it") && false; };
@@ -121,7 +121,7 @@ TEST(WebServer, AnAnswerThatCannotBeWholeEndsItsConnection) {
   EXPECT_EQ(unsized->find("\r\n0\r\n"), std::string::npos) << "it does not seem whole: " << *unsized;
 }
 
-TEST(WebServer, NoChunksAreSentToWhoDoesNotKnowThem) {
+TEST(WebServer, SendsNoChunksToHttp10Client) {
   const Served page([](const WebRequest&) {
     WebAnswer answer;
     answer.stream = [](const Send& send) { return send("one piece ") && send("and another"); };
@@ -135,7 +135,7 @@ TEST(WebServer, NoChunksAreSentToWhoDoesNotKnowThem) {
   EXPECT_NE(chunks.find("\r\nTransfer-Encoding: chunked\r\n"), std::string::npos) << chunks;
 }
 
-TEST(WebServer, EmptyPieceDoesNotEndAStream) {
+TEST(WebServer, ContinuesStreamAfterEmptyPiece) {
   const Served page([](const WebRequest&) {
     WebAnswer answer;
     answer.stream = [](const Send& send) { return send("one") && send("") && send("two"); };
@@ -145,7 +145,7 @@ TEST(WebServer, EmptyPieceDoesNotEndAStream) {
   EXPECT_TRUE(chunks.ends_with("\r\n\r\n3\r\none\r\n3\r\ntwo\r\n0\r\n\r\n")) << chunks;
 }
 
-TEST(WebServer, AnAnswerIsNotLongerThanItSays) {
+TEST(WebServer, TruncatesAnswerAtItsSize) {
   const Served page([](const WebRequest&) {
     WebAnswer answer{.stream_size = 4};
     answer.stream = [](const Send& send) { return send("four") && send("HTTP/1.1 200 OK"); };
@@ -168,14 +168,14 @@ TEST(WebServer, SurvivesAnAnswerThatThrows) {
   EXPECT_TRUE(page.ask("GET /", "127.0.0.1").value_or("").starts_with("HTTP/1.1 200 "));
 }
 
-TEST(WebServer, NamesOfThePageAreTheSameInCapitals) {
+TEST(WebServer, ComparesHostsWithoutCase) {
   const Served page(nothing, {"RIG.Example.org"});
   for (const auto* host : {"rig.example.org", "RIG.Example.org", "127.0.0.1", "LOCALHOST"})
     EXPECT_TRUE(page.ask("GET /", host).value_or("").starts_with("HTTP/1.1 200 ")) << host;
   EXPECT_TRUE(page.ask("GET /", "pig.example.org").value_or("").starts_with("HTTP/1.1 421 "));
 }
 
-TEST(WebServer, SaysWhichMethodsThereAre) {
+TEST(WebServer, ReturnsAllowedMethods) {
   const Served page(nothing);
   const auto answer = page.ask("DELETE /", "127.0.0.1").value_or("");
   EXPECT_TRUE(answer.starts_with("HTTP/1.1 405 ")) << answer;
@@ -186,7 +186,7 @@ TEST(WebServer, SaysWhichMethodsThereAre) {
   EXPECT_TRUE(head.ends_with("\r\n\r\n")) << "an answer to HEAD has no body: " << head;
 }
 
-TEST(MonitorAnswers, NotWhereAProxyAnswersInItsPlace) {
+TEST(MonitorAnswers, IsFalseWhenProxyAnswersInstead) {
   const auto at = [](const Served& page) { return fmt::format("http://127.0.0.1:{}", page.port()); };
   const Served there(nothing), gone([](const WebRequest&) { return refusal(502, "bad gateway"); });
   EXPECT_TRUE(monitor_answers(at(there), 5s));

@@ -19,13 +19,13 @@ class DconSessionTest : public testing::Test {
   const std::vector<drivers::TemperatureRange> ranges{8, *drivers::dcon_range(0x10)};
 };
 
-TEST_F(DconSessionTest, AModuleSaysHowItIsSetAndWhoItIs) {
+TEST_F(DconSessionTest, ReportsSettingsAndName) {
   EXPECT_EQ(ask(session, "$042\r"), "!04100600\r");
   EXPECT_EQ(ask(session, "$04M\r"), "!047018\r");
   EXPECT_EQ(ask(session, "$046\r"), "!04FF\r");
 }
 
-TEST_F(DconSessionTest, GivesAllInputsOrOne) {
+TEST_F(DconSessionTest, ReadsAllInputsOrOne) {
   const auto reply = ask(session, "#04\r");
   ASSERT_TRUE(reply.ends_with('\r'));
   const auto readings = decode_dcon_readings(reply.substr(0, reply.size() - 1), 4, ranges);
@@ -34,7 +34,7 @@ TEST_F(DconSessionTest, GivesAllInputsOrOne) {
   EXPECT_NEAR(std::stod(ask(session, "#043\r").substr(1)), reading_c(3), 0.005);
 }
 
-TEST_F(DconSessionTest, ModulesOnOneLineAnswerAtTheirAddressesAlone) {
+TEST_F(DconSessionTest, AnswersOnlyAtModuleAddress) {
   EXPECT_EQ(ask(session, "$052\r"), "");
   EXPECT_EQ(ask(session, "#1F\r"), "") << "its checksum is missing";
   const auto reply = ask(session, seal_dcon("#1F", drivers::DconChecksum::on) + "\r");
@@ -46,7 +46,7 @@ TEST_F(DconSessionTest, ModulesOnOneLineAnswerAtTheirAddressesAlone) {
   EXPECT_EQ((*readings)[1].error().kind, FaultKind::out_of_range) << "an open wire";
 }
 
-TEST_F(DconSessionTest, KnowsAnInvalidCommandFromNone) {
+TEST_F(DconSessionTest, DistinguishesInvalidAndUnknownCommand) {
   EXPECT_EQ(ask(session, "$04B\r"), "?04\r");
   for (const char* command : {"\r", "#\r", "#0\r", "#049\r", "hello\r", "%0401\r", "#g4\r"})
     EXPECT_EQ(ask(session, command), "") << command;

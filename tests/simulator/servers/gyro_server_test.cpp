@@ -61,7 +61,7 @@ TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
   EXPECT_EQ(receive(*line), stream.start.front().reply + "\r\n");
 }
 
-TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
+TEST(GyroServer, SendsEqualFramesToSerialLineAndSocket) {
   const auto stream = tests::shipped_stream("kvh-17xx-b");
   auto listener = listen_on_loopback(0);
   auto pty = open_pty();
@@ -85,7 +85,7 @@ TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
   ::close(other_end);
 }
 
-TEST(GyroServer, SendsAllAxesAndWhatTheyTellOfThemselves) {
+TEST(GyroServer, SendsAllAxesAndHousekeeping) {
   const auto format = tests::whole_shipped_stream("kvh-17xx-b").frame;
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
@@ -150,7 +150,7 @@ class UnitAndDriver {
   std::unique_ptr<drivers::Gyro> gyro_;
 };
 
-TEST(GyroServer, IsSetRightByTheStartCommandsThoughItWasLeftInAnotherUnit) {
+TEST(GyroServer, IsConfiguredByStartCommandsFromAnotherUnit) {
   const double kDegrees = 57.29577951308232;
   for (const auto* name : {"kvh-17xx-a", "kvh-17xx-b", "kvh-17xx-c"}) {
     UnitAndDriver ends(name, {.factor = kDegrees, .factor_until = "=ROTUNITS,RAD"});

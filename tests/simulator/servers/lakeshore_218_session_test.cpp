@@ -21,9 +21,9 @@ class Lakeshore218SessionTest : public testing::Test {
   Lakeshore218Session session{laboratory, {0, 1, 2, 3, 4, 5, 6, 8}};
 };
 
-TEST_F(Lakeshore218SessionTest, SaysWhoItIs) { EXPECT_EQ(ask("*IDN?\r\n"), "LSCI,MODEL218S,VIRTUAL1,010126\r\n"); }
+TEST_F(Lakeshore218SessionTest, ReportsIdentity) { EXPECT_EQ(ask("*IDN?\r\n"), "LSCI,MODEL218S,VIRTUAL1,010126\r\n"); }
 
-TEST_F(Lakeshore218SessionTest, GivesAllInputsInOrder) {
+TEST_F(Lakeshore218SessionTest, ReadsAllInputsInOrder) {
   const auto reply = ask("CRDG? 0\r\n");
   ASSERT_TRUE(reply.ends_with("\r\n"));
   const auto readings = drivers::decode_crdg(reply.substr(0, reply.size() - 2));
@@ -33,19 +33,19 @@ TEST_F(Lakeshore218SessionTest, GivesAllInputsInOrder) {
   EXPECT_EQ(ask("CRDG?\r\n"), reply);
 }
 
-TEST_F(Lakeshore218SessionTest, GivesOneInputWithSignAndThreeDecimals) {
+TEST_F(Lakeshore218SessionTest, ReadsOneInputWithSignAndThreeDecimals) {
   EXPECT_NEAR(std::stod(ask("CRDG? 8\r\n")), reading_c(8), 0.0005);
   EXPECT_NEAR(std::stod(ask("KRDG? 1\r\n")), reading_c(0) + 273.15, 0.0005);
   EXPECT_EQ(ask("CRDG? 1\r\n"), fmt::format("{:+08.3f}\r\n", reading_c(0)));
 }
 
-TEST_F(Lakeshore218SessionTest, DoesNotAnswerWhatItDoesNotKnow) {
+TEST_F(Lakeshore218SessionTest, IgnoresUnknownCommands) {
   for (const char* command : {"CRDG? 9\r\n", "CRDG? x\r\n", "HELLO\r\n", "\r\n", "crdg? 0\r\n"}) {
     EXPECT_EQ(ask(command), "") << command;
   }
 }
 
-TEST_F(Lakeshore218SessionTest, SkipsACommandThatIsTooLong) {
+TEST_F(Lakeshore218SessionTest, SkipsTooLongCommand) {
   EXPECT_EQ(ask(std::string(100000, 'C') + "\n"), "");
   EXPECT_EQ(ask("*IDN?\n"), "LSCI,MODEL218S,VIRTUAL1,010126\r\n");
 }

@@ -68,7 +68,7 @@ TEST_F(ModbusSessionTest, AnswersTheGoldenFrames) {
   EXPECT_EQ(reply, bytes({0x12, 0x36, 0, 0, 0, 3, 1, 0x83, 2}));
 }
 
-TEST_F(ModbusSessionTest, TakesASetPointAndGivesItBack) {
+TEST_F(ModbusSessionTest, StoresAndReturnsSetPoint) {
   ASSERT_TRUE(write("set_point", -40.25));
   EXPECT_EQ(laboratory.set_point().value, -40.25);
   EXPECT_EQ(*read("set_point"), encode(*map.find("set_point"), -40.25));
@@ -83,17 +83,17 @@ TEST_F(ModbusSessionTest, SwitchesTheControllerOnAndOff) {
   expect_exception(write("control_mode", 3), "3");
 }
 
-TEST_F(ModbusSessionTest, ReadsByFunctionFourWhatItReadsByThree) {
+TEST_F(ModbusSessionTest, ReadsSameRegistersByFunctionsThreeAndFour) {
   const auto address = map.find("set_point")->address;
   EXPECT_EQ(*ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_input, address, 2, {}}), *read("set_point"));
 }
 
-TEST_F(ModbusSessionTest, RefusesASetPointThatThePlantCannotHold) {
+TEST_F(ModbusSessionTest, RefusesSetPointOutsidePlantRange) {
   expect_exception(write("set_point", 200), "3");
   EXPECT_EQ(laboratory.set_point().value, 20);
 }
 
-TEST_F(ModbusSessionTest, RefusesToWriteWhatIsReadOnly) { expect_exception(write("air_temperature", 20), "2"); }
+TEST_F(ModbusSessionTest, RefusesToWriteReadOnlyRegister) { expect_exception(write("air_temperature", 20), "2"); }
 
 TEST_F(ModbusSessionTest, RefusesHalfASetPoint) {
   expect_exception(
@@ -111,7 +111,7 @@ TEST_F(ModbusSessionTest, WritesAllOrNothing) {
   EXPECT_FALSE(laboratory.is_on());
 }
 
-TEST_F(ModbusSessionTest, RefusesRegistersThatTheMapDoesNotHave) {
+TEST_F(ModbusSessionTest, RefusesUnknownRegisters) {
   expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 5000, 1, {}}), "2");
   expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 107, 2, {}}), "2");
 }
@@ -126,7 +126,7 @@ TEST_F(ModbusSessionTest, IsSilentForAnotherUnit) {
   EXPECT_TRUE(reply.empty());
 }
 
-TEST_F(ModbusSessionTest, DropsAClientThatDoesNotSpeakModbus) {
+TEST_F(ModbusSessionTest, DropsClientThatViolatesProtocol) {
   std::vector<std::byte> reply;
   EXPECT_FALSE(session.feed(std::as_bytes(std::span(std::string_view("GET / HTTP/1.1"))), reply));
 }
@@ -189,7 +189,7 @@ Result<Words> read_on(ChamberRegisters& registers, drivers::LinkKind kind, std::
   return decode_rtu_answer(request, reply).and_then(drivers::words_of);
 }
 
-TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
+TEST(LinkAddresses, MatchMapOfEachLink) {
   const auto map = chamber_map("watlow_f4t");
   const auto celsius = static_cast<std::uint16_t>(map.find("communication_unit")->codes.at("celsius").front());
   for (const auto in_use : {drivers::LinkKind::tcp, drivers::LinkKind::rtu}) {
@@ -207,7 +207,7 @@ TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
 }
 
 /// Reads an item of several registers that has another address on this link, together with the adjacent registers.
-TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
+TEST(LinkAddresses, ReadAndWriteMovedItem) {
   auto map = chamber_map("virtual");
   drivers::MapLink rtu = map.links.front();
   rtu.kind = drivers::LinkKind::rtu;

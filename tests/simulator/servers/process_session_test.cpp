@@ -8,7 +8,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-TEST(ProcessSession, AnswersAsAProgramOfOthersWould) {
+TEST(ProcessSession, AnswersLikeProcessDriver) {
   const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   ProcessSession session(laboratory, {0, 8});
   EXPECT_EQ(ask(session, "1 hello\n"), "1 gyrotherm-thermometer/1 2 a virtual program\n");

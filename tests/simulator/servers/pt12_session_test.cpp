@@ -16,12 +16,12 @@ class Pt12SessionTest : public testing::Test {
   Pt12Session session{laboratory, {0, std::nullopt, 8}};
 };
 
-TEST_F(Pt12SessionTest, SaysWhoItIsInAnyLetterCase) {
+TEST_F(Pt12SessionTest, ReportsIdentityInAnyCase) {
   EXPECT_EQ(ask(session, "ID?\r"), "PT12\r\n");
   EXPECT_EQ(ask(session, "id?\r\nsn?\r\n"), "PT12\r\nVIRTUAL1\r\n");
 }
 
-TEST_F(Pt12SessionTest, GivesTwelveReadingsOrOne) {
+TEST_F(Pt12SessionTest, ReadsTwelveInputsOrOne) {
   const auto reply = ask(session, "T?\r\n");
   ASSERT_TRUE(reply.ends_with("\r\n"));
   const auto readings = drivers::decode_pt12_temperatures(reply.substr(0, reply.size() - 2));
@@ -34,7 +34,7 @@ TEST_F(Pt12SessionTest, GivesTwelveReadingsOrOne) {
   EXPECT_EQ(ask(session, "CONNECTED?\r"), "1, 3\r\n");
 }
 
-TEST_F(Pt12SessionTest, DoesNotAnswerWhatItDoesNotKnow) {
+TEST_F(Pt12SessionTest, IgnoresUnknownCommands) {
   for (const char* command : {"\r", "T13?\r", "T0?\r", "Tx?\r", "T-1?\r", "T?x\r", "R?\r"})
     EXPECT_EQ(ask(session, command), "") << command;
   EXPECT_EQ(ask(session, std::string(100000, 'T') + "\r"), "");

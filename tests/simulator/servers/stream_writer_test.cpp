@@ -168,7 +168,7 @@ TEST(StreamWriter, OneAxisOfThreeAddsUpAlone) {
       expect_exact_sum(name, at_one_frame_a_second(tests::shipped_stream(name, {axis}).frame), 1, 20);
 }
 
-TEST(StreamWriter, FramesThatWentToNobodyAreNotMadeUpFor) {
+TEST(StreamWriter, DoesNotCompensateSkippedFrames) {
   for (const auto* name : {"kvh-17xx-a", "hg4930", "kvh-dsp-3000-ascii"}) {
     const auto format = at_one_frame_a_second(tests::whole_shipped_stream(name).frame);
     const auto axes = format.axes.size();
@@ -185,7 +185,7 @@ TEST(StreamWriter, FramesThatWentToNobodyAreNotMadeUpFor) {
   }
 }
 
-TEST(StreamWriter, WhereNothingIsSaidTemperaturesAreUsual) {
+TEST(StreamWriter, UsesDefaultHousekeepingForMissingValues) {
   for (const auto& name : tests::shipped_streams()) {
     const auto format = at_one_frame_a_second(tests::whole_shipped_stream(name).frame);
     StreamWriter writer(format, std::vector(format.axes.size(), 0.1));

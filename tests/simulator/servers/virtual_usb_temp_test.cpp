@@ -34,7 +34,7 @@ TEST_F(VirtualUsbTempTest, ScansItsInputs) {
   EXPECT_NEAR(decode_mcc_temperatures(one, ask(one)).value()[0]->value, laboratory_c[3], 2e-6);
 }
 
-TEST_F(VirtualUsbTempTest, KeepsWhatItsItemsAreSetTo) {
+TEST_F(VirtualUsbTempTest, StoresItemSettings) {
   const auto sensor = mcc_read_item(5, drivers::MccItem::sensor);
   EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{0}) << "platinum at first";
   for (const auto& request : mcc_setup(5, drivers::MccThermocouple{drivers::MccThermocoupleType::t}))
@@ -45,7 +45,7 @@ TEST_F(VirtualUsbTempTest, KeepsWhatItsItemsAreSetTo) {
   EXPECT_EQ(decode_mcc_numbers(coefficient, ask(coefficient)).value()[0], 100.02f);
 }
 
-TEST_F(VirtualUsbTempTest, CalibratesInNoTimeAndKnowsItsDate) {
+TEST_F(VirtualUsbTempTest, CalibratesAtOnceAndReportsDate) {
   EXPECT_TRUE(ask(mcc_request(drivers::MccCommand::calibrate)).empty());
   const auto status = mcc_request(drivers::MccCommand::read_status);
   EXPECT_FALSE(drivers::mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));
@@ -53,7 +53,7 @@ TEST_F(VirtualUsbTempTest, CalibratesInNoTimeAndKnowsItsDate) {
   EXPECT_TRUE(drivers::decode_mcc_date(drivers::decode_mcc_bytes(date, ask(date)).value()));
 }
 
-TEST_F(VirtualUsbTempTest, IsSilentToWhatItDoesNotUnderstand) {
+TEST_F(VirtualUsbTempTest, IgnoresUnknownRequests) {
   EXPECT_TRUE(device.write(std::vector{std::byte{0x99}, std::byte{0}}));
   std::array<std::byte, 64> report{};
   EXPECT_EQ(device.read(report, {}).error().kind, FaultKind::timeout);

@@ -23,7 +23,7 @@ Eigen::VectorXd solved(const SparseMatrix& matrix, const Eigen::VectorXd& right)
 }
 
 /// T − T_amb = P/(2 h A) + q/(2k) (L²/4 − (x − L/2)²), q = P/(A L): quadratic, so the elements represent it exactly.
-TEST(Slab, WithASourceAndFilmOnBothSidesIsExact) {
+TEST(Slab, IsExactWithSourceAndFilm) {
   const double length = 0.02;
   const double film = 7;
   const auto mesh =
@@ -132,7 +132,7 @@ double largest(const SparseMatrix& matrix) {
   return most;
 }
 
-TEST_F(Assembly, OfAConstantTemperatureOnlyTheFilmCarriesHeat) {
+TEST_F(Assembly, CarriesHeatOnlyThroughFilmAtConstantTemperature) {
   const Eigen::VectorXd one = Eigen::VectorXd::Ones(system_.film_ambient.size());
   EXPECT_LT((system_.conduction * one).lpNorm<Eigen::Infinity>(), 1e-12 * largest(system_.conduction));
   for (const auto c : {ThermalCoefficient::air_lid, ThermalCoefficient::air_side, ThermalCoefficient::air_base})
@@ -150,7 +150,7 @@ TEST_F(Assembly, MatricesAreSymmetric) {
   for (const auto& m : system_.conduction_per) expect_symmetric(m);
 }
 
-TEST_F(Assembly, HeatCapacityIsThatOfTheParts) {
+TEST_F(Assembly, HasHeatCapacityOfParts) {
   double expected = 0;
   for (std::size_t part = 0; part < kGyroParts; ++part) {
     const auto& material = model_.materials[static_cast<std::size_t>(part_material(static_cast<GyroPart>(part)))];
@@ -169,7 +169,7 @@ TEST_F(Assembly, EveryInputIsOneWattAndEveryOutputAMean) {
   for (Eigen::Index output = 0; output < sums.size(); ++output) EXPECT_NEAR(sums[output], 1, 1e-12) << output;
 }
 
-TEST_F(Assembly, OutputsOfALinearFieldAreItsValuesAtTheirPlaces) {
+TEST_F(Assembly, EvaluatesLinearFieldExactly) {
   Eigen::VectorXd field(static_cast<Eigen::Index>(mesh_.node_count));
   std::size_t point = 0;
   for (int k = 0; k <= 2 * mesh_.nz(); ++k)

@@ -49,7 +49,7 @@ Eigen::VectorXd product(const Body& body, const Eigen::VectorXd& field) {
   return places.to_nodes(result.template cast<double>());
 }
 
-TEST(BrickOperator, IsTheAssembledMatrix) {
+TEST(BrickOperator, EqualsAssembledMatrix) {
   for (const auto& body : bodies()) {
     const auto matrix = conduction_matrix(body.model, body.mesh, kCoefficients);
     for (unsigned seed = 1; seed <= 3; ++seed) {
@@ -68,7 +68,7 @@ TEST(BrickOperator, IsTheAssembledMatrix) {
 
 /// K must have no eigenvalue above the upper end of the smoother's spectrum. A power iteration from a random field
 /// approaches the largest from below.
-TEST(BrickOperator, NoEigenvalueIsAboveWhatTheSmootherIsMadeFor) {
+TEST(BrickOperator, HasNoEigenvalueAboveSmootherBound) {
   for (const auto& body : bodies()) {
     const auto matrix = conduction_matrix(body.model, body.mesh, kCoefficients);
     Eigen::VectorXd field = random_vector(matrix.rows(), 1);
@@ -134,7 +134,7 @@ class Solved : public testing::Test {
   std::optional<BrickSolver> solver_;
 };
 
-TEST_F(Solved, HasNothingToDoFromTheSolution) {
+TEST_F(Solved, NeedsNoIterationFromSolution) {
   const auto first = solver_->solve(right_, zero_);
   ASSERT_TRUE(first);
   const auto second = solver_->solve(right_, first->x);
@@ -146,14 +146,14 @@ TEST_F(Solved, HasNothingToDoFromTheSolution) {
   EXPECT_EQ(nothing->x.norm(), 0);
 }
 
-TEST_F(Solved, IsTheSameToTheLastBitEachTime) {
+TEST_F(Solved, IsReproducible) {
   const auto first = solver_->solve(right_, zero_);
   const auto second = solver_->solve(right_, zero_);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->x, second->x);
 }
 
-TEST_F(Solved, GoesOnWithOtherCoefficients) {
+TEST_F(Solved, AcceptsOtherCoefficients) {
   const ThermalCoefficients warmer{0.06, 0.03, 0.04, 15};
   solver_->replace(body_.model, body_.mesh, warmer);
   const auto solution = solver_->solve(right_, zero_);
@@ -162,7 +162,7 @@ TEST_F(Solved, GoesOnWithOtherCoefficients) {
   EXPECT_LT((matrix * solution->x - right_).norm(), 1.1e-9 * right_.norm());
 }
 
-TEST_F(Solved, SaysWhenItDoesNotArrive) {
+TEST_F(Solved, FailsWhenToleranceIsNotReached) {
   auto hasty = BrickSolver::set_up(body_.model, body_.mesh, kCoefficients, {.most_iterations = 2});
   ASSERT_TRUE(hasty);
   const auto solution = hasty->solve(right_, zero_);

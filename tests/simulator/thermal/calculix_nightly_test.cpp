@@ -67,15 +67,15 @@ void expect_as_calculix(const GyroModel& model, MeshSize size) {
   EXPECT_LE(largest_difference(folder.path() / "gyro.dat", state->field_c), 1e-4);
 }
 
-TEST(Calculix, HasTheSameFieldOnTheSameMesh) { expect_as_calculix(shipped_gyro("calibrated"), MeshSize::coarse); }
+TEST(Calculix, MatchesFieldOnSameMesh) { expect_as_calculix(shipped_gyro("calibrated"), MeshSize::coarse); }
 
-TEST(Calculix, HasTheSameFieldOfTheBlockAlone) {
+TEST(Calculix, MatchesFieldOfBlock) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   expect_as_calculix(model, MeshSize::medium);
 }
 
-TEST(MeshStep, FromMediumToFineMovesNoPlaceByFiftyMillikelvin) {
+TEST(MeshStep, FromMediumToFineChangesLessThanFiftyMillikelvin) {
   const auto model = shipped_gyro("calibrated");
   const auto medium = steady_state(model, make_mesh(model, MeshSize::medium));
   const auto fine = steady_state(model, make_mesh(model, MeshSize::fine));

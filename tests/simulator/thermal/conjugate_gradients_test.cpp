@@ -24,14 +24,14 @@ void expect_solves(ConjugateGradients& solver, const SparseMatrix& matrix, unsig
   EXPECT_GT(solution->iterations, 0);
 }
 
-TEST(ConjugateGradients, SolveForOneRightHandSideAfterAnother) {
+TEST(ConjugateGradients, SolveConsecutiveRightHandSides) {
   const auto matrix = conduction(5);
   auto solver = ConjugateGradients::set_up(matrix);
   ASSERT_TRUE(solver) << text(solver.error());
   for (unsigned seed = 1; seed <= 5; ++seed) expect_solves(*solver, matrix, seed);
 }
 
-TEST(ConjugateGradients, TwoStandBesideEachOther) {
+TEST(ConjugateGradients, SupportTwoInstances) {
   const auto one = conduction(5);
   const auto other = conduction(50);
   auto first = ConjugateGradients::set_up(one);
@@ -42,7 +42,7 @@ TEST(ConjugateGradients, TwoStandBesideEachOther) {
   expect_solves(*first, one, 3);
 }
 
-TEST(ConjugateGradients, GoOnWithAReplacedMatrix) {
+TEST(ConjugateGradients, AcceptReplacedMatrix) {
   auto solver = ConjugateGradients::set_up(conduction(5));
   ASSERT_TRUE(solver);
   const auto changed = conduction(6);
@@ -50,7 +50,7 @@ TEST(ConjugateGradients, GoOnWithAReplacedMatrix) {
   expect_solves(*solver, changed, 7);
 }
 
-TEST(ConjugateGradients, HaveNothingToDoFromTheSolution) {
+TEST(ConjugateGradients, NeedNoIterationFromSolution) {
   const auto matrix = conduction(5);
   auto solver = ConjugateGradients::set_up(matrix);
   ASSERT_TRUE(solver);
@@ -62,7 +62,7 @@ TEST(ConjugateGradients, HaveNothingToDoFromTheSolution) {
   EXPECT_LE(second->iterations, 1);
 }
 
-TEST(ConjugateGradients, OneCycleIsSymmetricAndNearTheInverse) {
+TEST(ConjugateGradients, ApplySymmetricCycleNearInverse) {
   const auto matrix = conduction(5);
   auto solver = ConjugateGradients::set_up(matrix);
   ASSERT_TRUE(solver);
@@ -74,7 +74,7 @@ TEST(ConjugateGradients, OneCycleIsSymmetricAndNearTheInverse) {
   EXPECT_LT((matrix * of_a - a).norm(), 0.5 * a.norm());
 }
 
-TEST(ConjugateGradients, SayWhenTheyDoNotArrive) {
+TEST(ConjugateGradients, FailWhenToleranceIsNotReached) {
   auto solver = ConjugateGradients::set_up(conduction(5), {.tolerance = 1e-10, .most_iterations = 2});
   ASSERT_TRUE(solver);
   const auto solution = solver->solve(random_vector(conduction(5).rows(), 1));
@@ -83,7 +83,7 @@ TEST(ConjugateGradients, SayWhenTheyDoNotArrive) {
   EXPECT_NE(solution.error().what.find("after 2 iterations"), std::string::npos) << solution.error().what;
 }
 
-TEST(ConjugateGradients, LeaveSignalHandlersAsTheyWere) {
+TEST(ConjugateGradients, RestoreSignalHandlers) {
   const auto handlers = [] {
     std::map<int, void (*)(int)> all;
     for (const int s : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGINT, SIGTERM, SIGUSR1, SIGCHLD}) {

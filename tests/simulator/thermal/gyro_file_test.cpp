@@ -24,7 +24,7 @@ void expect_mistake(const Result<GyroModel>& model, const std::string& what) {
   EXPECT_NE(model.error().what.find(what), std::string::npos) << model.error().what;
 }
 
-TEST(GyroFile, EveryShippedOneIsRead) {
+TEST(GyroFile, ReadsEveryShippedFile) {
   for (const char* name : {"calibrated", "fast-film"}) {
     const auto model = parse_gyro(gyro_text(name), name);
     ASSERT_TRUE(model) << text(model.error());
@@ -33,7 +33,7 @@ TEST(GyroFile, EveryShippedOneIsRead) {
   }
 }
 
-TEST(GyroFile, HasThePapersPowers) {
+TEST(GyroFile, HasPowersOfPaper) {
   const auto model = shipped_gyro("calibrated");
   EXPECT_DOUBLE_EQ(model.powers_w[0] + model.powers_w[1], 0.588);
   EXPECT_DOUBLE_EQ(model.powers_w[2], 0.784);
@@ -41,7 +41,7 @@ TEST(GyroFile, HasThePapersPowers) {
   EXPECT_EQ(model.powers_w[3], model.powers_w[4]);
 }
 
-TEST(GyroFile, TakesEachReadingOfTheBallast) {
+TEST(GyroFile, AcceptsEachReadingOfBallast) {
   const std::string nominal = "reading = \"rate x volume\"";
   EXPECT_DOUBLE_EQ(with(nominal, "reading = \"printed, each\"")->powers_w[3], 0.027);
   EXPECT_DOUBLE_EQ(with(nominal, "reading = \"printed, both together\"")->powers_w[4], 0.0135);
@@ -49,7 +49,7 @@ TEST(GyroFile, TakesEachReadingOfTheBallast) {
   expect_mistake(with(nominal, "reading = \"printed\""), "printed");
 }
 
-TEST(GyroFile, ThePreamplifierHasThreePlaces) {
+TEST(GyroFile, PlacesPreamplifierAtThreeMounts) {
   for (const char* place : {"wall", "lid", "base"}) {
     const auto model = with("place = \"wall\"", std::string("place = \"") + place + "\"");
     ASSERT_TRUE(model) << text(model.error());
@@ -62,7 +62,7 @@ TEST(GyroFile, UnequalArmsShareTheGainPower) {
   EXPECT_NEAR(model->powers_w[0] / model->powers_w[1], 1.5, 1e-12);
 }
 
-TEST(GyroFile, GapsAreAsWideAsTheGeometryLeaves) {
+TEST(GyroFile, ComputesGapWidthsFromGeometry) {
   const auto model = shipped_gyro("calibrated");
   EXPECT_NEAR(model.air.lid.width_m, 0.0245, 1e-12);
   EXPECT_NEAR(model.air.side.width_m, 0.017, 1e-12);
@@ -86,14 +86,14 @@ TEST(GyroFile, NamesPartsOutsideTheCabinet) {
   expect_mistake(with("size_mm = [150, 150, 80]", "size_mm = [150000, 150000, 80000]"), "expected at most 500 mm");
 }
 
-TEST(GyroFile, NamesABlockThatIsNoBlock) {
+TEST(GyroFile, ReportsInconsistentBlock) {
   expect_mistake(with("hole_diameter_mm = 60", "hole_diameter_mm = 78"), "reaches the bores");
   expect_mistake(with("chamfer_mm = 80", "chamfer_mm = 120"), "between half the width");
   expect_mistake(with("ring_side_mm = 80", "ring_side_mm = 90"), "corners leave the mirrors");
   expect_mistake(with("diameter_mm = 20", "diameter_mm = 60"), "not smaller than the hole");
 }
 
-TEST(GyroFile, NamesAThermometerThatIsNotOnTheBlock) {
+TEST(GyroFile, ReportsThermometerOutsideBlock) {
   expect_mistake(with("A = [0, 50]", "A = [0, 56]"), "not on the block");
   expect_mistake(with("G = [0, -50]", "G = [0, -20]"), "not on the block");
 }

@@ -35,7 +35,7 @@ TEST_P(EveryEdge, BoxesHaveTheirVolumesExactly) {
   EXPECT_NEAR(mm3(GyroPart::shell), 150 * 150 * 80 - 144 * 144 * 74, 1e-4);
 }
 
-TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesButForRounding) {
+TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesToRounding) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
   const auto mm3 = [&](GyroPart part) { return part_volume(mesh, part) / kMm3; };
   const double hub = std::numbers::pi * 100 * (80.0 / 2 + 15 - 3);
@@ -70,10 +70,10 @@ void expect_the_film_of_the_block(double edge_mm) {
   EXPECT_NEAR(assemble_film_ambient(mesh).sum() * 1e6, 2 * kPlan + walls + mirrors + boxes, 1e-6);
 }
 
-TEST_P(EveryEdge, TheFilmOnTheBlockAloneHasItsTrueArea) { expect_the_film_of_the_block(GetParam()); }
+TEST_P(EveryEdge, FilmOfBlockHasTrueArea) { expect_the_film_of_the_block(GetParam()); }
 
 /// The strip of a 45° face above its mirror is five bricks behind the mirror's face.
-TEST(Mesh, TheFilmHasItsTrueAreaWhereBricksAreMuchSmallerThanAMirror) { expect_the_film_of_the_block(1.1); }
+TEST(Mesh, FilmHasTrueAreaWithSmallBricks) { expect_the_film_of_the_block(1.1); }
 
 TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
   auto model = shipped_gyro("calibrated");
@@ -90,7 +90,7 @@ TEST(Mesh, NodesOfTheSizes) {
   EXPECT_EQ(make_mesh(model, MeshSize::medium).node_count, 308'831U);
 }
 
-TEST(Mesh, LinesLieOnTheFacesOfBoxes) {
+TEST(Mesh, HasLinesOnFacesOfBoxes) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), MeshSize::coarse);
   const auto has = [](const std::vector<double>& lines, double mm) {
     return std::ranges::any_of(lines, [&](double line) { return std::abs(line - 1e-3 * mm) < 1e-9; });

@@ -37,7 +37,7 @@ Eigen::MatrixXd loads_of(const ThermalSystem& system, const ThermalPoint& p) {
   return loads;
 }
 
-TEST(BoxGyro, ConductsNothingAtOneTemperatureButThroughItsFilm) {
+TEST(BoxGyro, ConductsOnlyThroughFilmAtUniformTemperature) {
   const auto system = box_gyro();
   const Eigen::VectorXd one = Eigen::VectorXd::Ones(system.capacity.rows());
   EXPECT_LE((system.conduction * one).cwiseAbs().maxCoeff(), 1e-14);
@@ -46,7 +46,7 @@ TEST(BoxGyro, ConductsNothingAtOneTemperatureButThroughItsFilm) {
   EXPECT_LE((system.outputs * one).array().abs().maxCoeff() - 1, 1e-14);
 }
 
-TEST(AffineMatrix, IsTheSumItNames) {
+TEST(AffineMatrix, EqualsSum) {
   const auto system = box_gyro();
   AffineMatrix matrices(system);
   std::mt19937_64 random(kReductionSeed);
@@ -60,7 +60,7 @@ TEST(AffineMatrix, IsTheSumItNames) {
   }
 }
 
-TEST(ReducedBasis, IsOrthonormalInTheHeatCapacityAndDropsWhatItHas) {
+TEST(ReducedBasis, IsOrthonormalAndDropsDependentFields) {
   const auto system = box_gyro();
   const auto n = system.capacity.rows();
   std::srand(kReductionSeed);
@@ -103,7 +103,7 @@ TEST(ReducedBasis, EstimatesItsResidual) {
   }
 }
 
-TEST(ModelOrderReduction, AnswersAlikeWhereItWasNotMade) {
+TEST(ModelOrderReduction, MatchesFullModelAtUnusedPoints) {
   const auto system = box_gyro();
   const auto& model = reduced_box_gyro();
   EXPECT_LE(model.conduction.rows(), 60);
@@ -136,7 +136,7 @@ TEST(ModelOrderReduction, StaysSymmetricAndStable) {
   }
 }
 
-TEST(ModelOrderReduction, LeftAndRightOfASymmetricGyroAnswerAlike) {
+TEST(ModelOrderReduction, KeepsSymmetryOfGyro) {
   const auto& model = reduced_box_gyro();
   const auto c = coefficients_at(model, 20, GyroFilm::chamber);
   const Eigen::MatrixXd answers = model.outputs * states_at(model, c, 1e-3);
@@ -146,7 +146,7 @@ TEST(ModelOrderReduction, LeftAndRightOfASymmetricGyroAnswerAlike) {
   EXPECT_NEAR(answers(5, kLeft), answers(7, kRight), 1e-3);
 }
 
-TEST(ModelOrderReduction, FailsByNameWhenTheStatesAreTooFew) {
+TEST(ModelOrderReduction, FailsWithErrorAndPointWhenStatesAreTooFew) {
   const auto model =
       reduce(box_gyro(), about_box_gyro(), {.states = 8, .most_fields = 20, .goal_k = 1e-4}, direct_solver());
   ASSERT_FALSE(model);
@@ -155,7 +155,7 @@ TEST(ModelOrderReduction, FailsByNameWhenTheStatesAreTooFew) {
   EXPECT_NE(model.error().what.find("expected at most 1.0e-04 K"), std::string::npos) << model.error().what;
 }
 
-TEST(ModelOrderReduction, StopsWhenAsked) {
+TEST(ModelOrderReduction, StopsWhenInterrupted) {
   int calls = 0;
   const auto model = reduce(box_gyro(), about_box_gyro(), {}, direct_solver(),
                             [&](std::string_view, double fraction) { return fraction >= 0 && ++calls < 4; });
@@ -164,7 +164,7 @@ TEST(ModelOrderReduction, StopsWhenAsked) {
   EXPECT_EQ(calls, 4);
 }
 
-TEST(ModelOrderReduction, PassesOnWhyItCouldNotSolve) {
+TEST(ModelOrderReduction, ReturnsFaultOfSolver) {
   const SolveColumns broken = [](const SparseMatrix&, const Eigen::MatrixXd&) -> Result<Eigen::MatrixXd> {
     return failure(FaultKind::numeric, "solver", "out of order");
   };

@@ -13,14 +13,14 @@ namespace {
 
 TEST(PlanShapes, ACircleHasItsArea) { EXPECT_NEAR(area(circle({3, -2}, 30)), std::numbers::pi * 900, 1e-9); }
 
-TEST(PlanShapes, OfASquareAndItsTurnedTwinTheOctagonIsShared) {
+TEST(PlanShapes, IntersectSquaresToOctagon) {
   const double half = 1;
   const double diagonal = half * std::numbers::sqrt2;
   const Outline turned{{0, -diagonal}, {diagonal, 0}, {0, diagonal}, {-diagonal, 0}};
   EXPECT_NEAR(area(intersection(to_outline({-half, half, -half, half}), turned)), 8 * (std::numbers::sqrt2 - 1), 1e-12);
 }
 
-TEST(PlanShapes, WhatDoesNotMeetSharesNothing) {
+TEST(PlanShapes, HaveEmptyIntersectionWhenApart) {
   EXPECT_EQ(area(intersection(to_outline({0, 1, 0, 1}), to_outline({2, 3, 0, 1}))), 0);
   EXPECT_EQ(area(intersection(to_outline({0, 1, 0, 1}), to_outline({1, 2, 0, 1}))), 0);
 }

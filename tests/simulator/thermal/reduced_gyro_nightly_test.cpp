@@ -112,7 +112,7 @@ TEST(ReducedGyro, TwinFollowsTheNonlinearModelThroughRamps) {
   EXPECT_LE(error_k, 5e-3);
 }
 
-TEST(ReducedGyro, ADrawnGyroIsTheFullModelDrawnAlike) {
+TEST(ReducedGyro, DrawnGyroMatchesDrawnFullModel) {
   const auto& type = coarse().reduced.model;
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
@@ -131,7 +131,7 @@ TEST(ReducedGyro, ADrawnGyroIsTheFullModelDrawnAlike) {
   }
 }
 
-TEST(ReducedGyro, TheShippedFileIsWhatTheModelGives) {
+TEST(ReducedGyro, ShippedFileMatchesModel) {
   for (const std::string name : {"calibrated", "fast-film"}) {
     const auto source = read_text_file(kGyros + name + ".toml");
     const auto file = read_text_file(kGyros + name + ".reduced.toml");

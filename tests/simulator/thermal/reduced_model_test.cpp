@@ -83,7 +83,7 @@ TEST(ReducedModel, NumbersOfAnySizeReadBackBitForBit) {
   expect_same(model, *back);
 }
 
-TEST(ReducedModel, NamesEachMistakeWithItsPlace) {
+TEST(ReducedModel, ReportsEachErrorWithPosition) {
   const auto good = reduced_model_text(reduced_box_gyro());
   expect_mistake(with(good, "gyro/1", "gyro/9"), "is not understood");
   expect_mistake(with(good, "source_sha256 = \"0", "source_sha256 = \"X"), "64 hexadecimal digits");
@@ -99,7 +99,7 @@ TEST(ReducedModel, NamesEachMistakeWithItsPlace) {
   expect_mistake("states = 1", "missing key \"schema\"");
 }
 
-TEST(ReducedModel, RefusesABodyThatRunsAway) {
+TEST(ReducedModel, RefusesUnstableBody) {
   auto model = reduced_box_gyro();
   model.conduction *= -1;
   expect_mistake(reduced_model_text(model), "not positive definite");

@@ -71,7 +71,7 @@ TEST(OneSecond, IsTheMatrixExponential) {
   }
 }
 
-TEST(StepTable, IsTheStepAtAnyTemperature) {
+TEST(StepTable, MatchesStepAtAnyTemperature) {
   const auto& model = reduced_box_gyro();
   StepTable table(model, GyroFilm::chamber);
   std::mt19937_64 random(kReducedSeed);
@@ -88,7 +88,7 @@ TEST(StepTable, IsTheStepAtAnyTemperature) {
   }
 }
 
-TEST(ReducedTransient, StaysWhereItRests) {
+TEST(ReducedTransient, StaysAtRest) {
   for (const bool linear : {true, false}) {
     ReducedTransient reduced(reduced_box_gyro(), {.start = {-15}, .linear = linear});
     const std::vector<double> start(reduced.outputs_c().begin(), reduced.outputs_c().end());
@@ -98,7 +98,7 @@ TEST(ReducedTransient, StaysWhereItRests) {
 }
 
 /// Permanently added powers are equivalent to a model with larger powers.
-TEST(ReducedTransient, TakesPowersAboveTheModels) {
+TEST(ReducedTransient, AcceptsAddedPowers) {
   constexpr ThermalPowers kAddedW{0.1, -0.05, 0.2, 0.03, -0.01};
   const auto more = with_added_powers(reduced_box_gyro(), kAddedW);
   for (const bool linear : {true, false}) {
@@ -114,7 +114,7 @@ TEST(ReducedTransient, TakesPowersAboveTheModels) {
 }
 
 /// Adds 1 W at one location for one second.
-TEST(ReducedTransient, ForgetsAPowerThatIsGone) {
+TEST(ReducedTransient, RecoversAfterPulse) {
   ReducedTransient pulsed(reduced_box_gyro(), {.start = {20}, .added_w = ThermalPowers{}});
   const double rest_c = pulsed.outputs_c()[0];
   pulsed.step({20}, ThermalPowers{100, 0, 0, 0, 0});
@@ -125,7 +125,7 @@ TEST(ReducedTransient, ForgetsAPowerThatIsGone) {
   EXPECT_NEAR(pulsed.outputs_c()[0], rest_c, 0.1 * soon_k);
 }
 
-TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {
+TEST(ReducedTransient, LinearStepsMatchMatrixExponential) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd states = states_at_rest(model, GyroFilm::still, 20);
   const auto c = coefficients_at(model, gap_air_c(model.outputs * states), GyroFilm::still);
@@ -145,7 +145,7 @@ TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {
 
 /// Compares with another integration: diagonalise again at each update, and convert the state from the old modes to the
 /// new ones.
-TEST(ReducedTransient, FollowsModesThatAreFoundAnewAtEachUpdate) {
+TEST(ReducedTransient, MatchesModalIntegration) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd outputs = model.outputs * states_at_rest(model, GyroFilm::chamber, 20);
   auto modes = compute_modes(model, coefficients_at(model, 20, GyroFilm::chamber));
@@ -172,7 +172,7 @@ TEST(ReducedTransient, FollowsModesThatAreFoundAnewAtEachUpdate) {
   }
 }
 
-TEST(ReducedTransient, IsTheSameBitForBitOnEachRun) {
+TEST(ReducedTransient, IsReproducible) {
   for (const bool linear : {true, false}) {
     ReducedTransient one(reduced_box_gyro(), {.linear = linear});
     ReducedTransient other(reduced_box_gyro(), {.linear = linear});
@@ -185,7 +185,7 @@ TEST(ReducedTransient, IsTheSameBitForBitOnEachRun) {
   }
 }
 
-TEST(ReducedTransient, WarmAirConductsBetterThanTheStartsCoefficientsSay) {
+TEST(ReducedTransient, ConductsBetterInWarmAir) {
   ReducedTransient constant(reduced_box_gyro(), {.start = {-40}, .linear = true});
   ReducedTransient following(reduced_box_gyro(), {.start = {-40}});
   for (int i = 0; i < 100000; ++i) {
@@ -245,7 +245,7 @@ double difference_after_jump(const ThermalSystem& system, const ReducedModel& mo
   return largest;
 }
 
-TEST(FullTransient, AJumpCostsNoOrder) {
+TEST(FullTransient, KeepsOrderAfterJump) {
   const auto system = box_gyro();
   const double coarse = difference_after_jump(system, reduced_box_gyro(), 20);
   const double fine = difference_after_jump(system, reduced_box_gyro(), 10);

@@ -32,12 +32,12 @@ std::string text_of(const std::string& name) {
   return text ? *text : "";
 }
 
-TEST(ShippedGyros, TheDefaultRigsHasItsReducedModel) {
+TEST(ShippedGyros, DefaultRigHasReducedModel) {
   const auto names = gyro_names();
   EXPECT_NE(std::ranges::find(names, "calibrated"), names.end());
 }
 
-TEST(ShippedGyros, ReducedModelsAreOfTheirGyroFilesAsTheyAre) {
+TEST(ShippedGyros, ReducedModelsMatchHashOfGyroFiles) {
   for (const auto& name : gyro_names()) {
     const auto source = text_of(name + ".toml");
     const auto gyro = parse_gyro(source, name + ".toml");
@@ -65,7 +65,7 @@ TEST(ShippedGyros, ReducedModelsMeetTheirGoals) {
   }
 }
 
-TEST(ShippedGyros, ReducedModelsAreAlikeLeftAndRight) {
+TEST(ShippedGyros, ReducedModelsAreSymmetric) {
   for (const auto& name : gyro_names()) {
     const auto model = parse_reduced_model(text_of(name + ".reduced.toml"), name);
     ASSERT_TRUE(model);

@@ -37,19 +37,19 @@ class Steady : public testing::Test {
   static inline SteadyState* state_ = nullptr;
 };
 
-TEST_F(Steady, WhatGoesInComesOut) {
+TEST_F(Steady, BalancesPower) {
   EXPECT_NEAR(state_->power_in_w, 0.588 + 0.784 + 2 * 24.41e4 * 295e-9, 1e-12);
   EXPECT_NEAR(state_->power_out_w, state_->power_in_w, 1e-6);
 }
 
-TEST_F(Steady, LeftIsAsWarmAsRight) {
+TEST_F(Steady, IsSymmetric) {
   using enum ThermalOutput;
   for (const auto& [left, right] :
        {std::pair{b, c}, {d, e}, {f, h}, {gain_left, gain_right}, {mirror_b, mirror_c}, {mirror_f, mirror_h}})
     EXPECT_NEAR(at(*state_, left), at(*state_, right), 1e-6);
 }
 
-TEST_F(Steady, TheGainSideIsHotAndGIsTheColdestPlace) {
+TEST_F(Steady, HasHotGainSideAndColdestG) {
   for (std::size_t t = 0; t < 8; ++t) EXPECT_GE(state_->outputs_c[t], at(*state_, ThermalOutput::g));
   EXPECT_GT(gain_difference_k(state_->outputs_c), 3);
   EXPECT_EQ(state_->coldest.part, GyroPart::shell);
@@ -57,14 +57,14 @@ TEST_F(Steady, TheGainSideIsHotAndGIsTheColdestPlace) {
   EXPECT_LT(state_->block_coldest.at_m[1], 0.03);
 }
 
-TEST_F(Steady, TheAirConductsAsItsTemperatureSays) {
+TEST_F(Steady, AirConductsAtItsTemperature) {
   EXPECT_NEAR(air_temperature_c(state_->outputs_c), state_->air_c, 1e-4);
   const auto expected =
       coefficients_at(model_->air, air_temperature_c(state_->outputs_c), model_->still_film_w_per_m2_k);
   for (std::size_t c = 0; c < kThermalCoefficients; ++c) EXPECT_NEAR(state_->coefficients[c] / expected[c], 1, 1e-6);
 }
 
-TEST_F(Steady, ImagesShowWhatTheThermometersRead) {
+TEST_F(Steady, ImagesMatchThermometers) {
   const ThermalField field(*model_, *mesh_, state_->field_c);
   for (std::size_t t = 0; t < 8; ++t) {
     const auto& [u, v] = model_->thermometers[t];
@@ -91,7 +91,7 @@ TEST_F(Steady, WithFixedCoefficientsOnlyTheAmbientShifts) {
   for (std::size_t o = 0; o < kThermalOutputs; ++o) EXPECT_NEAR(cold->outputs_c[o] + 60, state_->outputs_c[o], 1e-6);
 }
 
-TEST_F(Steady, HotAirCarriesMoreSoThatTheBlockRisesLess) {
+TEST_F(Steady, BlockRisesLessInHotAir) {
   SteadyOptions options;
   options.ambient_c = 60;
   const auto hot = steady_state(*model_, *mesh_, options);
@@ -126,7 +126,7 @@ TEST(BlockAlone, AgreesWithBodyFittedTetrahedra) {
 }
 
 /// Repeats the comparison with a hole of 50 mm and tetrahedra of 310,773 nodes.
-TEST(BlockAlone, AgreesWithTetrahedraAroundASmallerHole) {
+TEST(BlockAlone, AgreesWithTetrahedraForSmallerHole) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   model.geometry.hole_diameter = 50;
@@ -139,7 +139,7 @@ TEST(BlockAlone, AgreesWithTetrahedraAroundASmallerHole) {
   EXPECT_NEAR(gain_difference_k(state->outputs_c) / 3.296, 1, 0.005);
 }
 
-TEST(DifferenceFit, FindsTheFilmThatGivesADifference) {
+TEST(DifferenceFit, FindsFilmForDifference) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   FitOptions options;
@@ -152,7 +152,7 @@ TEST(DifferenceFit, FindsTheFilmThatGivesADifference) {
   EXPECT_NEAR(gain_difference_k(state->outputs_c), 3.0, 0.002);
 }
 
-TEST(DifferenceFit, SaysWhenNoValueGivesIt) {
+TEST(DifferenceFit, ReportsUnreachableDifference) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   FitOptions options;
@@ -163,14 +163,14 @@ TEST(DifferenceFit, SaysWhenNoValueGivesIt) {
   EXPECT_EQ(fit->value, fit_range(model, FitParameter::film).low);
 }
 
-TEST(DifferenceFit, StopsWhenAsked) {
+TEST(DifferenceFit, StopsWhenInterrupted) {
   const auto model = shipped_gyro("calibrated");
   const auto fit = fit_difference(model, FitParameter::film, 3, {}, [](auto, double) { return false; });
   ASSERT_FALSE(fit);
   EXPECT_EQ(fit.error().kind, FaultKind::interrupted);
 }
 
-TEST(DifferenceFit, AnotherThicknessChangesTheGapsToo) {
+TEST(DifferenceFit, ChangesGapsWithThickness) {
   const auto thick = with_parameter(shipped_gyro("calibrated"), FitParameter::thickness, 35);
   EXPECT_NEAR(thick.air.lid.width_m, 0.0195, 1e-12);
 }

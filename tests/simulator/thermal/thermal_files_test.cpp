@@ -63,7 +63,7 @@ TEST(CalculixInput, NamesNodesElementsSourcesAndFilm) {
   EXPECT_NE(file.find("*FILM\n1,F6,20,8\n1,F2,20,8\n2,F2,20,8\n"), std::string::npos);
 }
 
-TEST(CalculixInput, GivesCutBricksTheirTensor) {
+TEST(CalculixInput, WritesTensorOfCutBricks) {
   const auto model = shipped_gyro("calibrated");
   const auto mesh = make_mesh(model, 9.0);
   std::ostringstream out;

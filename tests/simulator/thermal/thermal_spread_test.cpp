@@ -15,13 +15,13 @@ constexpr ThermalSpread kWide{.capacity = 0.05, .gap = 0.2, .film = 0.3, .power 
 
 RandomStream stream(std::uint64_t seed) { return {seed, RandomPurpose::capacity_spread}; }
 
-TEST(ThermalSpread, NoSpreadIsTheSameGyro) {
+TEST(ThermalSpread, KeepsGyroWithoutSpread) {
   auto random = stream(5);
   const auto other = perturbed(reduced_box_gyro(), {}, random);
   EXPECT_EQ(reduced_model_text(other), reduced_model_text(reduced_box_gyro()));
 }
 
-TEST(ThermalSpread, TakesTheSameCountOfNumbersWhateverTheSpread) {
+TEST(ThermalSpread, DrawsSameCountForAnySpread) {
   auto narrow = stream(5);
   auto wide = stream(5);
   (void)perturbed(reduced_box_gyro(), {}, narrow);
@@ -29,7 +29,7 @@ TEST(ThermalSpread, TakesTheSameCountOfNumbersWhateverTheSpread) {
   EXPECT_EQ(narrow.uniform(), wide.uniform());
 }
 
-TEST(ThermalSpread, EveryGyroIsABodyThatCoolsToItsSurroundings) {
+TEST(ThermalSpread, DrawsOnlyValidBodies) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     auto random = stream(seed);
@@ -41,7 +41,7 @@ TEST(ThermalSpread, EveryGyroIsABodyThatCoolsToItsSurroundings) {
   }
 }
 
-TEST(ThermalSpread, UnequalArmsKeepTheirSumAndTellLeftFromRight) {
+TEST(ThermalSpread, DrawsUnequalArmsWithConstantSum) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
   const auto other = perturbed(type, {.arms = 0.2}, random);
@@ -53,7 +53,7 @@ TEST(ThermalSpread, UnequalArmsKeepTheirSumAndTellLeftFromRight) {
   EXPECT_GT(std::abs(rest[9] - rest[10]), 1e-2);
 }
 
-TEST(ThermalSpread, CapacityChangesHowFastAndNotWhere) {
+TEST(ThermalSpread, CapacityChangesRateButNotRest) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
   const auto other = perturbed(type, {.capacity = 0.2}, random);

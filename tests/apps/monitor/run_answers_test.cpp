@@ -104,8 +104,8 @@ TEST(RunCatalogue, ChecksFoldersIndependently) {
   EXPECT_TRUE(catalogue.runs().empty());
 }
 
-/// Writes a real run like a separate program. Its first second is delayed by `late` after `told` becomes readable. It
-/// continues until the other end of `told` is closed.
+/// Writes a real run like a separate program. Its first second is delayed by `late` after the pipe becomes readable. It
+/// continues until the other end of the pipe is closed.
 [[noreturn]] void write_real_run(const std::string& path, Duration late, int told) {
   auto info = small_run_info();
   info.simulated = false;

@@ -73,7 +73,7 @@ void reset_signals() {
 
 int confine(const Confinement& confinement, int to_parent) {
   reset_signals();
-  std::set_new_handler([] { ::_exit(kNoMemoryLeft); });
+  std::set_new_handler([] { ::_exit(kOutOfMemoryExitCode); });
   if (!kTakesAllAddresses && confinement.memory_bytes > 0)
     set_limit(RLIMIT_AS, address_space() + confinement.memory_bytes);
   const int line = keep_only_pipe(to_parent);
@@ -90,7 +90,7 @@ Pipe new_pipe() {
   return {Descriptor(ends[0]), Descriptor(ends[1])};
 }
 
-void leave_parents_input() {
+void detach_standard_input() {
   const Descriptor nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   if (nothing.is_open()) ::dup2(nothing.number(), STDIN_FILENO);
 }
@@ -102,7 +102,7 @@ bool reap(pid_t pid, Duration within, int* status) {
   return ::waitpid(pid, status, WNOHANG) != 0;
 }
 
-std::string ending_in_words(int status) {
+std::string describe_exit_status(int status) {
   if (WIFSIGNALED(status))
     return fmt::format("was ended by signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
   return fmt::format("ended with exit code {}", WEXITSTATUS(status));
@@ -113,7 +113,7 @@ ChildProcess::ChildProcess(const std::function<void(int)>& work, const std::opti
   pid_ = pipe.from.is_open() ? ::fork() : -1;
   if (pid_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    leave_parents_input();
+    detach_standard_input();
     work(confinement ? confine(*confinement, pipe.to.number()) : pipe.to.number());
     ::_exit(0);
   }
@@ -133,7 +133,7 @@ std::optional<int> ChildProcess::wait(Duration within) {
   return status;
 }
 
-void allow_processor_time(std::chrono::seconds more) {
+void limit_processor_time(std::chrono::seconds more) {
   rusage used{};
   rlimit limit{};
   if (::getrusage(RUSAGE_SELF, &used) != 0 || ::getrlimit(RLIMIT_CPU, &limit) != 0) return;
@@ -211,7 +211,7 @@ std::optional<ProgramOutput> read_both_pipes(int output, int errors, const Deadl
 
 }  // namespace
 
-Result<pid_t> start(const std::vector<std::string>& command, const Surroundings& in) {
+Result<pid_t> start(const std::vector<std::string>& command, const LaunchSettings& in) {
   FileActions files;
   files.open(STDIN_FILENO, "/dev/null", O_RDONLY);
   if (!in.log.empty()) {
@@ -231,11 +231,11 @@ int wait_for(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : kSignals + WTERMSIG(status);
 }
 
-Result<int> run_to_its_end(const std::vector<std::string>& command, const Surroundings& in) {
+Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSettings& in) {
   return start(command, in).map(wait_for);
 }
 
-Result<std::string> printed_by(const std::vector<std::string>& command, Duration within) {
+Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within) {
   auto output = new_pipe(), errors = new_pipe();
   if (!output.from.is_open() || !errors.from.is_open())
     return failure(FaultKind::refused, command.front(), std::strerror(errno));

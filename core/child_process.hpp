@@ -26,13 +26,13 @@ struct Pipe {
 [[nodiscard]] Pipe new_pipe();
 
 /// Redirects standard input to /dev/null, so that a child process does not share its parent's input.
-void leave_parents_input();
+void detach_standard_input();
 
 /// Waits for a child to end. Returns false if it does not end in time; sets `status` as waitpid() does.
 [[nodiscard]] bool reap(pid_t pid, Duration within, int* status = nullptr);
 
 /// Describes how a child ended: "ended with exit code 3", "was ended by signal 11 (Segmentation fault)".
-[[nodiscard]] std::string ending_in_words(int status);
+[[nodiscard]] std::string describe_exit_status(int status);
 
 /// Limits of a child that runs third-party code on untrusted data.
 struct Confinement {
@@ -40,7 +40,7 @@ struct Confinement {
   std::uint64_t memory_bytes{};
 };
 /// Exit code of a confined child that ran out of memory in C++ code.
-inline constexpr int kNoMemoryLeft = 71;
+inline constexpr int kOutOfMemoryExitCode = 71;
 
 /// A child and the pipe through which it reports to its parent. The child is killed when its parent dies.
 class ChildProcess {
@@ -68,10 +68,10 @@ class ChildProcess {
 };
 
 /// Limits the processor time of this process to `more` seconds from now on; SIGXCPU then ends it.
-void allow_processor_time(std::chrono::seconds more);
+void limit_processor_time(std::chrono::seconds more);
 
 /// Working directory and output files of a program that is started. An empty member keeps this process's own.
-struct Surroundings {
+struct LaunchSettings {
   std::string folder{};
   /// File for stdout; an existing file is overwritten.
   std::string output{};
@@ -81,16 +81,16 @@ struct Surroundings {
 
 /// Starts a program without a shell. A name without a slash is searched in PATH. The program gets an empty standard
 /// input and no blocked signals. Fails with refused.
-[[nodiscard]] Result<pid_t> start(const std::vector<std::string>& command, const Surroundings& in = {});
+[[nodiscard]] Result<pid_t> start(const std::vector<std::string>& command, const LaunchSettings& in = {});
 
 /// Waits for a child to end. Returns its exit code, or 128 plus the number of the signal that ended it.
 [[nodiscard]] int wait_for(pid_t child);
 
 /// Starts a program, waits for it to end, and returns as wait_for() does. Fails with refused.
-[[nodiscard]] Result<int> run_to_its_end(const std::vector<std::string>& command, const Surroundings& in = {});
+[[nodiscard]] Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSettings& in = {});
 
 /// Runs a program and returns its stdout. Fails with refused if its exit code is not 0, and reports its stderr, or its
 /// stdout if stderr is empty. Fails with timeout if the program does not end `within` that time, after killing it.
-[[nodiscard]] Result<std::string> printed_by(const std::vector<std::string>& command, Duration within);
+[[nodiscard]] Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within);
 
 }  // namespace gyrotherm

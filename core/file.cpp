@@ -249,7 +249,7 @@ std::string folder_of(const std::filesystem::path& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> list_folder(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> found;
   std::error_code error;
   for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))

@@ -121,6 +121,6 @@ struct FileState {
 
 /// Returns the paths of the entries of a folder, unsorted. An error ends the list without an exception: the list is
 /// empty if the folder cannot be read, and may be incomplete if the folder changes meanwhile.
-[[nodiscard]] std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
+[[nodiscard]] std::vector<std::filesystem::path> list_folder(const std::filesystem::path& folder);
 
 }  // namespace gyrotherm

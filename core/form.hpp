@@ -8,7 +8,7 @@
 ///       form.derived("length_m", length_m(point));
 ///     }
 ///
-/// `form` is a JsonWriter or a JsonReader (core/json.hpp, json_of() and read_json()). Both have these members:
+/// `form` is a JsonWriter or a JsonReader (core/json.hpp, make_json() and read_json()). Both have these members:
 ///
 /// form(key, value)
 ///     Writes the value, or reads it. When reading, a missing key is an error.
@@ -29,7 +29,7 @@
 /// structs. The functions below wrap a value that has another form, or a narrower range, in the file. A range is
 /// checked when the value is read, and not when it is written.
 ///
-/// An error does not end the reading: the first one is kept with its path, and JsonPlace::verdict() returns it.
+/// An error does not end the reading: the first one is kept with its path, and JsonNode::verdict() returns it.
 #pragma once
 
 #include <concepts>

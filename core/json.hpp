@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Conversion of described structs (core/form.hpp) to and from JSON: json_of() and read_json(). This header includes
+/// Conversion of described structs (core/form.hpp) to and from JSON: make_json() and read_json(). This header includes
 /// nlohmann's JSON; include it only in sources that read or write files.
 #pragma once
 
@@ -37,12 +37,12 @@ template <class T>
 struct JsonValue;
 
 template <class T>
-[[nodiscard]] Json json_of(const T& value) {
+[[nodiscard]] Json make_json(const T& value) {
   return JsonValue<T>::write(value);
 }
 /// Reads the value at `place`; an error is noted there.
 template <class T>
-void read_json(const JsonPlace& place, T& value) {
+void read_json(const JsonNode& place, T& value) {
   JsonValue<T>::read(place, value);
 }
 
@@ -50,16 +50,16 @@ class JsonWriter {
  public:
   template <class T>
   void operator()(const char* key, const T& value) {
-    json_[key] = json_of(value);
+    json_[key] = make_json(value);
   }
   template <class T>
   void derived(const char* key, const T& value) {
-    json_[key] = json_of(value);
+    json_[key] = make_json(value);
   }
   void derived(const char* key, const char* text) { json_[key] = text; }
   template <class T>
   void if_there(const char* key, bool there, const T& value) {
-    if (there) json_[key] = json_of(value);
+    if (there) json_[key] = make_json(value);
   }
   template <class DescribeMembers>
   void object(const char* key, DescribeMembers describe_members) {
@@ -80,7 +80,7 @@ class JsonWriter {
 
 class JsonReader {
  public:
-  explicit JsonReader(JsonPlace place) : place_(std::move(place)) {}
+  explicit JsonReader(JsonNode place) : place_(std::move(place)) {}
 
   template <class T>
   void operator()(const char* key, T&& value) {
@@ -106,7 +106,7 @@ class JsonReader {
   }
 
  private:
-  JsonPlace place_;
+  JsonNode place_;
 };
 
 /// The general case: a described struct.
@@ -117,51 +117,51 @@ struct JsonValue {
     describe(form, value);
     return std::move(form).json();
   }
-  static void read(const JsonPlace& place, T& value) {
+  static void read(const JsonNode& place, T& value) {
     JsonReader form(place);
     describe(form, value);
   }
 };
 
-/// A type that nlohmann's JSON writes itself, and that the member function `Read` of JsonPlace reads.
+/// A type that nlohmann's JSON writes itself, and that the member function `Read` of JsonNode reads.
 template <class T, auto Read>
 struct PlainJsonValue {
   static Json write(const T& value) { return value; }
-  static void read(const JsonPlace& place, T& value) { value = (place.*Read)(); }
+  static void read(const JsonNode& place, T& value) { value = (place.*Read)(); }
 };
 template <>
-struct JsonValue<double> : PlainJsonValue<double, &JsonPlace::number> {};
+struct JsonValue<double> : PlainJsonValue<double, &JsonNode::number> {};
 template <>
-struct JsonValue<int> : PlainJsonValue<int, &JsonPlace::integer> {};
+struct JsonValue<int> : PlainJsonValue<int, &JsonNode::integer> {};
 template <>
-struct JsonValue<std::int64_t> : PlainJsonValue<std::int64_t, &JsonPlace::long_integer> {};
+struct JsonValue<std::int64_t> : PlainJsonValue<std::int64_t, &JsonNode::long_integer> {};
 template <>
-struct JsonValue<bool> : PlainJsonValue<bool, &JsonPlace::boolean> {};
+struct JsonValue<bool> : PlainJsonValue<bool, &JsonNode::boolean> {};
 template <>
-struct JsonValue<std::uint64_t> : PlainJsonValue<std::uint64_t, &JsonPlace::whole> {};
+struct JsonValue<std::uint64_t> : PlainJsonValue<std::uint64_t, &JsonNode::whole> {};
 template <>
-struct JsonValue<std::string> : PlainJsonValue<std::string, &JsonPlace::text> {};
+struct JsonValue<std::string> : PlainJsonValue<std::string, &JsonNode::text> {};
 template <>
-struct JsonValue<std::vector<double>> : PlainJsonValue<std::vector<double>, &JsonPlace::numbers> {};
+struct JsonValue<std::vector<double>> : PlainJsonValue<std::vector<double>, &JsonNode::numbers> {};
 
 template <class T>
 struct JsonValue<std::vector<T>> {
   static Json write(const std::vector<T>& values) {
     Json array = Json::array();
-    for (const T& value : values) array.push_back(json_of(value));
+    for (const T& value : values) array.push_back(make_json(value));
     return array;
   }
-  static void read(const JsonPlace& place, std::vector<T>& values) {
+  static void read(const JsonNode& place, std::vector<T>& values) {
     values.clear();
-    for (const JsonPlace& element : place.elements()) read_json(element, values.emplace_back());
+    for (const JsonNode& element : place.elements()) read_json(element, values.emplace_back());
   }
 };
 
 /// Null if the optional is empty.
 template <class T>
 struct JsonValue<std::optional<T>> {
-  static Json write(const std::optional<T>& value) { return value ? json_of(*value) : Json(nullptr); }
-  static void read(const JsonPlace& place, std::optional<T>& value) {
+  static Json write(const std::optional<T>& value) { return value ? make_json(*value) : Json(nullptr); }
+  static void read(const JsonNode& place, std::optional<T>& value) {
     value.reset();
     if (!place.is_null()) read_json(place, value.emplace());
   }
@@ -170,21 +170,21 @@ struct JsonValue<std::optional<T>> {
 template <>
 struct JsonValue<Celsius> {
   static Json write(Celsius temperature) { return temperature.value; }
-  static void read(const JsonPlace& place, Celsius& temperature) { temperature.value = place.number(); }
+  static void read(const JsonNode& place, Celsius& temperature) { temperature.value = place.number(); }
 };
 
 /// A duration in whole nanoseconds.
 template <>
 struct JsonValue<Duration> {
   static Json write(Duration time) { return time.count(); }
-  static void read(const JsonPlace& place, Duration& time) { time = Duration(place.long_integer()); }
+  static void read(const JsonNode& place, Duration& time) { time = Duration(place.long_integer()); }
 };
 
 /// The lower and the upper bound of a range, as an array of two numbers.
 template <>
 struct JsonValue<std::pair<double, double>> {
   static Json write(const std::pair<double, double>& ends) { return Json::array({ends.first, ends.second}); }
-  static void read(const JsonPlace& place, std::pair<double, double>& ends) {
+  static void read(const JsonNode& place, std::pair<double, double>& ends) {
     const std::vector<double> both = place.numbers();
     if (both.size() != 2) return place.mistake("wrong length, expected a lower and an upper bound");
     ends = {both[0], both[1]};
@@ -194,7 +194,7 @@ struct JsonValue<std::pair<double, double>> {
 template <class T>
 struct JsonValue<Known<T>> {
   static Json write(const Known<T>& known) { return known.value > 0 ? Json(known.value) : Json(nullptr); }
-  static void read(const JsonPlace& place, const Known<T>& known) {
+  static void read(const JsonNode& place, const Known<T>& known) {
     known.value = 0;
     if (!place.is_null()) read_json(place, known.value);
   }
@@ -202,8 +202,8 @@ struct JsonValue<Known<T>> {
 
 template <class T>
 struct JsonValue<InRange<T>> {
-  static Json write(const InRange<T>& in) { return json_of(in.value); }
-  static void read(const JsonPlace& place, const InRange<T>& in) {
+  static Json write(const InRange<T>& in) { return make_json(in.value); }
+  static void read(const JsonNode& place, const InRange<T>& in) {
     read_json(place, in.value);
     const bool holds = (in.low_excluded ? in.value > in.low : in.value >= in.low) && in.value <= in.high;
     if (!holds) place.mistake(in.expected);
@@ -213,7 +213,7 @@ struct JsonValue<InRange<T>> {
 template <class T>
 struct JsonValue<InSeconds<T>> {
   static Json write(const InSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
-  static void read(const JsonPlace& place, const InSeconds<T>& in) {
+  static void read(const JsonNode& place, const InSeconds<T>& in) {
     in.time.reset();
     if (!place.is_null()) in.time = from_seconds(place.number());
   }
@@ -222,7 +222,7 @@ struct JsonValue<InSeconds<T>> {
 template <class T>
 struct JsonValue<OneOf<T>> {
   static Json write(const OneOf<T>& word) { return name(word.value); }
-  static void read(const JsonPlace& place, const OneOf<T>& word) {
+  static void read(const JsonNode& place, const OneOf<T>& word) {
     const std::string text = place.text();
     std::vector<std::string> names;
     for (const auto value : word.all) {
@@ -237,10 +237,10 @@ template <class T>
 struct JsonValue<ByName<T>> {
   static Json write(const ByName<T>& named) {
     Json object = Json::object();
-    for (const auto& [name, value] : named.values) object[name] = json_of(value);
+    for (const auto& [name, value] : named.values) object[name] = make_json(value);
     return object;
   }
-  static void read(const JsonPlace& place, const ByName<T>& named) {
+  static void read(const JsonNode& place, const ByName<T>& named) {
     named.values.clear();
     for (const auto& [name, value] : place.members()) {
       named.values.emplace_back().first = name;

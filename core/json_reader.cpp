@@ -27,17 +27,17 @@ std::string format_position(std::string_view text, std::size_t byte, const std::
 
 }  // namespace
 
-struct JsonPlace::Document {
+struct JsonNode::Document {
   std::string file;
   Nulls nulls;
   Json root;
   std::optional<Fault> mistake;
 };
 
-JsonPlace::JsonPlace(std::shared_ptr<Document> document, const void* node, std::string path)
+JsonNode::JsonNode(std::shared_ptr<Document> document, const void* node, std::string path)
     : document_(std::move(document)), node_(node), path_(std::move(path)) {}
 
-Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file, Nulls nulls) {
+Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls nulls) {
   auto document = std::make_shared<Document>();
   try {
     document->root = Json::parse(text);
@@ -53,59 +53,59 @@ Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file, Null
   document->file = std::move(file);
   document->nulls = nulls;
   const void* root = &document->root;
-  return JsonPlace(std::move(document), root, "");
+  return JsonNode(std::move(document), root, "");
 }
 
-void JsonPlace::mistake(const std::string& what) const {
+void JsonNode::mistake(const std::string& what) const {
   if (document_->mistake) return;
   const std::string where = path_.empty() ? document_->file : document_->file + ": " + path_;
   document_->mistake = Fault{FaultKind::bad_file, where, what};
 }
 
-Result<void> JsonPlace::verdict() const {
+Result<void> JsonNode::verdict() const {
   if (document_->mistake) return failure(*document_->mistake);
   return {};
 }
 
-bool JsonPlace::has(std::string_view key) const {
+bool JsonNode::has(std::string_view key) const {
   const Json* node = as_json(node_);
   return node != nullptr && node->is_object() && node->contains(key);
 }
 
-JsonPlace JsonPlace::operator[](std::string_view key) const {
+JsonNode JsonNode::operator[](std::string_view key) const {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const Json* node = as_json(node_);
-  const JsonPlace there(document_, has(key) ? &*node->find(key) : nullptr, path);
+  const JsonNode there(document_, has(key) ? &*node->find(key) : nullptr, path);
   if (node != nullptr && !has(key)) there.mistake("missing, expected a value");
   return there;
 }
 
-std::vector<JsonPlace> JsonPlace::elements() const {
+std::vector<JsonNode> JsonNode::elements() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
-  if (!node->is_array()) return mistake("wrong type, expected an array"), std::vector<JsonPlace>{};
-  std::vector<JsonPlace> all;
+  if (!node->is_array()) return mistake("wrong type, expected an array"), std::vector<JsonNode>{};
+  std::vector<JsonNode> all;
   for (const Json& element : *node)
-    all.push_back(JsonPlace(document_, &element, fmt::format("{}[{}]", path_, all.size())));
+    all.push_back(JsonNode(document_, &element, fmt::format("{}[{}]", path_, all.size())));
   return all;
 }
 
-std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
+std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
   if (!node->is_object())
-    return mistake("wrong type, expected an object"), std::vector<std::pair<std::string, JsonPlace>>{};
-  std::vector<std::pair<std::string, JsonPlace>> all;
-  for (const auto& [key, value] : node->items()) all.emplace_back(key, JsonPlace(document_, &value, path_ + "." + key));
+    return mistake("wrong type, expected an object"), std::vector<std::pair<std::string, JsonNode>>{};
+  std::vector<std::pair<std::string, JsonNode>> all;
+  for (const auto& [key, value] : node->items()) all.emplace_back(key, JsonNode(document_, &value, path_ + "." + key));
   return all;
 }
 
-bool JsonPlace::is_null() const {
+bool JsonNode::is_null() const {
   const Json* node = as_json(node_);
   return node != nullptr && node->is_null();
 }
 
-double JsonPlace::number() const {
+double JsonNode::number() const {
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   const Json* node = as_json(node_);
   if (node == nullptr) return kNothing;
@@ -116,7 +116,7 @@ double JsonPlace::number() const {
   return kNothing;
 }
 
-int JsonPlace::integer() const {
+int JsonNode::integer() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return 0;
   const bool fits = node->is_number_integer() && node->get<double>() >= std::numeric_limits<int>::min() &&
@@ -125,7 +125,7 @@ int JsonPlace::integer() const {
   return node->get<int>();
 }
 
-std::int64_t JsonPlace::long_integer() const {
+std::int64_t JsonNode::long_integer() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return 0;
   const bool fits =
@@ -135,39 +135,39 @@ std::int64_t JsonPlace::long_integer() const {
   return node->get<std::int64_t>();
 }
 
-bool JsonPlace::boolean() const {
+bool JsonNode::boolean() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return false;
   if (!node->is_boolean()) return mistake("wrong type, expected true or false"), false;
   return node->get<bool>();
 }
 
-std::string JsonPlace::text() const {
+std::string JsonNode::text() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
   if (!node->is_string()) return mistake("wrong type, expected a text"), std::string{};
   return node->get<std::string>();
 }
 
-std::uint64_t JsonPlace::whole() const {
+std::uint64_t JsonNode::whole() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return 0;
   if (!node->is_number_unsigned()) return mistake("wrong type, expected a whole number not below 0"), 0;
   return node->get<std::uint64_t>();
 }
 
-std::vector<double> JsonPlace::numbers() const {
+std::vector<double> JsonNode::numbers() const {
   const Json* node = as_json(node_);
   const bool plain = node != nullptr && node->is_array() && std::ranges::all_of(*node, &Json::is_number);
   if (plain) return node->get<std::vector<double>>();
   std::vector<double> all;
-  for (const JsonPlace& element : elements()) all.push_back(element.number());
+  for (const JsonNode& element : elements()) all.push_back(element.number());
   return all;
 }
 
-std::vector<std::string> JsonPlace::texts() const {
+std::vector<std::string> JsonNode::texts() const {
   std::vector<std::string> all;
-  for (const JsonPlace& element : elements()) all.push_back(element.text());
+  for (const JsonNode& element : elements()) all.push_back(element.text());
   return all;
 }
 

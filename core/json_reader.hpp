@@ -15,22 +15,22 @@
 namespace gyrotherm {
 
 /// A position in a document. Copies share the document and its first error.
-class JsonPlace {
+class JsonNode {
  public:
   /// Selects whether a number may be null, which is read as NaN.
   enum class Nulls { are_nan, are_mistakes };
   /// Parses a document. Fails with bad_file on a syntax error; `where` is file:line:column.
-  [[nodiscard]] static Result<JsonPlace> parse(std::string_view text, std::string file, Nulls nulls = Nulls::are_nan);
+  [[nodiscard]] static Result<JsonNode> parse(std::string_view text, std::string file, Nulls nulls = Nulls::are_nan);
 
   /// Returns whether this is an object with that key.
   [[nodiscard]] bool has(std::string_view key) const;
 
   /// Returns the value of a key of an object. A missing key is an error.
-  [[nodiscard]] JsonPlace operator[](std::string_view key) const;
+  [[nodiscard]] JsonNode operator[](std::string_view key) const;
   /// Returns the elements of an array.
-  [[nodiscard]] std::vector<JsonPlace> elements() const;
+  [[nodiscard]] std::vector<JsonNode> elements() const;
   /// Returns the keys and values of an object, in the order of the file.
-  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;
+  [[nodiscard]] std::vector<std::pair<std::string, JsonNode>> members() const;
 
   /// Returns whether the value is present and null.
   [[nodiscard]] bool is_null() const;
@@ -50,7 +50,7 @@ class JsonPlace {
 
  private:
   struct Document;
-  JsonPlace(std::shared_ptr<Document> document, const void* node, std::string path);
+  JsonNode(std::shared_ptr<Document> document, const void* node, std::string path);
   std::shared_ptr<Document> document_;
   /// Null if this position does not exist in the document.
   const void* node_;

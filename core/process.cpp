@@ -19,25 +19,25 @@ void ensure(bool holds, const char* invariant) {
   std::abort();
 }
 
-std::string program_beside_this_one(const std::string& name) {
+std::string sibling_program_path(const std::string& name) {
   std::error_code error;
   auto own = std::filesystem::read_symlink("/proc/self/exe", error).string();
   if (const auto gone = own.rfind(" (deleted)"); gone != std::string::npos) own.resize(gone);
   return std::filesystem::path(own).replace_filename(name).string();
 }
 
-bool may_run(const std::string& path) {
+bool is_executable(const std::string& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(path, error) && ::access(path.c_str(), X_OK) == 0;
 }
 
-std::string program_in_path(const std::string& name, const std::string& folder) {
+std::string find_program_in_path(const std::string& name, const std::string& folder) {
   const char* path = std::getenv("PATH");
   std::string_view rest = path != nullptr ? path : "/usr/bin:/bin";
   while (!rest.empty()) {
     const auto colon = rest.find(':');
     const auto file = std::filesystem::path(folder) / rest.substr(0, colon) / name;  // absolute paths replace `folder`
-    if (may_run(file)) return file.string();
+    if (is_executable(file)) return file.string();
     rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
   }
   return {};
@@ -57,6 +57,6 @@ std::string user_name(std::int64_t uid) {
   return "unknown";
 }
 
-std::string user_in_words(std::int64_t uid) { return fmt::format("{} (uid {})", user_name(uid), uid); }
+std::string describe_user(std::int64_t uid) { return fmt::format("{} (uid {})", user_name(uid), uid); }
 
 }  // namespace gyrotherm

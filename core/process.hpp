@@ -23,18 +23,18 @@ inline void block_signals() {
 void ensure(bool holds, const char* invariant);
 
 /// Returns the path of the program `name` in the folder of the running program. The file need not exist.
-[[nodiscard]] std::string program_beside_this_one(const std::string& name);
+[[nodiscard]] std::string sibling_program_path(const std::string& name);
 
 /// Returns whether `path` is a regular file that this user may execute.
-[[nodiscard]] bool may_run(const std::string& path);
+[[nodiscard]] bool is_executable(const std::string& path);
 /// Searches the folders of PATH, or /usr/bin and /bin without it, for an executable file of that name. Relative folders
 /// of PATH are relative to `folder`. Returns the path of the first one, or an empty string.
-[[nodiscard]] std::string program_in_path(const std::string& name, const std::string& folder = ".");
+[[nodiscard]] std::string find_program_in_path(const std::string& name, const std::string& folder = ".");
 
 /// Returns the name of a user of this machine, or "unknown" if /etc/passwd does not list it. Directory services are not
 /// queried: one that does not answer would block the process that drives a chamber.
 [[nodiscard]] std::string user_name(std::int64_t uid);
 /// Returns name and number of a user: "ada (uid 1000)", "unknown (uid 1000)".
-[[nodiscard]] std::string user_in_words(std::int64_t uid);
+[[nodiscard]] std::string describe_user(std::int64_t uid);
 
 }  // namespace gyrotherm

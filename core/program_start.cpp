@@ -46,11 +46,11 @@ void write_to_stderr(std::string_view text) { std::fwrite(text.data(), 1, text.s
 
 Result<void> write_to_stdout(std::string_view text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  if (written || reader_has_left()) return {};
+  if (written || is_stdout_closed()) return {};
   return failure(FaultKind::storage, "stdout", "cannot be written");
 }
 
-bool reader_has_left() {
+bool is_stdout_closed() {
   pollfd out{STDOUT_FILENO, POLLOUT, 0};
   return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
 }

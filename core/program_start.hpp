@@ -23,7 +23,7 @@ void write_to_stderr(std::string_view text);
 /// the pipe.
 [[nodiscard]] Result<void> write_to_stdout(std::string_view text);
 /// Returns whether the reader of stdout has closed its end of the pipe, as `head` does.
-[[nodiscard]] bool reader_has_left();
+[[nodiscard]] bool is_stdout_closed();
 
 /// Returns the reason for refusing the value of an option or of a positional argument, or an empty string. A value must
 /// not be empty. If `kind` is "INT", "UINT" or "FLOAT", CLI11's names of the number types, the whole value must be a
@@ -79,14 +79,14 @@ std::string cause_of(const std::string& refusal, const App& program, std::span<c
 /// takes "" for 0, "0x10" for 16, and a number that is too large for the largest one. Call this once, after all options
 /// were added.
 template <class App>
-void refuse_wrong_values(App& app) {
+void refuse_invalid_values(App& app) {
   for (auto* option : app.get_options()) {
     if (option->get_items_expected_max() == 0) continue;
     const std::string type = option->get_type_name();
     option->check(
         [kind = type.substr(0, type.find(':'))](const std::string& value) { return objection_to(value, kind); });
   }
-  for (auto* command : app.get_subcommands([](const App*) { return true; })) refuse_wrong_values(*command);
+  for (auto* command : app.get_subcommands([](const App*) { return true; })) refuse_invalid_values(*command);
 }
 
 }  // namespace gyrotherm

@@ -15,7 +15,7 @@ namespace gyrotherm {
 }
 
 /// Draws a whole number that is uniform in 0 … count − 1.
-[[nodiscard]] inline std::int64_t index_below(std::int64_t count, std::mt19937_64& generator) {
+[[nodiscard]] inline std::int64_t draw_index(std::int64_t count, std::mt19937_64& generator) {
   return static_cast<std::int64_t>(uniform(generator) * static_cast<double>(count));
 }
 

@@ -43,7 +43,7 @@ enum class FaultKind {
 /// Returns the text of an enumerator. The array has one text for each enumerator up to `Last`; any other value returns
 /// "unknown".
 template <auto Last, std::size_t N>
-[[nodiscard]] constexpr const char* word_in(const char* const (&words)[N], decltype(Last) value) {
+[[nodiscard]] constexpr const char* enumerator_text(const char* const (&words)[N], decltype(Last) value) {
   static_assert(N == static_cast<std::size_t>(Last) + 1);
   const auto place = static_cast<std::size_t>(value);
   return place < N ? words[place] : "unknown";
@@ -51,9 +51,10 @@ template <auto Last, std::size_t N>
 
 /// Returns the kind as the record and JSON spell it: "timeout", "bad_file", …
 [[nodiscard]] constexpr const char* name(FaultKind kind) {
-  return word_in<FaultKind::usage>({"timeout", "disconnected", "refused", "corrupted", "out_of_range", "mismatch",
-                                    "interlock", "bad_file", "storage", "numeric", "interrupted", "usage"},
-                                   kind);
+  return enumerator_text<FaultKind::usage>(
+      {"timeout", "disconnected", "refused", "corrupted", "out_of_range", "mismatch", "interlock", "bad_file",
+       "storage", "numeric", "interrupted", "usage"},
+      kind);
 }
 
 struct Fault {

@@ -166,7 +166,7 @@ struct Sample {
 };
 
 /// Status of a run for its displays.
-struct RunStanding {
+struct RunOverview {
   RunState state{};
   /// Reason for a state other than execute; otherwise empty.
   std::string cause{};
@@ -176,24 +176,24 @@ struct RunStanding {
   std::optional<Duration> behind_plan{};
   std::int64_t missed_set_points{};       ///< not accepted by the chamber
   std::vector<std::string> faults_now{};  ///< active faults, one line each
-  auto operator<=>(const RunStanding&) const = default;
+  auto operator<=>(const RunOverview&) const = default;
 };
 
 [[nodiscard]] inline const char* name(ChamberActivity activity) {
-  return word_in<ChamberActivity::unknown>(
+  return enumerator_text<ChamberActivity::unknown>(
       {"off", "running", "not following its set point", "program", "ramping", "soaking", "waiting", "holding", "done",
        "alarm", "door open", "emergency stop", "power failure", "unknown"},
       activity);
 }
 [[nodiscard]] inline const char* name(Phase phase) {
-  return word_in<Phase::complete>({"ramping", "holding", "waiting for soak", "overdue", "complete"}, phase);
+  return enumerator_text<Phase::complete>({"ramping", "holding", "waiting for soak", "overdue", "complete"}, phase);
 }
 [[nodiscard]] inline const char* name(RunState state) {
-  return word_in<RunState::complete>({"execute", "suspended", "held", "aborting", "aborted", "stopped", "complete"},
-                                     state);
+  return enumerator_text<RunState::complete>(
+      {"execute", "suspended", "held", "aborting", "aborted", "stopped", "complete"}, state);
 }
 
-void describe(auto& form, Like<RunStanding> auto& standing) {
+void describe(auto& form, Like<RunOverview> auto& standing) {
   form("state", one_of(standing.state, kRunStates));
   form("cause", standing.cause);
   form("time_left_s", in_seconds(standing.time_left));
@@ -226,7 +226,7 @@ enum class EventKind {
   told,
 };
 [[nodiscard]] inline const char* name(EventKind kind) {
-  return word_in<EventKind::told>(
+  return enumerator_text<EventKind::told>(
       {"started", "resumed", "segment", "fault", "recovered", "interlock", "note", "interrupted", "finished", "state",
        "command", "dropped", "returned", "acknowledged", "told"},
       kind);

@@ -42,7 +42,7 @@ const char* find_other_kind(const std::string& given, const ShippedKind& kind) {
 }  // namespace
 
 std::vector<std::string> shipped_folders() {
-  const fs::path own = fs::path(program_beside_this_one("")).parent_path();
+  const fs::path own = fs::path(sibling_program_path("")).parent_path();
   std::vector<std::string> folders;
   for (const auto& prefix : {own.parent_path(), own, fs::path("/usr/local"), fs::path("/usr")}) {
     auto folder = (prefix / "share/gyrotherm").string();
@@ -61,7 +61,7 @@ std::string shipped_file(const std::string& path) {
 std::vector<std::string> shipped_names(const ShippedKind& kind) {
   std::set<std::string> names;
   for (const auto& folder : shipped_folders())
-    for (const auto& path : entries_of(fs::path(folder) / kind.folder))
+    for (const auto& path : list_folder(fs::path(folder) / kind.folder))
       if (path.extension() == kEnding) names.insert(path.stem().string());
   return {names.begin(), names.end()};
 }

@@ -102,7 +102,7 @@ using Vocabulary = std::array<std::pair<const char*, T>, N>;
 
 /// Makes a vocabulary of one keyword per enumerator from `First` to `Last`, in their order.
 template <auto First, auto Last, class... Words>
-[[nodiscard]] constexpr auto words_in_order(Words... words) {
+[[nodiscard]] constexpr auto make_vocabulary(Words... words) {
   using T = decltype(First);
   auto value = static_cast<int>(First);
   static_assert(sizeof...(Words) == static_cast<int>(Last) - static_cast<int>(First) + 1);

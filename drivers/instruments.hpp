@@ -142,7 +142,7 @@ class Gyro : public Identified {
   [[nodiscard]] virtual Result<void> open() { return {}; }
   /// Waits for the first frame, which is the origin of the count. Called once, before the first read(). Fails as read()
   /// does. The default does nothing.
-  [[nodiscard]] virtual Result<void> take_origin() { return {}; }
+  [[nodiscard]] virtual Result<void> wait_for_origin() { return {}; }
   /// Returns the pulses since the last successful read, over the interval measured by the gyro's own clock, or by the
   /// host's if the gyro has none. Waits until `expected` of the gyro's time has passed (at least half of it by the
   /// host's clock), or until the driver's limit. Fails with timeout, disconnected or corrupted if frames were lost or

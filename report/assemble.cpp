@@ -103,11 +103,12 @@ ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<mod
   const auto residual_after = [&](const model::TrainedModel& model) -> const Eigen::VectorXd& {
     return (model.*on).residual_deg_per_h;
   };
-  return {
-      .holds = noise_of_holds(run.dataset),
-      .compensated_holds = noise_of_compensated_holds(run.dataset, run.clusters, residual_after(models.multi_point_t)),
-      .raw = allan_curve_of(run.clusters.bias_deg_per_h, run.clusters),
-      .compensated = per_model(models, [&](const auto& m) { return allan_curve_of(residual_after(m), run.clusters); })};
+  return {.holds = measure_hold_noise(run.dataset),
+          .compensated_holds =
+              measure_compensated_hold_noise(run.dataset, run.clusters, residual_after(models.multi_point_t)),
+          .raw = cluster_allan_curve(run.clusters.bias_deg_per_h, run.clusters),
+          .compensated =
+              per_model(models, [&](const auto& m) { return cluster_allan_curve(residual_after(m), run.clusters); })};
 }
 
 model::PerModel<ReportedGain> compute_gains(const model::PerModel<model::TrainedModel>& models, On on) {
@@ -155,7 +156,7 @@ ReportedModel make_reported_model(const model::TrainedModel& trained) {
   ReportedModel reported{.inputs = model.inputs,
                          .method = model.method,
                          .terms = term_texts(model.terms),
-                         .rank = rank_of(model.terms),
+                         .rank = polynomial_rank(model.terms),
                          .stored_numbers = stored_numbers(model),
                          .effective_parameters = known_or_nan(model.effective_parameters),
                          .residual_std_deg_per_h = model.residual_std_deg_per_h,

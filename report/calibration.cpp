@@ -261,7 +261,7 @@ void describe(auto& form, Like<OtherReport> auto& other) {
   form("reason", other.reason);
 }
 
-void describe(auto& form, Like<BiasZero> auto& of) {
+void describe(auto& form, Like<BiasReference> auto& of) {
   form("axis", of.axis);
   form("run", of.run);
   form("zero", of.zero);
@@ -347,7 +347,7 @@ Verdict apply_guard_band(double magnitude, double expanded, double limit) {
 
 }  // namespace
 
-Conformity held_against(const ReportedValue& value, double limit, DecisionRule rule) {
+Conformity compare_with_limits(const ReportedValue& value, double limit, DecisionRule rule) {
   Conformity found{.value = value, .limit = limit, .rule = rule, .verdict = Verdict::not_known};
   if (!std::isfinite(value.value)) return found;
   found.probability = probability_within(value, limit);
@@ -378,12 +378,12 @@ const Column* find_column(const ResultTable& table, std::string_view quantity) {
 
 std::string to_json(const CalibrationReport& report) {
   Json json{{"schema", kCalibrationSchema}};
-  json.update(json_of(report));
+  json.update(make_json(report));
   return text_of(json, 1) + "\n";
 }
 
 Result<CalibrationReport> calibration_from_json(std::string_view json, const std::string& file) {
-  const auto place = JsonPlace::parse(json, file);
+  const auto place = JsonNode::parse(json, file);
   if (!place) return failure(place.error());
   if (const std::string schema = (*place)["schema"].text(); schema != kCalibrationSchema)
     (*place)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kCalibrationSchema));

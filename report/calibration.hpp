@@ -213,7 +213,7 @@ struct Conformity {
 };
 
 /// Compares a value with a limit by a rule. Returns not_known without a value, or without U if the rule requires U.
-[[nodiscard]] Conformity held_against(const ReportedValue& value, double limit, DecisionRule rule);
+[[nodiscard]] Conformity compare_with_limits(const ReportedValue& value, double limit, DecisionRule rule);
 
 /// A model tried on the same record for comparison with the model as left.
 struct ComparedModel {
@@ -264,10 +264,10 @@ struct OtherReport {
 };
 
 /// Bias reference of an axis in one record.
-struct BiasZero {
+struct BiasReference {
   std::string axis{}, run{};
   std::string zero{};  ///< "nothing removed"
-  bool operator==(const BiasZero&) const = default;
+  bool operator==(const BiasReference&) const = default;
 };
 
 /// Block temperatures covered by the training of an axis' model. Outside them the model extrapolates, even if the air
@@ -308,7 +308,7 @@ struct CalibrationReport {
   /// Bias reference common to all axes and records: "earth rate removed".
   std::string bias_zero{};
   /// Bias reference per axis and record, if they differ.
-  std::vector<BiasZero> bias_zeros{};
+  std::vector<BiasReference> bias_zeros{};
   double cluster_length_s{};
   std::vector<TrainedRange> trained_ranges{};  ///< one per model
   std::vector<ResultTable> results{};
@@ -342,6 +342,6 @@ struct CalibrationReport {
 /// empty. The first column is "DRAFT", "SUPERSEDED", "SIMULATED", two of them, or empty. RFC 4180: lines end in CR LF,
 /// and a field with a comma, a quote or a line break is quoted. A text field that a spreadsheet would execute as a
 /// formula gets a leading apostrophe.
-[[nodiscard]] std::string csv_of(const CalibrationReport& report);
+[[nodiscard]] std::string results_to_csv(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

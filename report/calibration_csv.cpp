@@ -40,7 +40,7 @@ std::string csv_value(const ReportedValue& value) {
 
 }  // namespace
 
-std::string csv_of(const CalibrationReport& report) {
+std::string results_to_csv(const CalibrationReport& report) {
   std::string csv = kHeader;
   for (const ResultTable& table : report.results) {
     const std::string of =

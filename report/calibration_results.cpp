@@ -165,7 +165,7 @@ void add_noise(const ResultTarget& of, const data::HoldNoise& noise) {
     if (coefficient.seen)
       add_single_value(of, Group::random_drift, key, unit,
                        make_value(coefficient.value, coefficient.error,
-                                  model::degrees_of_freedom_of(coefficient.value, coefficient.error)));
+                                  model::degrees_of_freedom_for(coefficient.value, coefficient.error)));
   }
 }
 
@@ -229,7 +229,7 @@ void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, 
   ReportedValue value = exact(figures.mean);
   if (model.uncertainty) {
     model::Budget budget = model.uncertainty->budget;
-    if (!of.in_sample) budget.rows = model::in_the_run(dataset, std::move(budget.rows));
+    if (!of.in_sample) budget.rows = model::rows_in_run(dataset, std::move(budget.rows));
     const model::CombinedUncertainty all = combined(budget.rows);
     value.standard_uncertainty = all.standard_deg_per_h;
     value.coverage_factor = all.coverage_factor;
@@ -281,13 +281,14 @@ struct VerifiedRun {
 };
 
 Result<VerifiedRun> verify_run(const CalibratedAxis& axis, const data::RecordedRun& run) {
-  VerifiedRun verified{
-      .run = run, .raw = figures_of(run.clusters.bias_deg_per_h, run.clusters), .noise = noise_of_holds(run.dataset)};
+  VerifiedRun verified{.run = run,
+                       .raw = compute_figures(run.clusters.bias_deg_per_h, run.clusters),
+                       .noise = measure_hold_noise(run.dataset)};
   for (const auto& [stage, model] : {std::pair{Stage::as_found, &axis.found}, {Stage::as_left, &axis.left}}) {
     if (!*model) continue;
     auto verification = verify(**model, run.dataset, run.clusters);
     if (!verification) return failure(verification.error());
-    auto noise = noise_of_compensated_holds(run.dataset, run.clusters, verification->residual_deg_per_h);
+    auto noise = measure_compensated_hold_noise(run.dataset, run.clusters, verification->residual_deg_per_h);
     verified.models.push_back({stage, &**model, std::move(*verification), std::move(noise)});
   }
   return verified;
@@ -346,7 +347,7 @@ void add_allan_figure(CalibrationReport& report, const std::string& axis, const 
 std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
                                                  const VerifiedRun& verified) {
   const auto& [dataset, clusters] = verified.run;
-  const double u_reference = dataset.zero_is_its_own ? 0 : combined_standard(model::budget_of_earth_rate(dataset));
+  const double u_reference = dataset.has_own_reference ? 0 : combined_standard(model::budget_of_earth_rate(dataset));
   ResultTarget of{report, axis, dataset.run_id, Stage::uncompensated, false, u_reference};
   const Eigen::VectorXd nothing =
       Eigen::VectorXd::Constant(clusters.start_s.size(), std::numeric_limits<double>::quiet_NaN());
@@ -389,7 +390,7 @@ void append_stages(std::map<Stage, AllRecords>& all, std::map<Stage, model::Char
 void add_turn_on(CalibrationReport& report, const std::string& axis, const std::map<Stage, AllRecords>& all) {
   for (const auto& [stage, records] : all) {
     Column set_point = column("set_point", "°C"), starts = column("starts", "1"), std = column("std_of_bias", "°/h");
-    for (const model::TurnOn& one : model::turn_on_of(records.characterised)) {
+    for (const model::TurnOn& one : model::turn_on_scatter(records.characterised)) {
       const double freedom = one.starts - 1;
       const double value = stage == Stage::uncompensated ? one.std_before_deg_per_h : one.std_after_deg_per_h;
       set_point.values.push_back(exact(one.set_point_c));

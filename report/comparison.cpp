@@ -126,7 +126,7 @@ ComparedResult compare_values(const ReportedValue& before, const ReportedValue& 
 /// Returns the bias reference of a table.
 std::string find_bias_reference(const CalibrationReport& report, const ResultTable& table) {
   const auto own = std::ranges::find_if(
-      report.bias_zeros, [&](const BiasZero& one) { return one.axis == table.axis && one.run == table.run; });
+      report.bias_zeros, [&](const BiasReference& one) { return one.axis == table.axis && one.run == table.run; });
   return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
 }
 
@@ -157,7 +157,7 @@ class ReportComparer {
       if (other == nullptr) continue;
       // Two records with their own mean as bias reference are not comparable.
       const std::string zero = find_bias_reference(before_, table);
-      const bool have_one_reference = zero == find_bias_reference(now_, *other) && zero != data::kOwnZero;
+      const bool have_one_reference = zero == find_bias_reference(now_, *other) && zero != data::kOwnReference;
       for (const Column& column : table.columns) {
         if (!have_one_reference && depends_on_bias_reference(column.quantity)) continue;
         const Column* matching = column.quantity == kConditionQuantity ? nullptr : find_column(*other, column.quantity);
@@ -222,7 +222,7 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
 
 std::string to_json(const Comparison& comparison) {
   Json json{{"schema", kComparisonSchema}};
-  json.update(json_of(comparison));
+  json.update(make_json(comparison));
   return text_of(json, 1) + "\n";
 }
 

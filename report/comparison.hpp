@@ -73,6 +73,6 @@ struct Comparison {
 
 /// Returns the comparison as a document: first the number of results that changed by more than the uncertainty of both
 /// calibrations, then all results, greatest |E_n| first.
-[[nodiscard]] Document document_of(const Comparison& comparison, Language language);
+[[nodiscard]] Document make_document(const Comparison& comparison, Language language);
 
 }  // namespace gyrotherm::report

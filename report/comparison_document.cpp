@@ -115,7 +115,7 @@ class ComparisonWriter : public BlockWriter {
 
 }  // namespace
 
-Document document_of(const Comparison& comparison, Language language) {
+Document make_document(const Comparison& comparison, Language language) {
   return ComparisonWriter(comparison, language).document();
 }
 

@@ -337,7 +337,7 @@ class Certificate {
 
 }  // namespace
 
-Result<std::string> dcc_of(const CalibrationReport& report, const DccOptions& options) {
+Result<std::string> make_dcc(const CalibrationReport& report, const DccOptions& options) {
   const auto names = missing_data(report);
   if (!is_draft(report) && !names.empty())
     return failure(FaultKind::bad_file, kCalibrationFile,

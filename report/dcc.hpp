@@ -48,7 +48,7 @@ struct DccOptions {
 /// Returns the unsigned certificate. For a draft, missing texts required by the schema are "not given (draft)" and
 /// missing days 0001-01-01; identifier, statements and signer mark it as a draft. Fails with bad_file if a report that
 /// is not a draft has no results or is missing data required by the schema.
-[[nodiscard]] Result<std::string> dcc_of(const CalibrationReport& report, const DccOptions& options = {});
+[[nodiscard]] Result<std::string> make_dcc(const CalibrationReport& report, const DccOptions& options = {});
 
 /// Contents of a certificate needed to verify its files.
 struct ReadDcc {

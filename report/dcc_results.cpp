@@ -161,7 +161,7 @@ class MeasurementResults {
   Texts bias_zero() const {
     if (!report_.bias_zero.empty()) return texts_or_key(report_.bias_zero);
     Texts zeros;
-    for (const BiasZero& one : report_.bias_zeros) {
+    for (const BiasReference& one : report_.bias_zeros) {
       const Texts zero = joined(same_text(fmt::format("{}, {}", one.axis, one.run)), ": ", texts_or_key(one.zero));
       zeros = zeros.empty() ? zero : joined(zeros, "; ", zero);
     }

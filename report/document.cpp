@@ -123,7 +123,7 @@ std::string document_mark(const DocumentWriter& writer) {
 
 }  // namespace
 
-Document document_of(const CalibrationReport& report, Language language) {
+Document make_document(const CalibrationReport& report, Language language) {
   DocumentWriter writer(report, language);
   add_summary(writer);
   add_identification(writer);

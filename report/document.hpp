@@ -95,12 +95,12 @@ struct Document {
 
 /// Returns the report in a language: first a summary with the item, the result with its U, conformity and an
 /// explanation; then the details required by ISO/IEC 17025, results by group, budgets, deviations and files.
-[[nodiscard]] Document document_of(const CalibrationReport& report, Language language);
+[[nodiscard]] Document make_document(const CalibrationReport& report, Language language);
 
 /// Returns the document as one HTML page for a screen of any width and for print, without network access. With scripts
 /// enabled, dygraphs draws the figures with zoom and cursor. Without scripts, in print, and for logarithmic axes, the
 /// page shows the SVGs of the document. The mark of the document is above the page and on every sheet. Equal documents
 /// give equal bytes.
-[[nodiscard]] std::string html_of(const Document& document);
+[[nodiscard]] std::string to_html(const Document& document);
 
 }  // namespace gyrotherm::report

@@ -86,7 +86,7 @@ std::string figure_caption(const DocumentWriter& writer, const FigureData& figur
   return has_errors ? caption + ". " + writer.translated("say.error_bars") : caption;
 }
 
-std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const std::string& id,
+std::string to_svg(const DocumentWriter& writer, const FigureData& figure, const std::string& id,
                    const std::string& caption) {
   plot::Plot plot{.id = id,
                   .title = caption,
@@ -99,7 +99,7 @@ std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const
   for (std::size_t k = 0; k < figure.lines.size(); ++k)
     panel.curves.push_back(make_curve(figure, k, shortened(line_name(writer.language, figure, k))));
   plot.panels.push_back(std::move(panel));
-  return plot::svg_of(plot);
+  return plot::to_svg(plot);
 }
 
 }  // namespace
@@ -144,7 +144,7 @@ void add_figures(DocumentWriter& writer, const std::string& axis) {
     if (figure.axis != axis || figure.lines.empty()) continue;
     const std::string id = fmt::format("figure-{}", k + 1);
     const std::string caption = figure_caption(writer, figure);
-    writer.add(DocumentFigure{id, caption, svg_of(writer, figure, id, caption), figure});
+    writer.add(DocumentFigure{id, caption, to_svg(writer, figure, id, caption), figure});
   }
 }
 

@@ -346,7 +346,7 @@ std::string marks_html(const Document& document) {
 
 }  // namespace
 
-std::string html_of(const Document& document) {
+std::string to_html(const Document& document) {
   const BodyWriter body(document);
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n"

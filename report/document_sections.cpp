@@ -92,7 +92,7 @@ void add_report_itself(DocumentWriter& writer) {
 std::string bias_reference_text(const DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   std::string zeros = report.bias_zero.empty() ? "" : writer.translated(report.bias_zero);
-  for (const BiasZero& one : report.bias_zeros) {
+  for (const BiasReference& one : report.bias_zeros) {
     const std::string record = record_label(report, one.run);
     zeros += fmt::format("{}{}{}{}: {}", zeros.empty() ? "" : "\n", one.axis, record.empty() ? "" : ", ", record,
                          writer.translated(one.zero));

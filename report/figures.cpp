@@ -73,7 +73,7 @@ ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, con
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
                   drawn.name, in_sample_text(run));
-  return {id, heading, caption, svg_of(plot)};
+  return {id, heading, caption, to_svg(plot)};
 }
 
 constexpr std::size_t kMarkers = 4;
@@ -123,7 +123,7 @@ ReportFigure temperature_figure(const Report& report, const ReportedRun& run, co
   return {id, heading,
           fmt::format("Chamber set point, block temperature (thermometer {}) and bias in the {} run; means over {} s.",
                       first_name, run.profile, plot::decimal(report.cluster_length_s, 0)),
-          svg_of(plot)};
+          to_svg(plot)};
 }
 
 ReportFigure correlation_array(const Report& report) {
@@ -138,7 +138,7 @@ ReportFigure correlation_array(const Report& report) {
           "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters "
           "alone. "
           "The array is symmetric; its diagonal is zero by convention.",
-          svg_of(map)};
+          to_svg(map)};
 }
 
 ReportFigure correlation_curves(const Report& report) {
@@ -162,7 +162,7 @@ ReportFigure correlation_curves(const Report& report) {
                         .simulated = report.rig.is_virtual};
   return {plot.id, "Figure 5",
           "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
-          svg_of(plot)};
+          to_svg(plot)};
 }
 
 std::vector<ReportFigure> rate_figures(const Report& report) {
@@ -198,7 +198,7 @@ ReportFigure random_figure(const Report& report) {
       fmt::format(
           "The {}, {}. (a) Bias before and after compensation; (b) to (d) the error of each model, all to one scale.",
           run.profile, in_sample_text(run)),
-      svg_of(plot)};
+      to_svg(plot)};
 }
 
 ReportFigure tuning_figure(const Report& report) {
@@ -214,7 +214,7 @@ ReportFigure tuning_figure(const Report& report) {
        history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
       210)};
   return {plot.id, "Tuning",
-          "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", svg_of(plot)};
+          "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", to_svg(plot)};
 }
 
 plot::Curve allan_curve(const data::AllanCurve& points, const char* name, const char* colour) {
@@ -240,7 +240,7 @@ plot::Curve term_line(const data::NoiseCoefficient& noise, const data::AllanCurv
   plot::Curve line{.name = {}, .colour = plot::colour::kFaintInk, .dashed = true};
   for (const data::AllanPoint& point : points) {
     line.x.push_back(point.tau_s);
-    line.y.push_back(deviation_of(noise, point.tau_s));
+    line.y.push_back(noise_deviation(noise, point.tau_s));
   }
   return line;
 }
@@ -302,7 +302,7 @@ ReportFigure allan_figure(const Report& report) {
       "Overlapping Allan deviation. Circles: the last hour of the holds with standard errors, hollow raw, full after "
       "compensation by the multi-point model with temperature; line: the fit to the latter, dashed its terms one by "
       "one. Squares: cluster means of the whole run before compensation; diamonds: after it, by the same model.",
-      svg_of(plot)};
+      to_svg(plot)};
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ plot::Plot over_hours(const model::FusionSummary& summary, const char* id, const
 }
 
 std::string figure(const plot::Plot& plot, const std::string& caption) {
-  return fmt::format("<figure id=\"{}\">\n{}<figcaption>{}</figcaption>\n</figure>\n", plot.id, svg_of(plot), caption);
+  return fmt::format("<figure id=\"{}\">\n{}<figcaption>{}</figcaption>\n</figure>\n", plot.id, to_svg(plot), caption);
 }
 
 /// Returns a figure of the mean rate, minus the Earth rate if it is known.
@@ -119,7 +119,7 @@ std::string alarms_table(const model::FusionSummary& summary) {
          alarm.who.empty() ? "–" : plot::decimal(alarm.size, 4) + (is_thermometer ? "&nbsp;K" : "&nbsp;°/h")});
   }
   const auto more = summary.alarms.size() - table.rows.size();
-  return html_of(table) + (more > 0 ? fmt::format("<p class=\"note\">{} more stand in fusion.json.</p>\n", more) : "");
+  return to_html(table) + (more > 0 ? fmt::format("<p class=\"note\">{} more stand in fusion.json.</p>\n", more) : "");
 }
 
 std::string warnings_html(const model::FusionSummary& summary) {
@@ -141,7 +141,7 @@ std::string axes_table(const model::FusionSummary& summary) {
                           plot::format_bias(axis.second_std_deg_per_h), plot::format_bias(axis.hour_std_deg_per_h),
                           plot::format_bias(axis.error_rms_deg_per_h), std::to_string(axis.left_out_s),
                           std::to_string(axis.outside_s)});
-  return html_of(table) +
+  return to_html(table) +
          "<p class=\"note\">u, °/h, are standard uncertainties of one second, without what training and use have in "
          "common, and of a mean over one hour with it; the RMS error is of means over 100&nbsp;s less the Earth’s rate "
          "on the axis.</p>\n";
@@ -173,7 +173,7 @@ std::string rest_table(const model::FusionSummary& summary) {
   if (summary.rest) add(*summary.rest, "<b>all holds</b>");
   for (const model::RestStretch& rest : summary.holds)
     add(rest, fmt::format("{}&nbsp;·&nbsp;{}", plot::escaped(rest.name), plot::format_hours(rest.start_s)));
-  return html_of(table);
+  return to_html(table);
 }
 
 /// Returns a table of the axes' biases and the attitude of the fixture, estimated at standstill over all holds.
@@ -188,7 +188,7 @@ std::string bias_table(const model::RestStretch& rest) {
   constexpr std::array kTurns = {"turn about north, °", "turn about east, °", "turn about down, °"};
   for (std::size_t k = 0; k < kTurns.size(); ++k)
     table.rows.push_back({kTurns[k], plot::decimal(rest.turn_deg[k], 4), plot::decimal(rest.turn_std_deg[k], 4)});
-  return html_of(table);
+  return to_html(table);
 }
 
 std::string key(const std::string& label, const std::string& value, const char* unit, const char* style = "") {
@@ -218,7 +218,7 @@ std::string result_section(const model::FusionSummary& summary) {
 
 }  // namespace
 
-std::string html_of(const model::FusedRun& run, const std::string& program_version) {
+std::string to_html(const model::FusedRun& run, const std::string& program_version) {
   const model::FusionSummary& summary = run.summary;
   std::string body;
   int sections = 0;
@@ -241,7 +241,7 @@ std::string html_of(const model::FusedRun& run, const std::string& program_versi
     section("At rest");
     body += rest_table(summary) + bias_table(*summary.rest);
   }
-  return html_of(HtmlPage{.title = "Fusion of axes – " + summary.profile,
+  return to_html(HtmlPage{.title = "Fusion of axes – " + summary.profile,
                           .kind = "Fusion of axes",
                           .heading = fmt::format("Rate vector of {} axes", summary.axes.size()),
                           .subtitle = fmt::format("{} · run {} · {} of {} seconds fused", summary.profile,
@@ -255,7 +255,7 @@ Result<void> write_fusion(const model::FusedRun& run, const std::string& folder,
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return failure(FaultKind::storage, folder, error.message());
-  if (auto written = replace_text_file(folder + "/fusion.html", html_of(run, program_version)); !written)
+  if (auto written = replace_text_file(folder + "/fusion.html", to_html(run, program_version)); !written)
     return written;
   return replace_text_file(folder + "/fusion.json", to_json(run.summary));
 }

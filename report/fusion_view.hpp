@@ -12,7 +12,7 @@ namespace gyrotherm::report {
 /// Returns the fused rate of a record as a self-contained HTML page: the error against the Earth rate, or the rate
 /// itself if the Earth rate is unknown; the parity statistic and its limit; alarms and excluded axes; and the Earth
 /// rate measured at rest.
-[[nodiscard]] std::string html_of(const model::FusedRun& run, const std::string& program_version);
+[[nodiscard]] std::string to_html(const model::FusedRun& run, const std::string& program_version);
 
 /// Writes the summary `folder`/fusion.json and the page `folder`/fusion.html. Creates the folder if needed. Each file
 /// appears completely or not at all. Fails with storage.

@@ -128,7 +128,7 @@ std::string row_html(const std::vector<std::string>& cells, const char* tag, std
 
 }  // namespace
 
-std::string html_of(const HtmlPage& page) {
+std::string to_html(const HtmlPage& page) {
   auto head =
       fmt::format("<p class=\"kind\">{}</p>\n<h1>{}</h1>\n", plot::escaped(page.kind), plot::escaped(page.heading));
   if (!page.subtitle.empty()) head += fmt::format("<p class=\"subtitle\">{}</p>\n", plot::escaped(page.subtitle));
@@ -141,7 +141,7 @@ std::string html_of(const HtmlPage& page) {
       page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
 }
 
-std::string html_of(const HtmlTable& table) {
+std::string to_html(const HtmlTable& table) {
   std::string html = table.style.empty() ? "<table>\n" : fmt::format("<table class=\"{}\">\n", table.style);
   if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", table.caption);
   html += "<thead>" + row_html(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";

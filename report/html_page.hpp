@@ -22,7 +22,7 @@ struct HtmlPage {
   std::string footer = {};
 };
 
-[[nodiscard]] std::string html_of(const HtmlPage& page);
+[[nodiscard]] std::string to_html(const HtmlPage& page);
 
 /// A table. Cells are HTML: text from data must have passed escaped().
 struct HtmlTable {
@@ -34,7 +34,7 @@ struct HtmlTable {
   std::string style = {};  ///< additional CSS class
 };
 
-[[nodiscard]] std::string html_of(const HtmlTable& table);
+[[nodiscard]] std::string to_html(const HtmlTable& table);
 
 /// Returns a text as a CSS string. Everything except letters and digits is written as a code, so that no character is
 /// interpreted as CSS or HTML.

@@ -63,7 +63,7 @@ void describe(auto& form, Like<Lot> auto& lot) {
   form("events", lot.events);
 }
 
-void take_figures(const Report& report, LotAxis& axis) {
+void copy_results(const Report& report, LotAxis& axis) {
   axis.verdict = verdict_of(report);
   axis.raw_std_deg_per_h = report.random.raw.std;
   const auto& left = report.random.residual.multi_point_t.all;
@@ -114,7 +114,7 @@ std::string verdict_of(const Lot& lot) {
   return any("PASS") ? "PASS" : "no limit";
 }
 
-std::string to_json(const Lot& lot) { return text_of(json_of(lot), 1) + "\n"; }
+std::string to_json(const Lot& lot) { return text_of(make_json(lot), 1) + "\n"; }
 
 namespace {
 
@@ -180,7 +180,7 @@ std::string lot_figure(const Lot& lot) {
   return fmt::format(
       "<figure>\n{}<figcaption><b>Figure</b> Standard deviation of the bias on the random program, which "
       "no model has seen, and the noise floor of its holds.</figcaption>\n</figure>\n",
-      svg_of(plot));
+      to_svg(plot));
 }
 
 std::string events_html(const Lot& lot) {
@@ -226,15 +226,15 @@ std::string describe(const Lot& lot) {
   return text;
 }
 
-std::string html_of(const Lot& lot) {
+std::string to_html(const Lot& lot) {
   auto body = fmt::format("<p>{} axes of one rig, in one chamber, on the same two programs.{}</p>\n", lot.axes.size(),
                           lot.quick ? " Models were tuned with a small swarm, for a try." : "");
-  body += report_links(lot) + html_of(lot_table(lot)) + lot_figure(lot);
+  body += report_links(lot) + to_html(lot_table(lot)) + lot_figure(lot);
   body +=
       "<p>An axis stands out whose score is beyond ±3.5 (Iglewicz and Hoaglin 1993): the distance of the logarithm "
       "of its deviation from the lot’s median, over the median of all such distances.</p>\n";
   if (!lot.events.empty()) body += heading("Units that fell silent or were dropped") + events_html(lot);
-  return html_of(HtmlPage{.title = "Lot summary – " + lot.rig_title,
+  return to_html(HtmlPage{.title = "Lot summary – " + lot.rig_title,
                           .kind = "Lot summary",
                           .heading = "Temperature compensation of a lot of gyros",
                           .subtitle = lot.rig_title,
@@ -243,15 +243,15 @@ std::string html_of(const Lot& lot) {
                           .footer = "gyrotherm " + lot.program_version});
 }
 
-std::string html_of_unit(const Lot& lot, const std::string& unit,
+std::string unit_to_html(const Lot& lot, const std::string& unit,
                          const std::vector<std::pair<std::string, Report>>& axes) {
-  auto body = html_of(lot_table(lot, unit));
+  auto body = to_html(lot_table(lot, unit));
   for (const auto& [axis, report] : axes)
     body += fmt::format("<h1 id=\"axis-{0}\">Axis {0}</h1>\n", plot::escaped(axis)) +
             with_unique_ids(body_html(report, all_figures(report)), axis);
   const auto found = std::ranges::find(lot.axes, unit, &LotAxis::unit);
   const auto serial = found == lot.axes.end() || found->serial_number.empty() ? "" : ", " + found->serial_number;
-  return html_of(HtmlPage{
+  return to_html(HtmlPage{
       .title = fmt::format("Calibration report – {}{}", unit, serial),
       .kind = "Calibration report",
       .heading = "Temperature compensation of gyro bias",

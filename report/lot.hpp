@@ -53,7 +53,7 @@ struct Lot {
 };
 
 /// Copies the verdict and the values of an axis from its report.
-void take_figures(const Report& report, LotAxis& axis);
+void copy_results(const Report& report, LotAxis& axis);
 
 /// Returns the modified z-score of each value among the known ones: 0.6745 (x − median)/MAD of the logarithms. Returns
 /// NaN for all values if fewer than six are known, or if their MAD is 0.
@@ -70,10 +70,10 @@ void compare(Lot& lot);
 /// Returns the table as text for a terminal.
 [[nodiscard]] std::string describe(const Lot& lot);
 /// Returns the summary as a page with a table, a figure and a link to the report of each unit.
-[[nodiscard]] std::string html_of(const Lot& lot);
+[[nodiscard]] std::string to_html(const Lot& lot);
 
 /// Returns one report for a unit with several axes: a table of the axes, then the report of each axis.
-[[nodiscard]] std::string html_of_unit(const Lot& lot, const std::string& unit,
+[[nodiscard]] std::string unit_to_html(const Lot& lot, const std::string& unit,
                                        const std::vector<std::pair<std::string, Report>>& axes);
 
 }  // namespace gyrotherm::report

@@ -378,7 +378,7 @@ void list_missing(CalibrationReport& report) {
   require_key(is_verified(report), "records", "one that the model has not seen");
   require_key(has_role(report.people, "operator"), kOrder, "person with role \"operator\"");
   require_key(has_role(report.people, "authorising"), kLaboratory, "person with role \"authorising\"");
-  append(report.missing, placeholders_in(report));
+  append(report.missing, find_placeholders(report));
 }
 
 /// Compares two rows of one column by verdict, then by probability if known, then by magnitude. Each row has its own
@@ -395,10 +395,10 @@ Conformity find_worst(const std::vector<ReportedValue>& values, double limit, De
   std::optional<Conformity> worst;
   for (const ReportedValue& value : values) {
     if (!std::isfinite(value.value)) continue;
-    const Conformity one = held_against(value, limit, rule);
+    const Conformity one = compare_with_limits(value, limit, rule);
     if (!worst || is_worse(one, *worst)) worst = one;
   }
-  return worst.value_or(held_against({}, limit, rule));
+  return worst.value_or(compare_with_limits({}, limit, rule));
 }
 
 }  // namespace
@@ -408,7 +408,7 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
   if (laboratory) add_laboratory(report, *laboratory);
   if (order) {
     add_order(report, *order);
-    hold_against(report, order->limits, order->rule);
+    apply_limits(report, order->limits, order->rule);
   }
   list_missing(report);
   list_unconfirmed_roles(report, laboratory, order);
@@ -455,7 +455,7 @@ Result<void> check_units(const OrderFile& order, const std::vector<CalibratedIte
   return {};
 }
 
-void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
+void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
   report.rule = rule;
   for (const ReportedLimit& limit : limits) {
     const auto dot = limit.quantity.find('.');
@@ -474,7 +474,7 @@ void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& l
       report.conformity.push_back(std::move(one));
     }
     if (report.conformity.size() > before) continue;
-    Conformity none = held_against({}, limit.at_most, rule);
+    Conformity none = compare_with_limits({}, limit.at_most, rule);
     none.quantity = limit.quantity;
     none.stage = limit.stage.value_or(Stage::as_left);
     report.conformity.push_back(std::move(none));

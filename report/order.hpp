@@ -78,7 +78,7 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 
 /// Compares the results with the limits of an order, row by row. The worst verdict is that of the result; among equal
 /// verdicts the least probable row counts. In-sample results are not compared. A limit without a result is not_known.
-void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
+void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
 
 /// Returns true for a text copied from an example and not replaced: an unfinished text ("…", "...", "todo", "tbd",
 /// "fixme", "xxx"), an address in a domain reserved for examples (RFC 2606), or a name or sentence from the examples in
@@ -87,6 +87,6 @@ void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& l
 
 /// Returns the placeholders in a report, each with its key: `laboratory.toml: traceability.en, which is "Temperatures
 /// are … through …", a text of an example`.
-[[nodiscard]] std::vector<std::string> placeholders_in(const CalibrationReport& report);
+[[nodiscard]] std::vector<std::string> find_placeholders(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

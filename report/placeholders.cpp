@@ -110,7 +110,7 @@ bool is_placeholder(std::string_view text) {
          std::ranges::any_of(kExampleDomains, [&](std::string_view domain) { return lower.ends_with(domain); });
 }
 
-std::vector<std::string> placeholders_in(const CalibrationReport& report) {
+std::vector<std::string> find_placeholders(const CalibrationReport& report) {
   Placeholders all;
   check_laboratory(all, report);
   check_order(all, report);

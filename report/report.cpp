@@ -333,7 +333,7 @@ const char* in_sample_text(const ReportedRun& run) {
 }
 
 std::string to_json(const Report& report) {
-  const Json json = json_of(report);
+  const Json json = make_json(report);
   std::string text;
   for (const auto& [key, value] : json.items())
     text += fmt::format("{}\n\"{}\": {}", text.empty() ? "{" : ",", key, text_of(value));
@@ -341,9 +341,9 @@ std::string to_json(const Report& report) {
 }
 
 Result<Report> read_report(std::string_view json, const std::string& file) {
-  const Result<JsonPlace> parsed = JsonPlace::parse(json, file);
+  const Result<JsonNode> parsed = JsonNode::parse(json, file);
   if (!parsed) return failure(parsed.error());
-  const JsonPlace& root = *parsed;
+  const JsonNode& root = *parsed;
   const std::string schema = root["schema"].text();
   if (schema != kReportSchema) root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kReportSchema));
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
@@ -355,9 +355,9 @@ Result<Report> read_report(std::string_view json, const std::string& file) {
 }
 
 Result<ReportedThermalModel> read_thermal_figure(std::string_view json, const std::string& from) {
-  const Result<JsonPlace> parsed = JsonPlace::parse(json, from);
+  const Result<JsonNode> parsed = JsonNode::parse(json, from);
   if (!parsed) return failure(parsed.error());
-  const JsonPlace& root = *parsed;
+  const JsonNode& root = *parsed;
   if (const std::string schema = root["schema"].text(); schema != kThermalFigureSchema)
     root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kThermalFigureSchema));
   ReportedThermalModel model;
@@ -375,8 +375,8 @@ Result<void> check_limit(const std::string& figure) {
                      (near.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", near)));
 }
 
-std::vector<AcceptedLimit> held_against(const Report& report, const std::vector<Limit>& limits) {
-  const Json json = json_of(report);
+std::vector<AcceptedLimit> compare_with_limits(const Report& report, const std::vector<Limit>& limits) {
+  const Json json = make_json(report);
   std::vector<AcceptedLimit> all;
   for (const auto& [figure, at_most] : limits) {
     std::string path = "/" + figure;

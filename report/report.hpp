@@ -249,7 +249,7 @@ struct Limit {
 [[nodiscard]] Result<void> check_limit(const std::string& figure);
 
 /// Compares the values of a report with limits that check_limit() accepted.
-[[nodiscard]] std::vector<AcceptedLimit> held_against(const Report& report, const std::vector<Limit>& limits);
+[[nodiscard]] std::vector<AcceptedLimit> compare_with_limits(const Report& report, const std::vector<Limit>& limits);
 
 // Assembly of the report from the records of an experiment and the models trained on them
 

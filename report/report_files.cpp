@@ -67,12 +67,12 @@ AuthorisedFiles authorised_files(const CalibrationReport& report, const std::vec
 
 std::string to_json(const AuthorisedFiles& files) {
   Json json{{"schema", kAuthorisationSchema}};
-  json.update(json_of(files));
+  json.update(make_json(files));
   return text_of(json, 1) + "\n";
 }
 
 Result<AuthorisedFiles> authorised_files_from_json(std::string_view json, const std::string& file) {
-  const auto place = JsonPlace::parse(json, file);
+  const auto place = JsonNode::parse(json, file);
   if (!place) return failure(place.error());
   if (const std::string schema = (*place)["schema"].text(); schema != kAuthorisationSchema)
     (*place)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kAuthorisationSchema));
@@ -101,7 +101,7 @@ std::vector<std::string> other_entries(const std::string& folder, const std::vec
     if (file.role == "record") known.insert(file.name + ".sha256");
   }
   std::vector<std::string> foreign;
-  for (const auto& path : entries_of(folder))
+  for (const auto& path : list_folder(folder))
     if (const std::string name = path.filename().string(); !known.contains(name)) foreign.push_back(name);
   std::ranges::sort(foreign);
   return foreign;

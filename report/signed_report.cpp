@@ -194,7 +194,7 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
   auto pdfs = signed_pdfs(folder, *files, key, report->number);
   if (!pdfs) return failure(pdfs.error());
   const DccOptions options = options_for(*files, *pdfs, *authorised);
-  const auto dcc = dcc_of(*report, options);
+  const auto dcc = make_dcc(*report, options);
   if (!dcc) return failure(dcc.error());
   const auto signed_dcc = sign_dcc(*dcc, key);
   if (!signed_dcc) return failure(signed_dcc.error());

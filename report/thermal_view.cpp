@@ -45,7 +45,7 @@ std::string table_1(const Report& report, const ReportedThermalModel& model) {
   for (const ReportedMaterial& one : model.materials)
     table.rows.push_back({thermal_name(one.name, one.name), four_digits(one.density_kg_per_m3),
                           four_digits(one.specific_heat_j_per_kg_k), four_digits(one.conductivity_w_per_m_k)});
-  return html_of(table);
+  return to_html(table);
 }
 
 std::string table_2(const Report& report, const ReportedThermalModel& model) {
@@ -55,7 +55,7 @@ std::string table_2(const Report& report, const ReportedThermalModel& model) {
   for (const ReportedHeatSource& one : model.sources)
     table.rows.push_back({thermal_name("source." + one.name, one.name), four_digits(one.power_w),
                           four_digits(1e6 * one.volume_m3), four_digits(1e-4 * one.rate_w_per_m3)});
-  return html_of(table);
+  return to_html(table);
 }
 
 std::string model_note(const ReportedThermalModel& model) {
@@ -76,7 +76,7 @@ std::string missing_items(const ReportedThermal& thermal) {
                                       {"Figure 1", "Thermal image of the working gyro"}})
     table.rows.push_back(
         {item, content, fmt::format("{}: {}", plot::escaped(thermal.missing), plot::escaped(thermal.reason))});
-  return html_of(table);
+  return to_html(table);
 }
 
 }  // namespace
@@ -100,7 +100,7 @@ std::optional<ReportFigure> thermal_figure(const Report& report) {
                   report.rig.is_virtual ? ", SIMULATED" : "", image.mesh, image.elements, image.nodes,
                   four_digits(image.ambient_c), four_digits(image.film_w_per_m2_k),
                   plot::decimal(image.difference_k, 2)),
-      svg_of(view)};
+      to_svg(view)};
 }
 
 }  // namespace gyrotherm::report

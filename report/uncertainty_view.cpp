@@ -83,7 +83,7 @@ HtmlTable lasting_table(const Report& report) {
 
 std::string uncertainty_html(const Report& report) {
   const std::optional<model::Uncertainty>& uncertainty = report.models.multi_point_t.uncertainty;
-  return (uncertainty ? html_of(budget_table(*uncertainty)) : "") + html_of(lasting_table(report)) +
+  return (uncertainty ? to_html(budget_table(*uncertainty)) : "") + to_html(lasting_table(report)) +
          "<p class=\"note\">A source that differs <i>never</i> is the same in training and in use: the models have "
          "learnt it, so that it is in U and in no interval. What is <b>assumed</b> is said by neither the rig file nor "
          "the record.</p>\n";

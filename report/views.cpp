@@ -112,7 +112,7 @@ std::string verdict_table(const Report& report) {
                           plot::format_bias(limit.limit),
                           limit.passed ? "<b class=\"pass\">PASS</b>" : "<b class=\"fail\">FAIL</b>"});
   }
-  return html_of(table);
+  return to_html(table);
 }
 
 std::string run_row(const ReportedRun& run) {
@@ -179,7 +179,7 @@ std::string selection_section(const Report& report) {
                                correlation.rank, correlation.fallback ? ", by the stated fallback" : "",
                                joined(correlation.selected_pairs))) +
          (correlation.statement.empty() ? "" : "<p class=\"note\">" + plot::escaped(correlation.statement) + "</p>\n") +
-         html_of(table);
+         to_html(table);
 }
 
 std::string training_records(const ReportedModel& model) {
@@ -227,7 +227,7 @@ std::string models_section(const Report& report) {
       row("End of the search", [](const ReportedModel& m) { return plot::escaped(name(m.tuning.swarm.end)); })};
   const ReportedModel& m = report.models.multi_point;
   const svm::TuningOptions& bounds = m.options;
-  return html_of(table) +
+  return to_html(table) +
          fmt::format(
              "<p class=\"note\">C and ε are in units of the training STD of the bias, σ in units of standardised "
              "inputs. "
@@ -259,7 +259,7 @@ std::string segments_table(const Report& report) {
                           plot::format_bias(s.residual.three_point.std), plot::format_bias(s.residual.multi_point.std),
                           plot::format_bias(s.residual.multi_point_t.std)});
   }
-  return html_of(table);
+  return to_html(table);
 }
 
 std::string thermometers_section(const Report& report) {
@@ -267,7 +267,7 @@ std::string thermometers_section(const Report& report) {
   HtmlTable table{.header = {"Channel", "Instrument", "Calibration"}, .text_columns = 3, .style = "small"};
   for (const ReportedThermometer& one : report.rig.thermometers)
     table.rows.push_back({plot::escaped(one.channel), plot::escaped(one.instrument), plot::escaped(one.calibration)});
-  return html_of(table);
+  return to_html(table);
 }
 
 std::string provenance_section(const Report& report) {
@@ -280,7 +280,7 @@ std::string provenance_section(const Report& report) {
                 {"Rig", plot::escaped(report.rig.name), code(report.rig.sha256)}};
   if (const auto& model = report.thermal.model)
     table.rows.push_back({"Gyro file", plot::escaped(model->gyro), code(model->gyro_sha256)});
-  return html_of(table);
+  return to_html(table);
 }
 
 /// Returns the averaging time at which the coefficient is read: "1 h", "1.73 h" or "its minimum".
@@ -385,7 +385,7 @@ std::string noise_section(const Report& report) {
                           plot::escaped(about.formula), format_read_off(rate[k]), noise_cell(rate[k]),
                           noise_cell(random[k]), noise_cell(compensated[k])});
   }
-  return html_of(table) + noise_note(report.rate.noise.holds, "Rate run") +
+  return to_html(table) + noise_note(report.rate.noise.holds, "Rate run") +
          noise_note(report.random.noise.holds, "Random run") +
          noise_note(report.random.noise.compensated_holds, "Random run") +
          "<p class=\"note\">The squares of the coefficients are fitted to σ² by non-negative weighted least squares; a "
@@ -444,7 +444,7 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
           streamed("… streamed prediction less the <b>true bias</b>, STD",
                    [](const model::Streamed& s) { return s.to_truth ? s.to_truth->figures.std : kNotKnown; }));
   }
-  return html_of(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));
+  return to_html(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));
 }
 
 std::string parts_table(const ReportedRun& run) {
@@ -457,7 +457,7 @@ std::string parts_table(const ReportedRun& run) {
   add_part(table, "ramps", run.residual, &ReportedResidual::ramps);
   add_part(table, "holds", run.residual, &ReportedResidual::holds);
   add_part(table, "10 min after corners", run.residual, &ReportedResidual::corners);
-  return html_of(table) +
+  return to_html(table) +
          fmt::format(
              "<p class=\"note\">± is a standard error, STD/√(2&nbsp;n<sub>eff</sub>) of the STD: neighbouring "
              "residuals are alike, and n<sub>eff</sub> independent ones would tell as much of the STD. Inputs "
@@ -486,7 +486,7 @@ std::string methods_section(const Report& report) {
          plot::decimal(row.effective_parameters, 0),
          row.stored_numbers > 0 ? std::to_string(row.stored_numbers) : "–"});
   }
-  return html_of(table) + sources_note(sources);
+  return to_html(table) + sources_note(sources);
 }
 
 constexpr const char* kMeaning =
@@ -602,8 +602,8 @@ std::string body_html(const Report& report, const std::vector<ReportFigure>& fig
   return page.html();
 }
 
-std::string html_of(const Report& report, const std::vector<ReportFigure>& figures) {
-  return html_of(HtmlPage{.title = "Calibration report – " + report.rig.title,
+std::string to_html(const Report& report, const std::vector<ReportFigure>& figures) {
+  return to_html(HtmlPage{.title = "Calibration report – " + report.rig.title,
                           .kind = "Calibration report",
                           .heading = "Temperature compensation of gyro bias",
                           .subtitle = report.rig.title,
@@ -628,7 +628,7 @@ Result<void> write_views(const std::string& report_json_text, const fs::path& fo
     if (auto written = replace_text_file((folder / "figures" / (figure.id + ".svg")).string(), figure.svg); !written)
       return written;
   }
-  return replace_text_file((folder / "report.html").string(), html_of(*report, figures));
+  return replace_text_file((folder / "report.html").string(), to_html(*report, figures));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ struct ReportFigure {
 
 /// Returns the calibration report as a self-contained HTML page for screen and print: no script, no network access,
 /// figures inline. `figures` is the result of all_figures(report).
-[[nodiscard]] std::string html_of(const Report& report, const std::vector<ReportFigure>& figures);
+[[nodiscard]] std::string to_html(const Report& report, const std::vector<ReportFigure>& figures);
 
 /// Writes `folder`/report.json (the given text), `folder`/report.html and `folder`/figures/*.svg. Creates the folders
 /// if needed. Each file is written under a temporary name and renamed, so that it appears completely or not at all.

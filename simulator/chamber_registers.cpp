@@ -37,7 +37,7 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
   unit.program_step = table.text("program_step", "");
   for (const auto& one : table.tables("shows")) {
     SimulatedUnit::Shows shows{.item = one.text("register"), .values = {}};
-    const auto* item = drivers::named_item(map, one, "register", shows.item);
+    const auto* item = drivers::find_named_item(map, one, "register", shows.item);
     for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
       if (!one.has(state)) continue;
       const auto code = item && !item->codes.empty() ? drivers::code_of(*item, one.text(state)) : one.number(state);
@@ -48,14 +48,14 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
   }
   for (const auto& one : table.tables("initial")) {
     const auto name = one.text("register");
-    (void)drivers::named_item(map, one, "register", name);
+    (void)drivers::find_named_item(map, one, "register", name);
     if (one.has("text"))
       unit.initial_texts.emplace_back(name, one.text("text"));
     else
       unit.initial.emplace_back(name, one.number("value"));
   }
   unit.when_off = table.texts("sentinel_when_off");
-  for (const auto& name : unit.when_off) (void)drivers::named_item(map, table, "sentinel_when_off", name);
+  for (const auto& name : unit.when_off) (void)drivers::find_named_item(map, table, "sentinel_when_off", name);
   unit.silent_exceptions = table.boolean("silent_exceptions", false);
   unit.ignores_blocks_elsewhere = table.boolean("ignores_blocks_elsewhere", false);
   return unit;
@@ -196,7 +196,7 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const 
       return image_.words_at(item, static_cast<double>(code));
     }
     case Role::clock:
-      return encode_date(item.date, drivers::civil_time_of(kVirtualEpoch + std::chrono::seconds(seconds_)));
+      return encode_date(item.date, drivers::to_civil_time(kVirtualEpoch + std::chrono::seconds(seconds_)));
     case Role::shows: return image_.words_at(item, shown(*live.shows));
     case Role::sentinel: break;
   }

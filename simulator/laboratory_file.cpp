@@ -150,8 +150,8 @@ bool has_reduced_gyro(const TomlTable& table) {
 
 }  // namespace
 
-Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
-                                    const std::optional<std::string>& known) {
+Result<GyroModelUsed> find_gyro_model(std::string_view rig_text, const std::string& file,
+                                      const std::optional<std::string>& known) {
   const auto root = TomlTable::parse(rig_text, file);
   if (!root) return failure(root.error());
   const auto table = root->table("virtual");
@@ -186,7 +186,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
                                   .thermometers = {},
                                   .spread = read_spread(table.table("spread"), is_reduced)};
   read_units(table, laboratory);
-  laboratory.thermometers = read_thermometers(table.table("thermometers"), thermometer_names_of(laboratory.units));
+  laboratory.thermometers = read_thermometers(table.table("thermometers"), list_thermometer_names(laboratory.units));
   give_to_axes(laboratory.thermometers.failing, laboratory.units);
   if (table.has("power_on")) laboratory.soaked = table.table("power_on").boolean("soaked", false);
   if (is_reduced)
@@ -195,7 +195,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
     laboratory.body = read_lumped_gyro(table);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!is_reduced) return laboratory;
-  const auto used = gyro_model_of(rig_text, file, gyro_model_text);
+  const auto used = find_gyro_model(rig_text, file, gyro_model_text);
   if (!used) return failure(used.error());
   auto model = thermal::parse_reduced_model(used->text, used->name);
   if (!model) return failure(model.error());

@@ -38,8 +38,8 @@ struct ThermometerFault {
 };
 
 struct LaboratoryFaults {
-  /// Nothing is broken. A plain world has kThermalPlaces thermometers, a world of units has `count`.
-  LaboratoryFaults() : LaboratoryFaults(kThermalPlaces) {}
+  /// Nothing is broken. A plain world has kThermalLocations thermometers, a world of units has `count`.
+  LaboratoryFaults() : LaboratoryFaults(kThermalLocations) {}
   explicit LaboratoryFaults(std::size_t count) : thermometers(count) {
     for (std::size_t i = 0; i < count; ++i) thermometers[i].place = i;
   }
@@ -68,7 +68,7 @@ struct LaboratoryFaults {
 void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
 
 /// Distributes failing thermometers to the axes that carry them, in a world of units. Their indices count over all of
-/// thermometer_names_of.
+/// list_thermometer_names.
 void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
 /// Reads [virtual.network] and [virtual.bias] of a rig with the body "reference".

@@ -76,7 +76,7 @@ std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<st
 }
 
 void expect_locations(const TomlTable& table, const std::vector<std::string>& nodes) {
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) {
+  for (std::size_t i = 0; i < kThermalLocations; ++i) {
     const std::string_view name = i < kBlockLocations ? kLocationNames[i] : "air";
     if (std::ranges::count(nodes, name) != 1) table.mistake("nodes", fmt::format("expected \"{}\" once", name));
   }
@@ -178,7 +178,7 @@ ThermalNetwork::ThermalNetwork(const NetworkParameters& network) {
   heating_k_ = equations.heating;
   state_c_ = at_rest(equations, {network.start_c});
   next_c_.resize(count);
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) {
+  for (std::size_t i = 0; i < kThermalLocations; ++i) {
     location_nodes_[i] = find_node(network, i < kBlockLocations ? kLocationNames[i] : "air");
   }
   publish();
@@ -193,7 +193,7 @@ void ThermalNetwork::step(Celsius air) {
 }
 
 void ThermalNetwork::publish() {
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) locations_c_[i] = state_c_[location_nodes_[i]];
+  for (std::size_t i = 0; i < kThermalLocations; ++i) locations_c_[i] = state_c_[location_nodes_[i]];
 }
 
 DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures t) {

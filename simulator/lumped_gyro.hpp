@@ -42,8 +42,8 @@ class ThermalNetwork final {
   bool on_ = true;
   Eigen::VectorXd state_c_;
   Eigen::VectorXd next_c_;
-  std::array<Eigen::Index, kThermalPlaces> location_nodes_{};
-  std::array<double, kThermalPlaces> locations_c_{};
+  std::array<Eigen::Index, kThermalLocations> location_nodes_{};
+  std::array<double, kThermalLocations> locations_c_{};
 };
 
 /// Returns the bias of the reference simulation: b = s·{ k1·x + k2·x² + Σ_{X=B…H} g_X (T_A − T_X) + arm·(T_B + T_D −

@@ -138,7 +138,7 @@ LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed) {
 
 namespace {
 
-static_assert(std::tuple_size_v<EachThermometer> == kThermalPlaces);
+static_assert(std::tuple_size_v<EachThermometer> == kThermalLocations);
 constexpr double kSecondsPerDay = 86400;
 constexpr double kCalibratedAtC = 20;
 constexpr double kPlatinumPerK = 3.9083e-3;  // IEC 60751
@@ -157,7 +157,7 @@ ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, Locati
       spikes_(seed, RandomPurpose::thermometer_spikes) {
   const auto& p = parameters_;
   std::ranges::copy(locations_c, sensed_c_.begin());
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) {
+  for (std::size_t i = 0; i < kThermalLocations; ++i) {
     follow_[i] = p.time_constant_s[i] > 0 ? closing_share(p.time_constant_s[i]) : 1;
     drift_per_sqrt_s_[i] = p.drift_k_per_sqrt_day[i] / std::sqrt(kSecondsPerDay);
     drifts_ = drifts_ || p.drift_k_per_sqrt_day[i] > 0;
@@ -167,7 +167,7 @@ ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, Locati
 }
 
 void ThermometerBank::step(LocationTemperatures locations_c) {
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) sensed_c_[i] += follow_[i] * (locations_c[i] - sensed_c_[i]);
+  for (std::size_t i = 0; i < kThermalLocations; ++i) sensed_c_[i] += follow_[i] * (locations_c[i] - sensed_c_[i]);
   if (drifts_) drift();
   ++seconds_;
   const auto before_c = readings_c_;
@@ -176,12 +176,12 @@ void ThermometerBank::step(LocationTemperatures locations_c) {
 }
 
 void ThermometerBank::drift() {
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) drift_k_[i] += drift_per_sqrt_s_[i] * drift_noise_.normal();
+  for (std::size_t i = 0; i < kThermalLocations; ++i) drift_k_[i] += drift_per_sqrt_s_[i] * drift_noise_.normal();
 }
 
 void ThermometerBank::read() {
   const auto& p = parameters_;
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) {
+  for (std::size_t i = 0; i < kThermalLocations; ++i) {
     const double above_k = sensed_c_[i] - kCalibratedAtC;
     const double error_k =
         p.offset_k[i] + p.gain[i] * above_k + drift_k_[i] + p.self_heating_k[i] * (1 + kPlatinumPerK * above_k);
@@ -190,7 +190,7 @@ void ThermometerBank::read() {
   }
 }
 
-void ThermometerBank::fail(const std::array<double, kThermalPlaces>& before_c) {
+void ThermometerBank::fail(const std::array<double, kThermalLocations>& before_c) {
   for (const auto& failing : parameters_.failing) {
     if (seconds_ <= failing.from_s) continue;
     double& reading_c = readings_c_[failing.place];

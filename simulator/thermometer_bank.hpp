@@ -40,7 +40,7 @@ class ThermometerBank {
  private:
   void drift();
   void read();
-  void fail(const std::array<double, kThermalPlaces>& before_c);
+  void fail(const std::array<double, kThermalLocations>& before_c);
 
   ThermometerParameters parameters_;
   RandomStream noise_;
@@ -52,8 +52,8 @@ class ThermometerBank {
   EachThermometer drift_per_sqrt_s_{};  ///< K
   bool drifts_ = false;
   EachThermometer drift_k_{};
-  std::array<double, kThermalPlaces> sensed_c_{};
-  std::array<double, kThermalPlaces> readings_c_{};
+  std::array<double, kThermalLocations> sensed_c_{};
+  std::array<double, kThermalLocations> readings_c_{};
 };
 
 }  // namespace gyrotherm::simulator

@@ -123,8 +123,8 @@ void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitPara
   for (auto& unit : units)
     for (auto& axis : unit.axes) axes.push_back(&axis);
   for (auto one : std::exchange(failing, {})) {
-    auto& axis = *axes[one.place / kThermalPlaces];
-    one.place %= kThermalPlaces;
+    auto& axis = *axes[one.place / kThermalLocations];
+    one.place %= kThermalLocations;
     axis.failing.push_back(one);
   }
 }

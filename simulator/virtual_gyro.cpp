@@ -13,7 +13,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 static_assert(static_cast<std::size_t>(thermal::ThermalOutput::h) + 1 == kBlockLocations);
-static_assert(static_cast<std::size_t>(thermal::ThermalOutput::shell) + 1 == kThermalPlaces);
+static_assert(static_cast<std::size_t>(thermal::ThermalOutput::shell) + 1 == kThermalLocations);
 
 void share(double& left_w, double& right_w, double left_over_right) {
   const double factor = left_w * left_over_right;

@@ -17,14 +17,14 @@ namespace gyrotherm::simulator {
 
 /// Locations on the block, A…H, and with "shell", the cabinet or the air in it.
 inline constexpr std::size_t kBlockLocations = 8;
-inline constexpr std::size_t kThermalPlaces = 9;
+inline constexpr std::size_t kThermalLocations = 9;
 
 /// Names of the thermal locations, in the order that all simulator interfaces use.
-inline constexpr std::array<std::string_view, kThermalPlaces> kLocationNames{"A", "B", "C", "D",    "E",
-                                                                             "F", "G", "H", "shell"};
+inline constexpr std::array<std::string_view, kThermalLocations> kLocationNames{"A", "B", "C", "D",    "E",
+                                                                                "F", "G", "H", "shell"};
 
-using BlockTemperatures = std::span<const double, kBlockLocations>;    ///< °C
-using LocationTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
+using BlockTemperatures = std::span<const double, kBlockLocations>;       ///< °C
+using LocationTemperatures = std::span<const double, kThermalLocations>;  ///< °C
 
 class VirtualGyro {
  public:
@@ -60,7 +60,7 @@ class ReducedGyro final : public VirtualGyro {
   void step(Celsius air, double output) override;
   void switch_on(bool on) override;
   [[nodiscard]] LocationTemperatures locations_c() const override {
-    return reduced_.outputs_c().first<kThermalPlaces>();
+    return reduced_.outputs_c().first<kThermalLocations>();
   }
   [[nodiscard]] DegreesPerHour bias() const override { return bias_.total(); }
   [[nodiscard]] Celsius block() const override {

@@ -117,7 +117,7 @@ VirtualLaboratory::Parts::Parts(const LaboratoryParameters& type, LaboratorySeed
       arcsec_per_pulse(type.gyro.arcsec_per_pulse),
       plant(type.plant),
       on_brackets(type.brackets),
-      thermometer_names(thermometer_names_of(type.units)),
+      thermometer_names(list_thermometer_names(type.units)),
       air_noise(noise_seed(seed), RandomPurpose::air_noise),
       set_point{type.plant.start_c} {
   make_units(type, seed);

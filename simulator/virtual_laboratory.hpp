@@ -37,10 +37,10 @@ struct GyroModelUsed {
 /// Returns the reduced model that the [virtual] table names. `known` is the model's text if it is already available
 /// (resume uses the copy in the record). Otherwise the file is read, relative to `file`. Fails with bad_file if it
 /// cannot be read; parse_laboratory reports all other errors.
-[[nodiscard]] Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
-                                                  const std::optional<std::string>& known = {});
+[[nodiscard]] Result<GyroModelUsed> find_gyro_model(std::string_view rig_text, const std::string& file,
+                                                    const std::optional<std::string>& known = {});
 
-/// Reads the [virtual] table of a rig file, and the reduced gyro that it names (see gyro_model_of). Ignores the other
+/// Reads the [virtual] table of a rig file, and the reduced gyro that it names (see find_gyro_model). Ignores the other
 /// tables. Fails with bad_file and reports every error with its position.
 [[nodiscard]] Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const std::string& file,
                                                             const std::optional<std::string>& gyro_model_text = {});

@@ -40,7 +40,7 @@ std::string axis_name(std::string_view unit, std::string_view axis) {
   return axis.empty() ? std::string(unit) : fmt::format("{}.{}", unit, axis);
 }
 
-std::vector<std::string> thermometer_names_of(const std::vector<UnitParameters>& units) {
+std::vector<std::string> list_thermometer_names(const std::vector<UnitParameters>& units) {
   if (units.empty()) return {kLocationNames.begin(), kLocationNames.end()};
   std::vector<std::string> names;
   for (const auto& unit : units)

@@ -27,7 +27,7 @@ namespace gyrotherm::simulator {
 
 /// Returns the names of the laboratory's thermometers (VirtualLaboratory::thermometer_names). Without units these are
 /// the names of the plain world.
-[[nodiscard]] std::vector<std::string> thermometer_names_of(const std::vector<UnitParameters>& units);
+[[nodiscard]] std::vector<std::string> list_thermometer_names(const std::vector<UnitParameters>& units);
 
 /// Returns the seed of the unit or axis with this name. It does not depend on other units. The gyro's seed is mixed
 /// with the 64-bit FNV-1a hash of the name, so each name has another gyro, also with seed 0.

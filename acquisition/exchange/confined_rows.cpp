@@ -66,7 +66,7 @@ void read_in_child(int line, const ReadInSteps& read, const ReadingLimits& limit
         writer.add(row);
         return {};
       },
-      [&] { allow_processor_time(limits.processor_time); });
+      [&] { limit_processor_time(limits.processor_time); });
   writer.send();
   if (done) return writer.write(MessageKind::end, "");
   const Fault& fault = done.error();
@@ -119,12 +119,12 @@ class RowReader {
   std::string end_reason() {
     const auto status = child_.wait(std::chrono::seconds(10));
     if (!status) return "closed its line, and does not end";
-    if (WIFEXITED(*status) && WEXITSTATUS(*status) == kNoMemoryLeft)
+    if (WIFEXITED(*status) && WEXITSTATUS(*status) == kOutOfMemoryExitCode)
       return fmt::format("needs more than {} MiB of memory for it", limits_.memory_bytes >> 20);
     if (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXCPU)
       return fmt::format("needs more than {} s of processor time for one step", limits_.processor_time.count());
     if (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXFSZ) return "tries to write a file while it reads this one";
-    return ending_in_words(*status) + " while it read it";
+    return describe_exit_status(*status) + " while it read it";
   }
 
   Result<void> fault() const {

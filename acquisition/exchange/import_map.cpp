@@ -20,15 +20,15 @@ namespace {
 
 using record::AxisInfo, record::GyroKind, record::UnitInfo;
 
-constexpr auto kFormats = words_in_order<FileFormat::text, FileFormat::netcdf>("text", "ulog", "dataflash", "netcdf");
+constexpr auto kFormats = make_vocabulary<FileFormat::text, FileFormat::netcdf>("text", "ulog", "dataflash", "netcdf");
 constexpr Vocabulary<char, 4> kSeparators{{{",", ','}, {";", ';'}, {"\t", '\t'}, {" ", ' '}}};
 constexpr Vocabulary<char, 2> kDecimals{{{".", '.'}, {",", ','}}};
 constexpr Vocabulary<GyroKind, 2> kKinds{{{"rate", GyroKind::rate}, {"increment", GyroKind::pulse_count}}};
-constexpr auto kOutOfOrder = words_in_order<OutOfOrder::refuse, OutOfOrder::shift>("refuse", "skip", "continue");
+constexpr auto kOutOfOrder = make_vocabulary<OutOfOrder::refuse, OutOfOrder::shift>("refuse", "skip", "continue");
 constexpr Vocabulary<bool, 2> kDamaged{{{"refuse", false}, {"skip", true}}};
 constexpr Vocabulary<char, 4> kThousands{{{",", ','}, {".", '.'}, {" ", ' '}, {"'", '\''}}};
-constexpr auto kDateOrders =
-    words_in_order<DateOrder::year_first, DateOrder::month_first>("year-month-day", "day-month-year", "month-day-year");
+constexpr auto kDateOrders = make_vocabulary<DateOrder::year_first, DateOrder::month_first>(
+    "year-month-day", "day-month-year", "month-day-year");
 
 /// The tables of a map that contain names.
 struct NamedTables {

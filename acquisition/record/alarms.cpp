@@ -80,7 +80,9 @@ std::size_t count_unacknowledged(std::span<const Alarm> alarms) {
   return static_cast<std::size_t>(std::ranges::count_if(alarms, &Alarm::awaits_acknowledgement));
 }
 
-std::string consequence_of(std::string_view root_tag) { return fmt::format("{}{}{}", kConsequence, root_tag, kEnd); }
+std::string consequence_suffix(std::string_view root_tag) {
+  return fmt::format("{}{}{}", kConsequence, root_tag, kEnd);
+}
 
 const Alarms::Row* Alarms::find(std::string_view tag) const {
   const auto found = std::ranges::find_if(rows_, [&](const Row& row) { return row.alarm.tag() == tag; });
@@ -238,8 +240,8 @@ std::string Alarms::objection(std::int64_t number) const {
   return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
 }
 
-Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view author,
-                         std::string_view comment) {
+Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view author,
+                            std::string_view comment) {
   return {.at = at,
           .kind = EventKind::acknowledged,
           .text = fmt::format("{}{}{}{}{}: {}", kAlarm, alarm.number,

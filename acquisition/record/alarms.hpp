@@ -25,7 +25,7 @@ enum class AlarmPriority { low, medium, high };
 inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmPriority::low, AlarmPriority::medium,
                                                                           AlarmPriority::high};
 [[nodiscard]] inline const char* name(AlarmPriority priority) {
-  return word_in<AlarmPriority::high>({"low", "medium", "high"}, priority);
+  return enumerator_text<AlarmPriority::high>({"low", "medium", "high"}, priority);
 }
 /// Returns the priority of a reaction: abort is high, hold and suspend are medium, all others are low.
 [[nodiscard]] AlarmPriority priority_for_reaction(std::string_view reaction);
@@ -97,7 +97,7 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 }
 
 /// Returns the end of an alarm event's text that names the root alarm: " [consequence of host_late]".
-[[nodiscard]] std::string consequence_of(std::string_view root_tag);
+[[nodiscard]] std::string consequence_suffix(std::string_view root_tag);
 
 /// The state machine of the list. Transitions of a row:
 /// - An occurrence makes it active. It is then unacknowledged, also if an earlier occurrence was acknowledged.
@@ -146,7 +146,7 @@ class Alarms {
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
 /// acknowledged by …" for several occurrences. see() parses the numbers. `at` and `segment` are the present ones.
-[[nodiscard]] Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment,
-                                       std::string_view author, std::string_view comment);
+[[nodiscard]] Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment,
+                                          std::string_view author, std::string_view comment);
 
 }  // namespace gyrotherm::record

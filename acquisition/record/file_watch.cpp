@@ -129,7 +129,7 @@ namespace {
 int find_descriptor(int folder, const std::string& name) {
   struct stat target {};
   if (::fstatat(folder, name.c_str(), &target, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
-  for (const auto& held : entries_of("/proc/self/fd")) {
+  for (const auto& held : list_folder("/proc/self/fd")) {
     const auto text = held.filename().string();
     int number = kNoDescriptor;
     struct stat found {};

@@ -40,7 +40,7 @@ int next_number(int number) { return number % kHighestCopyNumber + 1; }
 /// Removes the files of all copies except number `but`. Returns the highest number that it removed, or 0.
 int remove_files(const std::string& link, int but) {
   int highest = 0;
-  for (const auto& entry : entries_of(folder_of(link))) {
+  for (const auto& entry : list_folder(folder_of(link))) {
     const auto number = live_copy_number(entry.filename().string(), name_in_folder(link));
     if (!number || *number == but) continue;
     highest = std::max(highest, *number);

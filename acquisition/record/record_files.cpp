@@ -213,7 +213,7 @@ bool is_of_another_run(const std::string& path, const std::string& run_id) {
 std::set<int> numbers_beside(const std::string& record_path) {
   std::set<int> numbers;
   const auto own = name_in_folder(record_path), beginning = fs::path(own).stem().string() + ".";
-  for (const auto& entry : entries_of(folder_of(record_path))) {
+  for (const auto& entry : list_folder(folder_of(record_path))) {
     const auto file = entry.filename().string();
     if (!file.starts_with(beginning)) continue;  // true for most files
     if (const auto name = part_name(file); name && name->record == own) numbers.insert(name->part);
@@ -321,7 +321,7 @@ bool is_record_name(const fs::path& path) {
 
 std::set<std::string> records_in(const std::string& folder) {
   std::set<std::string> records;
-  for (const auto& path : entries_of(folder)) {
+  for (const auto& path : list_folder(folder)) {
     auto text = path.string();
     if (text.ends_with(".db.status")) text.resize(text.size() - std::string_view(".status").size());
     if (is_record_name(text)) records.insert(text);

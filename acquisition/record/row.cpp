@@ -230,12 +230,12 @@ std::span<const Column<SampleRow>> columns_before_channels() { return kBeforeCha
 std::span<const Column<SampleRow>> columns_after_channels() { return kAfterChannels; }
 
 const char* name(Measures measures) {
-  return word_in<Measures::true_bias>({"temperature", "rotation", "interval", "value", "true bias"}, measures);
+  return enumerator_text<Measures::true_bias>({"temperature", "rotation", "interval", "value", "true bias"}, measures);
 }
 
 const char* sql_type(Measures measures) {
   // NUMERIC, because an imported record may store a rate instead of pulses.
-  return word_in<Measures::true_bias>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL"}, measures);
+  return enumerator_text<Measures::true_bias>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL"}, measures);
 }
 
 std::vector<ChannelColumn> channel_columns(const RunInfo& info) {

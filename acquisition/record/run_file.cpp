@@ -209,7 +209,7 @@ Result<RunFile> RunFile::create_unsynced(const std::string& path, const RunInfo&
 }
 
 Result<RunFile> RunFile::create_at_once(const std::string& path, const RunInfo& info) {
-  if (in_memory(path)) return failure(FaultKind::usage, "record", kNoNameOfAFile);
+  if (in_memory(path)) return failure(FaultKind::usage, "record", kNotAFileName);
   if (auto good = check_new_channel_names(info); !good) return failure(good.error());
   auto file = create_unsynced(path, info, true);
   if (file) file->is_synced_ = false;

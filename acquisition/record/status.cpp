@@ -62,7 +62,7 @@ Result<std::vector<RecordedEvent>> read_alarm_events(Database& database) {
 
 }  // namespace
 
-Result<Alarms> alarms_of(const RecordFiles& files) {
+Result<Alarms> read_record_alarms(const RecordFiles& files) {
   std::vector<RecordedEvent> events;  // later parts repeat earlier seconds
   for (const auto& part : files.parts) {
     const bool is_last = &part == &files.parts.back();
@@ -79,7 +79,7 @@ Result<Alarms> alarms_of(const RecordFiles& files) {
   return alarms;
 }
 
-Result<std::int64_t> last_event_of(const RecordFiles& files) {
+Result<std::int64_t> read_last_event_number(const RecordFiles& files) {
   std::int64_t highest = 0;
   for (const auto& part : files.parts) {
     const auto number = open_part(part).and_then(
@@ -106,7 +106,7 @@ Result<RunStatus> read_record_status(const RecordFiles& files) {
   if (files.lost) status->record_damage = text(*files.lost);
   for (const auto& part : files.parts)
     if (part.path != files.path) status->parts.push_back(part.path);
-  const auto alarms = alarms_of(files);
+  const auto alarms = read_record_alarms(files);
   if (!alarms) return failure(alarms.error());
   status->alarms = alarms->list();
   return status;

@@ -36,10 +36,10 @@ struct LostEnd {
 [[nodiscard]] Result<std::optional<LostEnd>> lost_end(const RecordFiles& files);
 
 /// Reads the alarms from all files of the record. Fails as read_record() does.
-[[nodiscard]] Result<Alarms> alarms_of(const RecordFiles& files);
+[[nodiscard]] Result<Alarms> read_record_alarms(const RecordFiles& files);
 
 /// Returns the highest event number in all files of the record; 0 if there is none. Fails as read_record() does.
-[[nodiscard]] Result<std::int64_t> last_event_of(const RecordFiles& files);
+[[nodiscard]] Result<std::int64_t> read_last_event_number(const RecordFiles& files);
 
 // The status of a run computed from its record.
 

@@ -54,12 +54,12 @@ std::string in_words(RunState state, const std::string& cause) {
 
 std::string status_path(const std::string& record_path) { return record_path + ".status"; }
 
-std::string to_json(const RunStatus& status) { return text_of(json_of(status)); }
+std::string to_json(const RunStatus& status) { return text_of(make_json(status)); }
 
 Result<RunStatus> parse_status(const std::string& text, const std::string& where) {
-  const auto root = JsonPlace::parse(text, where);
+  const auto root = JsonNode::parse(text, where);
   if (!root) return failure(root.error());
-  const JsonPlace schema = (*root)["schema"];
+  const JsonNode schema = (*root)["schema"];
   if (schema.text() != kStatusSchema) schema.mistake(std::string("another schema, expected ") + kStatusSchema);
   RunStatus status;
   read_json(*root, status);
@@ -82,7 +82,7 @@ Result<void> write_status(const RunStatus& status) {
   return replace_own_file(status_path(status.path), to_json(now) + '\n', Syncing::not_awaited);
 }
 
-std::optional<Duration> age_of(const RunStatus& status) {
+std::optional<Duration> status_age(const RunStatus& status) {
   if (status.written_in_boot.empty() || status.written_in_boot != boot_id()) return {};
   return since_boot() - status.written_since_boot;
 }
@@ -103,7 +103,7 @@ std::optional<RunStatus> read_status_file_if_any(const std::string& path) {
 }
 
 bool is_fresh(const RunStatus& status) {
-  const auto age = age_of(status);
+  const auto age = status_age(status);
   return !status.finished && age && *age <= kSilentAfter;
 }
 

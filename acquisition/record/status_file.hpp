@@ -48,7 +48,7 @@ struct RunStatus {
   std::optional<FrameCount> frames{};
 
   /// Times and faults are known only while a program writes the record.
-  RunStanding standing{};
+  RunOverview standing{};
   /// The cause of the end of the run: the last event of a record that is not being written.
   std::string ended_by{};
   /// Seconds that wait for the disk.
@@ -91,7 +91,7 @@ struct RunStatus {
 
 /// Returns the age of a status file. Returns nothing if the machine was restarted since, or if the status does not come
 /// from a file.
-[[nodiscard]] std::optional<Duration> age_of(const RunStatus& status);
+[[nodiscard]] std::optional<Duration> status_age(const RunStatus& status);
 /// The age from which the writer, or its disk, counts as silent.
 inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 

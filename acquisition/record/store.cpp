@@ -79,7 +79,7 @@ class OrderedStore : public Store {
     return {};
   }
   const Alarms& alarms() const final { return alarms_; }
-  void publish(const RunStanding& standing) final { status_.standing = standing; }
+  void publish(const RunOverview& standing) final { status_.standing = standing; }
   const RunInfo& info() const final { return info_; }
 
  protected:
@@ -159,10 +159,10 @@ class OrderedStore : public Store {
 class InlineStore final : public OrderedStore {
  public:
   InlineStore(RunFile file, const RunStatus& status, Counted counted, std::unique_ptr<LiveCopy> copy,
-              Duration tells_every, int part)
+              Duration status_interval, int part)
       : OrderedStore(file.info(), status, std::move(counted)),
         acknowledged_(status.acknowledged),
-        status_interval_(tells_every),
+        status_interval_(status_interval),
         part_(part),
         file_(std::move(file)),
         copy_(std::move(copy)) {}
@@ -575,7 +575,7 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Counted co
   if (!in_memory) (void)write_status(status);  // a failure is ignored
   if (in_memory || !options.background)
     return std::make_unique<InlineStore>(std::move(file), status, std::move(counted),
-                                         in_memory ? nullptr : std::move(copy), options.tells_every, part);
+                                         in_memory ? nullptr : std::move(copy), options.status_interval, part);
   RunInfo info = file.info();
   RecordWriter writer(std::move(file), status.path,
                       {.most_rows = static_cast<std::size_t>(options.most_rows),
@@ -607,9 +607,9 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
   const auto files = find_record_files(path);
   if (!files) return failure(files.error());
-  auto alarms = alarms_of(*files);  // before the record changes
+  auto alarms = read_record_alarms(*files);  // before the record changes
   if (!alarms) return failure(alarms.error());
-  const auto last_event = last_event_of(*files);
+  const auto last_event = read_last_event_number(*files);
   if (!last_event) return failure(last_event.error());
   const auto before = read_status(*files);
   std::unique_ptr<LiveCopy> copy;

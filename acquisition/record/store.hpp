@@ -27,7 +27,7 @@ inline constexpr const char* kRunSchema = "gyrotherm-run/1";
 /// A path that creates a record in memory. The record ends with its store and has no status file.
 inline constexpr const char* kInMemory = ":memory:";
 /// The message if an operator gives this path as the name of a record.
-inline constexpr const char* kNoNameOfAFile = "\":memory:\" is no name of a file here; ./:memory: is one";
+inline constexpr const char* kNotAFileName = "\":memory:\" is no name of a file here; ./:memory: is one";
 
 struct StoreOptions {
   /// Makes rows durable in a separate worker, which handles a full, slow or failing disk. Only settle() and finish()
@@ -39,7 +39,7 @@ struct StoreOptions {
   Duration retry = std::chrono::seconds(1);
   /// The least time between two updates of the status file, by the wall clock, without a worker. The end of the run
   /// always updates it.
-  Duration tells_every = Duration::zero();
+  Duration status_interval = Duration::zero();
   /// The options of the live copy (live_copy.hpp); nothing for no live copy.
   std::optional<LiveCopyOptions> live_copy = {};
 };
@@ -89,7 +89,7 @@ class Store {
   [[nodiscard]] virtual Result<void> finish() = 0;
 
   /// Sets the state of the run that the status file shows from the next sync on.
-  virtual void publish(const RunStanding& standing) = 0;
+  virtual void publish(const RunOverview& standing) = 0;
   [[nodiscard]] virtual StoreHealth health() const = 0;
   /// Returns the alarms of everything appended so far, on the disk or not.
   [[nodiscard]] virtual const Alarms& alarms() const = 0;

@@ -37,7 +37,7 @@ SquareSum squared_differences(const Eigen::VectorXd& theta, Eigen::Index m) {
   return {second_difference.squaredNorm(), static_cast<int>(count)};
 }
 
-double deviation_of(const SquareSum& squares, double m) { return std::sqrt(squares.sum / squares.count / 2) / m; }
+double noise_deviation(const SquareSum& squares, double m) { return std::sqrt(squares.sum / squares.count / 2) / m; }
 
 /// Counts the independent differences: Σ(K − 1) over the stretches, K means of m samples each.
 int independent_differences(const RateStretches& rates, Eigen::Index m) {
@@ -347,7 +347,7 @@ AllanPoint allan_point(const RateStretches& rates, int m) {
     const SquareSum of = squared_differences(running_sum(stretch), m);
     all = {all.sum + of.sum, all.count + of.count};
   }
-  const double deviation = deviation_of(all, m);
+  const double deviation = noise_deviation(all, m);
   return {.m = m,
           .tau_s = m * rates.interval_s,
           .deviation_deg_per_h = deviation,
@@ -408,7 +408,7 @@ std::array<NoiseCoefficient, kNoiseTerms> no_significant_terms() {
   return coefficients;
 }
 
-NoiseCoefficient estimate_of(const NoiseCoefficient& coefficient) {
+NoiseCoefficient estimate_from_square(const NoiseCoefficient& coefficient) {
   NoiseCoefficient estimate = coefficient;
   const bool is_known = std::isfinite(coefficient.square) && coefficient.square > 0;
   estimate.value = is_known ? std::sqrt(coefficient.square) : 0;
@@ -420,15 +420,15 @@ const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term) {
   return fit.coefficients[static_cast<std::size_t>(term)];
 }
 
-double deviation_of(const NoiseCoefficient& coefficient, double tau_s) {
+double noise_deviation(const NoiseCoefficient& coefficient, double tau_s) {
   const double shape = noise_shapes(tau_s / kSecondsPerHour)(static_cast<Eigen::Index>(coefficient.term));
   return coefficient.value / unit_factor(coefficient.term) * std::sqrt(shape);
 }
 
-double deviation_of(const AllanFit& fit, double tau_s) {
+double noise_deviation(const AllanFit& fit, double tau_s) {
   double variance = 0;
   for (const NoiseCoefficient& coefficient : fit.coefficients) {
-    variance += std::pow(deviation_of(coefficient, tau_s), 2);
+    variance += std::pow(noise_deviation(coefficient, tau_s), 2);
   }
   return std::sqrt(variance);
 }
@@ -455,7 +455,7 @@ AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates, const st
     fit.coefficients[k] = make_coefficient(problem, fitted, static_cast<NoiseTerm>(k), covariance);
   }
   const auto lowest =
-      std::ranges::min_element(curve, {}, [&](const AllanPoint& point) { return deviation_of(fit, point.tau_s); });
+      std::ranges::min_element(curve, {}, [&](const AllanPoint& point) { return noise_deviation(fit, point.tau_s); });
   fit.lowest_tau_s = lowest->tau_s;
   return fit;
 }

@@ -134,12 +134,12 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 
 /// Returns the coefficient computed from its square, whether it is significant or not, for an uncertainty budget. No
 /// term is dropped; a term that happens to be small contributes little. Returns 0 if the square is unknown.
-[[nodiscard]] NoiseCoefficient estimate_of(const NoiseCoefficient& coefficient);
+[[nodiscard]] NoiseCoefficient estimate_from_square(const NoiseCoefficient& coefficient);
 
 /// Computes σ of one term alone at `tau_s`, in °/h.
-[[nodiscard]] double deviation_of(const NoiseCoefficient& coefficient, double tau_s);
+[[nodiscard]] double noise_deviation(const NoiseCoefficient& coefficient, double tau_s);
 /// Computes σ of all significant terms together at `tau_s`, in °/h.
-[[nodiscard]] double deviation_of(const AllanFit& fit, double tau_s);
+[[nodiscard]] double noise_deviation(const AllanFit& fit, double tau_s);
 
 /// Fits the five noise coefficients to `curve`, which must be allan_curve(rates) and not empty. With τ in h and σ in
 /// °/h (IEEE notation): σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π)B² + K²τ/3 + R²τ²/2. A curve with fewer than five points is

@@ -169,8 +169,8 @@ void set_reference(Dataset& dataset, const record::Record& record, const std::op
   if (dataset.imported || jumps_by_turning(dataset)) return;
   if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
     dataset.bias_deg_per_h.array() -= mean;
-    dataset.bias_zero = kOwnZero;
-    dataset.zero_is_its_own = true;
+    dataset.bias_zero = kOwnReference;
+    dataset.has_own_reference = true;
   }
 }
 
@@ -286,7 +286,7 @@ bool jumps_by_turning(const Dataset& dataset) {
   return !dataset.earth_rate_deg_per_h && std::ranges::any_of(dataset.segments, turned);
 }
 
-std::vector<std::string> programs_of(const std::vector<Dataset>& datasets) {
+std::vector<std::string> list_programs(const std::vector<Dataset>& datasets) {
   std::vector<std::string> programs;
   for (const Dataset& dataset : datasets) programs.push_back(dataset.profile_name);
   return programs;
@@ -300,14 +300,14 @@ double sample_interval_s(const Dataset& dataset) {
   return step(steps / 2);
 }
 
-Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::string_view called, std::string_view so) {
-  if (may_be_one_gyro(one.identity, other.identity)) return {};
+Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called, std::string_view so) {
+  if (may_be_same_gyro(one.identity, other.identity)) return {};
   return failure(FaultKind::usage, one.path,
                  fmt::format("is of another gyro ({}) than {} ({}){}", one.identity, called, other.identity, so));
 }
 
-Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called) {
-  if (one.bias_zero == other_zero && one.bias_zero != kOwnZero) return {};
+Result<void> check_same_reference(const Dataset& one, std::string_view other_zero, std::string_view called) {
+  if (one.bias_zero == other_zero && one.bias_zero != kOwnReference) return {};
   if (one.bias_zero == other_zero)
     return failure(FaultKind::usage, one.path,
                    fmt::format("counts its bias from a mean of its own ({}), and so does {}: an unknown constant lies "

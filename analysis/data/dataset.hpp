@@ -36,24 +36,25 @@ struct AxisChoice {
 
 /// Returns whether two identities (Dataset::identity) may belong to one gyro. An empty identity is unknown and matches
 /// any.
-[[nodiscard]] inline bool may_be_one_gyro(std::string_view a, std::string_view b) {
+[[nodiscard]] inline bool may_be_same_gyro(std::string_view a, std::string_view b) {
   return a.empty() || b.empty() || a == b;
 }
 
 struct Dataset;
 /// Fails with usage if two records name different gyros. The message is "is of another gyro (…) than", followed by
 /// `called`, "(…)" and `so`.
-[[nodiscard]] Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::string_view called,
-                                          std::string_view so = "");
+[[nodiscard]] Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called,
+                                           std::string_view so = "");
 
 /// Bias reference of a record without a known Earth rate: a mean of its own, which is not comparable with other
 /// records.
-inline constexpr std::string_view kOwnZero = "mean of the first hold removed";
+inline constexpr std::string_view kOwnReference = "mean of the first hold removed";
 
 /// Fails with usage if the biases of two records have different references, because the difference would be taken for a
 /// property of the gyro. Two records that were each referred to their own mean differ too. The message is "counts its
 /// bias from another zero (…) than", followed by `called` and "(…)".
-[[nodiscard]] Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called);
+[[nodiscard]] Result<void> check_same_reference(const Dataset& one, std::string_view other_zero,
+                                                std::string_view called);
 
 /// Matrices of one axis of a record, one row per sample. Missing readings are NaN.
 struct Dataset {
@@ -83,7 +84,7 @@ struct Dataset {
   /// Bias reference: "earth rate removed", "mean of the first hold removed" or "nothing removed".
   std::string bias_zero;
   /// Set if a mean of this record was removed. Its mean bias is then partly fitted.
-  bool zero_is_its_own{};
+  bool has_own_reference{};
   /// Time since the start of the run. Native records have whole seconds (the slot), imported records their own time
   /// stamps.
   Eigen::VectorXd time_s;
@@ -142,7 +143,7 @@ inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 [[nodiscard]] bool jumps_by_turning(const Dataset& dataset);
 
 /// Lists the profile name of each dataset.
-[[nodiscard]] std::vector<std::string> programs_of(const std::vector<Dataset>& datasets);
+[[nodiscard]] std::vector<std::string> list_programs(const std::vector<Dataset>& datasets);
 
 /// Returns the time between neighbouring samples: 1 s, or the median step of an imported record.
 [[nodiscard]] double sample_interval_s(const Dataset& dataset);

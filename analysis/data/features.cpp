@@ -294,7 +294,7 @@ Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& cl
   return values;
 }
 
-int rank_of(const std::vector<Term>& terms) {
+int polynomial_rank(const std::vector<Term>& terms) {
   if (terms.empty()) return 0;
   std::vector<Polynomial> polynomials;
   std::map<std::vector<Axis>, Eigen::Index> columns;

@@ -129,7 +129,7 @@ class FirstOrderLag {
 
 /// Returns the rank of the terms as polynomials of the temperatures, their rates and lags. For example, 13 gradients
 /// that connect all of A…H have rank 7.
-[[nodiscard]] int rank_of(const std::vector<Term>& terms);
+[[nodiscard]] int polynomial_rank(const std::vector<Term>& terms);
 
 /// Scaling that gives the inputs it was fitted to zero mean and unit STD.
 struct Scaling {

@@ -184,7 +184,7 @@ Eigen::VectorXd within(const Dataset& dataset, const Clusters& clusters) {
 
 std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
   std::vector<double> fitted;
-  for (const AllanPoint& point : noise.curve) fitted.push_back(deviation_of(noise.fit, point.tau_s));
+  for (const AllanPoint& point : noise.curve) fitted.push_back(noise_deviation(noise.fit, point.tau_s));
   return fitted;
 }
 
@@ -239,14 +239,14 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
   return text;
 }
 
-HoldNoise noise_of_holds(const Dataset& dataset) { return measure_raw_noise(dataset, dataset.bias_deg_per_h); }
+HoldNoise measure_hold_noise(const Dataset& dataset) { return measure_raw_noise(dataset, dataset.bias_deg_per_h); }
 
-HoldNoise noise_of_holds(const Dataset& dataset, const Clusters& clusters) {
+HoldNoise measure_hold_noise(const Dataset& dataset, const Clusters& clusters) {
   return measure_raw_noise(dataset, within(dataset, clusters));
 }
 
-HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clusters,
-                                     const Eigen::VectorXd& residual_deg_per_h) {
+HoldNoise measure_compensated_hold_noise(const Dataset& dataset, const Clusters& clusters,
+                                         const Eigen::VectorXd& residual_deg_per_h) {
   assert(residual_deg_per_h.size() == clusters.bias_deg_per_h.size());
   const Eigen::VectorXd predicted = clusters.bias_deg_per_h - residual_deg_per_h;
   HoldNoise noise = measure_noise(dataset, dataset.bias_deg_per_h - at_samples(dataset, clusters, predicted));
@@ -254,7 +254,7 @@ HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clu
   return noise;
 }
 
-AllanCurve allan_curve_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters) {
+AllanCurve cluster_allan_curve(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters) {
   return allan_curve(cut_at_gaps(clusters.start_s, values, clusters.length_s));
 }
 

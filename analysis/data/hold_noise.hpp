@@ -92,18 +92,18 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
 /// if the record names no hold. A missing sample, an unknown bias and a new segment each end a stretch. Temperature
 /// changes that remain in a hold appear as B, K and R. These are then upper limits for the gyro itself, and the
 /// statement notes this.
-[[nodiscard]] HoldNoise noise_of_holds(const Dataset& dataset);
+[[nodiscard]] HoldNoise measure_hold_noise(const Dataset& dataset);
 /// Computes the same from those samples alone that lie in one of the given clusters.
-[[nodiscard]] HoldNoise noise_of_holds(const Dataset& dataset, const Clusters& clusters);
+[[nodiscard]] HoldNoise measure_hold_noise(const Dataset& dataset, const Clusters& clusters);
 
 /// Computes the Allan deviation of the compensated bias in the same stretches. `residual_deg_per_h` is the residual of
 /// a model for each cluster mean. The compensation is interpolated linearly between the middles of neighbouring
 /// clusters. Samples outside such an interval, or next to a residual that is not finite, are treated as missing.
-[[nodiscard]] HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clusters,
-                                                   const Eigen::VectorXd& residual_deg_per_h);
+[[nodiscard]] HoldNoise measure_compensated_hold_noise(const Dataset& dataset, const Clusters& clusters,
+                                                       const Eigen::VectorXd& residual_deg_per_h);
 
 /// Computes the Allan deviation of cluster means over a whole record including its ramps, for raw or compensated bias
 /// as a user averages it. Missing clusters and values that are not finite end a stretch.
-[[nodiscard]] AllanCurve allan_curve_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
+[[nodiscard]] AllanCurve cluster_allan_curve(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
 }  // namespace gyrotherm::data

@@ -67,7 +67,7 @@ EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values
   return {effective_count(squares), effective_count(sum)};
 }
 
-Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values) {
   const auto count = static_cast<double>(values.size());
   Figures figures{.count = static_cast<int>(values.size())};
   if (figures.count == 0) return figures;
@@ -78,18 +78,18 @@ Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return figures;
 }
 
-Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
-                   const std::vector<Eigen::Index>& rows) {
+Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
+                        const std::vector<Eigen::Index>& rows) {
   assert(values.size() == static_cast<Eigen::Index>(rows.size()));
-  Figures figures = figures_of(values);
+  Figures figures = compute_figures(values);
   figures.effective = effective_number(values, cluster_positions(clusters, rows));
   return figures;
 }
 
-Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters) {
+Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(clusters.start_s.size()));
   std::iota(rows.begin(), rows.end(), 0);
-  return figures_of(values, clusters, rows);
+  return compute_figures(values, clusters, rows);
 }
 
 double std_error(const Figures& figures) {

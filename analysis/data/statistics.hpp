@@ -53,14 +53,14 @@ struct Figures {
   int count{};
   EffectiveNumber effective{};
 };
-[[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values);
+[[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values);
 
 /// Computes the statistics of values at the given clusters of a record, one value each, with their effective number.
 /// Values of different records are taken as uncorrelated.
-[[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
-                                 const std::vector<Eigen::Index>& rows);
+[[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
+                                      const std::vector<Eigen::Index>& rows);
 /// Computes the statistics of values at all clusters of a record.
-[[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
+[[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
 /// Compute the standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff. NaN if the effective number is
 /// unknown, or for a single value.

@@ -42,7 +42,7 @@ double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double
   double taken = 0;
   int alarms = 0;
   while (taken < steps) {
-    const Eigen::Index from = index_below(healthy.cols(), random);
+    const Eigen::Index from = draw_index(healthy.cols(), random);
     for (Eigen::Index k = 0; k < kBlock; ++k) {
       ++taken;
       if (add_less_slack(sum, healthy.col((from + k) % healthy.cols()), slack) - slack <= limit) continue;

@@ -81,7 +81,7 @@ Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen:
 }
 
 const char* name(VerdictKind kind) {
-  return word_in<VerdictKind::undecided>({"accord", "gyro_hop", "broken_thermometer", "undecided"}, kind);
+  return enumerator_text<VerdictKind::undecided>({"accord", "gyro_hop", "broken_thermometer", "undecided"}, kind);
 }
 
 FaultTest joint_test(const Voters& voters) {

@@ -20,7 +20,7 @@ namespace {
 std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generator) {
   std::vector<Eigen::Index> order(count);
   std::iota(order.begin(), order.end(), 0);
-  for (Eigen::Index i = count - 1; i > 0; --i) std::swap(order[i], order[index_below(i + 1, generator)]);
+  for (Eigen::Index i = count - 1; i > 0; --i) std::swap(order[i], order[draw_index(i + 1, generator)]);
   return order;
 }
 
@@ -80,7 +80,7 @@ data::SampleMatrix self_organising_map(const data::SampleMatrix& samples, std::u
   assert(samples.rows() > 0 && options.side > 0 && options.rounds > 0);
   std::mt19937_64 generator(seed);
   data::SampleMatrix nodes(options.side * options.side, samples.cols());
-  for (Eigen::Index j = 0; j < nodes.rows(); ++j) nodes.row(j) = samples.row(index_below(samples.rows(), generator));
+  for (Eigen::Index j = 0; j < nodes.rows(); ++j) nodes.row(j) = samples.row(draw_index(samples.rows(), generator));
   const double last = std::max(1.0, static_cast<double>(options.rounds) * static_cast<double>(samples.rows()) - 1);
   double presented = 0;
   for (int round = 0; round < options.rounds; ++round) {

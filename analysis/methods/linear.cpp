@@ -31,7 +31,7 @@ PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen
   const auto samples = static_cast<double>(z.rows());
   const Eigen::VectorXd residual = y - ((z * plane.weights).array() + plane.b).matrix();
   const double variance = residual.squaredNorm() / std::max(1.0, samples - effective_parameters);
-  if (z.cols() == 0) return variance_of_plane(Eigen::MatrixXd::Constant(1, 1, variance / samples), std::sqrt(variance));
+  if (z.cols() == 0) return plane_variance(Eigen::MatrixXd::Constant(1, 1, variance / samples), std::sqrt(variance));
   const Eigen::RowVectorXd mean = z.colwise().mean();
   Eigen::MatrixXd stacked(z.rows() + penalty_rows.rows(), z.cols());
   stacked << z.rowwise() - mean, penalty_rows;
@@ -46,7 +46,7 @@ PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen
   const Eigen::VectorXd with_constant = -slopes * mean.transpose();
   Eigen::MatrixXd open(z.cols() + 1, z.cols() + 1);
   open << slopes, with_constant, with_constant.transpose(), 1 / samples - mean * with_constant;
-  return variance_of_plane(variance * open, std::sqrt(variance));
+  return plane_variance(variance * open, std::sqrt(variance));
 }
 
 Fit make_plane_fit(const FitInput& set, LinearModel plane, double effective_parameters,
@@ -64,7 +64,7 @@ PredictiveVariance expand_to_inputs(const PredictiveVariance& variance, const st
   with_constant.push_back(inputs);
   Eigen::MatrixXd open = Eigen::MatrixXd::Zero(inputs + 1, inputs + 1);
   open(with_constant, with_constant) = variance.posterior;
-  return variance_of_plane(std::move(open), variance.noise);
+  return plane_variance(std::move(open), variance.noise);
 }
 
 Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const MethodOptions&) {

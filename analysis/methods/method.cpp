@@ -84,7 +84,7 @@ constexpr std::array kMethods = {
            .choose = choose_svr_linear,
            .fit = fit_svr_linear,
            .tunes_svr = true,
-           .weighs_uncertainty = true},
+           .uses_uncertainty = true},
     Method{.name = "lsf",
            .title = "Least-squares polynomial",
            .citation = "Guo et al., Chin. Opt. Lett. 4 (2006) 576",
@@ -119,7 +119,7 @@ constexpr std::array kMethods = {
            .compared_on = {"thermal-history"},
            .choose = choose_nothing,
            .fit = fit_ridge_u,
-           .weighs_uncertainty = true},
+           .uses_uncertainty = true},
     Method{.name = "state-space",
            .title = "State space of a few real poles",
            .citation = "Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413",
@@ -127,7 +127,7 @@ constexpr std::array kMethods = {
            .compared_on = {},
            .choose = choose_state_space,
            .fit = fit_state_space,
-           .weighs_uncertainty = true},
+           .uses_uncertainty = true},
     Method{.name = "bpnn",
            .title = "Back-propagation network",
            .citation = "Yang et al., Proc. SPIE 7544 (2010)",
@@ -162,7 +162,7 @@ constexpr std::array kMethods = {
            .compared_on = {"multi-point-t", "temperatures"},
            .choose = choose_nothing,
            .fit = fit_gaussian_process,
-           .weighs_uncertainty = true},
+           .uses_uncertainty = true},
 };
 
 }  // namespace
@@ -180,7 +180,7 @@ int numbers_in(const Function& function) {
   return std::visit([](const auto& form) { return count_parameters(form); }, function);
 }
 
-PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise) {
+PredictiveVariance plane_variance(Eigen::MatrixXd open, double noise) {
   constexpr double kWide = 1e12;
   const Eigen::Index inputs = open.cols() - 1;
   return {.centres = data::SampleMatrix::Zero(1, inputs),

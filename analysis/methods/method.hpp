@@ -70,7 +70,7 @@ struct PredictiveVariance {
 /// Returns the variance of a plane z·w + b as a PredictiveVariance. `open` is the covariance of (w, b) and `noise` the
 /// noise of one target, both in units of the target. The constant is represented by a single Gaussian so wide that it
 /// is 1 everywhere.
-[[nodiscard]] PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise);
+[[nodiscard]] PredictiveVariance plane_variance(Eigen::MatrixXd open, double noise);
 
 /// Computes φ at each row: rows × (inputs + m).
 [[nodiscard]] Eigen::MatrixXd compute_features(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
@@ -188,7 +188,7 @@ struct Method {
   /// Its choice is C, sigma and epsilon, made by tune_svr.
   bool tunes_svr = false;
   /// Its fits are given an input_covariance from the uncertainty of the thermometers.
-  bool weighs_uncertainty = false;
+  bool uses_uncertainty = false;
 };
 
 /// Returns all methods, the method of the paper first.

@@ -27,7 +27,7 @@ Eigen::VectorXd squared_distances_to(const Eigen::MatrixXd& samples, const Eigen
 Result<data::SampleMatrix> draw_centres(const Eigen::MatrixXd& samples, int count, std::mt19937_64& generator) {
   data::SampleMatrix centres(count, samples.cols());
   Eigen::VectorXd nearest = Eigen::VectorXd::Constant(samples.rows(), std::numeric_limits<double>::infinity());
-  Eigen::Index chosen = index_below(samples.rows(), generator);
+  Eigen::Index chosen = draw_index(samples.rows(), generator);
   for (int k = 0; k < count; ++k) {
     centres.row(k) = samples.row(chosen);
     nearest = nearest.cwiseMin(squared_distances_to(samples, centres.row(k)));

@@ -17,7 +17,7 @@ namespace gyrotherm::methods {
 namespace {
 
 SvrModel make_model(const FitInput& set, const svm::SvrSolution& solution, const svm::SvrParameters& parameters) {
-  const std::vector<Eigen::Index> support = svm::support_of(solution.beta);
+  const std::vector<Eigen::Index> support = svm::support_rows(solution.beta);
   return SvrModel{.support_vectors = set.x(support, Eigen::all),
                   .beta = solution.beta(support),
                   .b = solution.b,

@@ -77,7 +77,7 @@ std::vector<std::string> remarks(const BudgetRow& row) {
 
 double contribution_deg_per_h(const BudgetRow& row) { return std::abs(row.sensitivity) * row.standard_uncertainty; }
 
-double degrees_of_freedom_of(double uncertainty, double error) {
+double degrees_of_freedom_for(double uncertainty, double error) {
   return error > 0 ? std::max(1.0, 0.5 * std::pow(uncertainty / error, 2)) : std::numeric_limits<double>::infinity();
 }
 

@@ -109,7 +109,7 @@ inline constexpr double kCoverage = 0.95;
 
 /// Returns the degrees of freedom of a standard uncertainty u with standard error Δu: ½(u/Δu)² (GUM G.3), at least 1;
 /// infinite if the error is 0.
-[[nodiscard]] double degrees_of_freedom_of(double uncertainty, double error);
+[[nodiscard]] double degrees_of_freedom_for(double uncertainty, double error);
 
 /// Combines rows of independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2). The effective degrees of freedom are
 /// u_c⁴/Σ((c_i u_i)⁴/ν_i) (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, truncated to a whole

@@ -83,7 +83,7 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
 /// Returns the mean of the rows; its u accounts for correlated neighbours. Unknown if any of the rows is not finite.
 Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
-  const data::Figures figures = figures_of(values(rows), subject.clusters, rows);
+  const data::Figures figures = compute_figures(values(rows), subject.clusters, rows);
   return {figures.mean, mean_error(figures), std::max(1.0, figures.effective.of_mean - 1)};
 }
 
@@ -333,7 +333,7 @@ Measured mean_with_scatter(const std::vector<Measured>& figures) {
   for (Eigen::Index k = 0; k < count; ++k) values(k) = figures[static_cast<std::size_t>(k)].value;
   const CombinedUncertainty own = combine(figures);
   Measured mean{values.mean(), own.standard_deg_per_h / static_cast<double>(count), own.degrees_of_freedom};
-  const double scatter = count > 1 ? data::figures_of(values).std / std::sqrt(static_cast<double>(count)) : 0;
+  const double scatter = count > 1 ? data::compute_figures(values).std / std::sqrt(static_cast<double>(count)) : 0;
   if (scatter > mean.u) mean = {mean.value, scatter, static_cast<double>(count - 1)};
   return mean;
 }
@@ -439,7 +439,7 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
     return before_and_after(subject, [&](const auto& bias) { return regression_coefficient(subject, input, bias); });
   };
   Characterisation result;
-  result.zero = dataset.bias_zero + (dataset.zero_is_its_own ? " of " + dataset.run_id : "");
+  result.zero = dataset.bias_zero + (dataset.has_own_reference ? " of " + dataset.run_id : "");
   result.stabilised = stabilised_biases(subject);
   result.temperature = {.before = temperature_slope(result.stabilised, &BeforeAfter::before),
                         .after = temperature_slope(result.stabilised, &BeforeAfter::after)};
@@ -460,7 +460,7 @@ std::string switched_on(const WarmUp& warm_up) {
   return warm_up.segment == 0 ? "with the run" : fmt::format("in segment {}", warm_up.segment + 1);
 }
 
-std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
+std::vector<TurnOn> turn_on_scatter(const std::vector<Characterisation>& records) {
   constexpr std::size_t kFewestStarts = 3;
   // Holds by bias reference and position.
   std::map<std::pair<std::string, bool>, std::vector<const StabilisedBias*>> comparable;
@@ -473,7 +473,7 @@ std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
     Eigen::VectorXd values(std::ssize(starts));
     for (std::size_t k = 0; k < starts.size(); ++k)
       values(static_cast<Eigen::Index>(k)) = (starts[k]->bias.*which).value;
-    return data::figures_of(values).std;
+    return data::compute_figures(values).std;
   };
   std::vector<TurnOn> all;
   for (auto& [of, holds] : comparable)

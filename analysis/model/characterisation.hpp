@@ -199,7 +199,7 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 /// set point, from one record or several. All records must be characterised with one model. Only biases with the same
 /// reference and position of the unit are compared; if a record's reference is the mean of its own first hold, only
 /// biases of that record are. Returns one row for each such set point, in ascending order.
-[[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records);
+[[nodiscard]] std::vector<TurnOn> turn_on_scatter(const std::vector<Characterisation>& records);
 
 /// Returns the widest point of a loop, before or after compensation; null if there is none.
 [[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);

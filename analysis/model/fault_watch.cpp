@@ -88,8 +88,8 @@ Result<Eigen::MatrixXd> departure_whitening(const FusedAxes& axes, const fusion:
 }  // namespace
 
 const char* name(AlarmKind kind) {
-  return word_in<AlarmKind::undecided>({"parity", "parity_hop", "rest_hop", "rest", "gyro", "thermometer", "undecided"},
-                                       kind);
+  return enumerator_text<AlarmKind::undecided>(
+      {"parity", "parity_hop", "rest_hop", "rest", "gyro", "thermometer", "undecided"}, kind);
 }
 
 HopWatch::HopWatch(AlarmKind kind, std::vector<tracking::StateSpace> spaces, fusion::ChangeDetector detector)

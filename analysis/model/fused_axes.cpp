@@ -34,7 +34,7 @@ Result<void> check_axis(const CompensatedAxis& axis) {
   const data::Dataset& dataset = axis.dataset;
   if (!dataset.direction)
     return refused(dataset, "the record does not say where it points: the rig file's axis needs a direction");
-  if (dataset.zero_is_its_own)
+  if (dataset.has_own_reference)
     return refused(dataset,
                    "the record does not say the Earth's rate on it: the rig file needs a [fixture] with its latitude");
   if (data::sample_interval_s(dataset) != 1) return refused(dataset, "samples are not one a second");
@@ -277,7 +277,7 @@ Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside o
         Eigen::RowVector3d((*axis.dataset.direction)[0], (*axis.dataset.direction)[1], (*axis.dataset.direction)[2]);
     fused.models.push_back(axis.model);
     const data::Dataset& dataset = axis.dataset;
-    for (const std::string& warning : warnings_of_origin(axis.model, dataset.of, dataset.identity, dataset.bias_zero))
+    for (const std::string& warning : origin_warnings(axis.model, dataset.of, dataset.identity, dataset.bias_zero))
       fused.warnings.push_back(fused.names.back() + ": " + warning);
     fused.step_deg_per_h.push_back(axis.dataset.step_deg_per_h);
     if (auto done = compensate(fused, at, axis, outside); !done) return failure(done.error());

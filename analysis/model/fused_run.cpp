@@ -345,7 +345,7 @@ HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s) {
 
 std::string to_json(const FusionSummary& summary) {
   Json json{{"schema", kFusionSchema}};
-  json.update(json_of(summary));
+  json.update(make_json(summary));
   return text_of(json, 1) + "\n";
 }
 

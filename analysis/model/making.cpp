@@ -43,8 +43,8 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
-      if (auto one_gyro = check_one_gyro(one, other, other.path, ": a model is of one"); !one_gyro) return one_gyro;
-      if (auto one_zero = check_one_zero(one, other.bias_zero, other.path); !one_zero) return one_zero;
+      if (auto one_gyro = check_same_gyro(one, other, other.path, ": a model is of one"); !one_gyro) return one_gyro;
+      if (auto one_zero = check_same_reference(one, other.bias_zero, other.path); !one_zero) return one_zero;
     }
   }
   return {};
@@ -76,7 +76,7 @@ Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
   const Eigen::VectorXd predicted = predict(model, *inputs);
   model.latency = measure_latency(model, clusters, predicted);
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predicted;
-  model.in_sample = figures_of(residual, clusters);
+  model.in_sample = compute_figures(residual, clusters);
   const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
   model.residual_std_deg_per_h = freedom > 0 ? std::sqrt(residual.squaredNorm() / freedom) : std::nan("");
   return {};
@@ -99,7 +99,7 @@ std::optional<tracking::BiasNoise> held_out_noise(const Model& model, const std:
   double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
     floor_deg_per_h = noise_floor(records[i], datasets[i]).deg_per_h;
-  const auto noise = tracking::noise_of_residual(model.leave_cycle_out_residual, all, floor_deg_per_h);
+  const auto noise = tracking::estimate_bias_noise(model.leave_cycle_out_residual, all, floor_deg_per_h);
   return noise ? std::optional(*noise) : std::nullopt;
 }
 

@@ -124,9 +124,10 @@ std::string in_words(const BlockRange& range) {
   return fmt::format("block {} to {} °C", whole(std::ceil(range.low_c)), whole(std::floor(range.high_c)));
 }
 
-const TrainingRecord* trained_on_another(const Model& model, std::string_view identity) {
-  const auto found = std::ranges::find_if_not(
-      model.trained_on, [&](const TrainingRecord& record) { return data::may_be_one_gyro(record.identity, identity); });
+const TrainingRecord* find_other_gyro(const Model& model, std::string_view identity) {
+  const auto found = std::ranges::find_if_not(model.trained_on, [&](const TrainingRecord& record) {
+    return data::may_be_same_gyro(record.identity, identity);
+  });
   return found == model.trained_on.end() ? nullptr : &*found;
 }
 
@@ -138,10 +139,10 @@ const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice
   return found == model.trained_on.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of, std::string_view identity,
-                                            std::string_view bias_zero) {
+std::vector<std::string> origin_warnings(const Model& model, const data::AxisChoice& of, std::string_view identity,
+                                         std::string_view bias_zero) {
   std::vector<std::string> warnings;
-  if (const auto* other = trained_on_another(model, identity))
+  if (const auto* other = find_other_gyro(model, identity))
     warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
                                    other->identity, identity));
   if (const auto* other = find_other_axis(model, of))

@@ -163,13 +163,13 @@ struct Prediction {
   Eigen::VectorXd std_deg_per_h;
 };
 /// Returns the first training record that belongs to a gyro other than `identity`; null if none states it.
-[[nodiscard]] const TrainingRecord* trained_on_another(const Model& model, std::string_view identity);
+[[nodiscard]] const TrainingRecord* find_other_gyro(const Model& model, std::string_view identity);
 /// Returns the first training record that belongs to another axis of this unit; null if none states it.
 [[nodiscard]] const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice& of);
 /// Returns warnings for a model of another gyro, of another axis, or of a bias with another reference. An empty
 /// identity or reference is unknown and causes no warning.
-[[nodiscard]] std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of,
-                                                          std::string_view identity, std::string_view bias_zero);
+[[nodiscard]] std::vector<std::string> origin_warnings(const Model& model, const data::AxisChoice& of,
+                                                       std::string_view identity, std::string_view bias_zero);
 
 /// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the method of the model does not know its
 /// variance.

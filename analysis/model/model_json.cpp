@@ -41,7 +41,7 @@ bool is_sane(const tracking::BiasNoise& noise) {
 template <class Vector>
 struct JsonVector {
   static Json write(const Vector& values) { return std::vector<double>(values.begin(), values.end()); }
-  static void read(const JsonPlace& place, Vector& values) {
+  static void read(const JsonNode& place, Vector& values) {
     const std::vector<double> numbers = place.numbers();
     const auto wild = std::ranges::find_if(numbers, [](double number) { return !(std::abs(number) <= kMostSane); });
     if (wild != numbers.end())
@@ -67,12 +67,12 @@ struct JsonValue<Rows<Matrix>> {
   static Json write(const Rows<Matrix>& rows) {
     Json array = Json::array();
     for (Eigen::Index k = 0; k < rows.matrix.rows(); ++k)
-      array.push_back(json_of(Eigen::RowVectorXd(rows.matrix.row(k))));
+      array.push_back(make_json(Eigen::RowVectorXd(rows.matrix.row(k))));
     return array;
   }
-  static void read(const JsonPlace& place, const Rows<Matrix>& rows) {
+  static void read(const JsonNode& place, const Rows<Matrix>& rows) {
     std::vector<Eigen::RowVectorXd> all;
-    for (const JsonPlace& row : place.elements()) {
+    for (const JsonNode& row : place.elements()) {
       read_json(row, all.emplace_back());
       if (all.back().size() != rows.columns) return row.mistake("wrong length, expected one number per input");
     }
@@ -302,12 +302,12 @@ void describe(auto& form, Like<Model> auto& model) {
               "expected a budget that adds up to a number");
 }
 
-std::string to_json(const Model& model) { return gyrotherm::text_of(json_of(model), 1) + "\n"; }
+std::string to_json(const Model& model) { return gyrotherm::text_of(make_json(model), 1) + "\n"; }
 
 Result<Model> model_from_json(std::string_view json, const std::string& file) {
-  const auto root = JsonPlace::parse(json, file, JsonPlace::Nulls::are_mistakes);
+  const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_mistakes);
   if (!root) return failure(root.error());
-  const JsonPlace schema = (*root)["schema"];
+  const JsonNode schema = (*root)["schema"];
   if (schema.text() != kModelSchema)
     schema.mistake(fmt::format("\"{}\", expected \"{}\"", schema.text(), kModelSchema));
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());

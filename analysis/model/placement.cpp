@@ -91,7 +91,7 @@ Judged Study::judge(const Set& set) const {
   Judged judged{.trial = try_surface(inputs(set, training_set_.clusters), training_set_.clusters.bias_deg_per_h,
                                      training_set_.folds),
                 .held_out = {}};
-  judged.held_out = figures_of(judged.trial.residual, training_set_.clusters);
+  judged.held_out = compute_figures(judged.trial.residual, training_set_.clusters);
   return judged;
 }
 
@@ -132,7 +132,7 @@ LeftOut Study::left_out(const Set& kept) const {
     return (judged.trial.residual.array() - judged.held_out.mean).square();
   };
   // s² − s₀² = (s − s₀)(s + s₀), and s² − s₀² is the mean of the differences of the squares.
-  const data::Figures excess = figures_of((squares(without) - squares(with)).matrix(), training_set_.clusters);
+  const data::Figures excess = compute_figures((squares(without) - squares(with)).matrix(), training_set_.clusters);
   Set gone;
   std::ranges::set_difference(everything_, kept, std::back_inserter(gone));
   LeftOut result{.left_out = names(gone),
@@ -145,7 +145,7 @@ LeftOut Study::left_out(const Set& kept) const {
     const std::array lambda = {without.trial.lambda};
     const Eigen::VectorXd predicted = surface_predictions(
         inputs(kept, training_set_.clusters), training_set_.clusters.bias_deg_per_h, inputs(kept, *unseen_), lambda);
-    result.unseen = figures_of(unseen_->bias_deg_per_h - predicted, *unseen_);
+    result.unseen = compute_figures(unseen_->bias_deg_per_h - predicted, *unseen_);
   }
   return result;
 }

@@ -61,7 +61,7 @@ std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumb
 /// Plans the folds. Records that are too short become a single fold, predicted by the type alone.
 Result<data::FoldPlan> plan_own_folds(const OwnClusters& own, const std::vector<data::Dataset>& datasets,
                                       data::FoldOptions options) {
-  options.programs = programs_of(datasets);
+  options.programs = list_programs(datasets);
   auto plan = plan_folds(own.records, options);
   if (plan || options.kind != data::FoldKind::automatic) return plan;
   data::Fold all;
@@ -82,7 +82,7 @@ methods::PredictiveVariance careful_variance(const population::TypePrior& prior,
   RowNumbers slopes_first;
   for (Eigen::Index i = 1; i < careful.size(); ++i) slopes_first.push_back(i);
   slopes_first.push_back(0);
-  return methods::variance_of_plane(open(slopes_first, slopes_first), prior.noise.white_deg_per_h);
+  return methods::plane_variance(open(slopes_first, slopes_first), prior.noise.white_deg_per_h);
 }
 
 std::string describe_type(const population::TypePrior& prior) {
@@ -129,7 +129,7 @@ Result<void> judge_held_out(Model& model, const population::TypePrior& prior, co
     residual(fold.held_out) = own.all.bias_deg_per_h(fold.held_out) - *predicted;
   }
   model.folds = folds.statement;
-  model.leave_cycle_out = figures_of(residual, own.all);
+  model.leave_cycle_out = compute_figures(residual, own.all);
   model.leave_cycle_out_residual = std::move(residual);
   return {};
 }
@@ -207,7 +207,7 @@ void warn(Model& model, const population::TypePrior& prior, const std::vector<da
 /// Fails if the record's bias reference differs from that of the prior.
 Result<void> check_zero(const population::TypePrior& prior, const data::Dataset& dataset) {
   const bool is_known = !prior.records.empty() && !prior.records.front().bias_zero.empty();
-  return is_known ? check_one_zero(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};
+  return is_known ? check_same_reference(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
     if (std::ranges::count(run_ids, run.dataset.run_id) > 0)
       return failure(FaultKind::usage, run.dataset.path,
                      "a further or later record must be neither the rate run nor the random run nor given twice");
-    if (auto one_gyro = check_one_gyro(run.dataset, rate, "the rate run"); !one_gyro) return one_gyro;
+    if (auto one_gyro = check_same_gyro(run.dataset, rate, "the rate run"); !one_gyro) return one_gyro;
     run_ids.push_back(run.dataset.run_id);
   }
   return {};

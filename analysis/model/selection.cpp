@@ -45,7 +45,7 @@ std::vector<data::Term> independent_of_earlier(const std::vector<data::Term>& ca
   std::vector<data::Term> taken;
   for (const data::Term& term : candidates) {
     taken.push_back(term);
-    if (rank_of(taken) < static_cast<int>(taken.size())) taken.pop_back();
+    if (polynomial_rank(taken) < static_cast<int>(taken.size())) taken.pop_back();
   }
   return taken;
 }
@@ -130,7 +130,7 @@ std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_
 /// Returns the standard error of the mean squared error, with the effective number of the squared residuals.
 double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clusters) {
   const auto rows = data::finite_rows(trial.residual);
-  return mean_error(figures_of(trial.residual(rows).array().square().matrix(), clusters, rows));
+  return mean_error(compute_figures(trial.residual(rows).array().square().matrix(), clusters, rows));
 }
 
 /// Returns the number of steps of the path to keep. The last step has the least error.
@@ -208,11 +208,11 @@ Selection select_by_correlation(const std::vector<data::Term>& candidates, const
     if (std::abs(r[i]) > threshold) selection.terms.push_back(candidates[i]);
   }
   const std::size_t passed = selection.terms.size();
-  selection.rank = rank_of(selection.terms);
+  selection.rank = polynomial_rank(selection.terms);
   if (selection.rank < least_rank) {
     selection.fallback = true;
     selection.terms = independent_of_earlier(candidates);
-    selection.rank = rank_of(selection.terms);
+    selection.rank = polynomial_rank(selection.terms);
   }
   selection.statement = make_statement(selection, candidates, passed);
   return selection;
@@ -232,7 +232,7 @@ Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<dat
   for (Eigen::Index j = 0; j < inputs->cols(); ++j)
     r.push_back(data::pearson(inputs->col(j), training_set.clusters.bias_deg_per_h));
   constexpr int kLeastRank = 2;  // a single gradient leaves no choice
-  return select_by_correlation(candidates, r, rule.threshold, std::min(kLeastRank, rank_of(candidates)));
+  return select_by_correlation(candidates, r, rule.threshold, std::min(kLeastRank, polynomial_rank(candidates)));
 }
 
 Result<Selection> select_independent(const std::vector<data::Term>& fixed, const std::vector<data::Term>& candidates,
@@ -256,7 +256,7 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
   Selection selection;
   selection.threshold = 0;
   for (const Eigen::Index column : kept) selection.terms.push_back(candidates[column]);
-  selection.rank = rank_of(selection.terms);
+  selection.rank = polynomial_rank(selection.terms);
   selection.statement =
       fmt::format("{} of {} inputs do not depend on the others to {:g} of their STD: {} (rank {})", kept.size(),
                   candidates.size(), tolerance, join_names(selection.terms), selection.rank);
@@ -281,7 +281,7 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
   Selection selection;
   selection.threshold = 0;
   for (std::size_t k = 0; k < kept; ++k) selection.terms.push_back(terms[path[k].column]);
-  selection.rank = rank_of(selection.terms);
+  selection.rank = polynomial_rank(selection.terms);
   const double error = std::sqrt(kept > 0 ? path[kept - 1].trial.mean_square : start.mean_square);
   selection.statement = fmt::format(
       "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has RMSE {:.4g} "

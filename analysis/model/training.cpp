@@ -58,7 +58,7 @@ data::Clusters apply_bias_filter(const methods::Method& method, data::Clusters t
 /// not use it.
 Result<Eigen::MatrixXd> scaled_covariance(const Preparation& preparation, const data::Clusters& clusters,
                                           const EstimatorOptions& estimator) {
-  if (!estimator.method.weighs_uncertainty) return Eigen::MatrixXd{};
+  if (!estimator.method.uses_uncertainty) return Eigen::MatrixXd{};
   return input_covariance(preparation.terms, clusters, estimator.options.thermometer_uncertainty_k)
       .map([&](const Eigen::MatrixXd& covariance) -> Eigen::MatrixXd {
         const auto per_std = preparation.scaling.std.cwiseInverse().asDiagonal();
@@ -197,7 +197,7 @@ Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const
   if (!inputs) return failure(inputs.error());
   context.inputs = std::move(*inputs);
   TrainingOptions named = options;
-  named.folds.programs = programs_of(datasets);
+  named.folds.programs = list_programs(datasets);
   if (const auto planned = plan_training(context, records, named); !planned) return failure(planned.error());
   auto splits = split_at_folds(context.training_set, context.inputs, method, progress);
   if (!splits) return failure(splits.error());
@@ -265,7 +265,7 @@ Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, co
   auto residual = leave_out_residual(context.splits, clusters.start_s.size(), estimator, progress);
   if (!residual) return failure(residual.error());
   model.folds = context.training_set.folds.statement;
-  model.leave_cycle_out = figures_of(*residual, clusters);
+  model.leave_cycle_out = compute_figures(*residual, clusters);
   model.leave_cycle_out_residual = *residual;
   // If nothing was chosen, nothing has seen a held-out fold.
   if (estimator.parameters.empty()) {
@@ -275,7 +275,7 @@ Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, co
   if (!nested) return JudgedBy{std::move(*residual), true};
   auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
   if (!unseen) return failure(unseen.error());
-  model.nested_leave_cycle_out = figures_of(*unseen, clusters);
+  model.nested_leave_cycle_out = compute_figures(*unseen, clusters);
   return JudgedBy{std::move(*unseen), false};
 }
 
@@ -320,7 +320,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
       evaluate_uncertainty(*model, {datasets, context->records, by->residual, by->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
-  if ((*method)->weighs_uncertainty && thermometers.assumed) {
+  if ((*method)->uses_uncertainty && thermometers.assumed) {
     choice->warnings.push_back("the record does not say how uncertain its thermometers are: 0.05 K is taken");
   }
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
@@ -336,7 +336,7 @@ Result<Preparation> prepare(const InputPlan& plan, const data::TrainingSet& trai
   if (!inputs) return failure(inputs.error());
   const auto scaling = fit_scaling(*inputs, chosen->terms);
   if (!scaling) return failure(scaling.error());
-  const data::Figures target = data::figures_of(training.clusters.bias_deg_per_h);
+  const data::Figures target = data::compute_figures(training.clusters.bias_deg_per_h);
   constexpr double kRounding = 1e-12;
   if (!(target.std > kRounding * target.max_abs)) {
     return failure(FaultKind::usage, "training", "the bias does not vary over the training clusters");

@@ -43,12 +43,12 @@ bool uses_thermometer(const Model& model, const std::string& thermometer) {
 
 /// Adds a noise as the Allan fit estimates it, significant or not. Adds no row if the estimate is 0.
 void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
-  const data::NoiseCoefficient coefficient = estimate_of(of(fit, term));
+  const data::NoiseCoefficient coefficient = estimate_from_square(of(fit, term));
   if (!(coefficient.value > 0)) return;
   rows.push_back({.source = source,
                   .evaluation = Evaluation::a,
-                  .standard_uncertainty = deviation_of(coefficient, kSecondsPerHour),
-                  .degrees_of_freedom = degrees_of_freedom_of(coefficient.value, coefficient.error)});
+                  .standard_uncertainty = noise_deviation(coefficient, kSecondsPerHour),
+                  .degrees_of_freedom = degrees_of_freedom_for(coefficient.value, coefficient.error)});
 }
 
 /// Pools the noise floors of all records, weighted by their number of differences.
@@ -75,7 +75,7 @@ data::HoldNoise longest_hold_noise(const Model& model, const TrainedOn& on) {
     const auto predicted = predict(model, on.clusters[i]);
     if (!predicted) continue;
     const Eigen::VectorXd residual = on.clusters[i].bias_deg_per_h - *predicted;
-    data::HoldNoise noise = noise_of_compensated_holds(on.datasets[i], on.clusters[i], residual);
+    data::HoldNoise noise = measure_compensated_hold_noise(on.datasets[i], on.clusters[i], residual);
     if (!noise.curve.empty() && noise.seconds > most.seconds) most = std::move(noise);
   }
   return most;
@@ -100,7 +100,7 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
     rows.push_back({.source = Source::angle_random_walk,
                     .evaluation = Evaluation::a,
                     .standard_uncertainty = std::sqrt(std::max(0.0, white) * length_s / kSecondsPerHour),
-                    .degrees_of_freedom = degrees_of_freedom_of(floor.deg_per_h, floor.error_deg_per_h)});
+                    .degrees_of_freedom = degrees_of_freedom_for(floor.deg_per_h, floor.error_deg_per_h)});
   }
   add_noise(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
   add_noise(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
@@ -143,7 +143,7 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
   const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
   if (known.size() < 2) return;
-  const data::Figures figures = figures_of(residual(known), clusters, known);
+  const data::Figures figures = compute_figures(residual(known), clusters, known);
   const Hysteresis hysteresis = estimate_hysteresis(residual, clusters);
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
   const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
@@ -477,7 +477,7 @@ std::vector<double> drifts_between_k(const data::Dataset& trained, const data::D
   return all;
 }
 
-std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
+std::vector<BudgetRow> rows_in_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
   for (BudgetRow& row : rows) {
     if (!is_drift(row.source)) continue;
     const record::ThermometerUncertainty stated = stated_uncertainty(dataset, row.of);
@@ -491,7 +491,7 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);
   if (!slopes) return failure(slopes.error());
-  const auto rows = in_the_run(dataset, differing_rows(at_averaging(trained.budget, clusters.length_s).rows));
+  const auto rows = rows_in_run(dataset, differing_rows(at_averaging(trained.budget, clusters.length_s).rows));
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;

@@ -121,7 +121,7 @@ struct ThermometersInUse {
 
 /// Returns a model's budget rows for the run of an unseen record. Drift rows become drift_between_k(), marked as
 /// assumed if the record does not state the drift or the day of calibration.
-[[nodiscard]] std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
+[[nodiscard]] std::vector<BudgetRow> rows_in_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
 
 /// Computes the half-width of the interval, °/h, that should contain each cluster's mean of compensated bias with
 /// probability kCoverage in an unseen run. It contains the sources that differ within a run or between runs, at the

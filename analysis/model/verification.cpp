@@ -34,7 +34,7 @@ Rows rows_where(const data::Clusters& clusters, Predicate selects) {
 /// Computes the figures of the rows that have a residual.
 data::Figures figures_at(const Eigen::VectorXd& residual, const data::Clusters& clusters, Rows rows) {
   std::erase_if(rows, [&](Eigen::Index k) { return !std::isfinite(residual(k)); });
-  return figures_of(residual(rows), clusters, rows);
+  return compute_figures(residual(rows), clusters, rows);
 }
 
 /// Start and end of a segment's samples; start > end if it has none.
@@ -141,7 +141,7 @@ double parameters_spent(const Model& model, const Verification& result) {
 std::vector<std::string> make_warnings(const Verification& result, const Model& model, const data::Dataset& dataset,
                                        const data::Clusters& clusters) {
   std::vector<std::string> warnings;
-  if (dataset.zero_is_its_own) {
+  if (dataset.has_own_reference) {
     warnings.push_back("the zero of the bias is fitted to this very record, " + dataset.bias_zero +
                        ": its mean, RMSE and maximum hide what is constant; its STD does not depend on the zero");
   }
@@ -153,7 +153,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
   }
-  std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity, dataset.bias_zero),
+  std::ranges::move(origin_warnings(model, dataset.of, dataset.identity, dataset.bias_zero),
                     std::back_inserter(warnings));
   if (auto warning = over_fit_warning(result.compensated, result.floor, parameters_spent(model, result)))
     warnings.push_back(*warning);
@@ -200,7 +200,7 @@ std::optional<Coverage> find_coverage(const Eigen::VectorXd& residual, const Eig
   const Eigen::VectorXd within = within_the_interval(residual, half_width);
   const Rows rows = data::finite_rows(within);
   if (rows.empty()) return std::nullopt;
-  const data::Figures share = figures_of(within(rows), clusters, rows);
+  const data::Figures share = compute_figures(within(rows), clusters, rows);
   return Coverage{.nominal = kCoverage,
                   .seen = share.mean,
                   .clusters = share.count,
@@ -216,9 +216,9 @@ std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const d
   Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
   const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
   if (rows.empty()) return {};
-  ErrorToTruth result{.figures = {}, .mean_removed = dataset.zero_is_its_own};
+  ErrorToTruth result{.figures = {}, .mean_removed = dataset.has_own_reference};
   if (result.mean_removed) error.array() -= error(rows).mean();
-  result.figures = figures_of(error(rows), clusters, rows);
+  result.figures = compute_figures(error(rows), clusters, rows);
   return result;
 }
 
@@ -244,8 +244,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.simulated = dataset.simulated;
   result.trained_on_this = trained_on(model, dataset, clusters);
   result.bias_zero = dataset.bias_zero;
-  result.zero_is_its_own = dataset.zero_is_its_own;
-  result.raw = figures_of(clusters.bias_deg_per_h, clusters);
+  result.has_own_reference = dataset.has_own_reference;
+  result.raw = compute_figures(clusters.bias_deg_per_h, clusters);
   result.compensated = figures_where([](Eigen::Index) { return true; });
   if (result.compensated.count == 0) {
     return failure(FaultKind::usage, dataset.path, no_result_reason(known, ranged.rows.size()));
@@ -285,8 +285,8 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
     if (!std::isfinite(residual(k)) || !std::isfinite(aligned(k))) residual(k) = aligned(k) = kMissing;
   const std::vector<Eigen::Index> rows = data::finite_rows(residual);
   if (rows.empty()) return failure(FaultKind::usage, dataset.path, "no cluster has a streamed value in every second");
-  return Streamed{.residual = figures_of(residual(rows), clusters, rows),
-                  .aligned = figures_of(aligned(rows), clusters, rows),
+  return Streamed{.residual = compute_figures(residual(rows), clusters, rows),
+                  .aligned = compute_figures(aligned(rows), clusters, rows),
                   .to_truth = error_to_truth(dataset, clusters, residual),
                   .aligned_to_truth = error_to_truth(dataset, clusters, aligned)};
 }
@@ -302,14 +302,14 @@ std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verific
   std::set<std::string> seen, zeros, gyros;
   std::vector<double> means;
   for (const Verification& one : verifications) {
-    if (one.trained_on_this || one.zero_is_its_own || !seen.insert(one.run_id).second) continue;
+    if (one.trained_on_this || one.has_own_reference || !seen.insert(one.run_id).second) continue;
     means.push_back(one.compensated.mean);
     zeros.insert(one.bias_zero);
     if (!one.identity.empty()) gyros.insert(one.identity);
   }
   if (means.size() < 2 || zeros.size() > 1 || gyros.size() > 1) return std::nullopt;
   const data::Figures figures =
-      data::figures_of(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())));
+      data::compute_figures(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())));
   const int freedom = figures.count - 1;
   return BetweenRuns{.runs = figures.count,
                      .mean_deg_per_h = figures.mean,

@@ -104,7 +104,7 @@ struct Verification {
   bool trained_on_this{};
   std::string bias_zero;
   /// The bias reference is a mean of this record.
-  bool zero_is_its_own{};
+  bool has_own_reference{};
   data::Figures raw;
   data::Figures compensated;
   /// Figures of the compensated bias in ramps and holds; the count is 0 if there are none.

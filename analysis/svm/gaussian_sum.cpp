@@ -365,7 +365,7 @@ Eigen::VectorXd gaussian_response(const Eigen::Ref<const SampleMatrix>& x, doubl
   const double scale = 0.5 * std::numbers::log2e / (sigma * sigma);
   if (4 * scale * centred.rowwise().squaredNorm().maxCoeff() <= kLargestProduct)
     return Pairs(centred, scale, beta).response(loops);
-  const std::vector<Eigen::Index> support = support_of(beta);
+  const std::vector<Eigen::Index> support = support_rows(beta);
   const GaussianSum sum(x(support, Eigen::all), Eigen::VectorXd::Constant(std::ssize(support), sigma), beta(support),
                         GaussianSum::Space::whole);
   return sum.at(x, loops);

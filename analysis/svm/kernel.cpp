@@ -58,7 +58,7 @@ void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen
 
 Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
                              const Eigen::Ref<const SampleMatrix>& samples, double sigma, const Eigen::VectorXd& beta) {
-  const std::vector<Eigen::Index> support = support_of(beta);
+  const std::vector<Eigen::Index> support = support_rows(beta);
   const auto count = static_cast<Eigen::Index>(support.size());
   const GaussianSum sum(samples(support, Eigen::all), Eigen::VectorXd::Constant(count, sigma), beta(support),
                         GaussianSum::Space::whole);

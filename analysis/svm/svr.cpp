@@ -131,7 +131,7 @@ Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eig
   return solve_svr(samples, memory, y, parameters, options);
 }
 
-std::vector<Eigen::Index> support_of(const Eigen::VectorXd& beta) {
+std::vector<Eigen::Index> support_rows(const Eigen::VectorXd& beta) {
   std::vector<Eigen::Index> support;
   for (Eigen::Index i = 0; i < beta.size(); ++i)
     if (beta[i] != 0) support.push_back(i);

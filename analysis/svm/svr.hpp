@@ -68,7 +68,7 @@ struct SvrStart {
 };
 
 /// Returns the rows of the support vectors, those with β ≠ 0.
-[[nodiscard]] std::vector<Eigen::Index> support_of(const Eigen::VectorXd& beta);
+[[nodiscard]] std::vector<Eigen::Index> support_rows(const Eigen::VectorXd& beta);
 
 /// Returns the kernel between two sets of samples, exp(−‖a_i − b_j‖²/(2σ²)): rows of a × rows of b. Both must have the
 /// same number of columns.

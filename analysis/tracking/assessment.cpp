@@ -75,7 +75,7 @@ Eigen::VectorXd shuffled(const Eigen::VectorXd& values, std::uint64_t seed) {
   Eigen::VectorXd mixed = values;
   std::mt19937_64 random(seed);
   for (std::size_t remaining = indices.size(); remaining > 1; --remaining) {
-    const auto other = static_cast<std::size_t>(index_below(static_cast<std::int64_t>(remaining), random));
+    const auto other = static_cast<std::size_t>(draw_index(static_cast<std::int64_t>(remaining), random));
     std::swap(mixed(indices[remaining - 1]), mixed(indices[other]));
   }
   if (!indices.empty()) mixed.array() -= values(indices).mean();

@@ -26,8 +26,8 @@ double finite_rms(const Eigen::Ref<const Eigen::VectorXd>& values) {
 
 }  // namespace
 
-Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
-                                    const data::Clusters& clusters, double floor_deg_per_h) {
+Result<BiasNoise> estimate_bias_noise(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
+                                      const data::Clusters& clusters, double floor_deg_per_h) {
   assert(residual_deg_per_h.size() == clusters.start_s.size());
   const auto rates = data::cut_at_gaps(clusters.start_s, residual_deg_per_h, clusters.length_s);
   const data::AllanCurve curve = data::allan_curve(rates);

@@ -36,7 +36,7 @@ void describe(auto& form, Like<BiasNoise> auto& noise) {
 /// If N is not significant because the errors of the model are larger, N is computed from the noise floor of the
 /// record, the white noise of one mean (°/h; NaN: unknown). The initial uncertainty of the bias is the RMS of the
 /// residual. Fails with usage if there are fewer than five averaging times, or if both sources of N are missing.
-[[nodiscard]] Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
-                                                  const data::Clusters& clusters, double floor_deg_per_h);
+[[nodiscard]] Result<BiasNoise> estimate_bias_noise(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
+                                                    const data::Clusters& clusters, double floor_deg_per_h);
 
 }  // namespace gyrotherm::tracking

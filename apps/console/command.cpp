@@ -89,7 +89,7 @@ Result<Exit> become_program(const std::string& name, std::vector<std::string> ar
   std::vector<char*> argv{own_name.data()};
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
-  const auto program = program_beside_this_one(name);
+  const auto program = sibling_program_path(name);
   ::execv(program.c_str(), argv.data());
   return failure(FaultKind::bad_file, program, std::generic_category().message(errno));
 }
@@ -97,7 +97,7 @@ Result<Exit> become_program(const std::string& name, std::vector<std::string> ar
 int run(Program& program, int argc, char** argv) {
   ignore_write_signals();
   const std::string name = program.cli.get_name();
-  refuse_wrong_values(program.cli);
+  refuse_invalid_values(program.cli);
   try {
     program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -108,7 +108,7 @@ int run(Program& program, int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");
   }
-  if (program.outcome && program.console.has_lost_data() && !reader_has_left())
+  if (program.outcome && program.console.has_lost_data() && !is_stdout_closed())
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.print_fault(name, program.outcome.error());

@@ -39,8 +39,8 @@ Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console,
     console.print_message(fmt::format(
         "warning: {}: the model was trained on it, so that its residual wanders too little", arguments.noise));
   }
-  const auto noise =
-      tracking::noise_of_residual(verification->residual_deg_per_h, recorded->clusters, verification->floor.deg_per_h);
+  const auto noise = tracking::estimate_bias_noise(verification->residual_deg_per_h, recorded->clusters,
+                                                   verification->floor.deg_per_h);
   if (!noise) return failure(noise.error());
   return *noise;
 }

@@ -22,7 +22,7 @@ void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, c
 /// Returns the noise of the residual bias, or nothing if tracking was not requested. The noise is taken from the record
 /// of --noise or, without it, from the model file, where it was estimated on held-out training clusters. Fails with
 /// usage if neither source is given, or if --noise was given without --track. Fails also like load_recorded_run, verify
-/// and noise_of_residual.
+/// and estimate_bias_noise.
 [[nodiscard]] Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console,
                                                                              const model::Model& model,
                                                                              const BiasTrackingArguments& arguments,

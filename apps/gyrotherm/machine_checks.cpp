@@ -160,8 +160,8 @@ Finding check_priority() {
 // ---- installation
 
 Finding check_program(const char* name, FindingState missing, const char* why) {
-  const auto path = program_beside_this_one(name);
-  if (may_run(path)) return {name, FindingState::ok, path, ""};
+  const auto path = sibling_program_path(name);
+  if (is_executable(path)) return {name, FindingState::ok, path, ""};
   return {name, missing, fmt::format("{} cannot be started: {}", path, why),
           "install the whole of it: cmake --install, or the package gyrotherm", FaultKind::bad_file};
 }
@@ -181,7 +181,7 @@ std::string content(const fs::path& file) {
 }
 
 bool is_running(const std::string& program, const std::string& root) {
-  return std::ranges::any_of(entries_of(root + "/proc"), [&](const auto& entry) {
+  return std::ranges::any_of(list_folder(root + "/proc"), [&](const auto& entry) {
     const auto name = entry.filename().string();
     return name.find_first_not_of("0123456789") == std::string::npos && content(entry / "comm") == program;
   });
@@ -212,7 +212,7 @@ Finding check_modem_manager(const std::vector<Device>& adapters, const std::stri
 /// Returns the first rules file of brltty that claims a common adapter, or an empty string.
 std::string find_brltty_rules(const std::string& root) {
   for (const auto* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"})
-    for (const auto& entry : entries_of(root + folder)) {
+    for (const auto& entry : list_folder(root + folder)) {
       if (entry.filename().string().find("brltty") == std::string::npos) continue;
       std::string rules = content(entry);
       for (std::size_t end; !rules.empty(); rules.erase(0, end)) {
@@ -294,7 +294,7 @@ std::vector<Finding> check_disk(const std::string& folder) {
                         "record in another folder, or mount it with rw", FaultKind::storage});
   else if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
     findings.push_back(
-        {"folder", FindingState::fault, fmt::format("{} may not be written by {}", folder, user_in_words(::geteuid())),
+        {"folder", FindingState::fault, fmt::format("{} may not be written by {}", folder, describe_user(::geteuid())),
          fmt::format("record in a folder of your own, or: sudo chown \"$USER\" {}", folder), FaultKind::storage});
   else
     findings.push_back({"folder", FindingState::ok, folder + " may be written", ""});

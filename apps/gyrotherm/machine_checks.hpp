@@ -14,7 +14,7 @@ namespace gyrotherm::app {
 enum class FindingState { ok, warning, fault };
 
 [[nodiscard]] constexpr const char* name(FindingState state) {
-  return word_in<FindingState::fault>({"ok", "warning", "fault"}, state);
+  return enumerator_text<FindingState::fault>({"ok", "warning", "fault"}, state);
 }
 
 /// Result of one check.

@@ -124,7 +124,7 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
   constexpr const char* kEnded = "the program that drove it had ended";
   if (manner == Manner::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
-  if (!kill_surely(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
+  if (!kill_process(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
   Trail trail(**safe_state, kEnded);
   SafeRescue rescue(**safe_state, *chamber, voice);
   auto rescued = rescue.attempt();
@@ -152,7 +152,7 @@ const char* describe(WatchEnd end) {
 /// Repeats attempts until the chamber has confirmed the safe state, or another program has taken over the run, has
 /// driven the chamber for a minute, or has made it safe.
 MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because) {
-  if (!kill_surely(safe_state.written_by, kProgramsEndWithin))
+  if (!kill_process(safe_state.written_by, kProgramsEndWithin))
     voice.say(fmt::format("process {} could not be ended", safe_state.written_by.pid));
   Trail trail(safe_state, because);
   SafeRescue rescue(safe_state, chamber, voice);

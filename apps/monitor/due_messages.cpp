@@ -34,7 +34,7 @@ void describe(auto& form, Like<ToldMemory> auto& memory) {
 }
 
 Result<ToldMemory> ToldMemory::parse(std::string_view text, const std::string& file) {
-  const auto root = JsonPlace::parse(text, file);
+  const auto root = JsonNode::parse(text, file);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kToldSchema)
     schema.mistake(std::string("another schema, expected ") + kToldSchema);
@@ -44,7 +44,7 @@ Result<ToldMemory> ToldMemory::parse(std::string_view text, const std::string& f
   return memory;
 }
 
-std::string ToldMemory::to_text() const { return text_of(json_of(*this), 1) + "\n"; }
+std::string ToldMemory::to_text() const { return text_of(make_json(*this), 1) + "\n"; }
 
 ToldMatter& ToldMemory::matter(const std::string& key, Duration now) {
   const auto found = std::ranges::find_if(matters_, [&](const auto& known) { return known.first == key; });

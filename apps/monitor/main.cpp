@@ -102,8 +102,8 @@ Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
     return put_token(list, options.name, *role_named(options.role)).and_then([](const std::string& secret) {
       auto said = write_to_stdout(secret + "\n");
-      return said && reader_has_left() ? failure(FaultKind::storage, "stdout", "nobody reads it: no token is made")
-                                       : said;
+      return said && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "nobody reads it: no token is made")
+                                        : said;
     });
   };
   if (auto added = change_users(options, add); !added) return added;
@@ -178,7 +178,7 @@ int run(int argc, char** argv) {
   Result<void> (*action)(const UserArguments&) = nullptr;
   add_serve_options(cli, options);
   add_user_commands(cli, user, action);
-  refuse_wrong_values(cli);
+  refuse_invalid_values(cli);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -74,7 +74,7 @@ WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
 
 WebAnswer alarms_answer(const FoundRun& run) {
   Json alarms = Json::array();
-  for (const auto& alarm : run.status.alarms) alarms.push_back(json_of(alarm));
+  for (const auto& alarm : run.status.alarms) alarms.push_back(make_json(alarm));
   return {.body = text_of(Json{{"alarms", std::move(alarms)}})};
 }
 

@@ -52,7 +52,7 @@ void read_ends(FoundRun& run, const record::RunInfo& info) {
 }
 
 std::optional<double> age_s_of(const FoundRun& run) {
-  const auto age = run.is_running() ? record::age_of(run.status) : std::nullopt;
+  const auto age = run.is_running() ? record::status_age(run.status) : std::nullopt;
   return age ? std::optional(to_seconds(*age)) : std::nullopt;
 }
 

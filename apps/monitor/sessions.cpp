@@ -26,7 +26,7 @@ Result<void> Sessions::load() {
       path_.empty() ? Result<std::optional<std::string>>(std::optional<std::string>()) : read_private_file(path_);
   if (!text) return failure(text.error());
   if (!*text) return {};
-  const auto root = JsonPlace::parse(**text, path_);
+  const auto root = JsonNode::parse(**text, path_);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kSessionsSchema)
     schema.mistake(std::string("another schema, expected ") + kSessionsSchema);
@@ -43,7 +43,7 @@ void Sessions::save() const {
   if (path_.empty()) return;
   std::vector<Session> list;
   for (const auto& [id, session] : sessions_) list.push_back(session);
-  (void)write_private_file(path_, text_of(Json{{"schema", kSessionsSchema}, {"sessions", json_of(list)}}) + "\n");
+  (void)write_private_file(path_, text_of(Json{{"schema", kSessionsSchema}, {"sessions", make_json(list)}}) + "\n");
 }
 
 void Sessions::drop_old() {

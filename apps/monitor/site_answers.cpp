@@ -48,10 +48,10 @@ constexpr std::array kVerbs{"pause", "resume", "stop", "abort", "note", "acknowl
 bool ends_the_run(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
 /// Returns the request of a command with its text, like `gyrotherm tell`.
-Result<control::ControlRequest> request_of(const std::string& verb, const std::map<std::string, std::string>& body) {
+Result<control::ControlRequest> make_request(const std::string& verb, const std::map<std::string, std::string>& body) {
   auto text = body.at("text");
   if (verb == "acknowledge") text = fmt::format("{} {}", body.at("alarm").empty() ? "all" : body.at("alarm"), text);
-  return control::request_of(verb, text);
+  return control::make_request(verb, text);
 }
 
 }  // namespace
@@ -79,7 +79,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (!run) return refusal(404, "there is no such run");
   const auto body = read_body(request, {"text", "alarm", "confirm"});
   if (!body) return refusal(400, body.error().what);
-  auto asked = request_of(verb, *body);
+  auto asked = make_request(verb, *body);
   if (!asked) return refusal(400, asked.error().what);
   if (ends_the_run(verb) && !confirmations_.take(body->at("confirm"), guest.name(), run->key, verb))
     return ask_back(guest, *run, verb);

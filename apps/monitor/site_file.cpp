@@ -15,7 +15,7 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr auto kOccasions =
-    words_in_order<Occasion::alarm, Occasion::silent>("alarm", "run ended", "disk low", "silent");
+    make_vocabulary<Occasion::alarm, Occasion::silent>("alarm", "run ended", "disk low", "silent");
 constexpr double kBytesOfGigabyte = 1e9;
 
 bool is_one_line(const std::string& text) {

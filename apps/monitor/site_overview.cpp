@@ -19,11 +19,10 @@ constexpr const char* kMostRows = "5000";
 constexpr Duration kFresh = std::chrono::seconds(30), kPatienceWithStore = std::chrono::seconds(20);
 constexpr Duration kLiveFresh = std::chrono::seconds(3), kPatienceWithLive = std::chrono::seconds(5);
 
-/// Returns the answer of the store as JSON. Fails like printed_by().
+/// Returns the answer of the store as JSON. Fails like read_program_output().
 Result<std::string> ask_store(const std::string& question, const std::string& site_file, Duration within) {
-  return printed_by(
-      {program_beside_this_one("gyrotherm-site"), question, "--json", "--most", kMostRows, "--site", site_file},
-      within);
+  return read_program_output(
+      {sibling_program_path("gyrotherm-site"), question, "--json", "--most", kMostRows, "--site", site_file}, within);
 }
 
 /// Adds the time since the answer to the age of each rig's last second.

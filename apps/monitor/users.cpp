@@ -84,7 +84,7 @@ Result<UserList> read_users(const std::string& path) {
   if (!text) return failure(text.error());
   UserList list;
   if (!*text) return list;
-  const auto root = JsonPlace::parse(**text, path);
+  const auto root = JsonNode::parse(**text, path);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kUsersSchema)
     schema.mistake(std::string("another schema, expected ") + kUsersSchema);
@@ -94,7 +94,7 @@ Result<UserList> read_users(const std::string& path) {
 }
 
 Result<void> write_users(const std::string& path, const UserList& list) {
-  return write_private_file(path, text_of(json_of(list), 1) + "\n");
+  return write_private_file(path, text_of(make_json(list), 1) + "\n");
 }
 
 Result<void> put_user(UserList& list, const std::string& name, Role role, const std::string& password) {

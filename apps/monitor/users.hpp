@@ -32,7 +32,7 @@ enum class Role {
 };
 inline constexpr std::initializer_list<Role> kRoles = {Role::viewer, Role::conductor, Role::administrator};
 [[nodiscard]] inline const char* name(Role role) {
-  return word_in<Role::administrator>({"viewer", "operator", "administrator"}, role);
+  return enumerator_text<Role::administrator>({"viewer", "operator", "administrator"}, role);
 }
 [[nodiscard]] std::optional<Role> role_named(std::string_view word);
 

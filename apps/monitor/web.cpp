@@ -27,7 +27,7 @@ Result<std::map<std::string, std::string>> read_body(const WebRequest& request, 
   const auto refuse = [](const char* why) { return failure(FaultKind::usage, "body", why); };
   const auto type = request.head.header("content-type");
   if (type != "application/json" && !type.starts_with("application/json;")) return refuse("the body is no JSON");
-  const auto root = JsonPlace::parse(request.body, "body");
+  const auto root = JsonNode::parse(request.body, "body");
   if (!root) return refuse("the body is no JSON");
   std::map<std::string, std::string> texts;
   for (const auto& key : keys) texts[key];

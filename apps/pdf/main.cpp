@@ -98,7 +98,7 @@ Result<FinishedFile> report_pdf(const Arguments& arguments) {
   const auto report = report::calibration_from_json(*json, arguments.report);
   if (!report) return failure(report.error());
   const auto document =
-      document_of(*report, arguments.language == "de" ? report::Language::german : report::Language::english);
+      make_document(*report, arguments.language == "de" ? report::Language::german : report::Language::english);
   const auto html = paper_html(
       document,
       {.program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = pdf_date(*report)});
@@ -147,7 +147,7 @@ int run(int argc, char** argv) {
   app.add_option("--width", arguments.width_px, "of the PNG, in pixels")->check(CLI::Range(16, 20000));
   app.add_option("--out", arguments.out, "the file")->required();
   app.add_flag("--force", arguments.force, "replace the file if it is there and a PDF or PNG");
-  refuse_wrong_values(app);
+  refuse_invalid_values(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

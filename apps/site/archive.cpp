@@ -61,7 +61,7 @@ Result<void> sync_folder(const std::string& folder) {
 /// again, and finds the file archived.
 void remove_left_copies(const std::string& path) {
   const auto begins = fs::path(path).filename().string() + ".";
-  for (const auto& entry : entries_of(fs::path(path).parent_path())) {
+  for (const auto& entry : list_folder(fs::path(path).parent_path())) {
     const auto name = entry.filename().string();
     if (!name.starts_with(begins) || !name.ends_with(kPart)) continue;
     const auto number = std::string_view(name).substr(begins.size());

@@ -19,7 +19,7 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
 
 /// Parses the command line. Returns the exit code if the program must end now, otherwise nothing.
 [[nodiscard]] inline std::optional<int> parse_command_line(CLI::App& cli, int argc, char** argv) {
-  refuse_wrong_values(cli);
+  refuse_invalid_values(cli);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

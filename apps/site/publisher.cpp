@@ -57,7 +57,7 @@ Result<std::string> read_id(const record::RecordFiles& files) {
 void add_folders(const fs::path& folder, int depth, std::vector<std::string>& folders) {
   folders.push_back(folder.string());
   if (depth == kDeepestFolder) return;
-  for (const auto& entry : entries_of(folder)) {
+  for (const auto& entry : list_folder(folder)) {
     std::error_code error;
     if (fs::is_directory(fs::symlink_status(entry, error))) add_folders(entry, depth + 1, folders);
   }
@@ -105,7 +105,7 @@ void Publisher::find_files() {
   found_documents_.clear();
   for (const auto& folder : folders_below(settings_.folders)) {
     records.merge(record::records_in(folder));
-    for (const auto& entry : entries_of(folder))
+    for (const auto& entry : list_folder(folder))
       if (entry.extension() == ".json") found_documents_.insert(entry.string());
   }
   for (const auto& path : records) runs_.try_emplace(path);

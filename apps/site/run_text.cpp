@@ -258,7 +258,7 @@ std::string alarms_as_json(const std::vector<record::Alarm>& alarms) {
   Json list = Json::array();
   for (auto alarm : alarms) {
     for (auto* text : {&alarm.text, &alarm.subject, &alarm.comment, &alarm.acknowledged_by}) *text = plain(*text);
-    list.push_back(json_of(alarm));
+    list.push_back(make_json(alarm));
   }
   return text_of(list);
 }
@@ -272,7 +272,7 @@ Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& 
   end.finished = status->finished;
   end.state = name(last_state(*status));
   end.cause = status->ended_by;
-  const auto alarms = record::alarms_of(files);
+  const auto alarms = record::read_record_alarms(files);
   if (!alarms) return failure(alarms.error());
   end.alarms = alarms_as_json(alarms->list());
   end.ended_ns = info.started_utc.count();

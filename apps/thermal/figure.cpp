@@ -110,7 +110,7 @@ Result<Exit> figure(Console& console, const FigureArguments& options) {
       .sources = heat_source_rows(*model),
       .image = std::move(*image)};
   Json json{{"schema", report::kThermalFigureSchema}, {"simulated", true}};
-  json.update(json_of(reported));
+  json.update(make_json(reported));
   console.print(text_of(json) + "\n");
   return Exit::done;
 }

@@ -174,7 +174,7 @@ std::string describe(const Solved& solved, const ThermalArguments& options) {
   return text;
 }
 
-Json json_of(const thermal::ExtremePoint& point) {
+Json make_json(const thermal::ExtremePoint& point) {
   return {{"temperature_c", point.temperature_c},
           {"at_m", point.at_m},
           {"part", thermal::kGyroPartNames[index(point.part)]}};
@@ -197,8 +197,8 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   json["gain_mean_c"] = gain_c;
   json["non_gain_mean_c"] = non_gain_c;
   json["difference_k"] = gain_c - non_gain_c;
-  json["hottest"] = json_of(state.hottest);
-  json["coldest"] = json_of(state.coldest);
+  json["hottest"] = make_json(state.hottest);
+  json["coldest"] = make_json(state.coldest);
   json["power_in_w"] = state.power_in_w;
   json["power_out_w"] = state.power_out_w;
   json["mesh"] = options.mesh;
@@ -220,10 +220,9 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
                            const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto& view = views[i];
-    const auto program = program_beside_this_one("gyrotherm-pdf");
-    const auto code =
-        run_to_its_end({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(), "--out",
-                        (folder / (view + ".png")).string()});
+    const auto program = sibling_program_path("gyrotherm-pdf");
+    const auto code = run_and_wait({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(),
+                                    "--out", (folder / (view + ".png")).string()});
     const auto fraction = static_cast<double>(i + 1) / static_cast<double>(views.size());
     // Ctrl-C also ends that program.
     if (auto running = check_interrupt(console, "pictures", fraction); !running) return running;
@@ -240,7 +239,7 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   std::vector<std::string> views;
   std::vector<std::pair<std::string, std::string>> files;
   for (const auto& view : make_views(solved.model, solved.mesh, solved.state)) {
-    files.emplace_back(view.file + ".svg", plot::svg_of(view.image));
+    files.emplace_back(view.file + ".svg", plot::to_svg(view.image));
     views.push_back(view.file);
   }
   std::ostringstream vtu, calculix;

@@ -103,7 +103,7 @@ Result<void> compare(const Options& options) {
   training.method = options.method;
   training.quick = options.quick;
   training.tuning.swarm.seed = options.seed;
-  const double raw = data::figures_of(record->clusters.bias_deg_per_h).std;
+  const double raw = data::compute_figures(record->clusters.bias_deg_per_h).std;
   fmt::print("{}{}, {} on {}; raw STD {:.5g} °/h over {} clusters\n", record->dataset.simulated ? "SIMULATED " : "",
              options.run, options.method, options.inputs, raw, record->clusters.start_s.size());
   fmt::print("{:<52} {:>9} {:>9} {:>9} {:>9}  chosen\n", "°/h", "in-sample", "held STD", "held RMSE", "unseen");

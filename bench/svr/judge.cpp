@@ -14,7 +14,7 @@ svm::SvrParameters own_parameters(const PeerParameters& parameters) {
 
 Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::VectorXd& beta, double b, double gamma,
                                  const svm::SampleMatrix& at) {
-  const std::vector<Eigen::Index> support = svm::support_of(beta);
+  const std::vector<Eigen::Index> support = svm::support_rows(beta);
   Eigen::VectorXd out(at.rows());
   for (Eigen::Index r = 0; r < at.rows(); ++r) {
     double sum = 0;

@@ -71,7 +71,7 @@ VIRTUAL = {
         "read_plant": ["virtual.plant"], "read_readout": ["virtual.gyro"], "read_dead_band": ["virtual.gyro.dead_band"],
         "read_thermometers": ["virtual.thermometers"], "read_failing": ["[virtual.thermometers.failing]"],
         "read_spread": ["virtual.spread"], "read_hard_spread": ["virtual.spread.hard"], "has_reduced_gyro": ["virtual"],
-        "gyro_model_of:root": [], "gyro_model_of:table": ["virtual"], "gyro_model_of:thermal": ["virtual.thermal"],
+        "find_gyro_model:root": [], "find_gyro_model:table": ["virtual"], "find_gyro_model:thermal": ["virtual.thermal"],
         "parse_laboratory:root": [], "parse_laboratory:table": ["virtual"], "parse_laboratory": ["virtual.power_on"],
     },
     "simulator/unit_file.cpp": {
@@ -264,7 +264,7 @@ def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
             for call in _CALL.finditer(line):
                 place = f"{source}:{number}"
                 name = call[1].split("::")[-1].removeprefix("std::")
-                if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("words_in_order", "parse_day"):
+                if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("make_vocabulary", "parse_day"):
                     continue
                 if not call["key"] and name != "read_range":
                     continue

@@ -23,7 +23,7 @@ std::vector<const RegisterItem*> items_named(const RegisterMap& map, const TomlT
   if (const auto* one = map.find(name)) return {one};
   std::vector<const RegisterItem*> all;
   while (const auto* next = map.find(fmt::format("{}_{}", name, all.size() + 1))) all.push_back(next);
-  if (all.empty()) (void)named_item(map, table, key, name);
+  if (all.empty()) (void)find_named_item(map, table, key, name);
   return all;
 }
 
@@ -83,13 +83,13 @@ Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string&
     parsed->mistake("input", fmt::format("{} inputs, expected at most {}", map.inputs.size(), kMostInputs));
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   const auto usual = map.registers.links.front().kind;
-  auto linked = on_link(std::move(map.registers), usual);
+  auto linked = select_link(std::move(map.registers), usual);
   if (!linked) return failure(std::move(linked.error()));
   map.registers = std::move(*linked);
   return map;
 }
 
-std::string confidence_in_words(const AnalogueMap& map) {
+std::string describe_confidence(const AnalogueMap& map) {
   auto least_sure = Confidence::verified;
   std::vector<std::string> notes;
   const auto look_at = [&](const std::string& name) {
@@ -188,7 +188,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
   [[nodiscard]] std::vector<const RegisterItem*> items_of(const AnalogueInput& input) const {
     std::vector<const RegisterItem*> items{&items_.item(input.item)};
     for (const auto& status : input.statuses) items.push_back(&items_.item(status));
-    const auto context = items_.needed_by(items);
+    const auto context = items_.find_context_items(items);
     items.insert(items.end(), context.begin(), context.end());
     return items;
   }

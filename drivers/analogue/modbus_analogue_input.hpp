@@ -46,7 +46,7 @@ inline constexpr const char* kNormalStatus = "normal";
                                                      std::optional<WordOrder> word_order = {});
 
 /// Returns a line for people: "8 inputs: from the manual", and the uncertain facts.
-[[nodiscard]] std::string confidence_in_words(const AnalogueMap& map);
+[[nodiscard]] std::string describe_confidence(const AnalogueMap& map);
 
 /// Returns the driver. `registers` must be those of the map's selected link. `wanted` are the inputs that read()
 /// returns, in this order, as indices into the map; at least one. Adjacent registers are read by one exchange, up to

@@ -55,7 +55,7 @@ bool lists(const std::string& members, const std::string& user) {
 }
 
 /// Returns the number of the user's primary group, or an empty string if /etc/passwd does not list the user.
-std::string own_group_of(std::int64_t uid) {
+std::string find_primary_group(std::int64_t uid) {
   std::ifstream users("/etc/passwd");
   for (std::string line; std::getline(users, line);)
     if (const auto fields = fields_of(line); fields.size() > 3 && fields[2] == std::to_string(uid)) return fields[3];
@@ -63,7 +63,7 @@ std::string own_group_of(std::int64_t uid) {
 }
 
 bool is_member(std::int64_t uid) {
-  const auto own = own_group_of(uid);
+  const auto own = find_primary_group(uid);
   if (own.empty()) return false;
   const auto user = user_name(uid);
   std::ifstream groups("/etc/group");
@@ -103,11 +103,11 @@ std::optional<std::int64_t> user_in(const char* answer, std::size_t size) {
 
 }  // namespace
 
-bool may_hold_chambers(std::int64_t uid) {
+bool may_drive_chambers(std::int64_t uid) {
   return uid <= 0 || uid == static_cast<std::int64_t>(::geteuid()) || is_member(uid);
 }
 
-std::optional<std::int64_t> user_of_socket(std::uint32_t inode) {
+std::optional<std::int64_t> find_socket_user(std::uint32_t inode) {
   constexpr auto kKernelAnswersWithin = std::chrono::milliseconds(200);
   const Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
   Question question;
@@ -176,7 +176,7 @@ struct NamedSocket {
 
 /// Returns the sockets with the chamber's name or a spare name. Each name is listed once, although accepted connections
 /// have the same name and user.
-std::vector<NamedSocket> sockets_of(const std::string& place) {
+std::vector<NamedSocket> find_sockets(const std::string& place) {
   std::ifstream sockets("/proc/net/unix");
   const auto own = "@" + name_of(place);
   std::vector<NamedSocket> found;
@@ -194,7 +194,7 @@ std::vector<NamedSocket> sockets_of(const std::string& place) {
 }
 
 bool has_open(const std::filesystem::path& process, const std::string& socket) {
-  const auto held = entries_of(process / "fd");
+  const auto held = list_folder(process / "fd");
   return std::any_of(held.begin(), held.end(), [&](const auto& descriptor) {
     std::error_code error;
     return std::filesystem::read_symlink(descriptor, error) == socket;
@@ -204,7 +204,7 @@ bool has_open(const std::filesystem::path& process, const std::string& socket) {
 /// Finds the process that holds an unresponsive socket, as far as this user may inspect other processes.
 NameOwner owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
-  for (const auto& process : entries_of("/proc")) {
+  for (const auto& process : list_folder("/proc")) {
     const auto number = process.filename().string();
     if (!std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; })) continue;
     struct stat found {};
@@ -292,7 +292,7 @@ std::string record_of(const std::string& signature, std::int64_t pid) {
 
 ChamberHolder in_words(ChamberHolder holder, const std::string& signature) {
   holder.words = holder.pid == 0 ? "a process that does not say who it is"
-                                 : fmt::format("process {} of {}{}", holder.pid, user_in_words(holder.uid),
+                                 : fmt::format("process {} of {}{}", holder.pid, describe_user(holder.uid),
                                                record_of(signature, holder.pid));
   return holder;
 }
@@ -327,7 +327,7 @@ NameOwner owner_of(const NamedSocket& named) {
       ::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0)
     return {.pid = owner.pid, .uid = owner.uid};
   auto found = owner_by_descriptors(named.inode);
-  if (const auto uid = user_of_socket(static_cast<std::uint32_t>(named.inode))) found.uid = *uid;
+  if (const auto uid = find_socket_user(static_cast<std::uint32_t>(named.inode))) found.uid = *uid;
   return found;
 }
 
@@ -343,13 +343,13 @@ struct Holders {
 };
 
 /// Examines every socket with a name of the chamber, except the one with inode `own`.
-Holders holders_of(const std::string& place, const std::string& signature, std::uint64_t own = 0) {
+Holders find_holders(const std::string& place, const std::string& signature, std::uint64_t own = 0) {
   Holders holders;
-  for (const auto& named : sockets_of(place)) {
+  for (const auto& named : find_sockets(place)) {
     if (named.inode == own) continue;
     const auto owner = owner_of(named);
     auto holder = in_words({.pid = owner.pid, .uid = owner.uid, .words = {}}, signature);
-    if (!may_hold_chambers(owner.uid))
+    if (!may_drive_chambers(owner.uid))
       holders.strangers.push_back(std::move(holder));
     else if (!holders.rightful)
       holders.rightful = std::move(holder);
@@ -363,17 +363,17 @@ tl::unexpected<Fault> driven_by(const std::string& place, const ChamberHolder& h
 
 }  // namespace
 
-tl::expected<Descriptor, int> take_name(const std::string& place) { return bind_name(name_of(place)); }
+tl::expected<Descriptor, int> bind_chamber_name(const std::string& place) { return bind_name(name_of(place)); }
 
-std::optional<NameOwner> owner_of_name(const std::string& place) {
-  const auto all = sockets_of(place);
+std::optional<NameOwner> find_name_owner(const std::string& place) {
+  const auto all = find_sockets(place);
   const auto own = std::ranges::find(all, name_of(place), &NamedSocket::name);
   return own == all.end() ? std::nullopt : std::optional(owner_of(*own));
 }
 
-std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit) {
+std::string chamber_lock_name(const Line& line, std::uint16_t usual_port, std::uint8_t unit) {
   if (const auto* tcp = std::get_if<TcpLine>(&line)) {
-    const auto host = is_own_address(tcp->host) ? std::string("this.machine") : as_file_name(tcp->host);
+    const auto host = is_local_address(tcp->host) ? std::string("this.machine") : as_file_name(tcp->host);
     return fmt::format("tcp-{}-{}-{}", host, tcp->port == 0 ? usual_port : tcp->port, unit);
   }
   if (const auto* serial = std::get_if<SerialLine>(&line)) {
@@ -385,10 +385,11 @@ std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8
 }
 
 Result<ChamberLock> ChamberLock::take(const std::string& place, const std::string& record) {
-  auto name = take_name(place);
+  auto name = bind_chamber_name(place);
   if (!name && name.error() == EADDRINUSE) name = bind_name(spare_name(place));
   auto file = lock_file(place);
-  auto holders = holders_of(place, file.is_open() ? content(file.number()) : std::string(), name ? inode_of(*name) : 0);
+  auto holders =
+      find_holders(place, file.is_open() ? content(file.number()) : std::string(), name ? inode_of(*name) : 0);
   if (holders.rightful) return driven_by(place, *holders.rightful);
   if (!name && !file.is_open())
     return failure(FaultKind::storage, "chamber " + place,
@@ -405,12 +406,12 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
 
 std::optional<ChamberHolder> ChamberLock::holder(const std::string& place) {
   const auto file = lock_file(place);
-  auto holders = holders_of(place, file.is_open() ? content(file.number()) : std::string());
+  auto holders = find_holders(place, file.is_open() ? content(file.number()) : std::string());
   if (holders.rightful) return std::move(holders.rightful);
   return file.is_open() ? holder_of(file.number()) : std::nullopt;
 }
 
-void ChamberLock::dismiss_callers() const {
+void ChamberLock::close_callers() const {
   constexpr int kMostAtOnce = 256;
   for (int i = 0; i < kMostAtOnce && name_.is_open(); ++i) {
     const Descriptor caller(::accept4(name_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));

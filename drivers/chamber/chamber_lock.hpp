@@ -4,7 +4,7 @@
 ///
 /// The first is a name in the abstract namespace of Unix sockets. Every program in the machine's network namespace sees
 /// it, regardless of user, folder and mount namespace; it cannot be removed, and the kernel reports its holder. Any
-/// process can bind it, so it counts only if its holder's user may drive chambers (may_hold_chambers). If another
+/// process can bind it, so it counts only if its holder's user may drive chambers (may_drive_chambers). If another
 /// user's process holds the name, a program takes a random spare name, "NAME#…"; every program checks the spare names
 /// too. The second is a lock file in a folder that the user owns, for programs of one user in two network namespaces;
 /// it also contains the path of the record. Neither lock excludes programs on other machines: the run detects them by a
@@ -28,15 +28,15 @@ inline constexpr const char* kChamberGroups[] = {"gyrotherm", "dialout"};
 
 /// Returns true for this user, root, and members of one of kChamberGroups according to /etc/passwd and /etc/group.
 /// Directory services are not queried. An unknown user (a negative number) counts as permitted.
-[[nodiscard]] bool may_hold_chambers(std::int64_t uid);
+[[nodiscard]] bool may_drive_chambers(std::int64_t uid);
 
 /// Returns the user who created the Unix socket with that inode in this network namespace (sock_diag(7)). Returns
 /// nothing if the kernel does not report it (before Linux 5.3).
-[[nodiscard]] std::optional<std::int64_t> user_of_socket(std::uint32_t inode);
+[[nodiscard]] std::optional<std::int64_t> find_socket_user(std::uint32_t inode);
 
 /// Binds the name of a chamber; it is held while the descriptor is open. Fails with errno, which is EADDRINUSE if
 /// another process holds the name.
-[[nodiscard]] tl::expected<Descriptor, int> take_name(const std::string& place);
+[[nodiscard]] tl::expected<Descriptor, int> bind_chamber_name(const std::string& place);
 
 /// Process that holds a name, as the kernel reports it. `pid` 0 and `uid` -1 mean unknown.
 struct NameOwner {
@@ -44,13 +44,13 @@ struct NameOwner {
   std::int64_t uid = -1;
 };
 /// Returns the holder of the name, or nothing if no process holds it.
-[[nodiscard]] std::optional<NameOwner> owner_of_name(const std::string& place);
+[[nodiscard]] std::optional<NameOwner> find_name_owner(const std::string& place);
 
 /// Returns an identifier of the chamber at the end of a line, independent of how the line is written.
 /// "tcp-10.0.0.7-502-1" ends with the unit number, because one address may serve several chambers.
 /// "tcp-this.machine-502-1" stands for every address of this machine. "serial-dev-ttyUSB0" names the device behind a
 /// link.
-[[nodiscard]] std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit);
+[[nodiscard]] std::string chamber_lock_name(const Line& line, std::uint16_t usual_port, std::uint8_t unit);
 
 /// Process that holds a chamber. `pid` 0 and `uid` -1 mean unknown.
 struct ChamberHolder {
@@ -75,7 +75,7 @@ class ChamberLock {
 
   /// Closes the connections of programs that queried the holder. Call it from time to time: a full queue would keep
   /// other programs from querying.
-  void dismiss_callers() const;
+  void close_callers() const;
 
  private:
   ChamberLock(Descriptor name, Descriptor file) : name_(std::move(name)), file_(std::move(file)) {}

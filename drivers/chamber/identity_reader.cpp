@@ -31,7 +31,7 @@ std::string read_pattern(const TomlTable& table) {
 }
 
 const RegisterItem* readable_item(const TomlTable& table, const RegisterMap& map, const std::string& name) {
-  const auto* item = named_item(map, table, "register", name);
+  const auto* item = find_named_item(map, table, "register", name);
   if (item && !item->readable) table.mistake("register", fmt::format("register \"{}\" cannot be read", name));
   return item;
 }

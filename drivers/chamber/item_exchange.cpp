@@ -223,12 +223,12 @@ ItemExchange::ItemExchange(const RegisterMap& map, Registers& registers, Pauses&
     : map_(map), registers_(registers), pauses_(pauses) {
   std::vector<const RegisterItem*> all;
   for (const auto& one : map.items) all.push_back(&one);
-  contexts_ = needed_by(all);
+  contexts_ = find_context_items(all);
 }
 
 const RegisterItem& ItemExchange::item(std::string_view name) const { return named(map_, name); }
 
-std::vector<const RegisterItem*> ItemExchange::needed_by(std::span<const RegisterItem* const> items) const {
+std::vector<const RegisterItem*> ItemExchange::find_context_items(std::span<const RegisterItem* const> items) const {
   std::vector<const RegisterItem*> context;
   for (const auto* one : items)
     for (const auto* name : {&one->decimals, &one->unit}) {
@@ -262,7 +262,7 @@ Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterIt
 
 Result<double> ItemExchange::read(const RegisterItem& item) {
   const RegisterItem* const self = &item;
-  auto wanted = needed_by(std::span(&self, 1));
+  auto wanted = find_context_items(std::span(&self, 1));
   wanted.push_back(self);
   auto snapshot = look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
   const auto alone = span_of(item);
@@ -301,7 +301,7 @@ void ItemExchange::confirm(const Snapshot& found) {
   }
 }
 
-bool ItemExchange::can_do_without(const ReadSpan& span) const {
+bool ItemExchange::may_skip(const ReadSpan& span) const {
   if (!falls_back_) return false;
   const auto is_needed = [&](const RegisterItem& item) {
     const bool inside =
@@ -328,7 +328,7 @@ Result<double> ItemExchange::context_value(const RegisterItem& item) {
 /// Reads only the item if its context is known.
 Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
   const RegisterItem* const self = &item;
-  const auto context = needed_by(std::span(&self, 1));
+  const auto context = find_context_items(std::span(&self, 1));
   if (!std::ranges::all_of(context, [&](const auto* other) { return knows(*other); })) return read(item);
   const auto in_context = in_its_context(item);
   if (!in_context) return failure(in_context.error());

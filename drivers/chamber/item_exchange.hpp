@@ -56,7 +56,7 @@ class ItemExchange {
 
   /// Accepts the unit on the present connection as the one to write to. After a broken connection another unit may
   /// answer. Therefore, before the next write, a unit that was identified before is identified again, and the write
-  /// fails with disconnected unless its identity is unchanged. write_insisting() is less strict: it also writes to a
+  /// fails with disconnected unless its identity is unchanged. write_persistently() is less strict: it also writes to a
   /// unit that was identified within the last two seconds, or that does not answer.
   void trust_line() { trusted_ = registers_.breaks(); }
 
@@ -70,7 +70,7 @@ class ItemExchange {
   [[nodiscard]] Result<IdentityFound> recognise(const RegisterItem& instead);
 
   /// Returns the items for decimals and units that `items` depend on.
-  [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;
+  [[nodiscard]] std::vector<const RegisterItem*> find_context_items(std::span<const RegisterItem* const> items) const;
   /// Keeps a snapshot for 1.5 s; contexts in it are not read again in this time.
   void know(const Snapshot& found);
   /// Keeps the units and decimals in the snapshot as the latest ones.
@@ -83,7 +83,7 @@ class ItemExchange {
   void fall_back() { falls_back_ = true; }
   /// Returns true if the span may be skipped when it cannot be read: it contains only units and decimals with a known
   /// latest value.
-  [[nodiscard]] bool can_do_without(const ReadSpan& span) const;
+  [[nodiscard]] bool may_skip(const ReadSpan& span) const;
 
   /// Reads the spans. Fails at the first span that cannot be read.
   [[nodiscard]] Result<Snapshot> look(std::span<const ReadSpan> spans);
@@ -103,7 +103,9 @@ class ItemExchange {
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value) { return write(item, value, 1); }
   /// Writes on a bad line. An unacknowledged write is repeated immediately, because repetition has no further effect.
   /// Succeeds without acknowledgement if the value is read back.
-  [[nodiscard]] Result<void> write_insisting(const RegisterItem& item, double value) { return write(item, value, 3); }
+  [[nodiscard]] Result<void> write_persistently(const RegisterItem& item, double value) {
+    return write(item, value, 3);
+  }
   [[nodiscard]] Result<void> write_date(const RegisterItem& item, const CivilTime& time);
   /// Writes the words unchanged.
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words);

@@ -105,7 +105,7 @@ class ModbusChamber final : public Chamber {
     items_.trust_line();
     limits_.reset();
     if (std::exchange(is_new_, false))
-      turns_.begin_anew_at_once();
+      turns_.restart_at_once();
     else
       turns_.begin_anew();  // no time within a tick
     auto found = items_.identify(air_);
@@ -144,7 +144,7 @@ class ModbusChamber final : public Chamber {
     Result<ChamberState> state;
     for (int i = 0; i < kTries + zeros_ && !(state && status_known_); ++i) {
       if (zeros_ > 0) pauses_->rest(std::chrono::seconds(1));
-      turns_.begin_anew_at_once();
+      turns_.restart_at_once();
       state = look();
       status_known_ = status_known_ || turns_.pieces() == 0;
     }
@@ -210,9 +210,9 @@ class ModbusChamber final : public Chamber {
     const auto free = end_known_program();
     auto seen_at_once = set_point_;
     seen_at_once.seen_later = false;
-    auto done = items_.write_insisting(seen_at_once, target.value);
+    auto done = items_.write_persistently(seen_at_once, target.value);
     const bool may_run_program = !done && done.error().kind == FaultKind::refused;
-    if (may_run_program && end_program()) done = items_.write_insisting(seen_at_once, target.value);
+    if (may_run_program && end_program()) done = items_.write_persistently(seen_at_once, target.value);
     if (done) sent_c_ = target.value;
     to_be_seen_ = false;
     return done ? free : done;
@@ -272,7 +272,7 @@ class ModbusChamber final : public Chamber {
     std::vector<const RegisterItem*> core{&air_};
     if (set_point_.readable) core.push_back(&set_point_);
     if (map_.one_block && identity_) core.push_back(identity_);
-    const auto context = items_.needed_by(core);
+    const auto context = items_.find_context_items(core);
     core.insert(core.end(), context.begin(), context.end());
     return core;
   }
@@ -304,7 +304,7 @@ class ModbusChamber final : public Chamber {
         return failure(FaultKind::timeout, place(air_),
                        "the line is too slow, or loses too much, for a reading a second");
       auto words = registers_->read(span.function, span.first, span.count);
-      if (!words && items_.can_do_without(span)) continue;
+      if (!words && items_.may_skip(span)) continue;
       if (!words) return failure(std::move(words.error()));
       exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
       core.add(span, std::move(*words));
@@ -467,7 +467,7 @@ class ModbusChamber final : public Chamber {
     const auto words = items_.look(std::array{air, set_point});
     if (!words) return failure(words.error());
     const auto findings = probe_word_order(air_, words->words_of(air_), set_point_, words->words_of(set_point_));
-    if (contradicts_its_order(findings)) return failure(FaultKind::mismatch, place(air_), in_words(findings));
+    if (has_wrong_word_order(findings)) return failure(FaultKind::mismatch, place(air_), in_words(findings));
     const bool is_only_one = std::ranges::count_if(findings, &OrderFinding::plausible) == 1;
     auto& list = findings.front().plausible && is_only_one ? found.verified : found.not_verified;
     list.push_back(fmt::format("word order {}", name(air_.order)));
@@ -552,7 +552,7 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
   const auto at_most = map_.link.modbus.read_at_most;
   core_plan_ = plan_reads(core_items(), map_.one_block || map_.holes, at_most);
   status_items_ = status_items(map_);
-  const auto context = items_.needed_by(status_items_);
+  const auto context = items_.find_context_items(status_items_);
   status_items_.insert(status_items_.end(), context.begin(), context.end());
   const bool asks = !(map_.states.empty() && map_.alarms.empty());
   turns_ = StatusTurns(plan_reads(status_items_, map_.holes, at_most), asks ? map_.status_every : 0);

@@ -268,11 +268,11 @@ Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_
 CivilTime later(const CivilTime& time, Duration by) {
   const auto of = [](int value) { return static_cast<unsigned>(value); };
   const sys_days date = year(time.year) / of(time.month) / of(time.day);
-  return civil_time_of(date.time_since_epoch() + std::chrono::hours(time.hour) + std::chrono::minutes(time.minute) +
+  return to_civil_time(date.time_since_epoch() + std::chrono::hours(time.hour) + std::chrono::minutes(time.minute) +
                        std::chrono::seconds(time.second) + by);
 }
 
-CivilTime civil_time_of(Duration utc) {
+CivilTime to_civil_time(Duration utc) {
   const auto whole_days = std::chrono::floor<std::chrono::days>(utc);
   const std::chrono::year_month_day date{sys_days(whole_days)};
   const std::chrono::hh_mm_ss clock{std::chrono::floor<std::chrono::seconds>(utc - whole_days)};

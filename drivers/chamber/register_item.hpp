@@ -153,7 +153,7 @@ struct ItemContext {
 [[nodiscard]] std::vector<std::uint16_t> encode_date(const DateForm& form, const CivilTime& time);
 /// Decodes a date. Fails with out_of_range for an impossible date or time.
 [[nodiscard]] Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_t> words);
-[[nodiscard]] CivilTime civil_time_of(Duration utc);
+[[nodiscard]] CivilTime to_civil_time(Duration utc);
 [[nodiscard]] CivilTime later(const CivilTime& time, Duration by);
 
 /// Returns the number of registers of a number of this type.

@@ -31,7 +31,7 @@ const MapLink* RegisterMap::find(LinkKind kind) const {
   return found == links.end() ? nullptr : &*found;
 }
 
-Result<RegisterMap> on_link(RegisterMap map, LinkKind kind) {
+Result<RegisterMap> select_link(RegisterMap map, LinkKind kind) {
   const auto* link = map.find(kind);
   if (!link) return failure(FaultKind::usage, map.name, fmt::format("its map describes no {} link", name(kind)));
   const bool was_rtu = map.link.kind != LinkKind::tcp, is_rtu = kind != LinkKind::tcp;
@@ -45,7 +45,7 @@ Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<Lin
   auto kind = map.links.front().kind;
   if (std::holds_alternative<SerialLine>(line)) kind = LinkKind::rtu;
   if (std::holds_alternative<TcpLine>(line)) kind = map.find(LinkKind::tcp) ? LinkKind::tcp : LinkKind::rtu_over_tcp;
-  return on_link(std::move(map), framing.value_or(kind));
+  return select_link(std::move(map), framing.value_or(kind));
 }
 
 Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name) {
@@ -131,7 +131,7 @@ std::vector<Doubt> doubts(const RegisterMap& map) {
   return all;
 }
 
-std::string confidence_in_words(const RegisterMap& map) {
+std::string describe_confidence(const RegisterMap& map) {
   const auto all = doubts(map);
   const auto count = [&](Confidence confidence) { return std::ranges::count(all, confidence, &Doubt::confidence); };
   const auto verified = std::ranges::count_if(
@@ -204,7 +204,7 @@ std::vector<OrderFinding> probe_word_order(const RegisterItem& air, std::span<co
   return findings;
 }
 
-bool contradicts_its_order(const std::vector<OrderFinding>& findings) {
+bool has_wrong_word_order(const std::vector<OrderFinding>& findings) {
   return !findings.empty() && !is_plausible(findings.front(), kNextToNothing) &&
          !(findings.front().air_c == 0 && findings.front().set_point_c == 0) &&
          std::ranges::any_of(findings, &OrderFinding::plausible);

@@ -252,7 +252,7 @@ struct RegisterMap {
 
 /// Returns the map with its link of that kind selected, with the link's settings and addresses. Fails with usage if the
 /// map has no such link.
-[[nodiscard]] Result<RegisterMap> on_link(RegisterMap map, LinkKind kind);
+[[nodiscard]] Result<RegisterMap> select_link(RegisterMap map, LinkKind kind);
 /// Returns the map for a unit at the end of `line`. A serial line uses RTU; a TCP line uses Modbus TCP if the map has
 /// it, and otherwise RTU over TCP; a virtual line uses the map's first link. `framing` overrides the choice.
 [[nodiscard]] Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing = {});
@@ -270,16 +270,16 @@ struct RegisterMap {
 [[nodiscard]] const char* name(LinkKind kind);
 [[nodiscard]] const char* name(Confidence confidence);
 
-inline constexpr auto kWordOrders = words_in_order<WordOrder::abcd, WordOrder::dcba>("abcd", "cdab", "badc", "dcba");
-inline constexpr auto kLinkKinds = words_in_order<LinkKind::tcp, LinkKind::rtu_over_tcp>("tcp", "rtu", "rtu_over_tcp");
-inline constexpr auto kReadFunctions = words_in_order<ReadFunction::coils, ReadFunction::input_registers>(
+inline constexpr auto kWordOrders = make_vocabulary<WordOrder::abcd, WordOrder::dcba>("abcd", "cdab", "badc", "dcba");
+inline constexpr auto kLinkKinds = make_vocabulary<LinkKind::tcp, LinkKind::rtu_over_tcp>("tcp", "rtu", "rtu_over_tcp");
+inline constexpr auto kReadFunctions = make_vocabulary<ReadFunction::coils, ReadFunction::input_registers>(
     "coils", "discrete_inputs", "holding_registers", "input_registers");
 inline constexpr Vocabulary<WriteFunction, 3> kWriteFunctions{{{"coil", WriteFunction::coil},
                                                                {"one_register", WriteFunction::one_register},
                                                                {"registers", WriteFunction::registers}}};
-inline constexpr auto kStepKinds = words_in_order<StepKind::ramp, StepKind::end>("ramp", "soak", "end");
+inline constexpr auto kStepKinds = make_vocabulary<StepKind::ramp, StepKind::end>("ramp", "soak", "end");
 inline constexpr auto kConfidences =
-    words_in_order<Confidence::verified, Confidence::unverified>("verified", "manual", "secondary", "unverified");
+    make_vocabulary<Confidence::verified, Confidence::unverified>("verified", "manual", "secondary", "unverified");
 
 /// A register that is not verified on the instrument.
 struct Doubt {
@@ -294,7 +294,7 @@ struct Doubt {
 
 /// Returns a line for people: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified:
 /// set_point (…)".
-[[nodiscard]] std::string confidence_in_words(const RegisterMap& map);
+[[nodiscard]] std::string describe_confidence(const RegisterMap& map);
 
 /// Returns the accepted difference between a sent set point and the one that the chamber shows. It is the register's
 /// resolution, or the map's tolerance if that is larger, and at least 0.1 K. A run's interlocks, its safe sequence and
@@ -321,7 +321,7 @@ struct OrderFinding {
 
 /// Returns true if the values are plausible in another order but not in the item's own: the unit has a different
 /// setting.
-[[nodiscard]] bool contradicts_its_order(const std::vector<OrderFinding>& findings);
+[[nodiscard]] bool has_wrong_word_order(const std::vector<OrderFinding>& findings);
 
 /// Returns a result for people: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or the change to make.
 [[nodiscard]] std::string in_words(const std::vector<OrderFinding>& findings);
@@ -338,8 +338,8 @@ void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, Regis
 void read_identity(const TomlTable& table, RegisterMap& map);
 
 /// Returns the item `name`. If there is none, notes an error at `key` and returns null.
-[[nodiscard]] const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
-                                             const std::string& name);
+[[nodiscard]] const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
+                                                  const std::string& name);
 /// Returns the first code of a meaning, or the mask of a flag.
 [[nodiscard]] std::optional<double> code_of(const RegisterItem& item, const std::string& meaning);
 /// Reads { register, is | is_not | bits | above }.

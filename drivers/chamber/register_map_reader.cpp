@@ -28,10 +28,10 @@ constexpr double kFinestOfFloat = 0.001;
 constexpr double kUsualDecimal = 0.1;
 constexpr std::int64_t kMostOfOneKind = 256;
 
-constexpr auto kTypes = words_in_order<RegisterType::u16, RegisterType::date_time>("u16", "s16", "u32", "s32", "f32",
-                                                                                   "bits", "text", "date_time");
+constexpr auto kTypes = make_vocabulary<RegisterType::u16, RegisterType::date_time>("u16", "s16", "u32", "s32", "f32",
+                                                                                    "bits", "text", "date_time");
 constexpr auto kDateParts =
-    words_in_order<DatePart::year, DatePart::second>("year", "month", "day", "weekday", "hour", "minute", "second");
+    make_vocabulary<DatePart::year, DatePart::second>("year", "month", "day", "weekday", "hour", "minute", "second");
 
 void read_text_form(const TomlTable& table, TextForm& form) {
   form.characters = whole<std::uint16_t>(table, "characters", 1, 125);
@@ -208,7 +208,7 @@ std::vector<RegisterItem> repeated(const TomlTable& table, const RegisterItem& i
 void check_references(const TomlTable& table, const RegisterItem& item, const RegisterMap& map) {
   const auto must_be = [&](const char* key, const std::string& name, bool writable) {
     if (name.empty()) return;
-    const auto* other = named_item(map, table, key, name);
+    const auto* other = find_named_item(map, table, key, name);
     if (other && writable && !other->writable) table.mistake(key, fmt::format("register \"{}\" is not writable", name));
     if (other && !writable && !other->readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", name));
   };
@@ -223,7 +223,7 @@ void check_references(const TomlTable& table, const RegisterItem& item, const Re
                     fmt::format("register \"{}\" has no codes \"celsius\" and \"fahrenheit\"", item.unit));
   }
   if (!item.companion) return;
-  const auto* companion = named_item(map, table, "together_with", item.companion->item);
+  const auto* companion = find_named_item(map, table, "together_with", item.companion->item);
   if (companion && companion->address != item.address + word_count(item))
     table.mistake("together_with", fmt::format("register \"{}\" does not follow this one", companion->name));
 }
@@ -235,7 +235,7 @@ void check_sizes(const TomlTable& table, const RegisterItem& item, const Registe
                                         word_count(item), link.modbus.read_at_most));
 }
 
-constexpr auto kSources = words_in_order<CellSource::name, CellSource::constant>(
+constexpr auto kSources = make_vocabulary<CellSource::name, CellSource::constant>(
     "name", "number", "step_count", "step", "kind", "start", "target", "rate", "hours", "minutes", "seconds",
     "total_seconds", "guaranteed_soak", "soak_band", "constant");
 
@@ -322,7 +322,7 @@ void read_value(const TomlTable& table, const RegisterMap& map, const RegisterIt
     step.source = SequenceStep::Source::date;
     step.date_of = table.text("date_of");
     step.duration = table.duration("later", Duration{});
-    const auto* clock = named_item(map, table, "date_of", step.date_of);
+    const auto* clock = find_named_item(map, table, "date_of", step.date_of);
     if ((clock && clock->type != RegisterType::date_time) || (item && item->type != RegisterType::date_time))
       table.mistake("date_of", "both registers must be of type date_time");
   } else {
@@ -336,7 +336,7 @@ SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
   if (table.has("write")) {
     step.kind = SequenceStep::Kind::write;
     step.item = table.text("write");
-    const auto* item = named_item(map, table, "write", step.item);
+    const auto* item = find_named_item(map, table, "write", step.item);
     if (item && !item->writable) table.mistake("write", fmt::format("register \"{}\" is not writable", item->name));
     read_value(table, map, item, step);
   } else if (table.has("wait")) {
@@ -382,7 +382,7 @@ void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterM
   memory.pause = table.duration("pause", Duration{});
   memory.recovery = table.duration("recovery", Duration{});
   memory.number_from = table.text("number_from", "");
-  if (!memory.number_from.empty()) (void)named_item(map, table, "number_from", memory.number_from);
+  if (!memory.number_from.empty()) (void)find_named_item(map, table, "number_from", memory.number_from);
   memory.confidence = one_of(kConfidences, table, "confidence", "unverified");
   for (const auto& block : table.tables("header")) memory.header.push_back(read_block(block, defaults, map));
   for (const auto& block : table.tables("step")) memory.step.push_back(read_block(block, defaults, map));
@@ -491,10 +491,10 @@ void read_exceptions(const TomlTable& link, ModbusLink& modbus) {
     modbus.busy_exceptions.insert(static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0)));
 }
 
-constexpr auto kActivities = words_in_order<ChamberActivity::off, ChamberActivity::unknown>(
+constexpr auto kActivities = make_vocabulary<ChamberActivity::off, ChamberActivity::unknown>(
     "off", "running", "not_following", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm",
     "door_open", "emergency_stop", "power_failure", "unknown");
-constexpr auto kSeverities = words_in_order<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
+constexpr auto kSeverities = make_vocabulary<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
 
 std::vector<std::int64_t> every_code(const RegisterItem& item) {
   std::vector<std::int64_t> all;
@@ -574,7 +574,7 @@ void read_links(const TomlTable& link, RegisterMap& map) {
       std::rotate(map.links.begin(), found, found + 1);
   }
   map.link = map.links.front();
-  // The addresses are for TCP until on_link() changes them.
+  // The addresses are for TCP until select_link() changes them.
   map.link.kind = LinkKind::tcp;
 }
 
@@ -582,8 +582,8 @@ void read_control(const TomlTable& table, RegisterMap& map) {
   ControlMode control;
   control.commanded = table.text("commanded");
   control.active = table.text("active", control.commanded);
-  const auto* commanded = named_item(map, table, "commanded", control.commanded);
-  (void)named_item(map, table, "active", control.active);
+  const auto* commanded = find_named_item(map, table, "commanded", control.commanded);
+  (void)find_named_item(map, table, "active", control.active);
   if (commanded && !commanded->writable)
     table.mistake("commanded", fmt::format("register \"{}\" is not writable", commanded->name));
   const auto code = [&](const char* key) -> std::int64_t {
@@ -617,7 +617,7 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
     table.mistake("lowest", "the lowest set point is not below the highest");
   const auto item = [&](const char* key) {
     const auto name = table.text(key, "");
-    const auto* found = name.empty() ? nullptr : named_item(map, table, key, name);
+    const auto* found = name.empty() ? nullptr : find_named_item(map, table, key, name);
     if (found && !found->readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", name));
     return name;
   };
@@ -662,8 +662,8 @@ void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, Regis
   (void)read_any_unit(file, word_order, map);
 }
 
-const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
-                               const std::string& name) {
+const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
+                                    const std::string& name) {
   const auto* item = map.find(name);
   if (!item) table.mistake(key, fmt::format("no register is named \"{}\"", name));
   return item;
@@ -680,7 +680,7 @@ std::optional<double> code_of(const RegisterItem& item, const std::string& meani
 Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   Condition condition;
   condition.item = table.text("register");
-  const auto* item = named_item(map, table, "register", condition.item);
+  const auto* item = find_named_item(map, table, "register", condition.item);
   const bool negated = table.has("is_not");
   const char* key = negated ? "is_not" : "is";
   if (table.has(key)) condition.meanings = one_or_more(table, key);
@@ -720,7 +720,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   check_block(parsed->table("link"), map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   const auto usual = map.links.front().kind;
-  return on_link(std::move(map), usual);
+  return select_link(std::move(map), usual);
 }
 
 }  // namespace gyrotherm::drivers

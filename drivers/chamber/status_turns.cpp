@@ -64,7 +64,7 @@ void StatusTurns::begin_anew() {
   until_round_ = 0;
 }
 
-void StatusTurns::begin_anew_at_once() {
+void StatusTurns::restart_at_once() {
   begin_anew();
   at_once_ = true;
 }

@@ -55,7 +55,7 @@ class StatusTurns {
   void begin_anew();
   /// Begins a new round as begin_anew() does; the next reading reads all pieces, regardless of time. Not for use within
   /// a tick.
-  void begin_anew_at_once();
+  void restart_at_once();
 
   /// Begins a reading of the chamber.
   void begin_reading();

@@ -93,13 +93,13 @@ std::size_t shortest_frame(const FrameFormat& format) {
 
 constexpr std::int64_t kMostCounts = std::int64_t{1} << 62;
 
-constexpr auto kFieldTypes = words_in_order<FieldType::u8, FieldType::f64>("u8", "u16", "u24", "u32", "u64", "i8",
-                                                                           "i16", "i24", "i32", "i64", "f32", "f64");
-constexpr auto kWordTypes = words_in_order<FieldType::hexadecimal, FieldType::decimal>(
+constexpr auto kFieldTypes = make_vocabulary<FieldType::u8, FieldType::f64>("u8", "u16", "u24", "u32", "u64", "i8",
+                                                                            "i16", "i24", "i32", "i64", "f32", "f64");
+constexpr auto kWordTypes = make_vocabulary<FieldType::hexadecimal, FieldType::decimal>(
     "hexadecimal", "signed_hexadecimal", "integer", "decimal");
 constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
 constexpr auto kMeanings =
-    words_in_order<StatusMeaning::invalid, StatusMeaning::mismatch>("invalid", "warning", "reject", "mismatch");
+    make_vocabulary<StatusMeaning::invalid, StatusMeaning::mismatch>("invalid", "warning", "reject", "mismatch");
 
 /// Reads the position of the bits.
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {

@@ -135,7 +135,7 @@ struct HousekeepingValue {
 /// Returns the names and units of GyroCount::values, in their order. They are those of FrameFormat::values(). If there
 /// are any, "frames" (the number of averaged frames) and "flagged" (the number of frames with a status that is not good
 /// or broke a rule) follow.
-[[nodiscard]] std::vector<HousekeepingValue> housekeeping_of(const FrameFormat& format);
+[[nodiscard]] std::vector<HousekeepingValue> list_housekeeping(const FrameFormat& format);
 
 /// Values of one axis in a frame; empty if the frame does not contain them.
 struct AxisReading {
@@ -191,7 +191,7 @@ struct GyroFrame {
                                             std::optional<double> rate_hz = {});
 
 /// Keywords of the roles in files.
-inline constexpr auto kFieldRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
+inline constexpr auto kFieldRoles = make_vocabulary<FieldRole::pulse_count, FieldRole::value>(
     "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
 
 /// Assigns axes and slots to the fields of `format`, after all fields were read. `wanted` selects the axes as for

@@ -68,19 +68,19 @@ void number_housekeeping(FrameFormat& format) {
 }
 
 /// Returns whether a message, by its ids, contains both fields.
-bool share_a_message(const FrameField& one, const FrameField& other) {
+bool may_share_message(const FrameField& one, const FrameField& other) {
   if (one.ids.empty() || other.ids.empty()) return true;
   return std::any_of(one.ids.begin(), one.ids.end(), [&](auto id) { return is_in_message(other, id); });
 }
 
 /// Returns whether a sequence number exists for which both fields are present.
-bool share_a_turn(const FrameField& one, const FrameField& other) {
+bool may_share_turn(const FrameField& one, const FrameField& other) {
   const auto common = std::gcd(one.every, other.every);
   return one.turn % common == other.turn % common;
 }
 
 /// Returns whether an integer exists at their position for which both fields are present.
-bool share_a_word(const FrameField& one, const FrameField& other) {
+bool may_share_word(const FrameField& one, const FrameField& other) {
   const auto where = [](const FrameField& field) {
     return std::tuple(field.offset, field.bytes, field.big_endian, field.bits_per_byte);
   };
@@ -89,18 +89,18 @@ bool share_a_word(const FrameField& one, const FrameField& other) {
 
 /// Returns whether a frame may contain both fields.
 bool collide(const FrameField& one, const FrameField& other) {
-  return share_a_message(one, other) && share_a_turn(one, other) && share_a_word(one, other);
+  return may_share_message(one, other) && may_share_turn(one, other) && may_share_word(one, other);
 }
 
 /// Returns whether both fields fill the same member of a GyroFrame.
-bool are_same(const FrameField& one, const FrameField& other) {
+bool fill_same_slot(const FrameField& one, const FrameField& other) {
   if (is_gyro(one.role)) return is_gyro(other.role) && one.slot == other.slot;
   if (is_housekeeping(one)) return is_housekeeping(other) && one.slot == other.slot;
   return one.role == other.role && (one.role == FieldRole::sequence || one.role == FieldRole::timestamp);
 }
 
 /// Returns whether a count or angle of one field may follow that of the other.
-bool mean_the_same(const FrameField& one, const FrameField& other) {
+bool have_same_meaning(const FrameField& one, const FrameField& other) {
   const auto meaning = [](const FrameField& field) {
     return std::tuple(field.unit, is_counted(field), field.scale.of(1), field.zero, field.wraps_at,
                       field.role == FieldRole::pulse_count ? field.range : 0);
@@ -117,11 +117,11 @@ std::string word_for(const FrameField& field) {
 void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
   std::size_t same = 1;
   for (const auto* other = format.fields.data(); other != &field; ++other) {
-    if (!are_same(*other, field)) continue;
+    if (!fill_same_slot(*other, field)) continue;
     same += collide(*other, field) ? 1 : 0;
     if (is_housekeeping(field) && (other->unit != field.unit || other->role != field.role))
       table.mistake("", fmt::format("the fields with {} differ in role or unit", word_for(field)));
-    if (is_gyro(field.role) && other->role == field.role && !mean_the_same(*other, field))
+    if (is_gyro(field.role) && other->role == field.role && !have_same_meaning(*other, field))
       table.mistake("", fmt::format("the fields of axis \"{}\" differ in type, scale or unit", field.axis));
   }
   if (same > 1) table.mistake("", fmt::format("{} fields have {}, expected one", same, word_for(field)));
@@ -189,7 +189,7 @@ const FrameField* FrameFormat::gyro() const {
 
 std::vector<const FrameField*> FrameFormat::values() const { return first_of_each(fields, is_housekeeping); }
 
-std::vector<HousekeepingValue> housekeeping_of(const FrameFormat& format) {
+std::vector<HousekeepingValue> list_housekeeping(const FrameFormat& format) {
   std::vector<HousekeepingValue> all;
   for (const auto* field : format.values()) {
     const bool is_temperature = field->role == FieldRole::temperature;

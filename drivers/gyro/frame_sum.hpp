@@ -135,7 +135,7 @@ class FrameMeans {
   explicit FrameMeans(const FrameFormat& format) : sums_(format.values().size()) {}
   /// Adds a frame. A frame that the gyro marks as bad is not averaged; it may still count as flagged.
   void add(const GyroFrame& frame);
-  /// Returns, in the order of housekeeping_of(), the means (NaN if no frame had the value), the number of averaged
+  /// Returns, in the order of list_housekeeping(), the means (NaN if no frame had the value), the number of averaged
   /// frames, and the number of flagged frames. Empty if the format has no housekeeping.
   [[nodiscard]] std::vector<double> values() const;
   /// Discards all frames.

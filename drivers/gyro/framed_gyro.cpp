@@ -69,7 +69,7 @@ constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
 constexpr Duration kTurn = std::chrono::milliseconds(20);
 
 /// Returns the steady time including suspended time, in which the gyro's time passes too.
-[[nodiscard]] Duration steady_now() { return since_boot(); }
+[[nodiscard]] Duration steady_time() { return since_boot(); }
 
 /// A write for the reader's thread, and its result.
 struct Errand {
@@ -133,7 +133,7 @@ class PumpedStream final : public ByteStream {
       }
       lock.unlock();
       const auto size = line_->read(chunk, kTurn);
-      const auto came = steady_now();
+      const auto came = steady_time();
       lock.lock();
       if (size)
         keep(std::span(chunk).first(*size), came);
@@ -176,7 +176,7 @@ class PumpedStream final : public ByteStream {
 
 }  // namespace
 
-std::unique_ptr<ByteStream> make_pumped(std::unique_ptr<ByteStream> line) {
+std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> line) {
   return std::make_unique<PumpedStream>(std::move(line));
 }
 
@@ -231,7 +231,7 @@ class FramedGyro final : public Gyro {
     return {};
   }
 
-  Result<void> take_origin() override {
+  Result<void> wait_for_origin() override {
     takes_origin_ = true;
     auto taken = take(kSecond);
     takes_origin_ = false;
@@ -252,7 +252,7 @@ class FramedGyro final : public Gyro {
 
   Result<std::string> identify() override {
     if (!commands_.identity) return std::string();
-    const auto answer = ask_question(*commands_.identity, *line_, within_, clock_);
+    const auto answer = query_identity(*commands_.identity, *line_, within_, clock_);
     start_afresh();
     if (!answer) return failure(answer.error());
     if (answer->empty() && has_identity_)
@@ -333,7 +333,7 @@ class FramedGyro final : public Gyro {
     std::array<std::byte, kChunk> chunk;
     const auto size = line_->read(chunk, within);
     if (!size) return failure(size.error());
-    const auto came = clock_ ? clock_->now().since_start : line_->came().value_or(steady_now());
+    const auto came = clock_ ? clock_->now().since_start : line_->came().value_or(steady_time());
     const auto rejected = decoder_.rejected_bytes();
     const bool first = !sum_.has_origin();
     const auto lost = tally.lost;

@@ -48,7 +48,7 @@ struct GyroStream {
 /// thousand frames per second. For one caller at a time. If 1 MiB is unread, it is discarded and the next read fails
 /// with corrupted. A fault of the line is reported once all earlier bytes were read; the line is tried again
 /// afterwards. came() returns the arrival time, independent of the time of reading.
-[[nodiscard]] std::unique_ptr<ByteStream> make_pumped(std::unique_ptr<ByteStream> line);
+[[nodiscard]] std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> line);
 
 /// Commands for a gyro before its frames are read, and for the end.
 struct GyroCommands {
@@ -69,7 +69,7 @@ struct GyroCommands {
 /// count is 1e-6 arcsec (arcsec_per_count() in frame_sum.hpp). If several messages are needed for all axes, whole
 /// rounds of them are counted. The interval lies between the last frame of the previous read and the newest frame. It
 /// is measured by the device's clock; without one, by the times of arrival, smoothed if there is a nominal rate
-/// (HostInterval). Values, in the order of housekeeping_of(), are averaged over the frames of this read; in the first
+/// (HostInterval). Values, in the order of list_housekeeping(), are averaged over the frames of this read; in the first
 /// read, over those after its origin. A read that covers less than `expected` returns its pulses with their exact
 /// interval.
 ///
@@ -82,7 +82,8 @@ struct GyroCommands {
 ///
 /// - corrupted, if bytes arrived but no frame. The fault contains the number of bytes and the first of them, and the
 ///   next read sends the start commands again.
-/// - corrupted, if there is only one frame and none before it, except in take_origin(). Without a clock of the device,
+/// - corrupted, if there is only one frame and none before it, except in wait_for_origin(). Without a clock of the
+/// device,
 ///   also if there are several frames and none before them, because the arrival time of the first is unknown.
 /// - corrupted, if frames were lost. Losses are a jump of the sequence; without a sequence, a jump of the device's time
 ///   at the nominal rate; without both, or if `lock_frames` replaces a sync, bytes that are not a frame. Without a

@@ -108,7 +108,7 @@ std::string with_rate(std::string text, double rate_hz) {
   return text;
 }
 
-bool is_answered(const GyroCommand& command) { return !command.reply.empty() || !command.messages.empty(); }
+bool requires_answer(const GyroCommand& command) { return !command.reply.empty() || !command.messages.empty(); }
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find_first_of("\r\n")); }
 
@@ -122,7 +122,7 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
     command.messages = read_messages(table, format);
     if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
     if (command.send.empty()) table.mistake("send", "nothing to send");
-    if (is_answered(command) && command.wait <= Duration::zero())
+    if (requires_answer(command) && command.wait <= Duration::zero())
       table.mistake("wait", "a reply is expected within no time, expected a positive duration");
     commands.push_back(std::move(command));
   }
@@ -140,7 +140,7 @@ Result<void> send_command(const GyroCommand& command, const FrameFormat& format,
     if (!size) return failure(size.error());
     if (auto found = answer.add(std::span(chunk).first(*size))) return std::move(*found);
   }
-  if (!is_answered(command)) return {};
+  if (!requires_answer(command)) return {};
   const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
   return failure(FaultKind::timeout, "",
                  fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), first_line(command.send),
@@ -158,7 +158,8 @@ GyroQuestion read_question(const TomlTable& table) {
   return question;
 }
 
-Result<std::string> ask_question(const GyroQuestion& question, ByteStream& line, Duration within, const Clock* clock) {
+Result<std::string> query_identity(const GyroQuestion& question, ByteStream& line, Duration within,
+                                   const Clock* clock) {
   if (auto sent = line.write(std::as_bytes(std::span(question.send)), within); !sent) return failure(sent.error());
   std::string heard;
   std::array<std::byte, kAnswerChunk> chunk;
@@ -179,11 +180,11 @@ Result<std::string> ask_question(const GyroQuestion& question, ByteStream& line,
 namespace {
 
 constexpr auto kEvidence =
-    words_in_order<SettingEvidence::reply, SettingEvidence::nothing>("reply", "message", "frame", "pace", "nothing");
+    make_vocabulary<SettingEvidence::reply, SettingEvidence::nothing>("reply", "message", "frame", "pace", "nothing");
 
 bool is_answered_command(const std::string& line, const std::vector<GyroCommand>& start) {
-  return std::ranges::any_of(start,
-                             [&](const GyroCommand& one) { return first_line(one.send) == line && is_answered(one); });
+  return std::ranges::any_of(
+      start, [&](const GyroCommand& one) { return first_line(one.send) == line && requires_answer(one); });
 }
 
 bool has_settings_message(const FrameFormat& format) {

@@ -42,11 +42,11 @@ struct GyroQuestion {
 [[nodiscard]] GyroQuestion read_question(const TomlTable& table);
 /// Sends the query. Returns the text between `begins` and `ends`, or an empty text if it does not arrive within `wait`.
 /// Fails with the fault of the line.
-[[nodiscard]] Result<std::string> ask_question(const GyroQuestion& question, ByteStream& line, Duration within,
-                                               const Clock* clock);
+[[nodiscard]] Result<std::string> query_identity(const GyroQuestion& question, ByteStream& line, Duration within,
+                                                 const Clock* clock);
 
 /// Returns true if the command requires an answer.
-[[nodiscard]] bool is_answered(const GyroCommand& command);
+[[nodiscard]] bool requires_answer(const GyroCommand& command);
 /// Returns the first line of a text, without its line end.
 [[nodiscard]] std::string first_line(const std::string& text);
 

@@ -107,7 +107,7 @@ class TcpStream final : public DescriptorStream {
 
     line_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
     if (!line_.is_open()) return broken(std::strerror(errno));
-    guard_against_half_open(line_.number());
+    enable_dead_peer_detection(line_.number());
     if (::connect(line_.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return {};
     if (errno != EINPROGRESS) return broken(std::strerror(errno));
     if (!ready(line_.number(), POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
@@ -279,7 +279,7 @@ class SerialStream final : public DescriptorStream {
 std::string stable_name(const std::string& device) {
   std::error_code none;
   const auto real = fs::canonical(device, none);
-  for (const auto& link : entries_of("/dev/serial/by-id"))
+  for (const auto& link : list_folder("/dev/serial/by-id"))
     if (!real.empty() && fs::canonical(link, none) == real) return link.string();
   return {};
 }

@@ -20,7 +20,7 @@ namespace gyrotherm::drivers {
 
 /// Configures a socket to detect a dead peer: keep-alive probes every second after 5 s of silence, and a broken
 /// connection after 5 s without acknowledgement, idle or not. Small writes are sent immediately.
-inline void guard_against_half_open(int socket) {
+inline void enable_dead_peer_detection(int socket) {
   constexpr int kGiveUpUnacknowledgedMs = 5000;
   const auto set = [socket](int level, int option, int value) {
     ::setsockopt(socket, level, option, &value, sizeof value);

@@ -157,7 +157,7 @@ std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& de
   return make_serial_stream(serial.device, serial.format.value_or(defaults.serial));
 }
 
-bool is_own_address(const std::string& host) {
+bool is_local_address(const std::string& host) {
   in_addr wanted{};
   if (::inet_pton(AF_INET, host.c_str(), &wanted) != 1) return false;
   constexpr unsigned kFirstByte = 24;

@@ -81,6 +81,6 @@ struct LineDefaults {
 
 /// Returns whether a numeric IPv4 address refers to this machine: the loopback network, 0.0.0.0, or one of its
 /// interfaces.
-[[nodiscard]] bool is_own_address(const std::string& host);
+[[nodiscard]] bool is_local_address(const std::string& host);
 
 }  // namespace gyrotherm::drivers

@@ -72,7 +72,7 @@ class GuardedRegisters final : public Registers {
 
   /// Repeats the request while there is time: until a busy unit has finished, and at most `most_tries` times if the
   /// line fails. Of several failures it reports the first, because later ones may have run out of time.
-  [[nodiscard]] Result<ModbusAnswer> ask_patiently(ModbusRequest& request, int most_tries) {
+  [[nodiscard]] Result<ModbusAnswer> request_with_retries(ModbusRequest& request, int most_tries) {
     const Deadline deadline(whole_exchange(link_), clock_);
     auto rest = kFirstRestOfABusyUnit;
     std::optional<Fault> first;
@@ -81,7 +81,7 @@ class GuardedRegisters final : public Registers {
       if (!answer) note_break(answer.error());
       if (!answer && !first) first = answer.error();
       if (!answer) answer = failure(*first);
-      const bool busy = answer && asks_for_patience(*answer);
+      const bool busy = answer && is_busy(*answer);
       if (busy ? !reads(request.function) : answer || tries >= most_tries) return answer;
       if (deadline.left() <= (busy ? rest : Duration::zero())) return answer;
       if (busy) line_->rest(std::exchange(rest, 2 * rest));
@@ -98,7 +98,7 @@ class GuardedRegisters final : public Registers {
   /// Performs an exchange, updates the rest period and adds the location to a fault.
   [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
     if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.words());
-    auto answer = ask_patiently(request, most_tries);
+    auto answer = request_with_retries(request, most_tries);
     answer ? backoff_.succeeded() : backoff_.failed();
     if (answer && answer->exception == 0) return std::move(answer->words);
     auto fault = answer ? refusal(request, answer->exception) : std::move(answer.error());
@@ -106,7 +106,7 @@ class GuardedRegisters final : public Registers {
     return failure(std::move(fault));
   }
 
-  [[nodiscard]] bool asks_for_patience(const ModbusAnswer& answer) const {
+  [[nodiscard]] bool is_busy(const ModbusAnswer& answer) const {
     return answer.exception != 0 && link_.busy_exceptions.contains(answer.exception);
   }
 

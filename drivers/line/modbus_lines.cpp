@@ -88,7 +88,7 @@ class LibmodbusConnection final : public FrameConnection {
  private:
   Result<void> connect() {
     if (modbus_connect(context_.get()) != 0) return failure(FaultKind::disconnected, "", "no connection");
-    guard_against_half_open(modbus_get_socket(context_.get()));
+    enable_dead_peer_detection(modbus_get_socket(context_.get()));
     return {};
   }
 

@@ -92,10 +92,10 @@ Result<std::string> find_program(const ProgramCommand& command) {
   const auto& word = command.words.front();
   if (word.find('/') != std::string::npos) {
     const std::string file = fs::path(command.folder) / word;  // absolute paths replace `folder`
-    if (may_run(file)) return file;
+    if (is_executable(file)) return file;
     return failure(FaultKind::disconnected, file, "is no program that this user may run");
   }
-  const auto file = program_in_path(word, command.folder);
+  const auto file = find_program_in_path(word, command.folder);
   if (file.empty()) return failure(FaultKind::disconnected, word, "is no program in the path");
   return file;
 }

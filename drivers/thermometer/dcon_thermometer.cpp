@@ -66,7 +66,7 @@ Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksu
 
 std::string dcon_read_all(std::uint8_t address) { return address_text('#', address); }
 
-std::string dcon_ask(std::uint8_t address, std::string_view what) { return address_text('$', address).append(what); }
+std::string dcon_query(std::uint8_t address, std::string_view what) { return address_text('$', address).append(what); }
 
 Result<std::string_view> decode_dcon_answer(std::string_view line, std::uint8_t address) {
   if (line == address_text('?', address)) return failure(FaultKind::refused, "", "the module refuses the command");
@@ -173,9 +173,9 @@ class DconThermometer final : public Thermometer {
     ranges_.clear();
     name_.clear();
     auto name = tell("M");
-    if (!name) return failure(at_instrument(place_, std::move(name.error())));
+    if (!name) return failure(with_location(place_, std::move(name.error())));
     auto found = setting();
-    if (!found) return failure(at_instrument(place_, std::move(found.error())));
+    if (!found) return failure(with_location(place_, std::move(found.error())));
     ranges_ = std::move(found->ranges);
     name_ = *name;
     types_ = found->types;
@@ -185,7 +185,7 @@ class DconThermometer final : public Thermometer {
   std::vector<Result<Celsius>> read() override {
     auto found = readings();
     if (!found) ranges_.clear();  // another module may answer next
-    return readings_at(place_, kDconInputs, std::move(found));
+    return with_locations(place_, kDconInputs, std::move(found));
   }
 
  private:
@@ -199,7 +199,7 @@ class DconThermometer final : public Thermometer {
   [[nodiscard]] Result<std::string> ask(std::string_view question) {
     const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
     // Readings have no address, names have one.
-    const ResyncQuery resync{.question = sealed(dcon_ask(options_.address, "M")),
+    const ResyncQuery resync{.question = sealed(dcon_query(options_.address, "M")),
                              .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};
     auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
       return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
@@ -210,7 +210,7 @@ class DconThermometer final : public Thermometer {
 
   /// Returns the text after the address in the answer to "$AA" and `what`.
   [[nodiscard]] Result<std::string> tell(std::string_view what) {
-    const auto question = dcon_ask(options_.address, what);
+    const auto question = dcon_query(options_.address, what);
     return ask(question).and_then([&](const std::string& line) -> Result<std::string> {
       auto rest = decode_dcon_answer(line, options_.address);
       if (rest) return std::string(*rest);

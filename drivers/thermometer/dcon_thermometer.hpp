@@ -40,7 +40,7 @@ enum class DconChecksum { off, on };
 /// Returns "$AA" followed by `what`: "2" for the configuration, "8Ci" for the type of input i (modules with a type per
 /// input), "M" for the name, "F" for the firmware, "3" for the cold junction, "6" for the enabled inputs, "B" for the
 /// open inputs (not on I-7018).
-[[nodiscard]] std::string dcon_ask(std::uint8_t address, std::string_view what);
+[[nodiscard]] std::string dcon_query(std::uint8_t address, std::string_view what);
 
 /// Returns the text after the address in "!AA…", a line without its checksum. Fails with refused ("?AA": the module
 /// does not know the command) or corrupted (the answer of another module, or no answer).

@@ -95,17 +95,18 @@ class Lakeshore218 final : public Thermometer {
 
   Result<std::string> identify() override {
     auto who = exchange_.ask(kResync.question, kResync);
-    if (!who) return failure(at_instrument(place_, std::move(who.error())));
+    if (!who) return failure(with_location(place_, std::move(who.error())));
     if (!who->starts_with(kWho))
-      return failure(at_instrument(
+      return failure(with_location(
           place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
     resync_.answer_begins = *who;
     return who;
   }
 
   std::vector<Result<Celsius>> read() override {
-    return readings_at(place_, kLakeshore218Inputs,
-                       exchange_.ask("CRDG? 0", resync_).and_then([](const auto& line) { return decode_crdg(line); }));
+    return with_locations(place_, kLakeshore218Inputs, exchange_.ask("CRDG? 0", resync_).and_then([](const auto& line) {
+      return decode_crdg(line);
+    }));
   }
 
  private:

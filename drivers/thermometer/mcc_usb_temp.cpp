@@ -330,9 +330,9 @@ class MccUsbTemp final : public Thermometer {
 
   Result<std::string> identify() override {
     auto who = wait_until_ready();
-    if (!who) return failure(at_instrument(place_, seen(who.error())));
+    if (!who) return failure(with_location(place_, seen(who.error())));
     const auto date = ask_bytes(mcc_read_calibration_date());
-    if (!date) return failure(at_instrument(place_, seen(date.error())));
+    if (!date) return failure(with_location(place_, seen(date.error())));
     const auto calibrated = decode_mcc_date(*date);
     if (!calibrated) return "MCC " + *who;
     return fmt::format("MCC {}, calibrated {:%F}", *who, std::chrono::sys_seconds(calibrated->time_since_epoch()));
@@ -344,7 +344,7 @@ class MccUsbTemp final : public Thermometer {
       return decode_mcc_temperatures(scan, report, ranges_);
     });
     if (!readings) seen(readings.error());
-    return readings_at(place_, kMccInputs, std::move(readings));
+    return with_locations(place_, kMccInputs, std::move(readings));
   }
 
  private:

@@ -43,18 +43,18 @@ struct TemperatureRange {
 }
 
 /// Prepends the location of the instrument to a fault: "thermometer 2 input 3".
-[[nodiscard]] inline Fault at_instrument(const std::string& place, Fault fault) {
+[[nodiscard]] inline Fault with_location(const std::string& place, Fault fault) {
   fault.where = fault.where.empty() ? place : fmt::format("{} {}", place, fault.where);
   return fault;
 }
 
 /// Returns the readings, with the location prepended to their faults. If `answer` is a fault, each of the `inputs` has
 /// it.
-[[nodiscard]] inline std::vector<Result<Celsius>> readings_at(const std::string& place, std::size_t inputs,
-                                                              Result<std::vector<Result<Celsius>>> answer) {
-  if (!answer) return {inputs, failure(at_instrument(place, std::move(answer.error())))};
+[[nodiscard]] inline std::vector<Result<Celsius>> with_locations(const std::string& place, std::size_t inputs,
+                                                                 Result<std::vector<Result<Celsius>>> answer) {
+  if (!answer) return {inputs, failure(with_location(place, std::move(answer.error())))};
   for (auto& reading : *answer)
-    if (!reading) reading.error() = at_instrument(place, std::move(reading.error()));
+    if (!reading) reading.error() = with_location(place, std::move(reading.error()));
   return std::move(*answer);
 }
 

@@ -115,7 +115,7 @@ class ProcessThermometer final : public Thermometer {
   Result<std::string> identify() override {
     greeting_.reset();
     auto greeted = greet(Deadline(options_.greets_within, options_.clock));
-    if (!greeted) return failure(at_instrument(place_, std::move(greeted.error())));
+    if (!greeted) return failure(with_location(place_, std::move(greeted.error())));
     return greeting_->identity;
   }
 
@@ -129,7 +129,7 @@ class ProcessThermometer final : public Thermometer {
       forget();
       failures_ = 0;
     }
-    return readings_at(place_, options_.channels, std::move(readings));
+    return with_locations(place_, options_.channels, std::move(readings));
   }
 
  private:

@@ -524,7 +524,7 @@ Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y
   return broken;
 }
 
-std::string svg_of(const Plot& plot) {
+std::string to_svg(const Plot& plot) {
   const bool two_axes = std::ranges::any_of(plot.panels, [](const Panel& panel) { return panel.right.has_value(); });
   const double right_margin = two_axes ? kRightAxisMargin : kRightMargin;
   const double first_top = plot.stretches.empty() ? 0 : kStretchHeight;
@@ -576,7 +576,7 @@ void draw_selection_frame(SvgWriter& svg, const HeatMap& map, std::size_t row, s
 
 }  // namespace
 
-std::string svg_of(const HeatMap& map) {
+std::string to_svg(const HeatMap& map) {
   const auto count = map.names.size();
   const double width = kCellWidth * static_cast<double>(count), height = kCellHeight * static_cast<double>(count);
   SvgWriter svg(kMapLeft + width + 16, kMapTop + height + kMapFoot,

@@ -158,7 +158,7 @@ struct Plot {
 };
 
 /// Returns the figure as an SVG document. Long curves are reduced to the minimum and maximum of each pixel column.
-[[nodiscard]] std::string svg_of(const Plot& plot);
+[[nodiscard]] std::string to_svg(const Plot& plot);
 
 /// A square array of numbers between 0 and 1 as shaded cells: Table 3 of the paper.
 struct HeatMap {
@@ -174,6 +174,6 @@ struct HeatMap {
   bool simulated = false;
 };
 
-[[nodiscard]] std::string svg_of(const HeatMap& map);
+[[nodiscard]] std::string to_svg(const HeatMap& map);
 
 }  // namespace gyrotherm::plot

@@ -190,7 +190,7 @@ std::vector<double> isotherm_levels(const ThermalImage& image) {
   return levels;
 }
 
-std::string svg_of(const ThermalImage& image) {
+std::string to_svg(const ThermalImage& image) {
   const Frame frame = make_frame(image);
   SvgWriter svg(kImageLeft + kWidth + kBarGap + kBarWidth + kBarText, kImageTop + frame.height_px + kImageFoot,
                 image.simulated ? "SIMULATED – " + image.title : image.title);

@@ -86,7 +86,7 @@ void describe(auto& form, Like<ThermalImage> auto& image) {
 }
 
 /// Returns an SVG document with axes, a colour bar and labelled isotherms. The colours are a PNG inside it.
-[[nodiscard]] std::string svg_of(const ThermalImage& image);
+[[nodiscard]] std::string to_svg(const ThermalImage& image);
 
 /// Returns the temperatures as colours, white for NaN, with the outlines of the parts.
 [[nodiscard]] Picture coloured(const ThermalImage& image);

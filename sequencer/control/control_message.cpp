@@ -144,7 +144,7 @@ std::string unknown_command(const std::string& keyword) {
 
 }  // namespace
 
-Result<ControlRequest> request_of(const std::string& keyword, const std::string& text) {
+Result<ControlRequest> make_request(const std::string& keyword, const std::string& text) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + keyword, why); };
   std::optional<OperatorCommand> found;
   for (const auto command : kCommands) {
@@ -185,7 +185,7 @@ Result<ControlRequest> parse_request(std::string_view message) {
     const auto blank = std::min(parts->second.find(' '), parts->second.size());
     parts = std::pair{parts->second.substr(0, blank), parts->second.substr(std::min(blank + 1, parts->second.size()))};
   }
-  auto request = request_of(std::string(parts->first), std::string(parts->second));
+  auto request = make_request(std::string(parts->first), std::string(parts->second));
   if (!request) return failure(FaultKind::corrupted, request.error().where, request.error().what);
   request->for_user = std::move(for_user);
   return request;

@@ -73,9 +73,9 @@ struct ControlAnswer {
 /// Parses a command and its text. "pause" has no text. "resume", "stop" and "abort" may have one: the answer or the
 /// reason. "drop" and "return" have the unit's name and may have a reason. "acknowledge" has alarm numbers, separated
 /// by commas, or "all", and a comment. "told" and "note" have a text. A text is one line in UTF-8. Fails with usage.
-[[nodiscard]] Result<ControlRequest> request_of(const std::string& keyword, const std::string& text);
+[[nodiscard]] Result<ControlRequest> make_request(const std::string& keyword, const std::string& text);
 
-/// Return the command and the text that request_of() would parse.
+/// Return the command and the text that make_request() would parse.
 [[nodiscard]] std::string command_keyword(const ControlRequest& request);
 [[nodiscard]] std::string command_text(const ControlRequest& request);
 

@@ -59,7 +59,7 @@ std::string client_user(int client, const std::string& for_user) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
   const bool known = ::getsockopt(client, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0;
-  if (for_user.empty()) return known ? user_in_words(credentials.uid) : "unknown";
+  if (for_user.empty()) return known ? describe_user(credentials.uid) : "unknown";
   if (!known) return fmt::format("{} (through somebody unknown)", for_user);
   return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
 }
@@ -168,7 +168,7 @@ struct Writer {
 };
 
 std::string in_words(const Writer& writer) {
-  return fmt::format("process {} of {}", writer.pid, user_in_words(writer.uid));
+  return fmt::format("process {} of {}", writer.pid, describe_user(writer.uid));
 }
 
 /// Returns the process that the status file next to the record names. The owner of that file is its user.
@@ -182,7 +182,7 @@ Result<Writer> read_writer(const std::string& record) {
   struct stat found {};
   if (::fstat(file->descriptor.number(), &found) != 0) return unknown(std::strerror(errno));
   const auto status =
-      read_whole(*file, path).and_then([&](const std::string& text) { return JsonPlace::parse(text, path); });
+      read_whole(*file, path).and_then([&](const std::string& text) { return JsonNode::parse(text, path); });
   if (!status) return unknown(status.error().what);
   const Writer writer{.pid = (*status)["pid"].long_integer(), .uid = found.st_uid};
   if (const auto verdict = status->verdict(); !verdict) return unknown(verdict.error().what);

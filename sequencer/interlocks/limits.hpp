@@ -87,7 +87,7 @@ struct AxisLimits {
 struct UnitLimits {
   std::string name;
   /// The run continues for the other units if this one is silent.
-  bool go_on_when_silent{};
+  bool continue_when_silent{};
   /// Columns of the thermometers that the unit's analysis requires.
   std::vector<std::size_t> thermometers{};
   /// Axes in sample order; may be empty.

@@ -30,7 +30,7 @@ struct CheckInputs {
   [[nodiscard]] bool was_found(InterlockId id) const { return memory.is_seen(id); }
   [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
   [[nodiscard]] bool continues_without(std::size_t unit) const {
-    return unit < limits.units.size() && limits.units[unit].go_on_when_silent;
+    return unit < limits.units.size() && limits.units[unit].continue_when_silent;
   }
   [[nodiscard]] std::string unit(std::size_t unit) const {
     return unit < limits.units.size() ? limits.units[unit].name : std::to_string(unit + 1);

@@ -84,7 +84,7 @@ Result<AnalogueSettings> read_analogue_input(const TomlTable& table, const std::
   AnalogueSettings settings{.line = table.text("line"), .map = {}, .channels = {}};
   check_line(table, settings.line);
   auto map = read_analogue_map(table, rig_file, settings.line, known);
-  const auto name = map ? map->registers.name : title_of_analogue(number - 1);
+  const auto name = map ? map->registers.name : analogue_title(number - 1);
   const auto channels = table.tables("channel");
   if (channels.empty()) table.mistake("", "missing [[analogue_input.channel]], expected at least one");
   for (const auto& one : channels)
@@ -98,7 +98,7 @@ Result<AnalogueSettings> read_analogue_input(const TomlTable& table, const std::
 
 }  // namespace
 
-std::string title_of_analogue(std::size_t index) { return fmt::format("analogue input {}", index + 1); }
+std::string analogue_title(std::size_t index) { return fmt::format("analogue input {}", index + 1); }
 
 Result<std::vector<AnalogueSettings>> read_analogue_inputs(const TomlTable& root, const std::string& rig_file,
                                                            std::vector<UnitSettings>& units,

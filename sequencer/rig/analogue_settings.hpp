@@ -42,7 +42,7 @@ struct AnalogueSettings {
 };
 
 /// Returns the instrument's title, such as "analogue input 1".
-[[nodiscard]] std::string title_of_analogue(std::size_t index);
+[[nodiscard]] std::string analogue_title(std::size_t index);
 
 /// Reads every [[analogue_input]]: `line`, `map` (a description's path relative to `rig_file`), `word_order`, `framing`
 /// and `link` as for the chamber, and each [[analogue_input.channel]]: `input` (from 1), `name`, `unit` of measure,

@@ -128,7 +128,7 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
     unit.largest_bias_deg_per_h = table.number("largest_bias_deg_per_h");
     if (!(*unit.largest_bias_deg_per_h >= 0)) table.mistake("largest_bias_deg_per_h", "expected zero or more");
   }
-  unit.go_on_when_silent =
+  unit.continue_when_silent =
       table.choice("when_silent", {"suspend", "go_on"}, one_of_several ? "go_on" : "suspend") == "go_on";
   unit.has_own_thermometers = table.has("thermometers");
   unit.info.gradients = read_channel_names(table, "thermometers", channels);
@@ -269,7 +269,7 @@ class Reader {
 
   /// Assigns the line's values to its units. Unclaimed values belong to the line's owner.
   void share_values(GyroLine& line) {
-    const auto all = drivers::housekeeping_of(line.frame);
+    const auto all = drivers::list_housekeeping(line.frame);
     std::vector<bool> claimed(all.size());
     const auto give = [&](GyroLine::Share& share, std::size_t value) {
       claimed[value] = true;
@@ -332,7 +332,7 @@ std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers
   drivers::GyroCommands commands;
   if (settings.stream && !settings.listen_only)
     commands = {.start = settings.stream->start, .stop = settings.stream->stop, .identity = settings.stream->identity};
-  return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
+  return make_framed_gyro(settings.frame, make_buffered_stream(std::move(stream)), within, std::move(commands));
 }
 
 std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroLine& settings,

@@ -24,7 +24,7 @@ struct UnitSettings {
   /// People can turn the unit around in the chamber, so that its input axes point the other way.
   bool can_be_turned{};
   /// The run continues for the other units if this one is silent.
-  bool go_on_when_silent{};
+  bool continue_when_silent{};
   /// The rig file assigns thermometers to this unit.
   bool has_own_thermometers{};
   /// Bias that a good unit may have, °/h: the unit's own, otherwise its stream's; absent: neither states one.

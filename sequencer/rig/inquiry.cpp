@@ -188,7 +188,7 @@ std::string describe_axes(const GyroLine& line, const std::vector<UnitSettings>&
 
 /// Describes the housekeeping. Skips values that no frame contained.
 std::string describe_values(const drivers::FrameFormat& frame, const std::vector<double>& values) {
-  const auto names = drivers::housekeeping_of(frame);
+  const auto names = drivers::list_housekeeping(frame);
   std::string text;
   for (std::size_t i = 0; i < names.size() && i < values.size(); ++i)
     if (std::isfinite(values[i]))
@@ -204,7 +204,7 @@ Result<std::string> query_gyro(drivers::Gyro& gyro, const GyroLine& line, const 
   const auto identity = gyro.identify();
   if (!identity) return failure(identity.error());
   let_pass();
-  if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
+  if (const auto origin = gyro.wait_for_origin(); !origin) return failure(origin.error());
   const auto before = gyro.frames();
   const auto means = read_means(gyro, std::max<std::size_t>(line.frame.axes.size(), 1), let_pass);
   if (!means) return failure(means.error());

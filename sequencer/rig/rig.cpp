@@ -61,7 +61,7 @@ class DriversOnLines final : public Drivers {
   std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
     const auto& settings = file.analogue_inputs[index];
     auto registers = make_modbus(drivers::parse_line(settings.line).value(), settings.map.registers.link.modbus);
-    return make_analogue_inputs(settings, title_of_analogue(index), std::move(registers), drivers::real_pauses());
+    return make_analogue_inputs(settings, analogue_title(index), std::move(registers), drivers::real_pauses());
   }
 
  private:
@@ -95,7 +95,7 @@ class DriversOnWires final : public Drivers {
     auto& link = settings.map.registers.link.modbus;
     link = without_pauses(std::move(link));
     auto wire = wires_.analogue_input(index, settings.map.registers);
-    return make_analogue_inputs(settings, title_of_analogue(index), std::move(wire.line), wires_.pauses());
+    return make_analogue_inputs(settings, analogue_title(index), std::move(wire.line), wires_.pauses());
   }
 
  private:
@@ -167,7 +167,7 @@ class AssembledRig : public Rig {
                  query_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
-      answers.push_back(titled(title_of_analogue(i), "on " + file_.analogue_inputs[i].line,
+      answers.push_back(titled(analogue_title(i), "on " + file_.analogue_inputs[i].line,
                                query_analogue(*analogue_[i], analogue_readings(i), watch)));
     return answers;
   }
@@ -209,7 +209,7 @@ class AssembledRig : public Rig {
       all.gyros.push_back(std::move(inputs));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i) {
-      io::AnalogueChannels inputs{*analogue_[i], {}, known(title_of_analogue(i))};
+      io::AnalogueChannels inputs{*analogue_[i], {}, known(analogue_title(i))};
       for (const auto& channel : file_.analogue_inputs[i].channels)
         inputs.channels.push_back({.unit = channel.unit,
                                    .value = channel.value,
@@ -278,7 +278,7 @@ class AssembledRig : public Rig {
     let_pass(1);
     // The first frame may be one whole period away, longer than one read waits.
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (const auto origin = with_retries([&] { return gyros_[i]->take_origin(); }); !origin && !may_be_off_[i])
+      if (const auto origin = with_retries([&] { return gyros_[i]->wait_for_origin(); }); !origin && !may_be_off_[i])
         return failure(origin.error());
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
@@ -310,7 +310,7 @@ class AssembledRig : public Rig {
   [[nodiscard]] std::vector<IdentifiedInstrument> identified_instruments() {
     std::vector<IdentifiedInstrument> all{{kChamberTitle, *chamber_}};
     for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({thermometer_title(i), *thermometers_[i]});
-    for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({title_of_analogue(i), *analogue_[i]});
+    for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({analogue_title(i), *analogue_[i]});
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       all.push_back({title_of(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
     return all;
@@ -478,7 +478,7 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
   if (!file.simulated)
     if (auto assigned =
-            assign_virtual_channels(simulator::thermometer_names_of(parameters->units), file, options.thermometers);
+            assign_virtual_channels(simulator::list_thermometer_names(parameters->units), file, options.thermometers);
         !assigned)
       return failure(assigned.error());
   for (const auto& settings : file.analogue_inputs)

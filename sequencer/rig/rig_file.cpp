@@ -151,7 +151,7 @@ bool is_needed_by(const record::UnitInfo& unit, const std::string& channel) {
 
 interlocks::UnitLimits make_unit_limits(const UnitSettings& unit, const std::vector<std::string>& channels) {
   interlocks::UnitLimits limits{
-      .name = unit.info.name, .go_on_when_silent = unit.go_on_when_silent, .thermometers = {}};
+      .name = unit.info.name, .continue_when_silent = unit.continue_when_silent, .thermometers = {}};
   for (std::size_t i = 0; i < channels.size(); ++i)
     if (is_needed_by(unit.info, channels[i])) limits.thermometers.push_back(i);
   std::optional<DegreesPerHour> largest_bias;
@@ -285,7 +285,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
   if (!rig.simulated) return rig;
-  auto gyro_model = simulator::gyro_model_of(text, file, known.gyro_model);
+  auto gyro_model = simulator::find_gyro_model(text, file, known.gyro_model);
   if (!gyro_model) return failure(gyro_model.error());
   rig.gyro_model = std::move(*gyro_model);
   return rig;
@@ -297,7 +297,7 @@ Result<RigFile> read_rig(const std::string& given) {
   return read_text_file(*file).and_then([&](const std::string& text) { return parse_rig(text, *file); });
 }
 
-std::vector<std::string> analogue_map_texts_of(const RigFile& rig) {
+std::vector<std::string> collect_analogue_map_texts(const RigFile& rig) {
   std::vector<std::string> texts;
   for (const auto& settings : rig.analogue_inputs) texts.push_back(settings.map.registers.text);
   return texts;

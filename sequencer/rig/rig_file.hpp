@@ -91,7 +91,7 @@ struct NamedTexts {
 [[nodiscard]] Result<RigFile> read_rig(const std::string& given);
 
 /// Returns the texts of the maps of all analogue inputs, in order of the file.
-[[nodiscard]] std::vector<std::string> analogue_map_texts_of(const RigFile& rig);
+[[nodiscard]] std::vector<std::string> collect_analogue_map_texts(const RigFile& rig);
 
 /// Returns all channels of all thermometers, in order of the file, each with the unit under test that it belongs to. A
 /// channel that several units share, or none uses, belongs to the rig.

@@ -20,11 +20,11 @@ namespace {
 
 enum class SensorKind { rtd, thermocouple, thermistor, semiconductor };
 constexpr auto kKinds =
-    words_in_order<SensorKind::rtd, SensorKind::semiconductor>("rtd", "thermocouple", "thermistor", "semiconductor");
+    make_vocabulary<SensorKind::rtd, SensorKind::semiconductor>("rtd", "thermocouple", "thermistor", "semiconductor");
 constexpr Vocabulary<drivers::MccWires, 2> kWires{
     {{"2-wire", drivers::MccWires::two_wire_two_sensors}, {"4-wire", drivers::MccWires::four_wire}}};
 using Type = drivers::MccThermocoupleType;
-constexpr auto kTypes = words_in_order<Type::j, Type::n>("J", "K", "T", "E", "R", "S", "B", "N");
+constexpr auto kTypes = make_vocabulary<Type::j, Type::n>("J", "K", "T", "E", "R", "S", "B", "N");
 
 float number(const TomlTable& table, const char* key) { return static_cast<float>(table.number(key)); }
 float number(const TomlTable& table, const char* key, float fallback) {
@@ -128,7 +128,7 @@ void read_certificate(const TomlTable& table, std::span<record::Channel> channel
 
 enum class Distribution { normal, rectangular };
 constexpr auto kDistributions =
-    words_in_order<Distribution::normal, Distribution::rectangular>("normal", "rectangular");
+    make_vocabulary<Distribution::normal, Distribution::rectangular>("normal", "rectangular");
 
 /// Reads a number above zero; nothing if the key is absent.
 std::optional<double> above_zero(const TomlTable& table, const char* key) {

@@ -174,7 +174,7 @@ std::string controller_objection(const profile::Segment& segment, Celsius from) 
 
 }  // namespace
 
-Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
+Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& profile) {
   drivers::ChamberProgram program{.name = capitals(profile.name), .number = 1, .soak_band = {}, .steps = {}};
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {

@@ -130,7 +130,7 @@ class HostLead final : public ChamberLead {
 /// Converts the profile to a program, segment by segment. The program has the profile's name in capitals, reduced to
 /// letters and digits. Fails with usage if a controller cannot carry out a segment, or if the guaranteed soaks have
 /// different bands.
-[[nodiscard]] Result<drivers::ChamberProgram> program_of(const profile::Profile& profile);
+[[nodiscard]] Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& profile);
 
 /// Leaves the chamber to its controller. Sends no set points, continues while an instrument is silent, and aborts the
 /// run if the controller no longer carries out its program. The program cannot pause the controller.

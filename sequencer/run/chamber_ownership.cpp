@@ -39,15 +39,15 @@ constexpr auto kRetryEvery = std::chrono::milliseconds(50);
 
 bool is_being_inspected(const rig::RigFile& rig, const Fault& why) {
   if (why.kind != FaultKind::refused) return false;
-  const auto holder = drivers::ChamberLock::holder(chamber_place(rig));
+  const auto holder = drivers::ChamberLock::holder(chamber_lock_name(rig));
   return !holder || holder->words.ends_with(watchdog::kMadeSafeMark);
 }
 
 }  // namespace
 
-std::string chamber_place(const rig::RigFile& rig) {
+std::string chamber_lock_name(const rig::RigFile& rig) {
   const auto& link = rig.chamber_map.link.modbus;
-  return chamber_place(drivers::parse_line(rig.chamber_line).value(), link.port, link.unit);
+  return chamber_lock_name(drivers::parse_line(rig.chamber_line).value(), link.port, link.unit);
 }
 
 Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const std::string& record, bool by_program) {
@@ -55,10 +55,10 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   if (rig.simulated) return ownership;
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
   const auto pauses = drivers::real_pauses();
-  auto lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
+  auto lock = drivers::ChamberLock::take(chamber_lock_name(rig), ownership.safe_state_->record);
   for (const Deadline limit(kLongestInspection); !lock && is_being_inspected(rig, lock.error()) && !limit.over();) {
     pauses->rest(kRetryEvery);
-    lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
+    lock = drivers::ChamberLock::take(chamber_lock_name(rig), ownership.safe_state_->record);
   }
   if (!lock) return failure(lock.error());
   ownership.lock_ = std::move(*lock);
@@ -84,7 +84,7 @@ Result<void> ChamberOwnership::arm(const std::string& identity, const drivers::C
 
 void ChamberOwnership::heartbeat(Duration stuck) {
   if (watchdog_ && stuck <= kLongestExchange) watchdog_->heartbeat();
-  if (lock_) lock_->dismiss_callers();
+  if (lock_) lock_->close_callers();
 }
 
 void ChamberOwnership::release() {

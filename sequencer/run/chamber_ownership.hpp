@@ -51,6 +51,6 @@ class ChamberOwnership {
 };
 
 /// Returns the name of a real rig's chamber among the locks.
-[[nodiscard]] std::string chamber_place(const rig::RigFile& rig);
+[[nodiscard]] std::string chamber_lock_name(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::run

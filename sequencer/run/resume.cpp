@@ -47,7 +47,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   std::error_code error;
   if (!rig.simulated) info.rig_file = std::filesystem::absolute(rig.file, error).lexically_normal().string();
   info.chamber_map_text = rig.chamber_map.text;
-  info.analogue_map_texts = analogue_map_texts_of(rig);
+  info.analogue_map_texts = collect_analogue_map_texts(rig);
   info.gyro_model = rig.gyro_model.name;
   info.gyro_film = rig.gyro_model.film;
   info.gyro_model_text = rig.gyro_model.text;
@@ -192,8 +192,8 @@ Ending read_ending(const record::Record& record) {
 
 }  // namespace
 
-std::string strangers_among(const std::map<std::string, std::string>& at_start,
-                            const std::map<std::string, std::string>& now) {
+std::string compare_identities(const std::map<std::string, std::string>& at_start,
+                               const std::map<std::string, std::string>& now) {
   std::vector<std::string> all;
   for (const auto& [title, identity] : now)
     if (const auto before = at_start.find(title); before != at_start.end() && before->second != identity)
@@ -236,7 +236,7 @@ std::string unknown_downtime_reason(Duration down) {
   return "";
 }
 
-std::string down_in_words(const InterruptedRun& interrupted) {
+std::string describe_downtime(const InterruptedRun& interrupted) {
   return interrupted.why_unknown.empty() ? spoken(interrupted.down) : "nobody knows how long";
 }
 
@@ -256,8 +256,8 @@ SegmentExtremes segment_extremes(const profile::Profile& profile, const profile:
   return {std::min(from, segment.target), std::max(from, segment.target)};
 }
 
-Downtime downtime_of(const record::Record& record, const std::optional<record::RunStatus>& status,
-                     const MachineTime& now) {
+Downtime compute_downtime(const record::Record& record, const std::optional<record::RunStatus>& status,
+                          const MachineTime& now) {
   const auto last = record.slot.empty() ? std::int64_t{-1} : record.slot.back();
   const bool is_about_it = status && status->id == record.info.id;
   if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)
@@ -341,8 +341,8 @@ rig::RigStart plan_start(const record::Record& record, const RunContinuation& on
 
 }  // namespace
 
-Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path, const Downtime& downtime,
-                                        std::uint64_t run) {
+Result<RunContinuation> plan_continuation(const record::Record& record, const std::string& path,
+                                          const Downtime& downtime, std::uint64_t run) {
   if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   auto rig = parse_recorded_rig(record.info, path);

@@ -78,8 +78,8 @@ struct ReentryDecision {
 
 /// Describes each instrument whose identity differs from the one at the run's start, with both identities; empty if
 /// there is none. Skips instruments that are missing in one of the maps.
-[[nodiscard]] std::string strangers_among(const std::map<std::string, std::string>& at_start,
-                                          const std::map<std::string, std::string>& now);
+[[nodiscard]] std::string compare_identities(const std::map<std::string, std::string>& at_start,
+                                             const std::map<std::string, std::string>& now);
 
 /// Applies the resume rule. `mild`: the temperature that is harmless to the unit under test. The mild side extends from
 /// it to the segment's own extremes, and one band beyond both.
@@ -88,7 +88,7 @@ struct ReentryDecision {
 /// the last second, or a year after it. Empty if it is known.
 [[nodiscard]] std::string unknown_downtime_reason(Duration down);
 /// Returns "2 min 08 s", or a text that the downtime is unknown.
-[[nodiscard]] std::string down_in_words(const InterruptedRun& interrupted);
+[[nodiscard]] std::string describe_downtime(const InterruptedRun& interrupted);
 
 /// Returns true if the air is within kResumeBand of the goal, or of its earlier value.
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
@@ -141,14 +141,14 @@ struct Downtime {
 
 /// Returns the downtime of a real run. If `status`, the file next to the record, is of this run and of this start of
 /// the machine, uses the boot clock, which cannot be set. Otherwise uses the wall clock and requires an operator.
-[[nodiscard]] Downtime downtime_of(const record::Record& record, const std::optional<record::RunStatus>& status,
-                                   const MachineTime& now);
+[[nodiscard]] Downtime compute_downtime(const record::Record& record, const std::optional<record::RunStatus>& status,
+                                        const MachineTime& now);
 
 /// Prepares the continuation of a run. `downtime`: time since the last recorded second; a virtual rig is down for at
 /// least one second. The downtime of a real run is unknown if it is negative, or a year or more. `run`: the number that
 /// seeds the noise of a virtual rig's run. Relative paths of commands are resolved in the folder of the rig file that
 /// the record names. Fails with usage (finished, imported) or bad_file (the record's own texts cannot be parsed).
-[[nodiscard]] Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path,
-                                                      const Downtime& downtime, std::uint64_t run);
+[[nodiscard]] Result<RunContinuation> plan_continuation(const record::Record& record, const std::string& path,
+                                                        const Downtime& downtime, std::uint64_t run);
 
 }  // namespace gyrotherm::run

@@ -102,7 +102,7 @@ std::vector<RigChange> RigChanges::compare_alarms(const interlocks::InterlockRes
     const auto& root = found.roots[i];
     changes.push_back({alarm.reaction > interlocks::Reaction::warn ? EventKind::interlock : EventKind::fault,
                        fmt::format("{} ({}): {}{}", name(alarm.id), name(alarm.reaction), alarm.text,
-                                   root.empty() ? "" : record::consequence_of(root)),
+                                   root.empty() ? "" : record::consequence_suffix(root)),
                        {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject}});
   }
   for (const auto& alarm : result.cleared)

@@ -136,7 +136,7 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
   const auto append = [&](const std::vector<record::Alarm>& rows) {
     for (const auto& row : rows) {
       const auto stored = store_.append_event(
-          acknowledgement_of(row, rig_.clock().now(), profile_position(profile_, state_).segment, who, comment));
+          acknowledgement_event(row, rig_.clock().now(), profile_position(profile_, state_).segment, who, comment));
       if (!stored) result.objections.push_back(text(stored.error()));
       result.count += stored ? 1 : 0;
     }
@@ -394,7 +394,7 @@ std::string RunController::foreign_hold() const {
   return {};
 }
 
-RunStanding RunController::standing() const {
+RunOverview RunController::standing() const {
   const auto left = time_left(profile_, state_);
   return {.state = run_state(),
           .cause = state_cause(machine_),

@@ -59,10 +59,10 @@ class RunController {
   /// the operator's name.
   [[nodiscard]] control::ControlAnswer carry_out(const control::ControlRequest& request, const std::string& who);
   /// Returns true if an operator has requested the run's end and the next tick will begin it.
-  [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
+  [[nodiscard]] bool is_end_requested() const { return requests_.end_the_run(); }
 
   /// Returns true if the next tick has an event to record or a request to carry out.
-  [[nodiscard]] bool owes_a_tick() const { return !events_.empty() || requests_.foremost() != nullptr; }
+  [[nodiscard]] bool has_pending_work() const { return !events_.empty() || requests_.foremost() != nullptr; }
 
   /// Makes the chamber safe without a tick, for an end that cannot wait for one. end_cause() reports whether that
   /// succeeded. The watchdog watches the air afterwards.
@@ -77,7 +77,7 @@ class RunController {
 
   /// Sets, by subject, the reasons why the watchdog could not make the chamber safe; empty if it could. They apply from
   /// the next tick.
-  void see_guard(std::map<std::string, std::string> troubles) { guard_troubles_ = std::move(troubles); }
+  void set_guard_troubles(std::map<std::string, std::string> troubles) { guard_troubles_ = std::move(troubles); }
 
   /// Records an event with the next tick.
   void note(EventKind kind, std::string text, EventSubject about = {});
@@ -93,7 +93,7 @@ class RunController {
   /// Returns the events that the last tick recorded, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
   [[nodiscard]] RunState run_state() const { return run::run_state(machine_); }
-  [[nodiscard]] RunStanding standing() const;
+  [[nodiscard]] RunOverview standing() const;
 
  private:
   [[nodiscard]] control::ControlAnswer drop_or_return(const control::UnitRequest& request, const std::string& who,

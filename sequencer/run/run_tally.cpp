@@ -37,7 +37,7 @@ void RunTally::see_gap(std::int64_t first, std::int64_t last) {
   gap_s += last - first + 1;
 }
 
-RunTally tally_of(const record::Record& record, std::int64_t faulty_readings) {
+RunTally count_tally(const record::Record& record, std::int64_t faulty_readings) {
   RunTally tally{.faulty_readings = faulty_readings};
   for (const auto state : record.state) tally.see(state);
   for (const auto& gap : record.gaps) tally.see_gap(gap.first, gap.last);

@@ -28,7 +28,7 @@ struct RunTally {
 };
 
 /// Counts the rows and gaps of a record. A resumed run continues from there.
-[[nodiscard]] RunTally tally_of(const record::Record& record, std::int64_t faulty_readings);
+[[nodiscard]] RunTally count_tally(const record::Record& record, std::int64_t faulty_readings);
 
 /// Returns "1700 faulty readings, 54 alarms of 3 kinds (1 unacknowledged), 10 min 02 s suspended, 0 s held, 2 gaps of
 /// 14 s in all".

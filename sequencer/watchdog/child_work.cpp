@@ -43,7 +43,7 @@ Voice::Voice() {
   pid_ = pipe.from.is_open() ? ::fork() : -1;
   if (pid_ == 0) {
     pipe.to.close();
-    leave_parents_input();
+    detach_standard_input();
     std::array<char, 4096> piece;
     for (ssize_t size; (size = read_some(pipe.from.number(), piece.data(), piece.size())) > 0;)
       (void)write_all(STDERR_FILENO, {piece.data(), static_cast<std::size_t>(size)});

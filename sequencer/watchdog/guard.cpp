@@ -84,7 +84,7 @@ bool is_stopped(std::int64_t pid) {
 
 bool ends(const ProcessIdentity& process, Duration within) { return ends(open_handle(process), within); }
 
-bool kill_surely(const ProcessIdentity& process, Duration within) {
+bool kill_process(const ProcessIdentity& process, Duration within) {
   const auto handle = open_handle(process);
   if (handle.is_open()) ::syscall(SYS_pidfd_send_signal, handle.number(), SIGKILL, nullptr, 0);
   return ends(handle, within);

@@ -35,7 +35,7 @@ struct ProcessIdentity {
 [[nodiscard]] bool ends(const ProcessIdentity& process, Duration within);
 
 /// Sends SIGKILL to that process and to no other, and waits as ends() does.
-[[nodiscard]] bool kill_surely(const ProcessIdentity& process, Duration within);
+[[nodiscard]] bool kill_process(const ProcessIdentity& process, Duration within);
 
 // The line between the program that drives a chamber and its guard. The program sends the safe-state file, which the
 // guard needs to make the chamber safe, then one byte per tick. The guard reports that it watches, and answers each

@@ -246,7 +246,7 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
   auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
   if (!map) return failure(map.error());
   const auto linked =
-      on_link(std::move(*map), safe_state.link)
+      select_link(std::move(*map), safe_state.link)
           .and_then([&](auto on_its_link) { return with_power_switch(std::move(on_its_link), safe_state.power); })
           .and_then([&](auto powered) { return with_settings(std::move(powered), safe_state.link_settings); });
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
@@ -254,12 +254,12 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
   goal.switch_off = safe_state.switch_off;
   goal.by_program = safe_state.by_program;
   goal.identity = safe_state.identity;
-  return SafeStateChamber{.place = drivers::chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
-                          .goal = goal,
-                          .connect = [map = *linked, line = *line, settings = safe_state.settings] {
-                            return make_modbus_chamber(map, make_modbus(line, map.link.modbus), drivers::real_pauses(),
-                                                       settings);
-                          }};
+  return SafeStateChamber{
+      .place = drivers::chamber_lock_name(*line, linked->link.modbus.port, linked->link.modbus.unit),
+      .goal = goal,
+      .connect = [map = *linked, line = *line, settings = safe_state.settings] {
+        return make_modbus_chamber(map, make_modbus(line, map.link.modbus), drivers::real_pauses(), settings);
+      }};
 }
 
 Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice, SafeTask task) {

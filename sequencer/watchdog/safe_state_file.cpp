@@ -73,7 +73,7 @@ std::string distrust_reason(int file) {
   struct stat found {};
   if (::fstat(file, &found) != 0) return "cannot be looked at";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
-    return "belongs to " + user_in_words(found.st_uid) + ", who is neither root nor this user";
+    return "belongs to " + describe_user(found.st_uid) + ", who is neither root nor this user";
   return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : "may be written by others than its owner";
 }
 

@@ -44,7 +44,7 @@ constexpr auto kAnswersWithin = std::chrono::seconds(5);
 /// upgrade has removed or replaced its file.
 class GuardProgram {
  public:
-  GuardProgram() : path_(program_beside_this_one(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
+  GuardProgram() : path_(sibling_program_path(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
   [[nodiscard]] const std::string& name() const { return path_; }
   /// Returns the path to run: the file's own, or the open file if the name is gone or belongs to another file now.
   [[nodiscard]] std::string path() const {

@@ -153,7 +153,7 @@ GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<dri
       writer_(std::move(writer)),
       commands_(std::move(commands)),
       faults_(std::move(faults)) {
-  std::erase_if(commands_, [](const auto& command) { return !is_answered(command); });
+  std::erase_if(commands_, [](const auto& command) { return !requires_answer(command); });
   writer_.set_factor(faults_.factor);
 }
 

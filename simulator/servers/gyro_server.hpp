@@ -33,7 +33,7 @@ class StreamWriter {
   [[nodiscard]] std::vector<std::byte> lead_in() const;
   /// Returns the next frame. `pulses` is the count of each axis (fractions occur within a second) and `device_time_us`
   /// the gyro's clock, both since the start; `seconds` is the time since the last frame. `values` is the housekeeping
-  /// in the order of housekeeping_of(), without its last two. A missing or non-finite value is sent as 25 °C for a
+  /// in the order of list_housekeeping(), without its last two. A missing or non-finite value is sent as 25 °C for a
   /// temperature and as 0 otherwise.
   [[nodiscard]] std::vector<std::byte> next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                                             std::span<const double> values = {});

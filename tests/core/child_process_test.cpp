@@ -12,7 +12,7 @@ namespace {
 constexpr Duration kPatience = std::chrono::seconds(30);
 
 Result<std::string> printed_by_shell(const std::string& script, Duration within = kPatience) {
-  return printed_by({"/bin/sh", "-c", script}, within);
+  return read_program_output({"/bin/sh", "-c", script}, within);
 }
 
 TEST(PrintedBy, IsStdoutAlone) {
@@ -42,7 +42,7 @@ TEST(PrintedBy, WaitsNoLongerThanItIsTold) {
 }
 
 TEST(PrintedBy, NamesAProgramThatIsNotThere) {
-  const auto none = printed_by({"/nowhere/program"}, kPatience);
+  const auto none = read_program_output({"/nowhere/program"}, kPatience);
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().where, "/nowhere/program");
 }

@@ -197,14 +197,14 @@ TEST_F(Files, LeaveNoHalfOfThemselvesWhereASignalEndsTheProgram) {
 }
 
 TEST(EntriesOf, AFolderAreWhatLiesInIt) {
-  const auto entries = entries_of(GYROTHERM_SOURCE_DIR "/core");
+  const auto entries = list_folder(GYROTHERM_SOURCE_DIR "/core");
   EXPECT_NE(std::find(entries.begin(), entries.end(), std::filesystem::path(GYROTHERM_SOURCE_DIR "/core/file.hpp")),
             entries.end());
 }
 
 TEST(EntriesOf, WhatIsNoFolderAreNone) {
-  EXPECT_TRUE(entries_of("/nonexistent").empty());
-  EXPECT_TRUE(entries_of("/etc/passwd").empty());
+  EXPECT_TRUE(list_folder("/nonexistent").empty());
+  EXPECT_TRUE(list_folder("/etc/passwd").empty());
 }
 
 }  // namespace

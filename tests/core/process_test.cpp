@@ -22,10 +22,10 @@ TEST(ProgramInPath, IsTheFirstThatThisUserMayRun) {
   fs::permissions(folder / "c/tool", fs::perms::owner_all);
   const std::string before = std::getenv("PATH");
   ::setenv("PATH", (folder.string() + "/a:" + folder.string() + "/b:c").c_str(), 1);
-  EXPECT_EQ(program_in_path("tool", folder), folder / "c/tool");
-  EXPECT_EQ(program_in_path("tool"), "");
+  EXPECT_EQ(find_program_in_path("tool", folder), folder / "c/tool");
+  EXPECT_EQ(find_program_in_path("tool"), "");
   ::unsetenv("PATH");
-  EXPECT_EQ(program_in_path("sh"), "/usr/bin/sh");
+  EXPECT_EQ(find_program_in_path("sh"), "/usr/bin/sh");
   ::setenv("PATH", before.c_str(), 1);
   fs::remove_all(folder);
 }

@@ -34,7 +34,7 @@ TEST(RandomStream, IsNormalInItsFirstFourMoments) {
   }
   const double n = static_cast<double>(values.size());
   EXPECT_NEAR(tests::mean_of(values), 0, 4 / std::sqrt(n));
-  EXPECT_NEAR(tests::standard_deviation_of(values), 1, 4 / std::sqrt(2 * n));
+  EXPECT_NEAR(tests::standard_deviation(values), 1, 4 / std::sqrt(2 * n));
   EXPECT_NEAR(third / n, 0, 4 * std::sqrt(15 / n));
   EXPECT_NEAR(fourth / n, 3, 4 * std::sqrt(96 / n));
 }

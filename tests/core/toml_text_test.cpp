@@ -158,7 +158,7 @@ TEST(TomlBounds, TheFullestTextsTakeTimeAsTheyAreLong) {
       for (const auto& child : table->tables("a")) child.mistake("", "of each");
       EXPECT_FALSE(table->verdict());
     };
-    EXPECT_LT(tests::growth_over_ten(read, 19'000), tests::kNearlyInProportion) << form(2);
+    EXPECT_LT(tests::growth_over_ten(read, 19'000), tests::kLargestLinearGrowth) << form(2);
   }
 }
 

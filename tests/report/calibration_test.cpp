@@ -37,7 +37,7 @@ TEST(Calibration, RefusesColumnsOfUnequalLength) {
 
 TEST(Decision, PassesUpToLimitBySimpleRule) {
   const auto at = [](double value) {
-    return held_against(with_uncertainty(value, 0.05, 1e9), 1, DecisionRule::simple).verdict;
+    return compare_with_limits(with_uncertainty(value, 0.05, 1e9), 1, DecisionRule::simple).verdict;
   };
   EXPECT_EQ(at(0.99), Verdict::pass);
   EXPECT_EQ(at(-1), Verdict::pass);
@@ -47,32 +47,34 @@ TEST(Decision, PassesUpToLimitBySimpleRule) {
 TEST(Decision, IsConditionalWithinUncertaintyOfLimitByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto at = [](double value) {
-    return held_against(with_uncertainty(value, 0.05, kInfinite), 1, DecisionRule::guard_band).verdict;
+    return compare_with_limits(with_uncertainty(value, 0.05, kInfinite), 1, DecisionRule::guard_band).verdict;
   };
   EXPECT_EQ(at(-0.9), Verdict::pass);  // U is 0.098
   EXPECT_EQ(at(0.91), Verdict::conditional_pass);
   EXPECT_EQ(at(1.05), Verdict::conditional_fail);
   EXPECT_EQ(at(-1.1), Verdict::fail);
-  EXPECT_EQ(held_against({.value = 0.5}, 1, DecisionRule::guard_band).verdict, Verdict::not_known);
+  EXPECT_EQ(compare_with_limits({.value = 0.5}, 1, DecisionRule::guard_band).verdict, Verdict::not_known);
 }
 
 TEST(Decision, ReturnsProbabilityThatTrueValueIsWithinLimit) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  EXPECT_NEAR(held_against(with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5, 1e-9);
-  EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.841344746,
-              1e-8);
+  EXPECT_NEAR(compare_with_limits(with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5,
+              1e-9);
+  EXPECT_NEAR(compare_with_limits(with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability,
+              0.841344746, 1e-8);
   // Cauchy distribution without the part below −1.
-  EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability, 0.75 - 0.00816, 1e-4);
+  EXPECT_NEAR(compare_with_limits(with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability, 0.75 - 0.00816,
+              1e-4);
 }
 
 /// If U equals the limit, the true value of a passed result may be outside on either side.
 TEST(Decision, HasStatedErrorProbabilityByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const ReportedValue nothing = with_uncertainty(0, 0.5, kInfinite), great = with_uncertainty(9, 0.5, kInfinite);
-  const Conformity found = held_against(nothing, nothing.expanded(), DecisionRule::guard_band);
+  const Conformity found = compare_with_limits(nothing, nothing.expanded(), DecisionRule::guard_band);
   EXPECT_EQ(found.verdict, Verdict::pass);
   EXPECT_NEAR(1 - found.probability, 0.05, 1e-9);
-  EXPECT_NEAR(1 - held_against(great, 9 + great.expanded(), DecisionRule::guard_band).probability, 0.025, 1e-9);
+  EXPECT_NEAR(1 - compare_with_limits(great, 9 + great.expanded(), DecisionRule::guard_band).probability, 0.025, 1e-9);
   EXPECT_NE(translate(Language::english, "say.rule_guard_band").find("at most 5 % together"), std::string_view::npos);
   EXPECT_NE(translate(Language::german, "say.rule_guard_band").find("zusammen höchstens 5 %"), std::string_view::npos);
 }

@@ -28,7 +28,7 @@ namespace {
 using tests::count_of;
 
 std::string page_of(const CalibrationReport& report, Language language = Language::english) {
-  return html_of(document_of(report, language));
+  return to_html(make_document(report, language));
 }
 
 /// Returns the markup without the contents of its scripts.
@@ -66,7 +66,7 @@ CalibrationReport hostile_report() {
 
 TEST(CalibrationPage, IsWellFormed) {
   for (const Language language : {Language::english, Language::german})
-    EXPECT_EQ(tests::markup_mistake(without_scripts(page_of(sample_calibration(), language))), "");
+    EXPECT_EQ(tests::markup_error(without_scripts(page_of(sample_calibration(), language))), "");
 }
 
 TEST(CalibrationPage, StatesItsLanguage) {
@@ -88,7 +88,7 @@ TEST(CalibrationPage, HasEveryValueWithItsUncertainty) {
 TEST(CalibrationPage, EscapesHostileTexts) {
   for (const Language language : {Language::english, Language::german}) {
     const std::string page = page_of(hostile_report(), language);
-    EXPECT_EQ(tests::markup_mistake(without_scripts(page)), "");
+    EXPECT_EQ(tests::markup_error(without_scripts(page)), "");
     EXPECT_FALSE(contains(page, "<script>alert"));
     EXPECT_FALSE(contains(page, "onload=\"alert"));
     EXPECT_EQ(count_of(page, "</style>"), 1);
@@ -198,7 +198,7 @@ TEST(CalibrationTable, HasLinePerValue) {
   int values = 0;
   for (const ResultTable& table : report.results)
     for (const Column& column : table.columns) values += static_cast<int>(column.values.size());
-  const std::string csv = csv_of(report);
+  const std::string csv = results_to_csv(report);
   EXPECT_EQ(count_of(csv, "\r\n"), values + 1);
   EXPECT_TRUE(csv.starts_with("mark,report,axis,stage,group,result,detail,run,in_sample,row,quantity,value,u,k,U,"));
   EXPECT_TRUE(contains(csv, "\r\nSIMULATED,C-2026-0042,u1.x,uncompensated,turn_on,turn_on_repeatability,,"));
@@ -212,7 +212,7 @@ TEST(CalibrationTable, QuotesFieldsByRfc4180) {
   report.results.resize(1);
   report.results[0].detail = "a, \"b\"\nc";
   report.results[0].axis = "=1+1";
-  const std::string csv = csv_of(report);
+  const std::string csv = results_to_csv(report);
   EXPECT_TRUE(contains(csv, ",\"a, \"\"b\"\"\nc\","));
   EXPECT_TRUE(contains(csv, ",'=1+1,")) << "a spreadsheet would run it";
 }

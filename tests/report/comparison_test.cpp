@@ -142,7 +142,7 @@ TEST(Comparison, SkipsBiasWhenReferencesDiffer) {
   };
   now.bias_zero = "nothing removed";
   expect_no_bias();
-  before.bias_zero = now.bias_zero = data::kOwnZero;  // different references
+  before.bias_zero = now.bias_zero = data::kOwnReference;  // different references
   expect_no_bias();
 }
 
@@ -159,7 +159,7 @@ TEST(Comparison, HasSameReferenceDependentQuantitiesAsStore) {
     there.insert((*one)[1]);
   EXPECT_EQ(there, std::set<std::string>(kReferenceDependent.begin(), kReferenceDependent.end()));
   ASSERT_TRUE(std::regex_search(*sql, list, std::regex("WHEN n.zero = '([^']*)'")));
-  EXPECT_EQ(list[1], std::string(data::kOwnZero));
+  EXPECT_EQ(list[1], std::string(data::kOwnReference));
 }
 
 TEST(Comparison, CountsDisagreeingResults) {
@@ -175,8 +175,8 @@ TEST(Comparison, HasPageWithEachChange) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);
   for (const Language language : {Language::english, Language::german}) {
-    const Document document = document_of(*comparison, language);
-    const std::string page = html_of(document);
+    const Document document = make_document(*comparison, language);
+    const std::string page = to_html(document);
     const auto contains = [&](const std::string& text) { return page.find(text) != std::string::npos; };
     for (const ComparedResult& one : comparison->results) {
       EXPECT_TRUE(contains(format(language, change_with_uncertainty(one)))) << one.key;
@@ -194,7 +194,7 @@ TEST(Comparison, ReportsNoChange) {
   const auto comparison = compare(sample_calibration(), now);
   ASSERT_TRUE(comparison);
   EXPECT_EQ(count_disagreeing(*comparison), 0U);
-  const std::string page = html_of(document_of(*comparison, Language::english));
+  const std::string page = to_html(make_document(*comparison, Language::english));
   EXPECT_NE(page.find("No result has changed"), std::string::npos);
   EXPECT_NE(page.find("is not one that it had left with"), std::string::npos);
 }

@@ -25,7 +25,7 @@ constexpr std::uint64_t kRandomReports = 50;
 #endif
 
 std::string dcc(const CalibrationReport& report, const DccOptions& options = {}) {
-  const auto made = dcc_of(report, options);
+  const auto made = make_dcc(report, options);
   EXPECT_TRUE(made) << text(made.error());
   return made.value_or("");
 }
@@ -43,7 +43,7 @@ class Certificates : public testing::Test {
     for (const VariedReport& one : varied_calibrations()) put(one.name, dcc(one.report, one.options));
     for (std::uint64_t seed = 0; seed < kRandomReports; ++seed) {
       CalibrationReport report = random_calibration(seed);
-      if (!dcc_of(report)) report.state = ReportState::draft;
+      if (!make_dcc(report)) report.state = ReportState::draft;
       put(fmt::format("random {}", seed), dcc(report));
     }
   }
@@ -154,11 +154,11 @@ TEST(Dcc, RefusesIncompleteReportThatIsNotDraft) {
                                                  [](CalibrationReport& report) { report.results.clear(); }}) {
     CalibrationReport report = real_report();
     take(report);
-    const auto made = dcc_of(report);
+    const auto made = make_dcc(report);
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().kind, FaultKind::bad_file);
     report.state = ReportState::draft;
-    EXPECT_TRUE(dcc_of(report));
+    EXPECT_TRUE(make_dcc(report));
   }
 }
 

@@ -51,7 +51,7 @@ std::string text_of(const Document& document) {
 }
 
 std::string text_of(const CalibrationReport& report, Language language = Language::english) {
-  return text_of(document_of(report, language));
+  return text_of(make_document(report, language));
 }
 
 template <class T>
@@ -119,7 +119,7 @@ TEST(Document, IsGermanOnRequest) {
 
 TEST(Document, HasSameStructureInBothLanguages) {
   const CalibrationReport report = sample_calibration();
-  const Document english = document_of(report, Language::english), german = document_of(report, Language::german);
+  const Document english = make_document(report, Language::english), german = make_document(report, Language::german);
   ASSERT_EQ(english.blocks.size(), german.blocks.size());
   for (std::size_t k = 0; k < english.blocks.size(); ++k)
     EXPECT_EQ(english.blocks[k].index(), german.blocks[k].index()) << k;
@@ -131,7 +131,7 @@ TEST(Document, ListsMissingDataOfDraft) {
   report.authorised.reset();
   report.missing = {"order.toml: customer.name"};
   report.number.clear();
-  const Document document = document_of(report, Language::english);
+  const Document document = make_document(report, Language::english);
   EXPECT_EQ(document.title, "Calibration report (draft)");
   EXPECT_EQ(document.mark, "DRAFT · SIMULATED");
   EXPECT_EQ(document.number, "–");
@@ -148,7 +148,7 @@ TEST(Document, ListsBiasReferencesThatDiffer) {
   report.bias_zero.clear();
   report.bias_zeros = {{"u1.x", report.files[0].id, "earth rate removed"},
                        {"u1.y", report.files[0].id, "nothing removed"}};
-  for (const std::string& text : {text_of(report), *dcc_of(report, {})}) {
+  for (const std::string& text : {text_of(report), *make_dcc(report, {})}) {
     EXPECT_TRUE(std::regex_search(text, std::regex("u1.x[^:]*: Earth rate removed"))) << text;
     EXPECT_TRUE(std::regex_search(text, std::regex("u1.y[^:]*: Nothing removed"))) << text;
   }
@@ -183,7 +183,7 @@ TEST(Document, NamesReplacementOfSupersededReport) {
   report.simulated = false;
   report.state = ReportState::superseded;
   report.replaced_by = OtherReport{.number = "C-2026-0099"};
-  const Document document = document_of(report, Language::english);
+  const Document document = make_document(report, Language::english);
   EXPECT_EQ(document.mark, "SUPERSEDED");
   EXPECT_TRUE(has(text_of(document), "replaced by the report C-2026-0099"));
 }
@@ -193,13 +193,13 @@ TEST(Document, MarksInSampleResults) {
   EXPECT_FALSE(has(text_of(report), "no verification"));
   for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;
   EXPECT_TRUE(has(text_of(report), "no verification"));
-  const auto keys = all_of<KeyFigures>(document_of(report, Language::english));
+  const auto keys = all_of<KeyFigures>(make_document(report, Language::english));
   ASSERT_FALSE(keys.empty());
   EXPECT_TRUE(has(keys[0].figures[0].label, "in-sample"));
 }
 
 TEST(Document, BeginsWithMeanOfEachAxis) {
-  const auto keys = all_of<KeyFigures>(document_of(sample_calibration(), Language::english));
+  const auto keys = all_of<KeyFigures>(make_document(sample_calibration(), Language::english));
   ASSERT_EQ(keys.size(), 2u);
   EXPECT_EQ(keys[0].title, "Axis u1.x");
   ASSERT_EQ(keys[0].figures.size(), 4u);
@@ -227,7 +227,7 @@ TEST(Document, ComparesStagesOfOneRecord) {
     report.results[k].in_sample = report.results[k].stage == Stage::as_left;
     report.results.push_back(std::move(again));
   }
-  const Document document = document_of(report, Language::english);
+  const Document document = make_document(report, Language::english);
   const std::string text = text_of(document);
   const std::string raw = quantity_text(Language::english, with_uncertainty(0.5, 0.01, 60), "°/h");
   EXPECT_TRUE(has(text, raw)) << "uncompensated, of the record that the model has not seen";
@@ -237,7 +237,7 @@ TEST(Document, ComparesStagesOfOneRecord) {
 }
 
 TEST(Document, ShowsStagesInAdjacentColumns) {
-  const auto tables = all_of<DocumentTable>(document_of(sample_calibration(), Language::english));
+  const auto tables = all_of<DocumentTable>(make_document(sample_calibration(), Language::english));
   const auto found = std::ranges::find_if(
       tables, [](const DocumentTable& table) { return table.caption.ends_with(": Stabilised bias /\u00a0(°/h)"); });
   ASSERT_NE(found, tables.end());
@@ -255,7 +255,7 @@ TEST(Document, NamesRecordInResultsOfSeveralRecords) {
   again.run = "second";
   report.results.push_back(again);
   report.budgets.back().run = "second";
-  const Document document = document_of(report, Language::english);
+  const Document document = make_document(report, Language::english);
   const auto tables = all_of<DocumentTable>(document);
   EXPECT_TRUE(std::ranges::any_of(tables, [](const DocumentTable& table) {
     return table.header.size() > 1 && table.header[1] == "Record" && table.rows.back()[1].text == "R2";
@@ -276,7 +276,7 @@ TEST(Document, NamesRecordInTableOfOneOfSeveralRecords) {
   report.results.push_back(again);
   std::set<std::string> records;
   int tables = 0;
-  for (const DocumentTable& table : all_of<DocumentTable>(document_of(report, Language::english))) {
+  for (const DocumentTable& table : all_of<DocumentTable>(make_document(report, Language::english))) {
     if (!table.caption.ends_with(": Stabilised bias /\u00a0(°/h)")) continue;
     ++tables;
     ASSERT_EQ(table.header[0], "Record") << table.caption;
@@ -297,16 +297,16 @@ TEST(Document, NamesRecommendedModelOnlyIfOneExists) {
 
 TEST(Document, HasRectangularTables) {
   for (const Language language : kLanguages)
-    for (const DocumentTable& table : all_of<DocumentTable>(document_of(sample_calibration(), language)))
+    for (const DocumentTable& table : all_of<DocumentTable>(make_document(sample_calibration(), language)))
       for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.header.size()) << table.caption;
 }
 
 TEST(Document, DrawsFiguresInItsLanguage) {
-  const auto figures = all_of<DocumentFigure>(document_of(sample_calibration(), Language::german));
+  const auto figures = all_of<DocumentFigure>(make_document(sample_calibration(), Language::german));
   ASSERT_EQ(figures.size(), 6u);
   std::set<std::string> ids;
   for (const DocumentFigure& figure : figures) {
-    EXPECT_EQ(tests::markup_mistake(figure.svg), "") << figure.caption;
+    EXPECT_EQ(tests::markup_error(figure.svg), "") << figure.caption;
     EXPECT_TRUE(ids.insert(figure.id).second);
   }
   EXPECT_TRUE(has(figures[1].svg, ">0,2</text>")) << figures[1].svg.substr(0, 3000);

@@ -10,11 +10,11 @@
 namespace gyrotherm::report {
 namespace {
 
-std::string page_of(const Report& report) { return html_of(report, all_figures(report)); }
+std::string page_of(const Report& report) { return to_html(report, all_figures(report)); }
 
 TEST(HtmlReport, IsWellFormed) {
   const SyntheticExperiment experiment;
-  EXPECT_EQ(tests::markup_mistake(page_of(experiment.report())), "");
+  EXPECT_EQ(tests::markup_error(page_of(experiment.report())), "");
 }
 
 TEST(HtmlReport, GivesEqualBytesEachTime) {
@@ -36,7 +36,7 @@ TEST(HtmlReport, ShowsSimulatedInBannerPrintAndEveryFigure) {
   const Report report = experiment.report();
   const auto figures = all_figures(report);
   for (const ReportFigure& figure : figures) EXPECT_GE(tests::count_of(figure.svg, "SIMULATED"), 2) << figure.id;
-  const std::string page = html_of(report, figures);
+  const std::string page = to_html(report, figures);
   EXPECT_EQ(tests::count_of(page, "class=\"banner\"><b>SIMULATED"), 1);
   EXPECT_EQ(tests::count_of(page, "@top-center { content: \"SIMULATED"), 1);
   EXPECT_EQ(tests::count_of(page, "class=\"watermark\""), 1);
@@ -62,7 +62,7 @@ TEST(HtmlReport, HasSmallWellFormedFigures) {
   const auto figures = all_figures(experiment.report());
   EXPECT_GE(figures.size(), 7u);
   for (const ReportFigure& figure : figures) {
-    EXPECT_EQ(tests::markup_mistake(figure.svg), "") << figure.id;
+    EXPECT_EQ(tests::markup_error(figure.svg), "") << figure.id;
     EXPECT_LT(figure.svg.size(), 150000U) << figure.id;
     EXPECT_EQ(tests::count_of(figure.svg, "nan"), 0) << figure.id;
   }
@@ -114,7 +114,7 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   report.warnings = {"a < b"};
   const std::string page = page_of(report);
   EXPECT_EQ(tests::count_of(page, "<script"), 0);
-  EXPECT_EQ(tests::markup_mistake(page), "");
+  EXPECT_EQ(tests::markup_error(page), "");
 }
 
 TEST(HtmlReport, ShowsErrorOfEachFigureOfMerit) {
@@ -165,7 +165,7 @@ TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
                           .stated_earth_rate_deg_per_h = 10.63564}};
   result.warm_ups = {{.segment = 5, .set_point_c = -40, .within = {}, .seconds = {}}};
   const std::string page = page_of(report);
-  EXPECT_EQ(tests::markup_mistake(page), "");
+  EXPECT_EQ(tests::markup_error(page), "");
   EXPECT_GE(tests::count_of(page, "0.002140 ± 0.000060") + tests::count_of(page, "0.00214 ± 0.00006"), 1);
   EXPECT_GE(tests::count_of(page, "Bias at each stabilised temperature"), 1);
   EXPECT_GE(tests::count_of(page, "Bias and Earth rate, told apart by turning the gyro around"), 1);
@@ -181,7 +181,7 @@ TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
 TEST(HtmlReport, ShowsBudgetAndResultsOfLaterRuns) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
-  const std::string html = html_of(report, all_figures(report));
+  const std::string html = to_html(report, all_figures(report));
   EXPECT_NE(html.find("thermometer drift A"), std::string::npos);
   EXPECT_NE(html.find("<b>assumed</b>"), std::string::npos);
   EXPECT_NE(html.find("30 days later: RMSE"), std::string::npos);
@@ -190,9 +190,9 @@ TEST(HtmlReport, ShowsBudgetAndResultsOfLaterRuns) {
 
 TEST(HtmlReport, IsCompleteForRecordWithoutHolds) {
   Report report = SyntheticExperiment().report();
-  report.random.noise.holds = report.random.noise.compensated_holds = noise_of_holds(data::Dataset{});
+  report.random.noise.holds = report.random.noise.compensated_holds = measure_hold_noise(data::Dataset{});
   const std::string page = page_of(report);
-  EXPECT_EQ(tests::markup_mistake(page), "");
+  EXPECT_EQ(tests::markup_error(page), "");
   EXPECT_EQ(tests::count_of(page, "nan"), tests::count_of(page, "Provenance"));
   EXPECT_GE(tests::count_of(page, "the record names no hold"), 1);
 }

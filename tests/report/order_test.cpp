@@ -156,7 +156,7 @@ TEST(Order, IsRefusedWithEachErrorAndItsPosition) {
 TEST(Order, SkipsLimitsForInSampleResults) {
   CalibrationReport report = of_a_record();
   for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;
-  hold_against(report, {{.quantity = "compensated_mean.compensated_bias", .stage = Stage::as_left, .at_most = 0.01}},
+  apply_limits(report, {{.quantity = "compensated_mean.compensated_bias", .stage = Stage::as_left, .at_most = 0.01}},
                DecisionRule::simple);
   ASSERT_EQ(report.conformity.size(), 1u);
   EXPECT_EQ(report.conformity[0].verdict, Verdict::not_known);
@@ -226,7 +226,7 @@ TEST(Order, ComparesEachRowWithLimit) {
   const auto worst = [](std::vector<ReportedValue> values, DecisionRule rule) {
     CalibrationReport report;
     report.results = {{.key = "stabilised_bias", .columns = {{"bias", "°/h", std::move(values)}}}};
-    hold_against(report, {{.quantity = "stabilised_bias.bias", .at_most = 1}}, rule);
+    apply_limits(report, {{.quantity = "stabilised_bias.bias", .at_most = 1}}, rule);
     return report.conformity.at(0);
   };
   const ReportedValue greatest = with_uncertainty(-0.9, 0.01, kInfinite),

@@ -42,14 +42,14 @@ TEST(Placeholders, FindsUnfinishedTextInEachKey) {
   report.laboratory = {.name = "House of Gyros", .city = "Kiel", .country = "DE"};
   report.customer = {.name = "Harbour Pilots", .city = "Hamburg"};
   report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}};
-  ASSERT_TRUE(placeholders_in(report).empty()) << placeholders_in(report).front();
+  ASSERT_TRUE(find_placeholders(report).empty()) << find_placeholders(report).front();
   report.remarks = {"see ...", "siehe Anhang"};
   report.item.serial_number = "TBD";
   report.people[1].name = "todo: who?";
   report.place = {"room …", "room …"};
   report.customer.email = "someone@example.com";
   report.replaces->reason = {"xxx", ""};
-  const auto found = placeholders_in(report);
+  const auto found = find_placeholders(report);
   for (const char* key : {"order.toml: remarks.en", "order.toml: unit.serial_number", "order.toml: place",
                           "laboratory.toml or order.toml: person[1].name", "order.toml: customer.email",
                           "order.toml: replaces.reason.en"})

@@ -147,7 +147,7 @@ class Signed : public testing::Test {
   /// Authorises the files in the folder, which from now on are also the rendered ones.
   void authorise() {
     views_.clear();
-    for (const auto& path : entries_of(folder_path()))
+    for (const auto& path : list_folder(folder_path()))
       if (const std::string name = path.filename(); name != kAuthorisationFile && name != kDccFile)
         views_.push_back({name, bytes(name)});
     const auto report = calibration_from_json(bytes("calibration.json"), "calibration.json");
@@ -318,8 +318,8 @@ TEST_F(Signed, VerifyReportsMissingFile) {
 
 /// A report signed by gyrotherm 0.1.0 does not list authorisation.json.
 TEST_F(Signed, VerifiesReportOfFirstVersion) {
-  const auto dcc = dcc_of(sample_calibration(), {.files = {{"calibration.json", sha256(bytes("calibration.json"))},
-                                                           {"report.html", sha256(bytes("report.html"))}}});
+  const auto dcc = make_dcc(sample_calibration(), {.files = {{"calibration.json", sha256(bytes("calibration.json"))},
+                                                             {"report.html", sha256(bytes("report.html"))}}});
   ASSERT_TRUE(dcc);
   write("dcc.xml", *sign_dcc(*dcc, keys_->key("lab")));
   std::filesystem::remove(at("report.pdf"));
@@ -526,7 +526,7 @@ TEST_F(Signed, VerifyReportsPdfOfOtherSigner) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(text(refused.error()), at("report.pdf") + ": is signed already, or is no PDF");
   for (const char* name : {"report.html", "calibration.json", "authorisation.json"}) std::filesystem::remove(at(name));
-  const auto dcc = dcc_of(sample_calibration(), {.files = {{"report.pdf", sha256(bytes("report.pdf"))}}});
+  const auto dcc = make_dcc(sample_calibration(), {.files = {{"report.pdf", sha256(bytes("report.pdf"))}}});
   ASSERT_TRUE(dcc);
   const auto signed_dcc = sign_dcc(*dcc, keys_->key("lab"));
   ASSERT_TRUE(signed_dcc) << text(signed_dcc.error());
@@ -643,7 +643,7 @@ TEST_F(Signed, LeavesNoKeyBehind) {
   ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", std::filesystem::path(place / "x").parent_path().c_str(), 1), 0);
   sign();
   EXPECT_TRUE(failing().empty());
-  EXPECT_TRUE(entries_of(std::filesystem::path(place / "x").parent_path()).empty());
+  EXPECT_TRUE(list_folder(std::filesystem::path(place / "x").parent_path()).empty());
   ::unsetenv("XDG_RUNTIME_DIR");
 }
 

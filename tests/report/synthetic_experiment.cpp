@@ -127,7 +127,7 @@ model::SegmentFigures segment_figures(const data::RecordedRun& run, int index, c
           kLength_s * static_cast<double>(rows.size()),
           run.clusters.temperature_c.col(0)(rows).mean(),
           run.clusters.bias_deg_per_h(rows).mean(),
-          data::figures_of(residual(rows))};
+          data::compute_figures(residual(rows))};
 }
 
 /// Returns a verification with a residual of the requested size: noise, and a remainder of the ramps.
@@ -136,18 +136,19 @@ model::Verification verification(const data::RecordedRun& run, double left_over,
   v.run_id = run.dataset.run_id;
   v.simulated = run.dataset.simulated;
   v.trained_on_this = trained_on_this;
-  v.raw = figures_of(run.clusters.bias_deg_per_h, run.clusters);
+  v.raw = compute_figures(run.clusters.bias_deg_per_h, run.clusters);
   v.residual_deg_per_h = left_over * run.clusters.bias_deg_per_h;
   for (double& value : v.residual_deg_per_h) value += 1.85e-3 * noise.normal();
-  v.compensated = figures_of(v.residual_deg_per_h, run.clusters);
+  v.compensated = compute_figures(v.residual_deg_per_h, run.clusters);
   std::vector<Eigen::Index> ramps, holds;
   for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
     const bool hold = run.dataset.segments[static_cast<std::size_t>(run.clusters.segment(k))].hold;
     (hold ? holds : ramps).push_back(k);
   }
-  v.ramps = v.corners = figures_of(v.residual_deg_per_h(ramps), run.clusters, ramps);
-  v.holds = figures_of(v.residual_deg_per_h(holds), run.clusters, holds);
-  v.to_truth = {.figures = figures_of(left_over * run.clusters.bias_deg_per_h, run.clusters), .mean_removed = false};
+  v.ramps = v.corners = compute_figures(v.residual_deg_per_h(ramps), run.clusters, ramps);
+  v.holds = compute_figures(v.residual_deg_per_h(holds), run.clusters, holds);
+  v.to_truth = {.figures = compute_figures(left_over * run.clusters.bias_deg_per_h, run.clusters),
+                .mean_removed = false};
   v.floor = {0.00187, 836, 0.00006, "Hadamard deviation at τ = 100 s of the raw bias in the last hour of 24 holds"};
   v.coverage = model::Coverage{0.95, 0.93, 150, 60, 0.0041};
   v.effective_parameters = 40;
@@ -171,7 +172,7 @@ data::HoldNoise hold_noise(Noise& noise) {
     holds.segments.push_back({"hold", true, {}, {}, -1});
     holds.segment.segment(k * kHour, kHour).setConstant(k);
   }
-  return noise_of_holds(holds);
+  return measure_hold_noise(holds);
 }
 
 data::RecordedRun make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained,
@@ -299,7 +300,7 @@ Report SyntheticExperiment::report() const {
                                .qualification = qualification,
                                .program_version = "0.1.0",
                                .seed = 1});
-  report.accept = held_against(report, {{"random.multi_point_t.std_deg_per_h", 0.003}});
+  report.accept = compare_with_limits(report, {{"random.multi_point_t.std_deg_per_h", 0.003}});
   Noise noise(24680);
   for (ReportedRun* run : {&report.rate, &report.random})
     run->noise.holds = run->noise.compensated_holds = hold_noise(noise);

@@ -44,7 +44,7 @@ ReportedThermal some_thermal() {
                                                   .view = small_view()}}};
 }
 
-std::string thermal_page(const Report& report) { return html_of(report, all_figures(report)); }
+std::string thermal_page(const Report& report) { return to_html(report, all_figures(report)); }
 
 int times_in(const std::string& text, const std::string& part) { return tests::count_of(text, part); }
 
@@ -52,7 +52,7 @@ TEST(ThermalView, ShowsTablesAndImageOfVirtualGyroAsSimulated) {
   Report report = SyntheticExperiment().report();
   report.thermal = some_thermal();
   const std::string page = thermal_page(report);
-  EXPECT_EQ(tests::markup_mistake(page), "");
+  EXPECT_EQ(tests::markup_error(page), "");
   EXPECT_EQ(times_in(page, "<b>Table 1</b> Thermal parameters of the gyro’s materials – <b>SIMULATED</b>"), 1);
   EXPECT_EQ(times_in(page,
                      "<td>Zerodur glass ceramic</td><td class=\"n\">2530</td><td class=\"n\">800</td>"

@@ -219,7 +219,7 @@ TEST(DrawGyro, DrawsWindAndPowersWithinTheirLimits) {
       turned += factor < 0 ? 1 : 0;
     }
   }
-  EXPECT_NEAR(tests::standard_deviation_of(logarithms) / 0.35, 1, 4 / std::sqrt(2.0 * 400));
+  EXPECT_NEAR(tests::standard_deviation(logarithms) / 0.35, 1, 4 / std::sqrt(2.0 * 400));
   EXPECT_NEAR(turned, 200, 4 * std::sqrt(100.0));
 }
 

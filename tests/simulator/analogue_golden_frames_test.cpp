@@ -48,8 +48,8 @@ class InputsOnALine {
   std::vector<std::byte> answer(std::span<const std::byte> frame) {
     std::vector<std::byte> reply;
     (void)session_->feed(frame, reply);
-    heard.push_back(tests::hex_of(frame.subspan(2)));
-    said.push_back(reply.size() < 2 ? "" : tests::hex_of(std::span(reply).subspan(2)));
+    heard.push_back(tests::format_hex(frame.subspan(2)));
+    said.push_back(reply.size() < 2 ? "" : tests::format_hex(std::span(reply).subspan(2)));
     return reply;
   }
 

@@ -76,7 +76,7 @@ class ChamberOnALine {
         session(make_modbus_session(unit)),
         chamber(make_modbus_chamber(map, registers(), std::make_unique<ClockPauses>(clock))) {}
   ChamberOnALine(const std::string& name, drivers::LinkKind kind)
-      : ChamberOnALine(on_link(chamber_map(name), kind).value()) {}
+      : ChamberOnALine(select_link(chamber_map(name), kind).value()) {}
 
   /// Returns a second, independent line to the same unit.
   [[nodiscard]] std::unique_ptr<drivers::Registers> registers() {
@@ -113,10 +113,10 @@ class ChamberOnALine {
 
  private:
   std::vector<std::byte> answer(std::span<const std::byte> frame) {
-    heard.push_back(tests::hex_of(frame));
+    heard.push_back(tests::format_hex(frame));
     std::vector<std::byte> reply;
     (void)session->feed(frame, reply);
-    said.push_back(tests::hex_of(reply));
+    said.push_back(tests::format_hex(reply));
     return reply;
   }
 };

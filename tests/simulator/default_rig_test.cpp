@@ -28,7 +28,7 @@ struct PartSeries {
 };
 
 double deviation(const std::vector<double>& one_second) {
-  return tests::standard_deviation_of(tests::clusters_of(one_second));
+  return tests::standard_deviation(tests::clusters_of(one_second));
 }
 
 const PartSeries& rate_cycles() {

@@ -57,7 +57,7 @@ TEST(Flicker, StartsFromItsStationaryDistribution) {
     first.push_back(Flicker(processes, {seed, RandomPurpose::bias_instability}).value());
   double variance = 0;
   for (const auto& process : processes) variance += process.sigma * process.sigma;
-  EXPECT_NEAR(tests::standard_deviation_of(first) / std::sqrt(variance), 1, 4 / std::sqrt(4000.0));
+  EXPECT_NEAR(tests::standard_deviation(first) / std::sqrt(variance), 1, 4 / std::sqrt(4000.0));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST(Ageing, GrowsThermometerDriftWithRootOfDays) {
   std::vector<double> after_a_year;
   for (std::uint64_t gyro = 0; gyro < 100; ++gyro)
     for (const double drift_k : calendar_drift_k(sigma, gyro, 0, 365)) after_a_year.push_back(drift_k);
-  EXPECT_NEAR(tests::standard_deviation_of(after_a_year) / 0.0497, 1, 4 / std::sqrt(1800.0));
+  EXPECT_NEAR(tests::standard_deviation(after_a_year) / 0.0497, 1, 4 / std::sqrt(1800.0));
 }
 
 TEST(Ageing, HasSameDriftForRunsOfOneDay) {

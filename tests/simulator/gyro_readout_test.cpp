@@ -27,8 +27,8 @@ TEST(GyroReadout, HasRequestedAngleRandomWalk) {
     readout.step(kNoBias);
     rates_deg_per_h.push_back(1e-6 * static_cast<double>(readout.pulses() - last));
   }
-  EXPECT_NEAR(tests::standard_deviation_of(rates_deg_per_h), 60 * 3e-4, 4 * 0.018 / std::sqrt(2e5));
-  EXPECT_NEAR(tests::standard_deviation_of(tests::clusters_of(rates_deg_per_h)), 6 * 3e-4, 4 * 0.0018 / std::sqrt(2e3));
+  EXPECT_NEAR(tests::standard_deviation(rates_deg_per_h), 60 * 3e-4, 4 * 0.018 / std::sqrt(2e5));
+  EXPECT_NEAR(tests::standard_deviation(tests::clusters_of(rates_deg_per_h)), 6 * 3e-4, 4 * 0.0018 / std::sqrt(2e3));
 }
 
 TEST(GyroReadout, HasRequestedDeviationAndCorrelationTime) {
@@ -40,7 +40,7 @@ TEST(GyroReadout, HasRequestedDeviationAndCorrelationTime) {
     drift.push_back(readout.drift().value);
     if (t >= 10) now_and_10_s_ago.push_back(drift[drift.size() - 1] * drift[drift.size() - 11]);
   }
-  EXPECT_NEAR(tests::standard_deviation_of(drift), 3e-4, 0.03 * 3e-4);
+  EXPECT_NEAR(tests::standard_deviation(drift), 3e-4, 0.03 * 3e-4);
   EXPECT_NEAR(tests::mean_of(now_and_10_s_ago) / 9e-8, std::exp(-1), 0.03);
 }
 
@@ -56,8 +56,8 @@ TEST(GyroReadout, GrowsWithSquareRootOfTime) {
     after_an_hour.push_back(readout.drift().value);
   }
   const double tolerance = 4 / std::sqrt(800.0);
-  EXPECT_NEAR(tests::standard_deviation_of(after_a_quarter) / kWalk, 0.5, 0.5 * tolerance);
-  EXPECT_NEAR(tests::standard_deviation_of(after_an_hour) / kWalk, 1, tolerance);
+  EXPECT_NEAR(tests::standard_deviation(after_a_quarter) / kWalk, 0.5, 0.5 * tolerance);
+  EXPECT_NEAR(tests::standard_deviation(after_an_hour) / kWalk, 1, tolerance);
 }
 
 TEST(GyroReadout, DrawsEachTurnOnIndependently) {
@@ -67,7 +67,7 @@ TEST(GyroReadout, DrawsEachTurnOnIndependently) {
     offsets.push_back(readout.drift().value);
   }
   EXPECT_NEAR(tests::mean_of(offsets), 0.01, 4 * 0.002 / std::sqrt(2000.0));
-  EXPECT_NEAR(tests::standard_deviation_of(offsets), 0.002, 4 * 0.002 / std::sqrt(4000.0));
+  EXPECT_NEAR(tests::standard_deviation(offsets), 0.002, 4 * 0.002 / std::sqrt(4000.0));
 }
 
 TEST(GyroReadout, HasRequestedBiasInstability) {
@@ -79,7 +79,7 @@ TEST(GyroReadout, HasRequestedBiasInstability) {
   }
   double variance = 0;
   for (const auto& process : flicker_processes(1e-3, 1, 100)) variance += process.sigma * process.sigma;
-  EXPECT_NEAR(tests::standard_deviation_of(drift) / std::sqrt(variance), 1, 0.1);
+  EXPECT_NEAR(tests::standard_deviation(drift) / std::sqrt(variance), 1, 0.1);
 }
 
 TEST(GyroReadout, HasItsOwnClock) {

@@ -26,8 +26,8 @@ std::array<double, thermal::kThermalOutputs> even_c(double celsius) {
   return inner;
 }
 
-std::array<double, kThermalPlaces> places_at(double celsius) {
-  std::array<double, kThermalPlaces> places{};
+std::array<double, kThermalLocations> places_at(double celsius) {
+  std::array<double, kThermalLocations> places{};
   places.fill(celsius);
   return places;
 }
@@ -84,7 +84,7 @@ TEST(CurrentControl, ChangesUnbalanceWithElectronicsTemperature) {
 
 /// Means over 100 s of thermometers without faults, and of the bias.
 struct Means {
-  std::vector<std::array<double, kThermalPlaces>> locations_c;
+  std::vector<std::array<double, kThermalLocations>> locations_c;
   std::vector<double> bias;
 };
 
@@ -98,7 +98,7 @@ Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
       means.locations_c.push_back({});
       means.bias.push_back(0);
     }
-    for (std::size_t i = 0; i < kThermalPlaces; ++i) means.locations_c.back()[i] += gyro.locations_c()[i] / 100;
+    for (std::size_t i = 0; i < kThermalLocations; ++i) means.locations_c.back()[i] += gyro.locations_c()[i] / 100;
     means.bias.back() += gyro.bias().value / 100;
     gyro.step(plant.air(), plant.output_percent() / 100);
     plant.step({set_point_c}, true);
@@ -109,12 +109,12 @@ Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
 /// Returns the RMS residual of least squares on all nine temperatures. The inputs are delayed by `late` means.
 double left_over(const Means& means, std::size_t late) {
   const auto rows = static_cast<Eigen::Index>(means.bias.size() - late);
-  Eigen::MatrixXd inputs(rows, kThermalPlaces + 1);
+  Eigen::MatrixXd inputs(rows, kThermalLocations + 1);
   Eigen::VectorXd bias(rows);
   for (Eigen::Index k = 0; k < rows; ++k) {
     const auto& locations_c = means.locations_c[static_cast<std::size_t>(k)];
-    for (std::size_t i = 0; i < kThermalPlaces; ++i) inputs(k, static_cast<Eigen::Index>(i)) = locations_c[i] - 20;
-    inputs(k, kThermalPlaces) = 1;
+    for (std::size_t i = 0; i < kThermalLocations; ++i) inputs(k, static_cast<Eigen::Index>(i)) = locations_c[i] - 20;
+    inputs(k, kThermalLocations) = 1;
     bias(k) = means.bias[static_cast<std::size_t>(k) + late];
   }
   const Eigen::VectorXd weights = inputs.colPivHouseholderQr().solve(bias);
@@ -242,7 +242,7 @@ TEST(ColdStart, StartsAtAirTemperatureAndReachesRest) {
   for (const double celsius : gyro.inner_c()) EXPECT_NEAR(celsius, -40, 1e-6);
   EXPECT_GT(at_rest.locations_c()[0], -39);
   for (int t = 0; t < 72000; ++t) gyro.step({-40}, 0);
-  for (std::size_t i = 0; i < kThermalPlaces; ++i)
+  for (std::size_t i = 0; i < kThermalLocations; ++i)
     EXPECT_NEAR(gyro.locations_c()[i], at_rest.locations_c()[i], 0.01) << i;
 }
 
@@ -266,7 +266,7 @@ TEST(LockIn, RaisesTheAngleRandomWalkInTheCold) {
       rates.push_back(1e-6 * static_cast<double>(readout.pulses() - before));
       before = readout.pulses();
     }
-    EXPECT_NEAR(tests::standard_deviation_of(rates) / (60 * 3e-4), factor, 4 * factor / std::sqrt(4e4)) << block_c;
+    EXPECT_NEAR(tests::standard_deviation(rates) / (60 * 3e-4), factor, 4 * factor / std::sqrt(4e4)) << block_c;
   }
 }
 
@@ -405,10 +405,10 @@ TEST(DrawGyro, DrawsTermsOfHardRig) {
     EXPECT_LE(drawn.gyro.walk_growth, kMostWalkGrowth);
     widths.push_back(std::log(drawn.gyro.dead_band.half_width_deg_per_h / type.gyro.dead_band.half_width_deg_per_h));
   }
-  EXPECT_NEAR(tests::standard_deviation_of(gammas) / 0.3, 1, 4 / std::sqrt(2.0 * 400));
-  EXPECT_NEAR(tests::standard_deviation_of(ageing) / 0.03, 1, 4 / std::sqrt(2.0 * 400));
-  EXPECT_NEAR(tests::standard_deviation_of(logarithms) / 0.35, 1, 4 / std::sqrt(2.0 * 300));
-  EXPECT_NEAR(tests::standard_deviation_of(widths) / 0.35, 1, 4 / std::sqrt(2.0 * 100));
+  EXPECT_NEAR(tests::standard_deviation(gammas) / 0.3, 1, 4 / std::sqrt(2.0 * 400));
+  EXPECT_NEAR(tests::standard_deviation(ageing) / 0.03, 1, 4 / std::sqrt(2.0 * 400));
+  EXPECT_NEAR(tests::standard_deviation(logarithms) / 0.35, 1, 4 / std::sqrt(2.0 * 300));
+  EXPECT_NEAR(tests::standard_deviation(widths) / 0.35, 1, 4 / std::sqrt(2.0 * 100));
   EXPECT_NEAR(turned, 150, 4 * std::sqrt(75.0));
 }
 

@@ -51,7 +51,7 @@ TEST(LaboratoryFile, DefaultRigUsesTwin) {
 }
 
 TEST(LaboratoryFile, FindsGyroNextToRig) {
-  const auto used = gyro_model_of(rig_text("virtual"), rig_path("virtual"));
+  const auto used = find_gyro_model(rig_text("virtual"), rig_path("virtual"));
   ASSERT_TRUE(used) << text(used.error());
   EXPECT_EQ(used->name, "calibrated");
   EXPECT_EQ(used->film, "chamber");
@@ -59,7 +59,7 @@ TEST(LaboratoryFile, FindsGyroNextToRig) {
 }
 
 TEST(LaboratoryFile, AcceptsGyroFromRecord) {
-  const auto gyro = gyro_model_of(rig_text("virtual"), rig_path("virtual"))->text;
+  const auto gyro = find_gyro_model(rig_text("virtual"), rig_path("virtual"))->text;
   EXPECT_TRUE(parse_laboratory(rig_text("virtual"), "elsewhere/rig.toml", gyro));
 }
 
@@ -69,7 +69,7 @@ TEST(LaboratoryFile, ReportsMissingGyro) {
 }
 
 TEST(LaboratoryFile, ReferenceNeedsNoGyro) {
-  const auto used = gyro_model_of(rig_text("virtual-reference"), "elsewhere/rig.toml");
+  const auto used = find_gyro_model(rig_text("virtual-reference"), "elsewhere/rig.toml");
   ASSERT_TRUE(used);
   EXPECT_EQ(used->name + used->film + used->text, "");
 }
@@ -274,7 +274,7 @@ Result<LaboratoryParameters> units_with(const std::string& piece = "", const std
   const auto at = units.find(piece);
   EXPECT_NE(at, std::string::npos) << piece;
   text += units.replace(at, piece.size(), replacement);
-  const auto gyro = gyro_model_of(rig_text("virtual"), rig_path("virtual"))->text;
+  const auto gyro = find_gyro_model(rig_text("virtual"), rig_path("virtual"))->text;
   return parse_laboratory(text, "rig.toml", gyro);
 }
 

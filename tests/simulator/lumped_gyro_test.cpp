@@ -42,10 +42,10 @@ TEST_P(ReferenceBiasLaw, HasDeviationOfReferenceInRateCycles) {
   const std::vector<double> rates{1, 2, 3, 5};
   for (std::size_t i = 0; i < rates.size(); ++i) {
     const auto cycle = tests::clusters_of(biases_of(gyro, rate_cycle_c(rates[i])));
-    EXPECT_NEAR(tests::standard_deviation_of(cycle), GetParam().by_cycle[i], kSixthDecimal);
+    EXPECT_NEAR(tests::standard_deviation(cycle), GetParam().by_cycle[i], kSixthDecimal);
     all.insert(all.end(), cycle.begin(), cycle.end());
   }
-  EXPECT_NEAR(tests::standard_deviation_of(all), GetParam().all_cycles, kSixthDecimal);
+  EXPECT_NEAR(tests::standard_deviation(all), GetParam().all_cycles, kSixthDecimal);
 }
 
 TEST_P(ReferenceBiasLaw, HasRestValueOfReferenceAt20) {
@@ -58,7 +58,7 @@ TEST_P(ReferenceBiasLaw, HasDeviationOfReferenceInRandomProfile) {
   const auto gyro = lumped_of_rig(GetParam().rig);
   const auto clusters = tests::clusters_of(biases_of(gyro, random_profile_c()));
   ASSERT_EQ(clusters.size(), 1440U);
-  EXPECT_NEAR(tests::standard_deviation_of(clusters), GetParam().random_profile, kSixthDecimal);
+  EXPECT_NEAR(tests::standard_deviation(clusters), GetParam().random_profile, kSixthDecimal);
 }
 
 TEST_P(ReferenceBiasLaw, IsScaledToTheDeviationOfThePaper) {

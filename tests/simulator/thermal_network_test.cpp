@@ -21,9 +21,9 @@ NetworkEquations reference() { return make_equations(lumped_of_rig("virtual-refe
 /// Returns one series per location.
 std::vector<std::vector<double>> driven_by(const std::vector<double>& air_c) {
   ThermalNetwork network(lumped_of_rig("virtual-reference").network);
-  std::vector<std::vector<double>> series(kThermalPlaces);
+  std::vector<std::vector<double>> series(kThermalLocations);
   for (const double air : air_c) {
-    for (std::size_t i = 0; i < kThermalPlaces; ++i) series[i].push_back(network.temperatures_c()[i]);
+    for (std::size_t i = 0; i < kThermalLocations; ++i) series[i].push_back(network.temperatures_c()[i]);
     network.step({air});
   }
   return series;

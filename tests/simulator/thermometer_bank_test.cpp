@@ -11,8 +11,8 @@
 namespace gyrotherm::simulator {
 namespace {
 
-std::array<double, kThermalPlaces> everywhere(double celsius) {
-  std::array<double, kThermalPlaces> places{};
+std::array<double, kThermalLocations> everywhere(double celsius) {
+  std::array<double, kThermalLocations> places{};
   places.fill(celsius);
   return places;
 }
@@ -28,7 +28,8 @@ TEST(ThermometerBank, AddsEachThermometersOwnError) {
   ThermometerParameters parameters;
   parameters.offset_k = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   const ThermometerBank bank(parameters, everywhere(20), 0);
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) EXPECT_DOUBLE_EQ(bank.readings_c()[i], 20 + static_cast<double>(i));
+  for (std::size_t i = 0; i < kThermalLocations; ++i)
+    EXPECT_DOUBLE_EQ(bank.readings_c()[i], 20 + static_cast<double>(i));
 }
 
 TEST(ThermometerBank, FollowsWithItsTimeConstant) {
@@ -39,11 +40,11 @@ TEST(ThermometerBank, FollowsWithItsTimeConstant) {
 
 TEST(ThermometerBank, FollowsEachWithItsOwnTimeConstant) {
   ThermometerParameters parameters;
-  for (std::size_t i = 0; i < kThermalPlaces; ++i) parameters.time_constant_s[i] = 10.0 * static_cast<double>(i);
+  for (std::size_t i = 0; i < kThermalLocations; ++i) parameters.time_constant_s[i] = 10.0 * static_cast<double>(i);
   ThermometerBank bank(parameters, everywhere(0), 0);
   for (int t = 0; t < 20; ++t) bank.step(everywhere(1));
   EXPECT_EQ(bank.readings_c()[0], 1) << "none";
-  for (std::size_t i = 1; i < kThermalPlaces; ++i)
+  for (std::size_t i = 1; i < kThermalLocations; ++i)
     EXPECT_NEAR(bank.readings_c()[i], 1 - std::exp(-2 / static_cast<double>(i)), 1e-12);
 }
 
@@ -67,14 +68,14 @@ TEST(ThermometerBank, DriftsFromItsCalibrationOn) {
     const auto start = bank.readings_c();
     const std::vector<double> before(start.begin(), start.end());
     for (int t = 0; t < 3600; ++t) bank.step(everywhere(20));
-    for (std::size_t i = 0; i < kThermalPlaces; ++i) {
+    for (std::size_t i = 0; i < kThermalLocations; ++i) {
       at_start_k.push_back(before[i] - 20);
       in_an_hour_k.push_back(bank.readings_c()[i] - before[i]);
     }
   }
   const double tolerance = 4 / std::sqrt(1800.0);
-  EXPECT_NEAR(tests::standard_deviation_of(at_start_k) / 0.02, 1, tolerance);
-  EXPECT_NEAR(tests::standard_deviation_of(in_an_hour_k) / (0.01 / std::sqrt(24.0)), 1, tolerance);
+  EXPECT_NEAR(tests::standard_deviation(at_start_k) / 0.02, 1, tolerance);
+  EXPECT_NEAR(tests::standard_deviation(in_an_hour_k) / (0.01 / std::sqrt(24.0)), 1, tolerance);
 }
 
 TEST(ThermometerBank, HasRequestedNoise) {
@@ -84,7 +85,7 @@ TEST(ThermometerBank, HasRequestedNoise) {
     bank.step(everywhere(20));
     readings.push_back(bank.readings_c()[8]);
   }
-  EXPECT_NEAR(tests::standard_deviation_of(readings), 0.01, 4 * 0.01 / std::sqrt(4e4));
+  EXPECT_NEAR(tests::standard_deviation(readings), 0.01, 4 * 0.01 / std::sqrt(4e4));
 }
 
 }  // namespace

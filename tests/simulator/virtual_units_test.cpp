@@ -48,7 +48,7 @@ std::string seen_of(VirtualLaboratory& laboratory, const std::string& unit, cons
     laboratory.step();
     all += fmt::format("{} {} {}", laboratory.pulses(u)[a], laboratory.device_time_us(u),
                        laboratory.true_bias(u)[a].value);
-    for (std::size_t i = 0; i < kThermalPlaces; ++i)
+    for (std::size_t i = 0; i < kThermalLocations; ++i)
       all += fmt::format(" {}", laboratory.thermometers_as_measured_c()[first + i]);
     for (const auto& value : laboratory.values(u)) all += fmt::format(" {} {}", value.name, value.value);
     all += '\n';
@@ -115,7 +115,7 @@ TEST(PlainWorld, IsOneUnitWithOneAxis) {
 TEST(VirtualUnits, NameTheirThermometersAfterThemselves) {
   const VirtualLaboratory laboratory(small_world({unit_named("u1", {"x", "y"}), unit_named("solo")}), {});
   const auto& names = laboratory.thermometer_names();
-  ASSERT_EQ(names.size(), 3 * kThermalPlaces);
+  ASSERT_EQ(names.size(), 3 * kThermalLocations);
   EXPECT_EQ(names[0], "u1.x.A");
   EXPECT_EQ(names[8], "u1.x.shell");
   EXPECT_EQ(names[9], "u1.y.A");
@@ -243,7 +243,7 @@ TEST(OwnTemperature, FollowsTheBlockOfTheFirstAxis) {
     const double shown_c = laboratory.values(unit)[0].value;
     EXPECT_EQ(shown_c, to_resolution(shown_c, 0.5));
     double block_c = 0;
-    const std::size_t first = unit == 0 ? 0 : 2 * kThermalPlaces;
+    const std::size_t first = unit == 0 ? 0 : 2 * kThermalLocations;
     for (std::size_t i = 0; i < kBlockLocations; ++i) block_c += laboratory.thermometers_as_measured_c()[first + i] / 8;
     EXPECT_NEAR(shown_c, block_c + 3, 0.25 + 0.1) << unit;
   }
@@ -270,8 +270,8 @@ TEST(DeadThermometer, ReadsNothingAfterFailure) {
   VirtualLaboratory laboratory(world, {});
   for (int t = 1; t <= 20; ++t) {
     laboratory.step();
-    for (std::size_t i = 0; i < 2 * kThermalPlaces; ++i)
-      EXPECT_EQ(std::isnan(laboratory.thermometers_as_measured_c()[i]), i == kThermalPlaces + 3 && t > 10) << t;
+    for (std::size_t i = 0; i < 2 * kThermalLocations; ++i)
+      EXPECT_EQ(std::isnan(laboratory.thermometers_as_measured_c()[i]), i == kThermalLocations + 3 && t > 10) << t;
   }
 }
 
@@ -280,11 +280,11 @@ TEST(VirtualUnits, CanExchangeThermometers) {
   const auto now = laboratory.thermometers_as_measured_c();
   const std::vector<double> sound(now.begin(), now.end());
   LaboratoryFaults faults(sound.size());
-  std::swap(faults.thermometers[0].place, faults.thermometers[kThermalPlaces].place);
+  std::swap(faults.thermometers[0].place, faults.thermometers[kThermalLocations].place);
   faults.thermometers[12].error_k = 2;
   laboratory.inject(faults);
-  EXPECT_EQ(laboratory.thermometers_as_measured_c()[0], sound[kThermalPlaces]);
-  EXPECT_EQ(laboratory.thermometers_as_measured_c()[kThermalPlaces], sound[0]);
+  EXPECT_EQ(laboratory.thermometers_as_measured_c()[0], sound[kThermalLocations]);
+  EXPECT_EQ(laboratory.thermometers_as_measured_c()[kThermalLocations], sound[0]);
   EXPECT_EQ(laboratory.thermometers_as_measured_c()[12], sound[12] + 2);
   laboratory.inject({});
   EXPECT_EQ(laboratory.thermometers_as_measured_c()[0], sound[0]);

@@ -173,7 +173,7 @@ class BenchStore final : public record::Store {
   Result<std::int64_t> sync() override { return static_cast<std::int64_t>(samples.size()) - 1; }
   bool settle(Duration) override { return true; }
   Result<void> finish() override { return {}; }
-  void publish(const RunStanding&) override {}
+  void publish(const RunOverview&) override {}
   record::StoreHealth health() const override { return {}; }
   const record::Alarms& alarms() const override { return alarms_; }
   const record::RunInfo& info() const override { return info_; }

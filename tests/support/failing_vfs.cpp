@@ -231,7 +231,7 @@ void FailingVfs::synced(const std::string& path) {
   file.pending.clear();
 }
 
-void FailingVfs::lose_what_was_not_synced(unsigned seed) {
+void FailingVfs::lose_unsynced_data(unsigned seed) {
   constexpr std::size_t kSector = 512;
   std::mt19937 random(seed);
   for (auto& [path, file] : disk_) {

@@ -40,7 +40,7 @@ class FailingVfs {
 
   /// Sets every file to a content that a power cut may leave: all synced data, and a random selection of later 512-byte
   /// sectors. All files must be closed.
-  void lose_what_was_not_synced(unsigned seed);
+  void lose_unsynced_data(unsigned seed);
 
   /// Functions for the file system itself. count() returns the code to fail with, or 0; forgets() returns whether a
   /// write is lost.

@@ -78,7 +78,7 @@ class Fed {
   }
   /// Returns the housekeeping value of this name in a frame, or NaN if it is missing.
   [[nodiscard]] double housekeeping(const std::string& name, std::size_t frame = 0) const {
-    const auto all = drivers::housekeeping_of(format_);
+    const auto all = drivers::list_housekeeping(format_);
     const auto& values = frames.at(frame).values;
     for (std::size_t i = 0; i < values.size(); ++i)
       if (all.at(i).name == name && values[i]) return *values[i];

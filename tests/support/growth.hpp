@@ -7,7 +7,7 @@
 namespace gyrotherm::tests {
 
 /// Largest accepted growth for ten times the size: linear time gives 10, quadratic time 100.
-inline constexpr double kNearlyInProportion = 40;
+inline constexpr double kLargestLinearGrowth = 40;
 
 /// Returns the processor time of work(10 · size) divided by that of work(size).
 template <class Work>

@@ -23,7 +23,7 @@ namespace gyrotherm::tests {
   return bytes;
 }
 
-[[nodiscard]] inline std::string hex_of(std::span<const std::byte> bytes) {
+[[nodiscard]] inline std::string format_hex(std::span<const std::byte> bytes) {
   std::string text;
   for (const auto byte : bytes) text += fmt::format("{}{:02X}", text.empty() ? "" : " ", std::to_integer<int>(byte));
   return text;

@@ -52,7 +52,7 @@ std::string_view name_of(std::string_view tag) { return tag.substr(0, tag.find_f
 
 }  // namespace
 
-std::string markup_mistake(std::string_view markup) {
+std::string markup_error(std::string_view markup) {
   if (has_bare_ampersand(markup)) return "bare &";
   constexpr std::string_view kDoctype = "<!DOCTYPE html>";
   if (markup.starts_with(kDoctype)) markup.remove_prefix(kDoctype.size());

@@ -9,7 +9,7 @@ namespace gyrotherm::tests {
 
 /// Returns an empty string if every element is closed in order, every attribute is quoted and no bare '&' or '<'
 /// exists; otherwise the error. Accepts raw style sheets, the doctype and void HTML elements written "<x/>".
-[[nodiscard]] std::string markup_mistake(std::string_view markup);
+[[nodiscard]] std::string markup_error(std::string_view markup);
 
 [[nodiscard]] int count_of(std::string_view text, std::string_view word);
 

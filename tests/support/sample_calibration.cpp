@@ -142,8 +142,8 @@ void add_figures(std::vector<FigureData>& figures, const std::string& axis) {
                   .error = {0.0001, 0.0001, 0.0001, 0.0001, 0.0001, 0.0001, 0.0001, 0.0001, 0.0002, 0.0003, 0.0004}}}});
 }
 
-void hold_against(CalibrationReport& report, const std::string& axis, Stage stage, ReportedValue value, double limit) {
-  Conformity one = held_against(value, limit, report.rule);
+void apply_limits(CalibrationReport& report, const std::string& axis, Stage stage, ReportedValue value, double limit) {
+  Conformity one = compare_with_limits(value, limit, report.rule);
   one.quantity = "compensated_mean.compensated_bias";
   one.axis = axis;
   one.stage = stage;
@@ -161,8 +161,8 @@ void add_results(CalibrationReport& report) {
     add_compensated_mean(report.results, axis, Stage::as_left, 0.002, 0.00003);
     report.budgets.push_back(budget(axis, Stage::as_found));
     report.budgets.push_back(budget(axis, Stage::as_left));
-    hold_against(report, axis, Stage::as_found, with_uncertainty(0.0131, 0.0019, 41.7), 0.01);
-    hold_against(report, axis, Stage::as_left, with_uncertainty(0.002, 0.00003, 41.7), 0.01);
+    apply_limits(report, axis, Stage::as_found, with_uncertainty(0.0131, 0.0019, 41.7), 0.01);
+    apply_limits(report, axis, Stage::as_left, with_uncertainty(0.002, 0.00003, 41.7), 0.01);
     add_figures(report.figures, axis);
     report.compared.push_back({.axis = axis,
                                .inputs = "multi-point-t",

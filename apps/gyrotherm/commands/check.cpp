@@ -46,7 +46,7 @@ std::string chamber_line(const rig::RigFile& rig) {
   return fmt::format(
       "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n{}",
       rig.chamber_map.name, limits.lowest.value, limits.highest.value, limits.fastest_heating.value,
-      limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map), limiter_line(rig));
+      limits.fastest_cooling.value, rig.safe_set_point.value, describe_confidence(rig.chamber_map), limiter_line(rig));
 }
 
 std::string thermometer_lines(const rig::RigFile& rig) {
@@ -105,8 +105,8 @@ std::string analogue_lines(const rig::RigFile& rig) {
   std::string lines;
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i) {
     const auto& [line, map, channels] = rig.analogue_inputs[i];
-    lines += fmt::format("  {} {} at {}\n    {}\n", rig::title_of_analogue(i), map.registers.name, line,
-                         confidence_in_words(map));
+    lines += fmt::format("  {} {} at {}\n    {}\n", rig::analogue_title(i), map.registers.name, line,
+                         describe_confidence(map));
     for (const auto& channel : channels)
       lines += fmt::format("    input {}: {}.{}\n", channel.input + 1, rig.units[channel.unit].info.name, channel.name);
   }
@@ -187,7 +187,7 @@ Json rig_json(const rig::RigFile& rig) {
   return {{"file", rig.file},
           {"simulated", rig.simulated},
           {"chamber", rig.chamber_map.name},
-          {"chamber_confidence", confidence_in_words(rig.chamber_map)},
+          {"chamber_confidence", describe_confidence(rig.chamber_map)},
           {"lowest_c", limits.lowest.value},
           {"highest_c", limits.highest.value},
           {"fastest_heating_c_per_min", limits.fastest_heating.value},
@@ -263,7 +263,7 @@ Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   found.json["rig"] = rig_json(*rig);
   if (!options.connect) return rig;
   if (!rig->simulated)
-    if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(*rig)))
+    if (const auto holder = drivers::ChamberLock::holder(run::chamber_lock_name(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
   const auto answers = query_instruments(*rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());

@@ -267,7 +267,7 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  for (const std::string& warning : warnings_of_origin(*model, axis_for(*model, options.axis), "", ""))
+  for (const std::string& warning : origin_warnings(*model, axis_for(*model, options.axis), "", ""))
     console.print_message("warning: " + warning);
   if (options.uncertainty && options.tracking.track)
     return failure(FaultKind::usage, "--uncertainty",

@@ -96,7 +96,7 @@ Finding check_line(const ConnectedInstrument& connected, const std::vector<Devic
 /// opened.
 std::vector<Finding> check_lines(const rig::RigFile& rig, const std::vector<Device>& devices) {
   if (!rig.simulated)
-    if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(rig)))
+    if (const auto holder = drivers::ChamberLock::holder(run::chamber_lock_name(rig)))
       return {{"rig", FindingState::warning,
                fmt::format("the chamber is in use by {}; its lines were left alone", holder->words),
                "ask again when the run has ended"}};

@@ -62,7 +62,7 @@ Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& 
   auto dataset = data::load_dataset(files, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
   if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
-  for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity, dataset->bias_zero))
+  for (const std::string& warning : origin_warnings(*model, dataset->of, dataset->identity, dataset->bias_zero))
     console.print_message("warning: " + warning);
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());

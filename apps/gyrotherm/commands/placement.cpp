@@ -116,13 +116,13 @@ std::string describe(const RecordedRuns& records, const model::Placement& placem
 Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
   Json json{{"left_out", set.left_out},
             {"kept", set.kept},
-            {"held_out", json_of(set.held_out)},
+            {"held_out", make_json(set.held_out)},
             {"price_deg_per_h", set.price_deg_per_h},
             {"price_error_deg_per_h", set.price_error_deg_per_h}};
-  if (set.unseen) json["unseen"] = json_of(*set.unseen);
+  if (set.unseen) json["unseen"] = make_json(*set.unseen);
   if (confirmed == nullptr) return json;
-  json["svr"] = {{"held_out", json_of(confirmed->held_out)}};
-  for (const auto& unseen : confirmed->unseen) json["svr"]["unseen"].push_back(json_of(unseen));
+  json["svr"] = {{"held_out", make_json(confirmed->held_out)}};
+  for (const auto& unseen : confirmed->unseen) json["svr"]["unseen"].push_back(make_json(unseen));
   return json;
 }
 
@@ -154,7 +154,7 @@ Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path,
                        fmt::format("--verify wants a run that decides nothing, {} does", other.path));
-      if (auto one_gyro = check_one_gyro(one, other, other.path); !one_gyro) return one_gyro;
+      if (auto one_gyro = check_same_gyro(one, other, other.path); !one_gyro) return one_gyro;
     }
   return {};
 }
@@ -167,7 +167,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
   const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
   if (!records) return failure(records.error());
-  options.training.folds.programs = programs_of(records->datasets);
+  options.training.folds.programs = list_programs(records->datasets);
   const auto unseen =
       load_recorded_runs(console, options.unseen, {.unverified = options.unverified, .axis = options.axis});
   if (!unseen) return failure(unseen.error());

@@ -50,7 +50,7 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   report::CalibrationReport& report = filed->report;
   if (auto may = check_may_be_authorised(console, *filed, options.folder); !may) return failure(may.error());
   auto missing = report.missing;
-  for (const std::string& one : report::placeholders_in(report))  // drafts of gyrotherm 0.1.0
+  for (const std::string& one : report::find_placeholders(report))  // drafts of gyrotherm 0.1.0
     if (std::ranges::find(missing, one) == missing.end()) missing.push_back(one);
   if (!missing.empty())
     return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(missing, "; ")));

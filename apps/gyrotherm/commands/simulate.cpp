@@ -60,7 +60,7 @@ std::string describe_line(const rig::RigFile& rig, const simulator::ServedLine& 
     if (served.instrument == fmt::format("thermometer {}", i + 1))
       return fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " "));
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
-    if (served.instrument == rig::title_of_analogue(i))
+    if (served.instrument == rig::analogue_title(i))
       return modbus_in_words(rig.analogue_inputs[i].map.registers, served);
   return {};
 }

@@ -56,7 +56,7 @@ std::string alarm_lines(const record::RunStatus& status) {
 
 /// Describes the progress of a run and its faults.
 std::string state_lines(const record::RunStatus& status) {
-  const RunStanding& standing = status.standing;
+  const RunOverview& standing = status.standing;
   auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
   if (standing.state == RunState::held && status.being_written) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
   if (standing.time_left)
@@ -81,13 +81,13 @@ std::string state_lines(const record::RunStatus& status) {
 /// record is not being written.
 std::optional<bool> is_alive(const record::RunStatus& status) {
   if (!status.being_written) return {};
-  const auto age = age_of(status);
+  const auto age = status_age(status);
   return age && *age <= record::kSilentAfter;
 }
 
 std::string age_line(const record::RunStatus& status) {
   if (!status.being_written) return {};
-  const auto age = age_of(status);
+  const auto age = status_age(status);
   const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
   if (is_alive(status).value_or(true)) return fmt::format("  {}\n", ago);
   return fmt::format("  WARNING: {}: the program, or its disk, does not answer; what follows is how it stood then\n",
@@ -120,7 +120,7 @@ std::string describe(const record::RunStatus& status) {
 /// Returns the status as JSON, with the trace of gyrotherm-make-safe, or null if it did not act.
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
-  const auto age = age_of(status);
+  const auto age = status_age(status);
   const auto does = is_alive(status);
   json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
   json["answers"] = does ? Json(*does) : nullptr;

@@ -17,7 +17,7 @@ struct TellArguments {
 };
 
 Result<Exit> send_request(Console& console, const TellArguments& options) {
-  const auto request = control::request_of(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
+  const auto request = control::make_request(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
   const auto answer = control::tell(options.run, *request, kAnswerWithin);
   if (!answer) return failure(answer.error());

@@ -36,7 +36,7 @@ data::Figures raw_figures(const RecordedRuns& records) {
   std::vector<double> bias;
   for (const data::Clusters& clusters : records.clusters)
     bias.insert(bias.end(), clusters.bias_deg_per_h.begin(), clusters.bias_deg_per_h.end());
-  return data::figures_of(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
+  return data::compute_figures(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
 }
 
 /// Adds warnings about the records, their outliers and the cluster length to those of the model.

@@ -90,7 +90,7 @@ Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::Re
   data::Dataset& dataset = recorded.dataset;
   if (const auto unseen = check_unseen(units, dataset); !unseen) return unseen;
   if (units.first)
-    if (auto one = check_one_zero(dataset, units.first->bias_zero, units.first->path); !one) return one;
+    if (auto one = check_same_reference(dataset, units.first->bias_zero, units.first->path); !one) return one;
   const auto name = unit_name(named, dataset);
   if (!name) return failure(name.error());
   auto unit = std::ranges::find(units.units, *name, &population::UnitClusters::unit);

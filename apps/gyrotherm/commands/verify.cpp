@@ -186,26 +186,26 @@ std::string json(const std::string& run, const model::Verification& v, const Beh
   Json object{{"run", run},
               {"simulated", v.simulated},
               {"trained_on_this", v.trained_on_this},
-              {"raw", json_of(v.raw)},
-              {"compensated", json_of(v.compensated)},
-              {"ramps", json_of(v.ramps)},
-              {"holds", json_of(v.holds)},
-              {"corners", json_of(v.corners)},
-              {"to_truth", json_of(v.to_truth)},
+              {"raw", make_json(v.raw)},
+              {"compensated", make_json(v.compensated)},
+              {"ramps", make_json(v.ramps)},
+              {"holds", make_json(v.holds)},
+              {"corners", make_json(v.corners)},
+              {"to_truth", make_json(v.to_truth)},
               {"noise_floor_deg_per_h", v.floor.deg_per_h},
               {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
               {"noise_floor_statement", v.floor.statement},
-              {"effective_parameters", json_of(known(v.effective_parameters))},
+              {"effective_parameters", make_json(known(v.effective_parameters))},
               {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
-              {"allan", json_of(behaviour.raw)},
-              {"allan_compensated", json_of(behaviour.compensated)},
-              {"characterisation", json_of(behaviour.characterisation)},
+              {"allan", make_json(behaviour.raw)},
+              {"allan_compensated", make_json(behaviour.compensated)},
+              {"characterisation", make_json(behaviour.characterisation)},
               {"outside_trained_range", v.outside.clusters},
-              {"outside", json_of(v.outside)},
-              {"coverage", json_of(v.coverage)},
+              {"outside", make_json(v.outside)},
+              {"coverage", make_json(v.coverage)},
               {"warnings", v.warnings}};
-  if (v.streamed) object["as_streamed"] = json_of(*v.streamed);
-  if (tracked) object["tracking"] = json_of(*tracked);
+  if (v.streamed) object["as_streamed"] = make_json(*v.streamed);
+  if (tracked) object["tracking"] = make_json(*tracked);
   return text_of(object) + "\n";
 }
 
@@ -234,9 +234,10 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
       if (!streamed) return failure(streamed.error());
       verification->streamed = std::move(*streamed);
     }
-    const Behaviour behaviour{options.clusters.empty() ? noise_of_holds(dataset) : noise_of_holds(dataset, clusters),
-                              noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
-                              model::characterise(dataset, clusters, verification->residual_deg_per_h)};
+    const Behaviour behaviour{
+        options.clusters.empty() ? measure_hold_noise(dataset) : measure_hold_noise(dataset, clusters),
+        measure_compensated_hold_noise(dataset, clusters, verification->residual_deg_per_h),
+        model::characterise(dataset, clusters, verification->residual_deg_per_h)};
     Tracked tracked;
     if (*noise) {
       const auto residual = tracking::evenly_spaced(verification->residual_deg_per_h, clusters);
@@ -249,10 +250,10 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     starts.push_back(behaviour.characterisation);
   }
   if (const auto between = between_runs(verifications))
-    console.print(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
+    console.print(console.json ? text_of(Json{{"between_runs", make_json(*between)}}) + "\n" : describe(*between));
   if (gyros.size() > 1) return Exit::done;  // different gyros give no repeatability
-  for (const model::TurnOn& turn_on : model::turn_on_of(starts))
-    console.print(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
+  for (const model::TurnOn& turn_on : model::turn_on_scatter(starts))
+    console.print(console.json ? text_of(Json{{"turn_on", make_json(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;
 }
 

@@ -116,7 +116,7 @@ report::Report build_report(const rig::RigFile& rig, const AxisExperiment& exper
   std::vector<report::Limit> limits;
   for (const ExperimentRun* run : {&rate, &random})
     for (const profile::AcceptLimit& limit : run->profile.accept) limits.push_back({limit.key, limit.at_most});
-  report.accept = held_against(report, limits);
+  report.accept = compare_with_limits(report, limits);
   return report;
 }
 

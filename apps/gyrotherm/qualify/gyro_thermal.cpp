@@ -66,7 +66,7 @@ Result<report::ReportedThermal> find_thermal_model(const rig::RigFile& rig) {
                     "has changed since",
                     origin->gyro));
   const auto model =
-      printed_by({program_beside_this_one("gyrotherm-thermal"), "figure", "--quiet", "--gyro", file}, kLongest)
+      read_program_output({sibling_program_path("gyrotherm-thermal"), "figure", "--quiet", "--gyro", file}, kLongest)
           .and_then(
               [](const std::string& out) { return report::read_thermal_figure(out, "gyrotherm-thermal figure"); });
   if (interrupted()) return failure(FaultKind::interrupted, "thermal image", "stopped");

@@ -41,7 +41,7 @@ KnownDigests::KnownDigests(const std::string& folder, std::string program_versio
     : path_(folder + "/digests.json"), program_version_(std::move(program_version)) {
   const auto text = read_text_file(path_, kLargestTable);
   if (!text) return;
-  const auto root = JsonPlace::parse(*text, path_);
+  const auto root = JsonNode::parse(*text, path_);
   if (!root) return;
   DigestsFile file;
   read_json(*root, file);
@@ -66,7 +66,7 @@ Result<void> KnownDigests::store_rows(const std::string& record_path, const std:
   std::erase_if(entries_, [&](const Entry& entry) { return entry.files == files; });
   entries_.push_back({files, rows});
   return replace_text_file(
-      path_, text_of(json_of(DigestsFile{.program_version = program_version_, .records = entries_}), 1) + "\n");
+      path_, text_of(make_json(DigestsFile{.program_version = program_version_, .records = entries_}), 1) + "\n");
 }
 
 }  // namespace gyrotherm::app

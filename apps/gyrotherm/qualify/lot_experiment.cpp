@@ -231,7 +231,7 @@ report::Lot summarise(const LotExperiment& experiment, const rig::RigFile& rig, 
                          .verdict = "failed",
                          .trouble = task.trouble};
     axis.missing_s = missing_s(experiment.rate.record, task.of) + missing_s(experiment.random.record, task.of);
-    if (task.report) take_figures(*task.report, axis);
+    if (task.report) copy_results(*task.report, axis);
     lot.axes.push_back(std::move(axis));
   }
   if (!experiment.only.empty()) return lot;
@@ -251,7 +251,7 @@ Result<void> write_unit_reports(const LotExperiment& experiment, const report::L
     const auto folder = fmt::format("{}/{}/report", experiment.out, unit);
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (auto written = replace_text_file(folder + "/report.html", html_of_unit(lot, unit, axes)); !written)
+    if (auto written = replace_text_file(folder + "/report.html", unit_to_html(lot, unit, axes)); !written)
       return written;
   }
   return {};
@@ -283,7 +283,7 @@ Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment,
   if (!experiment.only.empty()) return lot;
   const auto written = write_unit_reports(experiment, lot, tasks)
                            .and_then([&] { return replace_text_file(experiment.out + "/lot.json", to_json(lot)); })
-                           .and_then([&] { return replace_text_file(experiment.out + "/lot.html", html_of(lot)); });
+                           .and_then([&] { return replace_text_file(experiment.out + "/lot.html", to_html(lot)); });
   if (!written) return failure(written.error());
   return lot;
 }

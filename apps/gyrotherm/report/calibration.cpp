@@ -269,7 +269,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
     if (!clusters) return failure(clusters.error());
     if (i > 0) {
       const data::Dataset& first = axis.runs.front().dataset;
-      if (auto one = check_one_gyro(dataset, first, first.path, ": a report is of one"); !one) return one;
+      if (auto one = check_same_gyro(dataset, first, first.path, ": a report is of one"); !one) return one;
     }
     report.bias_zeros.push_back({label, dataset.run_id, dataset.bias_zero});
     report.cluster_length_s = clusters->length_s;
@@ -285,7 +285,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
   axis.left = take_model(*left);
   add_trained_range(report, label, report::Stage::as_found, axis.found);
   add_trained_range(report, label, report::Stage::as_left, axis.left);
-  if (axis.left && trained_on_another(*axis.left, axis.runs.front().dataset.identity) != nullptr)
+  if (axis.left && find_other_gyro(*axis.left, axis.runs.front().dataset.identity) != nullptr)
     report.missing.push_back("models: one that was trained on this unit");
   if (axis.left)
     if (auto added = add_experiment(report, experiment_folder(options, choice), label, *axis.left); !added)
@@ -295,7 +295,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
 
 /// Reports the bias reference only once if it is equal for all axes and runs.
 void merge_bias_references(report::CalibrationReport& report) {
-  const auto differs = [&](const report::BiasZero& one) { return one.zero != report.bias_zeros.front().zero; };
+  const auto differs = [&](const report::BiasReference& one) { return one.zero != report.bias_zeros.front().zero; };
   if (report.bias_zeros.empty() || std::ranges::any_of(report.bias_zeros, differs)) return;
   report.bias_zero = report.bias_zeros.front().zero;
   report.bias_zeros.clear();

@@ -43,7 +43,7 @@ Result<std::string> render_pdf(const std::string& json, const std::string& langu
   if (!folder) return failure(folder.error());
   const std::string source = *folder / report::kCalibrationFile, pdf = *folder / view_name(language, "pdf");
   if (auto put = replace_own_file(source, json, Syncing::not_awaited); !put) return failure(put.error());
-  const auto ran = report::run_program(program_beside_this_one(kPdfProgram),
+  const auto ran = report::run_program(sibling_program_path(kPdfProgram),
                                        {source, "--language", language, "--out", pdf}, std::chrono::minutes(6));
   if (!ran) return failure(ran.error());
   if (ran->exit_code != 0) return failure(FaultKind::storage, view_name(language, "pdf"), ran->out);
@@ -60,13 +60,14 @@ Result<void> write_view(Console& console, const std::string& path, const std::st
 Result<std::vector<report::NewFile>> render_files(const report::CalibrationReport& report,
                                                   const std::vector<std::string>& languages) {
   const std::string json = to_json(report);
-  auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
+  auto certificate = make_dcc(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
   if (!certificate) return failure(certificate.error());
-  std::vector<report::NewFile> files{{"calibration.csv", csv_of(report)}, {report::kDccFile, std::move(*certificate)}};
+  std::vector<report::NewFile> files{{"calibration.csv", results_to_csv(report)},
+                                     {report::kDccFile, std::move(*certificate)}};
   for (const std::string& language : languages) {
     auto pdf = render_pdf(json, language);
     if (!pdf) return failure(pdf.error());
-    files.push_back({view_name(language, "html"), html_of(document_of(report, parse_language(language)))});
+    files.push_back({view_name(language, "html"), to_html(make_document(report, parse_language(language)))});
     files.push_back({view_name(language, "pdf"), std::move(*pdf)});
   }
   files.push_back({report::kCalibrationFile, json});
@@ -112,7 +113,7 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
   if (auto made = make_folder(folder); !made) return made;
   if (auto written = write_view(console, folder + "/comparison.json", to_json(comparison)); !written) return written;
   for (const std::string& language : languages) {
-    const std::string page = html_of(document_of(comparison, parse_language(language)));
+    const std::string page = to_html(make_document(comparison, parse_language(language)));
     if (auto written = write_view(console, folder + "/" + view_name(language, "html", "comparison"), page); !written)
       return written;
   }
@@ -123,7 +124,7 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
 Result<void> check_copy(const std::filesystem::path& folder, const std::filesystem::path& copy,
                         const std::string& certificate) {
   bool is_whole = read_text_file((copy / report::kDccFile).string(), kLargestTable) == certificate;
-  for (const std::filesystem::path& path : entries_of(folder.string()))
+  for (const std::filesystem::path& path : list_folder(folder.string()))
     if (std::filesystem::is_regular_file(path)) is_whole = is_whole && std::filesystem::exists(copy / path.filename());
   if (is_whole) return {};
   return failure(FaultKind::storage, copy.string(), "is no whole copy of what is signed here; move it away");
@@ -138,7 +139,7 @@ Result<void> keep_as_signed(Console& console, const std::string& folder) {
   if (std::filesystem::exists(kept, error)) return check_copy(folder, kept, **certificate);
   std::filesystem::remove_all(begun, error);
   std::filesystem::create_directory(begun, error);
-  for (const std::filesystem::path& path : entries_of(folder))
+  for (const std::filesystem::path& path : list_folder(folder))
     if (!error && std::filesystem::is_regular_file(path))
       std::filesystem::copy_file(path, begun / path.filename(), error);
   if (!error) std::filesystem::rename(begun, kept, error);

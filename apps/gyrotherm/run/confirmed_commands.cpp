@@ -85,7 +85,7 @@ std::string ownership_problem(const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return path + " cannot be looked at";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
-    return fmt::format("{} belongs to {}", path, user_in_words(found.st_uid));
+    return fmt::format("{} belongs to {}", path, describe_user(found.st_uid));
   return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : path + " may be written by others than its owner";
 }
 

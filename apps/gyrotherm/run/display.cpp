@@ -102,7 +102,7 @@ std::string Display::unit_line(std::size_t unit) const {
   return line;
 }
 
-std::string Display::headline(const Sample& sample, const RunStanding& standing) const {
+std::string Display::headline(const Sample& sample, const RunOverview& standing) const {
   const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(standing.time_left.value_or(Duration{}));
   const auto wall_time_left = time_left(sample, standing);
   auto line =
@@ -115,7 +115,7 @@ std::string Display::headline(const Sample& sample, const RunStanding& standing)
   return line;
 }
 
-std::optional<Duration> Display::time_left(const Sample& sample, const RunStanding& standing) const {
+std::optional<Duration> Display::time_left(const Sample& sample, const RunOverview& standing) const {
   const auto left = standing.time_left.value_or(Duration{});
   if (!rig_.simulated) return left;
   constexpr Duration kLeastSeen = std::chrono::milliseconds(400);
@@ -126,7 +126,7 @@ std::optional<Duration> Display::time_left(const Sample& sample, const RunStandi
 }
 
 /// Returns the wall-clock time now and at the end.
-std::string Display::clock_line(const Sample& sample, const RunStanding& standing) const {
+std::string Display::clock_line(const Sample& sample, const RunOverview& standing) const {
   const auto now = clock_.now().utc;
   auto line = fmt::format("  {}", civil_time(now));
   if (const auto left = time_left(sample, standing)) line += ", ends " + weekday_and_hour(now + *left);
@@ -148,7 +148,7 @@ std::vector<std::string> Display::temperature_lines(const Sample& sample) const 
   return all;
 }
 
-std::vector<std::string> Display::lines(const Sample& sample, const RunStanding& standing,
+std::vector<std::string> Display::lines(const Sample& sample, const RunOverview& standing,
                                         std::span<const record::Alarm> alarms) const {
   std::vector<std::string> all{headline(sample, standing)};
   if (standing.state == RunState::held)
@@ -169,7 +169,7 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunStanding&
   return all;
 }
 
-void Display::show(const Sample& sample, const RunStanding& standing, std::span<const record::Alarm> alarms) {
+void Display::show(const Sample& sample, const RunOverview& standing, std::span<const record::Alarm> alarms) {
   const bool turned = sample.progress.segment != shown_segment_ || standing.state != shown_state_;
   shown_segment_ = sample.progress.segment;
   shown_state_ = standing.state;

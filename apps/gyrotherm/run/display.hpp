@@ -45,19 +45,19 @@ class Display {
   /// Takes each second.
   void see(const Sample& sample);
   /// Shows the present state, after each second or each batch of seconds.
-  void show(const Sample& sample, const RunStanding& standing, std::span<const record::Alarm> alarms);
+  void show(const Sample& sample, const RunOverview& standing, std::span<const record::Alarm> alarms);
 
   /// Returns the lines for a terminal, for the newest second. `alarms` are sorted from new to old.
-  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing,
+  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunOverview& standing,
                                                std::span<const record::Alarm> alarms = {}) const;
   /// Returns the wall-clock time until the end. For a virtual rig it is extrapolated from the speed so far. Returns
   /// nothing while the speed is unknown.
-  [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunStanding& standing) const;
+  [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunOverview& standing) const;
 
  private:
   [[nodiscard]] std::string unit_line(std::size_t unit) const;
-  [[nodiscard]] std::string headline(const Sample& sample, const RunStanding& standing) const;
-  [[nodiscard]] std::string clock_line(const Sample& sample, const RunStanding& standing) const;
+  [[nodiscard]] std::string headline(const Sample& sample, const RunOverview& standing) const;
+  [[nodiscard]] std::string clock_line(const Sample& sample, const RunOverview& standing) const;
   [[nodiscard]] std::vector<std::string> temperature_lines(const Sample& sample) const;
 
   Console& console_;

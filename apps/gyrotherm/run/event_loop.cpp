@@ -26,7 +26,7 @@ constexpr auto kLongestFlush = std::chrono::seconds(3);
 constexpr int kTicksPerClockCheck = 64;
 
 /// Returns the state of the run with faults of the disk added.
-RunStanding standing_with_disk(const ActiveRun& run) {
+RunOverview standing_with_disk(const ActiveRun& run) {
   auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())
     standing.faults_now.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
@@ -84,7 +84,7 @@ Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
 /// Ignores the first signal, and prints the reason, while the chamber is being made safe or an operator has ended the
 /// run.
 bool refuses_to_leave(const ActiveRun& run) {
-  if (run.run_controller.is_told_to_end()) {
+  if (run.run_controller.is_end_requested()) {
     run.console.print_message(
         "an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
     return true;
@@ -193,7 +193,7 @@ class RealTime {
     handle_requests(run_, control_socket_);  // earlier requests outrank Ctrl-C
     if (is_terminated() && !run_.ownership.troubles().empty()) return abort_without_guard();
     if (stops() == 0 || (!is_terminated() && refuses_to_leave(run_))) return;
-    leaves_after_tick_ = run_.run_controller.owes_a_tick() && stops() == 1;  // completes an accepted hold first
+    leaves_after_tick_ = run_.run_controller.has_pending_work() && stops() == 1;  // completes an accepted hold first
     if (!leaves_after_tick_) leave();
   }
 
@@ -218,7 +218,7 @@ class RealTime {
     handle_requests(run_, control_socket_);
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
     if (slot >= run_.run_controller.next_slot()) {
-      run_.run_controller.see_guard(run_.ownership.troubles());
+      run_.run_controller.set_guard_troubles(run_.ownership.troubles());
       auto outcome = run_.run_controller.tick(slot);
       run_.ownership.heartbeat(run_.rig.io().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
@@ -262,7 +262,7 @@ Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
     print_sample(run);
     const bool ended = *outcome != run::RunOutcome::going_on;
     if (!ended && run.run_controller.next_slot() % kTicksPerClockCheck != 0) continue;
-    if (interrupted() && !ended && !run.run_controller.is_told_to_end() &&
+    if (interrupted() && !ended && !run.run_controller.is_end_requested() &&
         (run.run_controller.run_state() != RunState::aborting || interrupts() > 1))
       return finish_stopped(run);
     handle_requests(run, control_socket);

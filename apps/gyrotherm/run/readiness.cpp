@@ -47,8 +47,8 @@ std::vector<ConnectedInstrument> instrument_lines(const rig::RigFile& rig) {
                      .program = rig.simulated ? drivers::ProgramCommand{} : rig.thermometers[i].command});
   for (const auto& gyro : rig.gyro_lines) lines.push_back({title_of(gyro, rig.units), gyro.line});
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
-    lines.push_back({rig::title_of_analogue(i), rig.analogue_inputs[i].line,
-                     rig.analogue_inputs[i].map.registers.link.modbus.port});
+    lines.push_back(
+        {rig::analogue_title(i), rig.analogue_inputs[i].line, rig.analogue_inputs[i].map.registers.link.modbus.port});
   return lines;
 }
 

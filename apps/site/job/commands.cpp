@@ -37,11 +37,11 @@ struct JobOptions {
 
 Result<Spreading> make_spreading(const JobOptions& options) {
   Spreading how{.by = {}, .words = options.for_by, .waits = !options.detach};
-  const bool has_slurm = !program_in_path("sbatch").empty();
+  const bool has_slurm = !find_program_in_path("sbatch").empty();
   how.by = options.by == name(By::slurm) || (options.by.empty() && has_slurm) ? By::slurm : By::parallel;
   if (how.by == By::slurm && !has_slurm)
     return failure(FaultKind::usage, "--by slurm", "there is no sbatch here; install slurm-client, or --by parallel");
-  if (how.by == By::parallel && program_in_path("parallel").empty())
+  if (how.by == By::parallel && find_program_in_path("parallel").empty())
     return failure(FaultKind::usage, "--by parallel", "there is no parallel here; install parallel, or slurm-client");
   if (options.detach && how.by == By::parallel)
     return failure(FaultKind::usage, "--detach", "parallel ends with this program; Slurm goes on without it");

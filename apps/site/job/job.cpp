@@ -38,21 +38,21 @@ std::string machine_name() {
 }
 
 std::vector<std::string> with_program(const Step& step) {
-  std::vector<std::string> command{program_beside_this_one("gyrotherm")};
+  std::vector<std::string> command{sibling_program_path("gyrotherm")};
   command.insert(command.end(), step.words.begin(), step.words.end());
   return command;
 }
 
 /// Runs one command. Its output has a temporary name until the command has ended.
 Result<int> carry_out(const Job& job, const Step& step, const std::string& log) {
-  Surroundings around{.folder = job.in, .output = {}, .log = log};
+  LaunchSettings around{.folder = job.in, .output = {}, .log = log};
   const auto output = step.output.empty() ? fs::path() : fs::path(job.in) / step.output;
   if (!output.empty()) {
     std::error_code error;
     fs::create_directories(output.parent_path(), error);
     around.output = fmt::format("{}.{}.{}.part", output.string(), machine_name(), ::getpid());
   }
-  const auto code = run_to_its_end(with_program(step), around);
+  const auto code = run_and_wait(with_program(step), around);
   if (!code || around.output.empty()) return code;
   const bool is_whole = *code == 0 || *code == TaskEnd::kOutsideLimits;
   if (is_whole && std::rename(around.output.c_str(), output.c_str()) != 0)
@@ -91,7 +91,7 @@ void describe(auto& form, Like<TaskEnd> auto& end) {
 }
 
 Result<void> write_job(const Job& job, const std::string& folder) {
-  const auto text = text_of(json_of(job), 1) + "\n";
+  const auto text = text_of(make_json(job), 1) + "\n";
   std::error_code error;
   fs::create_directories(folder + "/tasks", error);
   if (error) return failure(FaultKind::storage, folder, "cannot be made: " + error.message());
@@ -106,7 +106,7 @@ Result<Job> read_job(const std::string& folder) {
   const auto path = job_path(folder);
   const auto text = read_text_file(path, kLargestTable);
   if (!text) return failure(text.error());
-  const auto root = JsonPlace::parse(*text, path);
+  const auto root = JsonNode::parse(*text, path);
   if (!root) return failure(root.error());
   Job job;
   if (const auto schema = (*root)["schema"].text(); schema != kJobSchema)
@@ -121,7 +121,7 @@ Result<std::optional<TaskEnd>> read_task_end(const std::string& folder, const Ta
   const auto text = read_text_file_if_any(path);
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
-  const auto root = JsonPlace::parse(**text, path);
+  const auto root = JsonNode::parse(**text, path);
   if (!root) return failure(root.error());
   TaskEnd end;
   read_json(*root, end);
@@ -149,14 +149,12 @@ Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t
     if (!end.is_good()) break;
   }
   end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  if (auto written = replace_text_file(task_file(folder, task, ".json"), text_of(json_of(end), 1) + "\n"); !written)
+  if (auto written = replace_text_file(task_file(folder, task, ".json"), text_of(make_json(end), 1) + "\n"); !written)
     return failure(written.error());
   return end;
 }
 
-Result<int> carry_out(const Job& job, const Step& step) {
-  return run_to_its_end(with_program(step), {.folder = job.in});
-}
+Result<int> carry_out(const Job& job, const Step& step) { return run_and_wait(with_program(step), {.folder = job.in}); }
 
 namespace {
 

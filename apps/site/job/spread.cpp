@@ -33,7 +33,7 @@ constexpr Duration kPollEvery = std::chrono::milliseconds(200);
 constexpr Duration kSlurmTimeout = std::chrono::minutes(2);  // for Slurm's answer
 constexpr auto kQueryEvery = std::chrono::seconds(2);
 
-std::string program() { return program_beside_this_one("gyrotherm-site"); }
+std::string program() { return sibling_program_path("gyrotherm-site"); }
 
 std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> lines;
@@ -111,7 +111,7 @@ class Slurm : public Workers {
                                        "--output=" + as_pattern(folder_ + "/slurm.log")};
       command.insert(command.end(), words_.begin(), words_.end());
       command.insert(command.end(), {script, std::to_string(from)});
-      const auto number = printed_by(command, kSlurmTimeout).and_then(parse_array_number);
+      const auto number = read_program_output(command, kSlurmTimeout).and_then(parse_array_number);
       if (!number) return failure(number.error());
       ids_.push_back(*number);
       if (auto kept = replace_text_file(ids_file(), fmt::format("{}\n", fmt::join(ids_, "\n"))); !kept) return kept;
@@ -132,7 +132,7 @@ class Slurm : public Workers {
 
   /// Returns true if an array is queued. It has the number that sbatch returned, which its elements share.
   [[nodiscard]] Result<bool> is_any_queued() const {
-    const auto queue = printed_by({"squeue", "--noheader", "--format=%F", "--me"}, kSlurmTimeout);
+    const auto queue = read_program_output({"squeue", "--noheader", "--format=%F", "--me"}, kSlurmTimeout);
     if (!queue) return failure(queue.error());
     const auto queued = split_lines(*queue);
     return std::ranges::any_of(ids_, [&](const auto& id) { return std::ranges::count(queued, id) > 0; });

@@ -30,12 +30,12 @@ RecordedEvent numbered(std::int64_t number, Event event) {
   return {.slot = number, .event = std::move(event)};
 }
 
-Event seen(const Alarm& alarm) { return acknowledgement_of(alarm, sample_at(0).at, {}, "ada (uid 1000)", "seen"); }
+Event seen(const Alarm& alarm) { return acknowledgement_event(alarm, sample_at(0).at, {}, "ada (uid 1000)", "seen"); }
 
 Event occurrence(const std::string& id, const std::string& subject, const std::string& reaction, int at_s,
                  const std::string& root = "") {
   const auto kind = reaction == "warn" ? EventKind::fault : EventKind::interlock;
-  const auto text = id + " (" + reaction + ")" + (root.empty() ? "" : consequence_of(root));
+  const auto text = id + " (" + reaction + ")" + (root.empty() ? "" : consequence_suffix(root));
   return {{.since_start = std::chrono::seconds(at_s), .utc = std::chrono::seconds(at_s)},
           kind,
           text,

@@ -176,7 +176,7 @@ TEST(DiskFaults, LoseNothingAcknowledgedInPowerCut) {
         for (int row = 0; row < 150 && vfs.failures() == 0; ++row) run.second();
         acknowledged = run.acknowledged();
       }
-      vfs.lose_what_was_not_synced(seed);
+      vfs.lose_unsynced_data(seed);
     }
     const auto what = "seed " + std::to_string(seed);
     expect_sound(path, acknowledged, what);
@@ -204,7 +204,7 @@ TEST(DiskFaults, LeaveRecordReadableWhenCloseIsInterrupted) {
           (void)run.finish();
           done = vfs.failures() == 0 ? 1 : 0;
         }
-        if (power_cut) vfs.lose_what_was_not_synced(static_cast<unsigned>(operation));
+        if (power_cut) vfs.lose_unsynced_data(static_cast<unsigned>(operation));
       }
       const auto what = (power_cut ? "power cut at " : "killed at ") + std::to_string(operation);
       EXPECT_FALSE(std::filesystem::exists(path + "-journal")) << what;
@@ -233,7 +233,7 @@ TEST(DiskFaults, LoseNothingAcknowledgedInPowerCutAfterFailedSync) {
         if (vfs.failures() == 0) break;
         vfs.fail(1, true, tests::FailingVfs::Kind::power_cut);
       }
-      vfs.lose_what_was_not_synced(static_cast<unsigned>(sync));
+      vfs.lose_unsynced_data(static_cast<unsigned>(sync));
     }
     EXPECT_EQ(acknowledged, 2 * kRows - 1);
     expect_sound(path, acknowledged, "sync " + std::to_string(sync));

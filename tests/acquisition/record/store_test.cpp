@@ -440,7 +440,7 @@ TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
     ASSERT_TRUE(store->append(sample_at(0), three));
     ASSERT_TRUE(store->settle(kLong));
   }
-  const auto highest = last_event_of(find_record_files(path).value()).value();
+  const auto highest = read_last_event_number(find_record_files(path).value()).value();
   EXPECT_GE(highest, 3);
   {
     auto store = Store::reopen(path, in_background()).value();
@@ -451,9 +451,10 @@ TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
     ASSERT_TRUE(store->settle(kLong));
     EXPECT_EQ(store->health().parts, 2);
   }
-  EXPECT_EQ(last_event_of(find_record_files(path).value()).value(), highest + 1) << "that it goes on in another file";
+  EXPECT_EQ(read_last_event_number(find_record_files(path).value()).value(), highest + 1)
+      << "that it goes on in another file";
   for (const bool background : {true, false}) {
-    const auto before = last_event_of(find_record_files(path).value()).value();
+    const auto before = read_last_event_number(find_record_files(path).value()).value();
     auto store = Store::reopen(path, {.background = background}).value();
     const Event alarm{sample_at(0).at, EventKind::interlock, "door (suspend)", {.interlock = "door"}};
     ASSERT_TRUE(store->append_event(alarm));
@@ -461,7 +462,7 @@ TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
     const auto told = store->alarms().list().front().last_number;
     EXPECT_GT(told, before);
     store.reset();
-    EXPECT_EQ(last_event_of(find_record_files(path).value()).value(), told) << "as the record has it";
+    EXPECT_EQ(read_last_event_number(find_record_files(path).value()).value(), told) << "as the record has it";
   }
 }
 

@@ -295,11 +295,11 @@ TEST(AllanFit, ReadsEachTermOffAtItsAveragingTime) {
     const auto term = static_cast<NoiseTerm>(k);
     const NoiseCoefficient coefficient{.term = term, .seen = true, .value = 3600, .error = 1, .at_most = 2};
     if (term == NoiseTerm::bias_instability) {
-      EXPECT_NEAR(deviation_of(coefficient, 100) / 3600, 0.66428, 5e-6);
+      EXPECT_NEAR(noise_deviation(coefficient, 100) / 3600, 0.66428, 5e-6);
       continue;
     }
     const double in_degrees = term == NoiseTerm::quantisation ? 1 : 3600;
-    EXPECT_NEAR(deviation_of(coefficient, info(term).read_off_s), in_degrees, 1e-9) << info(term).symbol;
+    EXPECT_NEAR(noise_deviation(coefficient, info(term).read_off_s), in_degrees, 1e-9) << info(term).symbol;
   }
 }
 

@@ -52,7 +52,7 @@ TEST(Dataset, DividesPulsesByExactIntervalAndRemovesEarthRate) {
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.bias_zero, "earth rate removed");
-  EXPECT_FALSE(dataset.zero_is_its_own);
+  EXPECT_FALSE(dataset.has_own_reference);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(3), 0.5 * 20 / 0.5 - 4);
 }
@@ -73,7 +73,7 @@ TEST(Dataset, DetectsPulseCountsFromWholeNumbers) {
 TEST(Dataset, RemovesMeanOfFirstHoldWhenEarthRateIsUnknown) {
   const Dataset dataset = to_dataset(four_seconds());
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
-  EXPECT_TRUE(dataset.zero_is_its_own);
+  EXPECT_TRUE(dataset.has_own_reference);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), -0.5);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 0.5);
 }
@@ -114,12 +114,12 @@ TEST(Dataset, TakesReferenceFromFirstHoldWithBias) {
 TEST(Dataset, ProvidesTrueBiasOnlyForVirtualGyro) {
   record::Record record = four_seconds();
   EXPECT_TRUE(to_dataset(record).true_bias_deg_per_h.array().isNaN().all());
-  EXPECT_TRUE(to_dataset(record).zero_is_its_own);
+  EXPECT_TRUE(to_dataset(record).has_own_reference);
   record.units[0].true_bias_deg_per_h[0] = {1, 2, 3, 4};
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   const Dataset dataset = to_dataset(record);
   EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "Earth's rate is not in it";
-  EXPECT_FALSE(dataset.zero_is_its_own);
+  EXPECT_FALSE(dataset.has_own_reference);
 }
 
 TEST(Dataset, KeepsBiasAndTimesOfImportedRecord) {

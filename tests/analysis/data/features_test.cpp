@@ -89,7 +89,7 @@ TEST(Features, KeepRankForDependentPolynomials) {
   const auto rank = [](std::initializer_list<const char*> inputs) {
     std::vector<Term> terms;
     for (const char* input : inputs) terms.push_back(*parse_term(input, kOddNames));
-    return rank_of(terms);
+    return polynomial_rank(terms);
   };
   EXPECT_EQ(rank({"A*A-B", "A^2", "A*B"}), 2);
   EXPECT_EQ(rank({"A-B^2", "A^2", "A*B", "B^2"}), 3);
@@ -100,10 +100,10 @@ TEST(Features, KeepRankForDependentPolynomials) {
 TEST(Features, HaveRankSevenForGradientsOfEightThermometers) {
   const auto gradients = all_gradients({"A", "B", "C", "D", "E", "F", "G", "H"});
   EXPECT_EQ(gradients.size(), 28u);
-  EXPECT_EQ(rank_of(gradients), 7);
-  EXPECT_EQ(rank_of({}), 0);
-  EXPECT_EQ(rank_of({temperature_term("A"), temperature_term("A") * temperature_term("A"), rate_term("A")}), 3);
-  EXPECT_EQ(rank_of({temperature_term("A"), temperature_term("B"), gradient_term("A", "B")}), 2);
+  EXPECT_EQ(polynomial_rank(gradients), 7);
+  EXPECT_EQ(polynomial_rank({}), 0);
+  EXPECT_EQ(polynomial_rank({temperature_term("A"), temperature_term("A") * temperature_term("A"), rate_term("A")}), 3);
+  EXPECT_EQ(polynomial_rank({temperature_term("A"), temperature_term("B"), gradient_term("A", "B")}), 2);
 }
 
 TEST(Scaling, GivesZeroMeanAndUnitStd) {
@@ -224,8 +224,9 @@ TEST(LagTerm, RoundTripsThroughText) {
 }
 
 TEST(LagTerm, RaisesRank) {
-  EXPECT_EQ(rank_of({temperature_term("A"), lag_term(600, "A"), lag_term(2400, "A")}), 3);
-  EXPECT_EQ(rank_of({lag_term(600, "A") * temperature_term("A"), temperature_term("A") * lag_term(600, "A")}), 1);
+  EXPECT_EQ(polynomial_rank({temperature_term("A"), lag_term(600, "A"), lag_term(2400, "A")}), 3);
+  EXPECT_EQ(polynomial_rank({lag_term(600, "A") * temperature_term("A"), temperature_term("A") * lag_term(600, "A")}),
+            1);
 }
 
 TEST(LagTerm, KeepsProductWhenReplacedByTemperature) {

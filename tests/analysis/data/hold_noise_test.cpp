@@ -163,7 +163,7 @@ TEST(OverFit, ExpectsResidualOfLeastSquares) {
     const Eigen::VectorXd residual = noise - design * design.colPivHouseholderQr().solve(noise);
     const NoiseFloor floor{.deg_per_h = 1, .differences = 100, .error_deg_per_h = 0.1};
     const double expected = expected_in_sample_std(floor, kParameters, kRows);
-    EXPECT_NEAR(figures_of(residual).std, expected, 4 * expected / std::sqrt(2.0 * (kRows - kParameters))) << seed;
+    EXPECT_NEAR(compute_figures(residual).std, expected, 4 * expected / std::sqrt(2.0 * (kRows - kParameters))) << seed;
   }
 }
 
@@ -209,7 +209,7 @@ Dataset quiet_hours(int holds, double N, std::uint64_t seed) {
 }
 
 TEST(HoldNoise, UsesOnlyLastHourOfEachHold) {
-  const HoldNoise noise = noise_of_holds(quiet_hours(5, 3e-4, 1));
+  const HoldNoise noise = measure_hold_noise(quiet_hours(5, 3e-4, 1));
   EXPECT_EQ(noise.holds, 5);
   EXPECT_EQ(noise.stretches, 5);
   EXPECT_EQ(noise.seconds, 5 * 3600);
@@ -222,7 +222,7 @@ TEST(HoldNoise, EndsStretchAtMissingSamples) {
   Dataset dataset = quiet_hours(2, 3e-4, 2);
   dataset.bias_deg_per_h(6000) = std::numeric_limits<double>::quiet_NaN();
   dataset.time_s.tail(dataset.time_s.size() - 14000).array() += 30;
-  const HoldNoise noise = noise_of_holds(dataset);
+  const HoldNoise noise = measure_hold_noise(dataset);
   EXPECT_EQ(noise.holds, 2);
   EXPECT_EQ(noise.stretches, 4);
   EXPECT_EQ(noise.seconds, 2 * 3600 - 1 - 30) << "the hour of the second hold ends as late as before";
@@ -235,33 +235,33 @@ TEST(HoldNoise, UsesOnlySelectedClusters) {
   Clusters clusters;
   // Selects the first hold and its ramp.
   clusters.start_s = Eigen::VectorXd::LinSpaced(90, 0, 8900);
-  const HoldNoise noise = noise_of_holds(dataset, clusters);
+  const HoldNoise noise = measure_hold_noise(dataset, clusters);
   EXPECT_EQ(noise.holds, 1);
   EXPECT_EQ(noise.seconds, 3600);
   // Selects 1000 s of its last hour.
   clusters.start_s = clusters.start_s.segment(40, 10).eval();
-  EXPECT_EQ(noise_of_holds(dataset, clusters).seconds, 1000);
+  EXPECT_EQ(measure_hold_noise(dataset, clusters).seconds, 1000);
   clusters.start_s.resize(0);
-  EXPECT_TRUE(noise_of_holds(dataset, clusters).curve.empty());
+  EXPECT_TRUE(measure_hold_noise(dataset, clusters).curve.empty());
 }
 
 TEST(HoldNoise, IsEmptyWithoutHold) {
   Dataset dataset = quiet_hours(1, 3e-4, 3);
   for (auto& segment : dataset.segments) segment.hold = false;
-  const HoldNoise noise = noise_of_holds(dataset);
+  const HoldNoise noise = measure_hold_noise(dataset);
   EXPECT_TRUE(noise.curve.empty());
   EXPECT_EQ(noise.holds, 0);
   for (const NoiseCoefficient& coefficient : noise.fit.coefficients) {
     EXPECT_FALSE(coefficient.seen);
     EXPECT_TRUE(std::isnan(coefficient.at_most));
   }
-  EXPECT_EQ(noise_of_holds(dataset).statement, "the record names no hold");
-  EXPECT_TRUE(noise_of_holds(Dataset{}).curve.empty());
+  EXPECT_EQ(measure_hold_noise(dataset).statement, "the record names no hold");
+  EXPECT_TRUE(measure_hold_noise(Dataset{}).curve.empty());
 }
 
 TEST(HoldNoise, HasPointAtClusterLength) {
   const Dataset dataset = quiet_hours(5, 3e-4, 1);
-  const HoldNoise noise = noise_of_holds(dataset);
+  const HoldNoise noise = measure_hold_noise(dataset);
   const auto point = std::ranges::find(noise.curve, 100, &AllanPoint::tau_s);
   ASSERT_NE(point, noise.curve.end());
   EXPECT_NEAR(point->deviation_deg_per_h, 3e-4 * 6, 4 * point->error_deg_per_h) << "N/√τ";
@@ -274,8 +274,8 @@ TEST(HoldNoise, IsEmptyForImportedRecordWithoutHolds) {
   dataset.imported = true;
   dataset.segments.clear();
   dataset.segment.setConstant(-1);
-  EXPECT_TRUE(noise_of_holds(dataset).curve.empty());
-  EXPECT_EQ(noise_of_holds(dataset).statement, "the record names no hold");
+  EXPECT_TRUE(measure_hold_noise(dataset).curve.empty());
+  EXPECT_EQ(measure_hold_noise(dataset).statement, "the record names no hold");
 }
 
 TEST(HoldNoise, UsesSampleIntervalOfRecord) {
@@ -286,7 +286,7 @@ TEST(HoldNoise, UsesSampleIntervalOfRecord) {
   dataset.bias_deg_per_h = simulate({.N = 0.01}, 72000, 0.1, random);
   dataset.segments = {kHoldSegment};
   dataset.segment.setZero(72000);
-  const HoldNoise noise = noise_of_holds(dataset);
+  const HoldNoise noise = measure_hold_noise(dataset);
   EXPECT_NEAR(noise.interval_s, 0.1, 1e-9);
   EXPECT_NEAR(noise.seconds, 3600, 0.2);
   const NoiseCoefficient& n = of(noise.fit, NoiseTerm::angle_random_walk);
@@ -304,15 +304,16 @@ TEST(HoldNoise, ExcludesCompensatedPart) {
   clusters.start_s = Eigen::VectorXd::LinSpaced(count, 0, 100.0 * static_cast<double>(count - 1));
   clusters.bias_deg_per_h = dataset.bias_deg_per_h.reshaped(100, count).colwise().mean().transpose();
   const Eigen::VectorXd residual = quiet.bias_deg_per_h.reshaped(100, count).colwise().mean().transpose();
-  const HoldNoise found = noise_of_compensated_holds(dataset, clusters, residual);
-  const HoldNoise expected = noise_of_holds(quiet);
+  const HoldNoise found = measure_compensated_hold_noise(dataset, clusters, residual);
+  const HoldNoise expected = measure_hold_noise(quiet);
   ASSERT_EQ(found.curve.size(), expected.curve.size());
   for (std::size_t k = 0; k < found.curve.size(); ++k) {
     EXPECT_NEAR(found.curve[k].deviation_deg_per_h, expected.curve[k].deviation_deg_per_h,
                 1e-3 * expected.curve[k].deviation_deg_per_h);
   }
   EXPECT_NE(found.statement.find("compensated"), std::string::npos);
-  EXPECT_GT(noise_of_holds(dataset).curve.back().deviation_deg_per_h, 3 * expected.curve.back().deviation_deg_per_h);
+  EXPECT_GT(measure_hold_noise(dataset).curve.back().deviation_deg_per_h,
+            3 * expected.curve.back().deviation_deg_per_h);
 }
 
 TEST(HoldNoise, OmitsSamplesNextToMissingCluster) {
@@ -324,7 +325,7 @@ TEST(HoldNoise, OmitsSamplesNextToMissingCluster) {
   clusters.bias_deg_per_h.setZero(90);
   Eigen::VectorXd residual = Eigen::VectorXd::Zero(90);
   residual(40) = std::numeric_limits<double>::quiet_NaN();
-  const HoldNoise noise = noise_of_compensated_holds(dataset, clusters, residual);
+  const HoldNoise noise = measure_compensated_hold_noise(dataset, clusters, residual);
   EXPECT_EQ(noise.stretches, 3);
   EXPECT_EQ(noise.seconds, 3600 - 200 - 1 - 199);
 }
@@ -336,7 +337,7 @@ TEST(AllanCurveOfClusters, EndsStretchAtMissingClusterOrValue) {
   Eigen::VectorXd values = Eigen::VectorXd::Zero(60);
   values.tail(30).setConstant(1000);
   values(10) = std::numeric_limits<double>::quiet_NaN();
-  const AllanCurve curve = allan_curve_of(values, clusters);
+  const AllanCurve curve = cluster_allan_curve(values, clusters);
   ASSERT_FALSE(curve.empty());
   EXPECT_EQ(curve.front().tau_s, 100);
   EXPECT_EQ(curve.front().differences, 9 + 18 + 29);

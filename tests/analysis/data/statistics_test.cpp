@@ -13,13 +13,13 @@ namespace gyrotherm::data {
 namespace {
 
 TEST(Figures, MatchEquation11) {
-  const Figures figures = figures_of(Eigen::Vector4d{1, 2, 3, -8});
+  const Figures figures = compute_figures(Eigen::Vector4d{1, 2, 3, -8});
   EXPECT_DOUBLE_EQ(figures.mean, -0.5);
   EXPECT_DOUBLE_EQ(figures.std, std::sqrt(77.0 / 3));
   EXPECT_DOUBLE_EQ(figures.rmse, std::sqrt(78.0 / 4));
   EXPECT_DOUBLE_EQ(figures.max_abs, 8);
   EXPECT_EQ(figures.count, 4);
-  EXPECT_EQ(figures_of(Eigen::VectorXd{}).count, 0);
+  EXPECT_EQ(compute_figures(Eigen::VectorXd{}).count, 0);
 }
 
 TEST(Improvement, MatchesTablesOfPaper) {
@@ -93,7 +93,7 @@ TEST(EffectiveNumber, GivesErrorBarsThatCoverTruth) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     std::mt19937_64 random(seed);
     const Eigen::VectorXd values = autoregression(0.8, 1500, random);
-    Figures figures = figures_of(values);
+    Figures figures = compute_figures(values);
     figures.effective = effective_number(values, counted(1500));
     std_held += std::abs(figures.std - 1) < 2 * std_error(figures) ? 1 : 0;
     mean_held += std::abs(figures.mean) < 2 * mean_error(figures) ? 1 : 0;
@@ -117,13 +117,13 @@ TEST(EffectiveNumber, IsCountForFewOrEqualValues) {
 }
 
 TEST(Figures, HaveNoErrorBarWithoutEffectiveNumber) {
-  EXPECT_TRUE(std::isnan(std_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
-  EXPECT_TRUE(std::isnan(mean_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
+  EXPECT_TRUE(std::isnan(std_error(compute_figures(Eigen::Vector3d{1, 2, 4}))));
+  EXPECT_TRUE(std::isnan(mean_error(compute_figures(Eigen::Vector3d{1, 2, 4}))));
 }
 
 /// A single value has no scatter; its error must not be 0.
 TEST(Figures, HaveNoErrorBarForSingleValue) {
-  const Figures figures = figures_of(Eigen::VectorXd::Constant(1, 0.5), [] {
+  const Figures figures = compute_figures(Eigen::VectorXd::Constant(1, 0.5), [] {
     Clusters clusters;
     clusters.start_s = Eigen::VectorXd::Zero(1);
     return clusters;
@@ -139,7 +139,7 @@ TEST(Figures, DoNotCorrelateAcrossRecords) {
   clusters.start_s.resize(400);
   clusters.start_s << Eigen::VectorXd::LinSpaced(200, 0, 19900), Eigen::VectorXd::LinSpaced(200, 0, 19900);
   const Eigen::VectorXd values = autoregression(0.9, 400, random);
-  const Figures both = figures_of(values, clusters);
+  const Figures both = compute_figures(values, clusters);
   EXPECT_EQ(both.count, 400);
   EXPECT_LT(both.effective.of_std, 200);
   EXPECT_DOUBLE_EQ(std_error(both), both.std / std::sqrt(2 * both.effective.of_std));

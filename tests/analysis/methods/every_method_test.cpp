@@ -130,7 +130,7 @@ TEST_P(EveryMethod, RoundTripsThroughFile) {
   for (Eigen::Index i = 0; i < before.size(); ++i) {
     EXPECT_TRUE(before(i) == after(i) || (std::isnan(before(i)) && std::isnan(after(i)))) << i;
   }
-  EXPECT_LT(model->in_sample.std, data::figures_of(clusters->bias_deg_per_h).std);
+  EXPECT_LT(model->in_sample.std, data::compute_figures(clusters->bias_deg_per_h).std);
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(methods().begin(), methods().end()), [](const auto& of) {

@@ -106,8 +106,8 @@ TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
   std::vector<Characterisation> starts;
   for (const double turn_on : {-0.002, 0.0, 0.002})
     starts.push_back(run.found(noise_of(run.temperature_c, 7).array() + turn_on));
-  EXPECT_TRUE(turn_on_of({starts[0], starts[1]}).empty()) << "two are too few";
-  const auto found = turn_on_of(starts);
+  EXPECT_TRUE(turn_on_scatter({starts[0], starts[1]}).empty()) << "two are too few";
+  const auto found = turn_on_scatter(starts);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().set_point_c, 20);
   EXPECT_EQ(found.front().starts, 3);
@@ -123,11 +123,11 @@ TEST(Characterisation, ComparesNoStartsOfDifferentZeros) {
     std::vector<Characterisation> starts;
     for (const std::string& zero : zeros) {
       run.dataset.bias_zero = zero;
-      run.dataset.zero_is_its_own = own;
+      run.dataset.has_own_reference = own;
       run.dataset.run_id = "run " + std::to_string(starts.size());
       starts.push_back(run.found(noise_of(run.temperature_c, 7)));
     }
-    return turn_on_of(starts);
+    return turn_on_scatter(starts);
   };
   EXPECT_TRUE(starts_of({"earth rate removed", "earth rate removed", "nothing removed"}, false).empty());
   EXPECT_TRUE(starts_of({"mean", "mean", "mean"}, true).empty());
@@ -142,7 +142,7 @@ TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
     run.dataset.segments.front().target = Celsius{set_point_c};
     starts.push_back(run.found(noise_of(run.temperature_c, 7)));
   }
-  const auto found = turn_on_of(starts);
+  const auto found = turn_on_scatter(starts);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().set_point_c, 19.74) << "the first of them, as it was asked for";
 }
@@ -156,7 +156,7 @@ TEST(Characterisation, OfOneSetPointIsNotWhatIsHalfAKelvinAway) {
     run.dataset.run_id = "run " + std::to_string(starts.size());
     starts.push_back(run.found(noise_of(run.temperature_c, 7)));
   }
-  EXPECT_TRUE(turn_on_of(starts).empty()) << "two starts each, of three that are wanted";
+  EXPECT_TRUE(turn_on_scatter(starts).empty()) << "two starts each, of three that are wanted";
 }
 
 /// The unit is off in the holds at −20 °C, so that it starts again in those at 50 °C.
@@ -173,7 +173,7 @@ TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
   ASSERT_EQ(result.warm_ups.size(), 4u) << "with the run, and three times";
   EXPECT_EQ(result.warm_ups[0].segment, 0);
   EXPECT_EQ(result.warm_ups[1].set_point_c, 50);
-  const auto found = turn_on_of({result});
+  const auto found = turn_on_scatter({result});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].set_point_c, 50);
   EXPECT_NEAR(found[0].std_before_deg_per_h, 1e-3, 1e-8) << "0, 1, 2";

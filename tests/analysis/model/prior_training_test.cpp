@@ -89,7 +89,7 @@ TEST_F(TypePriorTraining, AFewClustersOfItsOwnMakeAModelForTheWholeRange) {
     EXPECT_LE(inputs.worst_excess, 0.05) << "an hour and a quarter is no bound";
     return used_clusters_.bias_deg_per_h - predict(model, inputs);
   };
-  const double raw = data::figures_of(used_clusters_.bias_deg_per_h).std;
+  const double raw = data::compute_figures(used_clusters_.bias_deg_per_h).std;
   EXPECT_LT(rms(error(*few)), 0.25 * raw);
   EXPECT_LE(rms(error(*all)), rms(error(*few)));
   for (const auto* model : {&*few, &*all}) {
@@ -221,7 +221,7 @@ TEST_F(TypePriorTraining, RefusesWhatItCannotLearnFrom) {
   EXPECT_NE(of_two_zeros.error().what.find("another zero (earth rate removed) than the prior"), std::string::npos)
       << of_two_zeros.error().what;
   data::Dataset own_zero = own_;
-  own_zero.bias_zero = of_another_zero.records.front().bias_zero = data::kOwnZero;
+  own_zero.bias_zero = of_another_zero.records.front().bias_zero = data::kOwnReference;
   EXPECT_FALSE(train_with_prior(of_another_zero, {own_zero}, {clusters_}, {.folds = {}, .program_version = {}}))
       << "two means of two records";
   const auto selecting = learn_prior(own_, {}, {.inputs = "multi-point"});

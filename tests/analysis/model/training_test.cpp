@@ -100,7 +100,7 @@ TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const auto model = train_on(dataset, quick_svr("multi-point"));
   ASSERT_TRUE(model) << text(model.error());
-  const double raw = data::figures_of(make_clusters(dataset)->bias_deg_per_h).std;
+  const double raw = data::compute_figures(make_clusters(dataset)->bias_deg_per_h).std;
   EXPECT_LT(model->leave_cycle_out.std, 0.35 * raw);
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
   EXPECT_TRUE(model->quick);
@@ -276,7 +276,7 @@ TEST(Training, NamesWhatIsWrong) {
   EXPECT_EQ(of_two_zeros.error().kind, FaultKind::usage);
   EXPECT_NE(of_two_zeros.error().what.find("from another zero (nothing removed)"), std::string::npos)
       << of_two_zeros.error().what;
-  one.bias_zero = other.bias_zero = data::kOwnZero;
+  one.bias_zero = other.bias_zero = data::kOwnReference;
   const auto of_own_zeros = train({one, other}, {clusters, clusters}, linear("A,A-B"));
   ASSERT_FALSE(of_own_zeros) << "both say the same, and it is not the same";
   EXPECT_EQ(of_own_zeros.error().kind, FaultKind::usage);

@@ -71,7 +71,7 @@ TEST_F(VerificationOfALinearModel, TellsItsErrorToTheTrueBias) {
 
 TEST_F(VerificationOfALinearModel, RemovesTheMeanOfTheErrorToTruthWhereTheZeroIsTheRecordsOwn) {
   data::Dataset dataset = unseen_run();
-  dataset.zero_is_its_own = true;
+  dataset.has_own_reference = true;
   data::Clusters clusters = *make_clusters(dataset);
   clusters.true_bias_deg_per_h = clusters.bias_deg_per_h - verified(dataset).residual_deg_per_h;
   clusters.true_bias_deg_per_h.array() += 0.5;
@@ -242,7 +242,7 @@ TEST_F(VerificationOfALinearModel, SaysWhereTheZeroIsFittedToTheRecord) {
   data::Dataset dataset = unseen_run();
   EXPECT_FALSE(says(verified(dataset), kWords));
   dataset.bias_zero = "mean of the first hold removed";
-  dataset.zero_is_its_own = true;
+  dataset.has_own_reference = true;
   EXPECT_TRUE(says(verified(dataset), kWords));
 }
 
@@ -393,7 +393,7 @@ TEST(BetweenRuns, CountTheirBiasFromOneZeroThatIsNoMeanOfTheirs) {
     one.run_id = id;
     one.compensated.mean = mean;
     one.bias_zero = zero;
-    one.zero_is_its_own = own;
+    one.has_own_reference = own;
     return one;
   };
   const auto a = run("a", 0.001, "earth rate removed", false), b = run("b", 0.004, "earth rate removed", false);

@@ -25,7 +25,7 @@ TEST(BiasNoise, RecoversNoiseOfResidual) {
   made.start_deg_per_h = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const auto noise =
-        noise_of_residual(known_bias(4000, seed, made).measured_deg_per_h, spaced_clusters(4000), kNoFloor);
+        estimate_bias_noise(known_bias(4000, seed, made).measured_deg_per_h, spaced_clusters(4000), kNoFloor);
     ASSERT_TRUE(noise) << text(noise.error());
     EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 0.15 * 3e-4) << seed;
     // Flicker of this size and a random walk with the same Allan deviation at the relevant times are equivalent for a
@@ -39,14 +39,14 @@ TEST(BiasNoise, RecoversNoiseOfResidual) {
 TEST(BiasNoise, UsesRmsOfResidualAsInitialUncertainty) {
   Eigen::VectorXd residual = known_bias(1000, 1).measured_deg_per_h;
   residual(500) = kMissing;
-  const auto noise = noise_of_residual(residual, spaced_clusters(1000), kNoFloor);
+  const auto noise = estimate_bias_noise(residual, spaced_clusters(1000), kNoFloor);
   ASSERT_TRUE(noise);
   const double squares = residual.head(500).squaredNorm() + residual.tail(499).squaredNorm();
   EXPECT_NEAR(noise->start_deg_per_h, std::sqrt(squares / 999), 1e-15);
 }
 
 TEST(BiasNoise, FailsForShortResidual) {
-  const auto noise = noise_of_residual(known_bias(30, 1).measured_deg_per_h, spaced_clusters(30), kNoFloor);
+  const auto noise = estimate_bias_noise(known_bias(30, 1).measured_deg_per_h, spaced_clusters(30), kNoFloor);
   ASSERT_FALSE(noise);
   EXPECT_EQ(noise.error().kind, FaultKind::usage);
   EXPECT_NE(noise.error().what.find("30 means"), std::string::npos) << noise.error().what;
@@ -54,7 +54,7 @@ TEST(BiasNoise, FailsForShortResidual) {
 
 TEST(BiasNoise, FailsWithoutWhiteNoise) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
-  const auto noise = noise_of_residual(line, spaced_clusters(1000), kNoFloor);
+  const auto noise = estimate_bias_noise(line, spaced_clusters(1000), kNoFloor);
   ASSERT_FALSE(noise);
   EXPECT_NE(noise.error().what.find("no angle random walk"), std::string::npos) << noise.error().what;
 }
@@ -62,7 +62,7 @@ TEST(BiasNoise, FailsWithoutWhiteNoise) {
 /// Model errors may hide the white noise of the residual; the noise floor of the record still shows it.
 TEST(BiasNoise, UsesNoiseFloorWhenResidualHidesWhiteNoise) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
-  const auto noise = noise_of_residual(line, spaced_clusters(1000), 0.0018);
+  const auto noise = estimate_bias_noise(line, spaced_clusters(1000), 0.0018);
   ASSERT_TRUE(noise) << text(noise.error());
   EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 1e-12) << "0.0018 °/h in 100 s";
 }

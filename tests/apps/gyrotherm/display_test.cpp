@@ -45,7 +45,7 @@ struct Shown {
   profile::Profile profile;
   rig::RigFile rig;
   Sample sample;
-  RunStanding standing;
+  RunOverview standing;
   Shown() {
     profile.name = "random";
     profile.segments.resize(1);

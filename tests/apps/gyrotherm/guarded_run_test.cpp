@@ -25,7 +25,7 @@ constexpr double kLimit = 20;   ///< s until the chamber is safe
 /// Finds the guard of a record and its children by their command lines.
 std::vector<pid_t> find_guards(const std::string& record) {
   std::vector<pid_t> guards;
-  for (const auto& process : entries_of("/proc")) {
+  for (const auto& process : list_folder("/proc")) {
     std::ifstream file(process / "cmdline");
     std::string program, option, path;
     for (auto* word : {&program, &option, &path}) std::getline(file, *word, '\0');
@@ -220,10 +220,10 @@ TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
     Background run(warm_run(path), folder / ("log" + std::to_string(tries)));
     ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
     const auto send = [&](const std::string& word) {
-      const auto answer = control::tell(path, control::request_of(word, "").value(), std::chrono::seconds(5));
+      const auto answer = control::tell(path, control::make_request(word, "").value(), std::chrono::seconds(5));
       return answer && answer->done;
     };
-    const auto paused = control::tell(path, control::request_of("pause", "").value(), std::chrono::seconds(5));
+    const auto paused = control::tell(path, control::make_request("pause", "").value(), std::chrono::seconds(5));
     ASSERT_TRUE(paused) << text(paused.error());
     EXPECT_TRUE(paused->done) << paused->text;
     run.signal(SIGINT);

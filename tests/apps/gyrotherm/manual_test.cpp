@@ -20,7 +20,7 @@ const std::string kDocuments = GYROTHERM_SOURCE_DIR "/docs/man/";
 
 /// Returns the source of every page. Fails the test if one is missing.
 std::vector<fs::path> page_sources() {
-  auto pages = entries_of(kDocuments);
+  auto pages = list_folder(kDocuments);
   EXPECT_GE(pages.size(), 29u);
   return pages;
 }

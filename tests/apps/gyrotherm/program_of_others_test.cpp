@@ -242,7 +242,7 @@ TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsConfirmed) {
   std::filesystem::permissions(confirmed, std::filesystem::perms::all);
   expect_refused("may be written by others");
   std::filesystem::permissions(confirmed, std::filesystem::perms::owner_all);
-  for (const auto& file : entries_of(confirmed)) {
+  for (const auto& file : list_folder(confirmed)) {
     std::filesystem::rename(file, folder / "moved");
     std::filesystem::create_symlink(folder / "moved", file);
   }

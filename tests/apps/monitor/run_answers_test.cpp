@@ -409,7 +409,7 @@ FoundRun ended_on(const std::string& rig, const std::string& name, RunState stat
   return run;
 }
 
-std::string figures_of(const std::vector<FoundRun>& runs) { return metrics_text(runs, {}); }
+std::string compute_figures(const std::vector<FoundRun>& runs) { return metrics_text(runs, {}); }
 
 /// Returns the names of the metrics of a run.
 std::set<std::string> figures_with(const std::string& text, const std::string& run) {
@@ -423,7 +423,7 @@ std::set<std::string> figures_with(const std::string& text, const std::string& r
 const std::set<std::string> kEnd{"gyrotherm_run_alarms", "gyrotherm_run_state"};
 
 TEST(Metrics, IncludeLastRunOfRigThatEndedBadly) {
-  const auto text = figures_of(
+  const auto text = compute_figures(
       {run_on("three", "goes on"), ended_on("one", "aborted", RunState::aborted, 1),
        ended_on("one", "before it", RunState::aborted, 1), ended_on("two", "alarmed", RunState::complete, 2),
        ended_on("three", "before that", RunState::aborted, 1), ended_on("four", "well", RunState::complete, 0)});
@@ -445,7 +445,7 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
   left.age_s.reset();
   left.status.standing.state = RunState::held;
   ASSERT_TRUE(silent.is_silent() && left.was_left());
-  const auto text = figures_of({run_on("three", "goes on"), silent, left});
+  const auto text = compute_figures({run_on("three", "goes on"), silent, left});
   const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms"};
   EXPECT_EQ(figures_with(text, "left"), known);
   auto with_age = known;
@@ -459,7 +459,7 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
 }
 
 TEST(Metrics, DeclareTotalsAsCounters) {
-  const auto text = figures_of({run_on("one", "goes on")});
+  const auto text = compute_figures({run_on("one", "goes on")});
   EXPECT_NE(text.find("# TYPE gyrotherm_run_faults_total counter\n"), std::string::npos) << text;
   EXPECT_NE(text.find("# TYPE gyrotherm_run_faults_now gauge\n"), std::string::npos) << text;
 }

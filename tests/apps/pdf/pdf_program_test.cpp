@@ -49,7 +49,7 @@ class RenderedReport {
   [[nodiscard]] std::string pdf(const std::string& language) const { return folder_ / (language + ".pdf"); }
   [[nodiscard]] std::string operator/(const std::string& name) const { return folder_ / name; }
   [[nodiscard]] Document document(const std::string& language) const {
-    return document_of(report_, language == "de" ? Language::german : Language::english);
+    return make_document(report_, language == "de" ? Language::german : Language::english);
   }
   [[nodiscard]] const std::string& remarks() const { return remarks_; }
 

@@ -127,7 +127,7 @@ TEST_F(ArchiveFolder, KeepsAFileUnderTheNameOfItsBytes) {
   ASSERT_TRUE(archive(settings, digest, kNoDescriptor));
   ASSERT_TRUE(archive(settings, digest, kNoDescriptor)) << "again";
   EXPECT_EQ(read_text_file((folder_ / "kept" / (digest.sha256 + ".db")).string()).value(), "bytes");
-  EXPECT_EQ(entries_of(folder_ / "kept").size(), 1U);
+  EXPECT_EQ(list_folder(folder_ / "kept").size(), 1U);
 }
 
 TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
@@ -136,7 +136,7 @@ TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
   const auto kept = archive({.folder = (folder_ / "kept").string()}, digest, kNoDescriptor);
   ASSERT_FALSE(kept);
   EXPECT_EQ(kept.error().what, "changed while it was copied");
-  EXPECT_TRUE(entries_of(folder_ / "kept").empty()) << "nothing half is left";
+  EXPECT_TRUE(list_folder(folder_ / "kept").empty()) << "nothing half is left";
 }
 
 TEST_F(ArchiveFolder, KeepsNothingOfACopyWhoseProgramWasKilled) {
@@ -148,7 +148,7 @@ TEST_F(ArchiveFolder, KeepsNothingOfACopyWhoseProgramWasKilled) {
   write(fmt::format("{}.{}.part.old", target, kNobody), "b");
   ASSERT_TRUE(archive({.folder = (folder_ / "kept").string()}, digest, kNoDescriptor));
   EXPECT_EQ(read_text_file((folder_ / target).string()).value(), "bytes");
-  EXPECT_EQ(entries_of(folder_ / "kept").size(), 3U) << "beside it what goes on, and what is none of ours";
+  EXPECT_EQ(list_folder(folder_ / "kept").size(), 3U) << "beside it what goes on, and what is none of ours";
   EXPECT_FALSE(fs::exists(folder_ / fmt::format("{}.{}.part", target, kNobody)));
 }
 

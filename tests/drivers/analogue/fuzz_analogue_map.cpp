@@ -34,7 +34,7 @@ class FuzzedRegisters final : public Registers {
 };
 
 void use(AnalogueMap map, const std::uint8_t* data, std::size_t size) {
-  (void)confidence_in_words(map);
+  (void)describe_confidence(map);
   std::vector<std::size_t> all(map.inputs.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const auto inputs = make_modbus_analogue_inputs(std::move(map), std::move(all), "analogue input 1",

@@ -63,7 +63,7 @@ unit = "V"
                                                      {"voltage_2", "V", {}}}));
   EXPECT_EQ(map->registers.find("voltage_3")->address, 14);
   EXPECT_EQ(map->registers.name, "ai");
-  EXPECT_EQ(confidence_in_words(*map), "4 inputs: unverified");
+  EXPECT_EQ(describe_confidence(*map), "4 inputs: unverified");
 }
 
 TEST(AnalogueMap, EveryMistakeIsToldWithItsPlace) {

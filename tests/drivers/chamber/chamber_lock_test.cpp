@@ -75,7 +75,7 @@ TEST_F(ChamberLockTest, ASecondIsRefusedAndToldWhoHoldsIt) {
   const auto second = ChamberLock::take(place, "/data/second.db");
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, FaultKind::refused);
-  const auto words = fmt::format("process {} of {}, record /data/first.db", ::getpid(), user_in_words(::getuid()));
+  const auto words = fmt::format("process {} of {}, record /data/first.db", ::getpid(), describe_user(::getuid()));
   EXPECT_EQ(second.error().what, "another program drives it: " + words);
   const auto holder = ChamberLock::holder(place);
   ASSERT_TRUE(holder);
@@ -105,11 +105,11 @@ TEST_F(ChamberLockTest, ManyWhoAskDoNotKeepOthersFromBeingTold) {
   const auto lock = ChamberLock::take(place, "a.db");
   ASSERT_TRUE(lock);
   for (int i = 0; i < 6000; ++i) {
-    const auto owner = owner_of_name(place);
+    const auto owner = find_name_owner(place);
     ASSERT_TRUE(owner);
-    if (i % 200 == 0) lock->dismiss_callers();
+    if (i % 200 == 0) lock->close_callers();
   }
-  EXPECT_EQ(owner_of_name(place)->pid, ::getpid());
+  EXPECT_EQ(find_name_owner(place)->pid, ::getpid());
 }
 
 constexpr uid_t kStranger = 65534;
@@ -144,7 +144,7 @@ TEST_F(ChamberLockTest, IsTakenDespiteStrangerWhoHoldsItsName) {
     const auto lock = ChamberLock::take(place, "mine.db");
     ASSERT_TRUE(lock) << how.what << ": " << text(lock.error());
     ASSERT_EQ(lock->strangers().size(), 1u) << how.what;
-    EXPECT_EQ(lock->strangers()[0].words, fmt::format("process {} of {}", stranger.pid(), user_in_words(kStranger)));
+    EXPECT_EQ(lock->strangers()[0].words, fmt::format("process {} of {}", stranger.pid(), describe_user(kStranger)));
     EXPECT_EQ(ChamberLock::holder(place)->pid, ::getpid()) << how.what;
   }
 }
@@ -226,9 +226,9 @@ TEST(ChamberUsers, AreThisUserRootAndMembersOfTheGroups) {
   const auto child = ::fork();
   if (child == 0) {
     if (!with_users_of_its_own()) ::_exit(kSkipped);
-    const bool good = may_hold_chambers(0) && may_hold_chambers(1001) && may_hold_chambers(1002) &&
-                      !may_hold_chambers(1003) && !may_hold_chambers(1004) && !may_hold_chambers(65534) &&
-                      may_hold_chambers(-1) && ::setuid(1003) == 0 && may_hold_chambers(1003);
+    const bool good = may_drive_chambers(0) && may_drive_chambers(1001) && may_drive_chambers(1002) &&
+                      !may_drive_chambers(1003) && !may_drive_chambers(1004) && !may_drive_chambers(65534) &&
+                      may_drive_chambers(-1) && ::setuid(1003) == 0 && may_drive_chambers(1003);
     ::_exit(good ? 0 : 1);
   }
   int ended = 0;
@@ -285,7 +285,7 @@ TEST_F(ChamberLockTest, AFolderThatIsNotTheUsersOwnIsNotUsed) {
 }
 
 TEST(ChamberPlace, IsOneHoweverItsLineIsWritten) {
-  const auto place = [](const char* line) { return chamber_place(parse_line(line).value(), 502, 3); };
+  const auto place = [](const char* line) { return chamber_lock_name(parse_line(line).value(), 502, 3); };
   EXPECT_EQ(place("tcp://10.0.0.7:502"), "tcp-10.0.0.7-502-3");
   EXPECT_EQ(place("10.0.0.7"), place("tcp://10.0.0.7:502"));
   EXPECT_NE(place("10.0.0.7"), place("10.0.0.8"));
@@ -293,28 +293,28 @@ TEST(ChamberPlace, IsOneHoweverItsLineIsWritten) {
   EXPECT_EQ(place("serial:/dev/ttyS9?9600,7O1"), place("serial:/dev/ttyS9"));
   const auto link_name = std::filesystem::temp_directory_path() / fmt::format("test-by-id-{}", ::getpid());
   std::filesystem::create_symlink("/dev/null", link_name);
-  EXPECT_EQ(chamber_place(SerialLine{link_name.string(), {}}, 502, 3), "serial-dev-null");
+  EXPECT_EQ(chamber_lock_name(SerialLine{link_name.string(), {}}, 502, 3), "serial-dev-null");
   std::filesystem::remove(link_name);
 }
 
 TEST(ChamberPlace, OfEveryAddressOfThisMachineIsTheSame) {
-  const auto place = [](const char* host) { return chamber_place(TcpLine{host, 502}, 502, 1); };
+  const auto place = [](const char* host) { return chamber_lock_name(TcpLine{host, 502}, 502, 1); };
   for (const auto* host : {"0.0.0.0", "127.0.0.1", "127.1.2.3"}) EXPECT_EQ(place(host), "tcp-this.machine-502-1");
-  EXPECT_EQ(chamber_place(parse_line("tcp://localhost:502").value(), 502, 1), "tcp-this.machine-502-1");
+  EXPECT_EQ(chamber_lock_name(parse_line("tcp://localhost:502").value(), 502, 1), "tcp-this.machine-502-1");
   EXPECT_EQ(place("198.51.100.7"), "tcp-198.51.100.7-502-1");
 }
 
 TEST(ChamberPlace, OfUnitsBehindOneAddressAreSeveral) {
   const auto line = parse_line("10.0.0.7").value();
-  EXPECT_NE(chamber_place(line, 502, 1), chamber_place(line, 502, 2));
+  EXPECT_NE(chamber_lock_name(line, 502, 1), chamber_lock_name(line, 502, 2));
 }
 
 TEST(ChamberName, OfALongPlaceIsItsOwnToo) {
   const std::string long_place(300, 'x');
-  const auto taken = take_name(long_place + "1");
+  const auto taken = bind_chamber_name(long_place + "1");
   ASSERT_TRUE(taken);
-  EXPECT_TRUE(take_name(long_place + "2"));
-  EXPECT_FALSE(take_name(long_place + "1"));
+  EXPECT_TRUE(bind_chamber_name(long_place + "2"));
+  EXPECT_FALSE(bind_chamber_name(long_place + "1"));
 }
 
 }  // namespace

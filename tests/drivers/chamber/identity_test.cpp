@@ -260,14 +260,14 @@ TEST(WordOrder, IsNotDoubtedForTheTraceOfAWrongOne) {
     EXPECT_TRUE(findings.front().plausible) << celsius;
     for (std::size_t i = 1; i < findings.size(); ++i)
       EXPECT_FALSE(findings[i].plausible && std::abs(findings[i].air_c) < 0.05) << celsius << " " << findings[i].air_c;
-    EXPECT_FALSE(contradicts_its_order(findings)) << celsius;
+    EXPECT_FALSE(has_wrong_word_order(findings)) << celsius;
   }
   for (const float near_zero : {0.004F, -0.03F}) {
     ActiveUnit unit;
     unit.set_float(0, near_zero);
     const std::vector<std::uint16_t> words{unit.words[0], unit.words[1]};
     const auto findings = probe_word_order(*map.find("air_temperature"), words, *map.find("set_point"), words);
-    EXPECT_FALSE(contradicts_its_order(findings)) << near_zero << " is a temperature too";
+    EXPECT_FALSE(has_wrong_word_order(findings)) << near_zero << " is a temperature too";
   }
 }
 

@@ -59,10 +59,10 @@ TEST(MapConfidence, NamesWhatIsUsedAndNotVerifiedTheLeastSureFirst) {
   const auto all = doubts(shipped("binder_mb1"));
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all.front().confidence, Confidence::unverified);
-  const auto words = confidence_in_words(shipped("binder_mb1"));
+  const auto words = describe_confidence(shipped("binder_mb1"));
   EXPECT_NE(words.find("UNVERIFIED: set_point (two sources call it the manual set point"), std::string::npos) << words;
-  EXPECT_EQ(confidence_in_words(shipped("virtual")), "registers in use: 4 verified");
-  EXPECT_NE(confidence_in_words(shipped("csz_ezt570i")).find("from the manual"), std::string::npos);
+  EXPECT_EQ(describe_confidence(shipped("virtual")), "registers in use: 4 verified");
+  EXPECT_NE(describe_confidence(shipped("csz_ezt570i")).find("from the manual"), std::string::npos);
 }
 
 TEST(SetPointTolerance, IsATenthWhereTheControllerSaysHowManyDecimalsItHas) {

@@ -139,7 +139,7 @@ TEST(RegisterForm, DatesComeBackAndWhatNoCalendarHasIsAFault) {
   EXPECT_EQ(word_count(*map.find("x")), 11);
   std::mt19937_64 random(11);
   for (int i = 0; i < 1000; ++i) {
-    const auto time = civil_time_of(std::chrono::seconds(random() % 4'000'000'000));
+    const auto time = to_civil_time(std::chrono::seconds(random() % 4'000'000'000));
     ASSERT_EQ(decode_date(form, encode_date(form, time)).value(), time) << "seed 11, " << i;
   }
   auto words = encode_date(form, {2026, 2, 28, 10, 0, 0});
@@ -179,7 +179,7 @@ TEST(RegisterMap, EachLinkHasSettingsAndAddressesOfItsOwn) {
   EXPECT_EQ(server.link.modbus.port, 10001);
   EXPECT_EQ(server.find("u")->address, 14080);
   EXPECT_EQ(on_line(server, TcpLine{"10.0.0.1", 0}).value().find("u")->address, 6730);
-  EXPECT_FALSE(on_link(good(""), LinkKind::rtu)) << "a map says which links it has";
+  EXPECT_FALSE(select_link(good(""), LinkKind::rtu)) << "a map says which links it has";
 }
 
 TEST(RegisterMap, ItemsThatAreAlikeAreWrittenOnce) {

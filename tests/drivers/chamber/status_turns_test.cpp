@@ -114,7 +114,7 @@ TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
 
 TEST(StatusTurns, AllAtOnceIsForOneReading) {
   StatusTurns turns(pieces(6), 1);
-  turns.begin_anew_at_once();
+  turns.restart_at_once();
   EXPECT_EQ(reading(turns, 400ms, 200ms), 6);
   static_cast<void>(turns.take());
   EXPECT_LT(reading(turns, 400ms, 200ms), 6);

@@ -288,7 +288,7 @@ TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
     const double value = is_real(field.type) ? 0.001 : field.scale.of(40);
     const double arcsec = value * *arcsec_per(field.unit, field.role);
     send(format.lock_frames + 1);
-    ASSERT_TRUE(gyro->take_origin());
+    ASSERT_TRUE(gyro->wait_for_origin());
     clock.advance(seconds(1));
     send(frames);
     const auto count = gyro->read(seconds(1));

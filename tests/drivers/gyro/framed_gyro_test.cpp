@@ -58,9 +58,9 @@ class OnFakeStream : public testing::Test {
 using FramedGyro = OnFakeStream;
 
 TEST_F(FramedGyro, CountsFromTheOriginThatItTook) {
-  EXPECT_EQ(gyro->take_origin().error().kind, FaultKind::timeout);
+  EXPECT_EQ(gyro->wait_for_origin().error().kind, FaultKind::timeout);
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(10);
   expect_second();
 }
@@ -85,7 +85,7 @@ TEST_F(FramedGyro, TheFirstReadCoversWhatItSaw) {
 
 TEST_F(FramedGyro, NoPulseIsCountedTwiceOrLost) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   for (int second = 0; second < 100; ++second) {
     send(10);
     expect_second();
@@ -95,14 +95,14 @@ TEST_F(FramedGyro, NoPulseIsCountedTwiceOrLost) {
 TEST_F(FramedGyro, FramesMayComeByteByByte) {
   line->in_pieces_of(1);
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(10);
   expect_second();
 }
 
 TEST_F(FramedGyro, ABacklogIsCountedWhole) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(1000);
   const auto count = gyro->read(seconds(1)).value();
   EXPECT_EQ(count.pulses.at(0), 7000);
@@ -114,14 +114,14 @@ TEST_F(FramedGyro, EveryCounterMayWrap) {
   timestamp = 0xFFFFFFFF - 450'000;
   pulses = 0x7FFFFFFF - 30;
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(10);
   expect_second();
 }
 
 TEST_F(FramedGyro, CountsDownAsWellAsUp) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   pulses = -30;
   timestamp = 1'000'000;
   send(1);
@@ -130,7 +130,7 @@ TEST_F(FramedGyro, CountsDownAsWellAsUp) {
 
 TEST_F(FramedGyro, LostFramesAreCountedAndTheNextReadStartsAfresh) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(4);
   skip(), skip(), skip();
   send(3);
@@ -144,7 +144,7 @@ TEST_F(FramedGyro, LostFramesAreCountedAndTheNextReadStartsAfresh) {
 
 TEST_F(FramedGyro, FramesMarkedBadMakeTheSecondInvalid) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(9);
   send(1, false);
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::out_of_range);
@@ -154,7 +154,7 @@ TEST_F(FramedGyro, FramesMarkedBadMakeTheSecondInvalid) {
 
 TEST_F(FramedGyro, ASilentGyroIsATimeoutAndThenStartsAfresh) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
   for (int i = 0; i < 5; ++i) skip();
   send(1);
@@ -165,7 +165,7 @@ TEST_F(FramedGyro, ASilentGyroIsATimeoutAndThenStartsAfresh) {
 
 TEST_F(FramedGyro, AShortSecondHasItsExactInterval) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(6);
   const auto count = gyro->read(seconds(1)).value();
   EXPECT_EQ(count.pulses.at(0), 42);
@@ -195,7 +195,7 @@ TEST_F(FramedGyro, IncrementsAreSummedOverTheHostsTime) {
   connect(frame_format_of(kIncrementsOnly), &clock);
   pulses = 1000;
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   clock.advance(milliseconds(2700));
   line->say(encode_frame(format, {.axes = {{.pulses = -5}}}));
   line->say(encode_frame(format, {.axes = {{.pulses = 12}}}));
@@ -207,7 +207,7 @@ TEST_F(FramedGyro, IncrementsAreSummedOverTheHostsTime) {
 TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
   connect(frame_format_of(kIncrementsOnly));
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   auto garbled = encode_frame(format, {.axes = {{.pulses = 5}}});
   garbled[2] ^= std::byte{1};
   line->say(garbled);
@@ -236,7 +236,7 @@ class FramedGyroByTheHost : public OnFakeStream {
   /// Reads three valid seconds.
   void run_in() {
     pass(seconds(1), 1);
-    ASSERT_TRUE(gyro->take_origin());
+    ASSERT_TRUE(gyro->wait_for_origin());
     for (int second = 0; second < 3; ++second) {
       pass(seconds(1), 100);
       expect(100, seconds(1));
@@ -303,7 +303,7 @@ class FramedGyroByItsFrames : public OnFakeStream {
   FramedGyroByItsFrames() {
     connect(frame_format_of(kCountedFrames), &clock);
     send(1);
-    EXPECT_TRUE(gyro->take_origin());
+    EXPECT_TRUE(gyro->wait_for_origin());
   }
   Result<GyroCount> read_after_a_second_of(int frames) {
     clock.advance(seconds(1));
@@ -348,7 +348,7 @@ TEST_F(FramedGyro, CountsItsFrames) {
 
 TEST_F(FramedGyro, AFrameThatComesTwiceIsAFaultAndNoLoss) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(5);
   --sequence, timestamp -= 100'000, pulses -= 7;
   send(5);
@@ -364,7 +364,7 @@ TEST_F(FramedGyro, AFrameThatComesTwiceIsAFaultAndNoLoss) {
 TEST_F(FramedGyro, ACountThatBeginsAnewIsAFaultAndNoLoss) {
   sequence = 500, timestamp = 50'000'000, pulses = 3500;
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(5);
   sequence = 0, timestamp = 0, pulses = 0;
   send(5);
@@ -377,7 +377,7 @@ TEST_F(FramedGyro, ACountThatBeginsAnewIsAFaultAndNoLoss) {
 /// Time jumps when a receiver learns the time of day. The pulses of one second must not be spread over an hour.
 TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   for (const std::uint64_t jump : {2'000'000u, 1'000'000'000u, 0u - 1'000'000'000u}) {
     send(5);
     timestamp = (timestamp + jump) & 0xFFFFFFFF;
@@ -402,11 +402,11 @@ TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
     return gyro->read(seconds(1));
   };
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   for (int second = 0; second < 60; ++second) ASSERT_TRUE(second_of(90'000)) << "a clock that is slow is believed";
   connect(format, &clock);
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   for (int second = 0; second < 2; ++second) (void)second_of(100);
   for (int second = 0; second < 60; ++second) {
     const auto count = second_of(100);
@@ -498,13 +498,13 @@ class FramedTriad : public OnFakeStream {
 
 TEST_F(FramedTriad, TellsAllAxesAndWhatTheyTellOfThemselves) {
   tell(1, {.temperature = 90});
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   tell(50, {.temperature = 20});
   tell(50, {.temperature = 30.5, .flagged = true});
   const auto count = gyro->read(seconds(1));
   ASSERT_TRUE(count) << text(count.error());
   EXPECT_EQ(count->pulses, (std::vector<std::int64_t>{300, 100, -200}));
-  ASSERT_EQ(count->values.size(), housekeeping_of(format).size());
+  ASSERT_EQ(count->values.size(), list_housekeeping(format).size());
   EXPECT_DOUBLE_EQ(count->values[0], 25.25) << "the origin's temperature is of the second before";
   EXPECT_DOUBLE_EQ(count->values[1], 1.5);
   EXPECT_EQ(count->values[2], 100);
@@ -513,7 +513,7 @@ TEST_F(FramedTriad, TellsAllAxesAndWhatTheyTellOfThemselves) {
 
 TEST_F(FramedTriad, AveragesEachSecondForItself) {
   tell(1, {});
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   tell(10, {.temperature = 20, .flagged = true});
   EXPECT_EQ(gyro->read(seconds(1)).value().values[0], 20);
   tell(10, {.temperature = 30});
@@ -525,7 +525,7 @@ TEST_F(FramedTriad, AveragesEachSecondForItself) {
 
 TEST_F(FramedTriad, AValueThatDidNotComeIsNoNumber) {
   tell(2, {});
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   tell(2, {});  // turns 2 and 3
   const auto count = gyro->read(seconds(1));
   ASSERT_TRUE(count) << text(count.error());
@@ -535,7 +535,7 @@ TEST_F(FramedTriad, AValueThatDidNotComeIsNoNumber) {
 
 TEST_F(FramedTriad, ASecondWithLostOrBadFramesFailsForAll) {
   tell(1, {});
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   tell(5, {.temperature = 99});
   ++number;
   tell(5, {.temperature = 99});
@@ -621,7 +621,7 @@ class FramedMultiplex : public OnFakeStream {
 
 TEST_F(FramedMultiplex, EachSecondHasAsMuchOfEachAxis) {
   say(2);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   std::int64_t x = 0;
   for (int second = 0; second < 20; ++second) {
     say(1000 + (second % 3 == 0 ? 1 : 0));  // a read may end in between
@@ -637,7 +637,7 @@ TEST_F(FramedMultiplex, EachSecondHasAsMuchOfEachAxis) {
 
 TEST_F(FramedMultiplex, AMessageLostAtTheEndOfASecondSpoilsNotTheNext) {
   say(2);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   say(999);
   ++number;  // a lost y
   say(1);
@@ -676,7 +676,7 @@ TEST_F(FramedGyroByCommand, IsStartedOnce) {
   ASSERT_TRUE(gyro->open());
   EXPECT_EQ(commands(), (std::vector<std::string>{"stop\r\n", "go\r\n"}));
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   EXPECT_EQ(gyro->frames().seen, 1u) << "what came before it was started does not count";
 }
 

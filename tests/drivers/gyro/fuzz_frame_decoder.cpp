@@ -74,7 +74,7 @@ void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_go
   if (decoder.rejected_bytes() > fed) std::abort();
   if (sum.counts(tally, tally.interval).size() != all.stream.frame.axes.size()) std::abort();
   const auto values = means.values();
-  if (values.size() != housekeeping_of(all.stream.frame).size()) std::abort();
+  if (values.size() != list_housekeeping(all.stream.frame).size()) std::abort();
   if (!values.empty() && values[values.size() - 2] > static_cast<double>(taken)) std::abort();
 }
 

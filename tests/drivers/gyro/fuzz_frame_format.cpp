@@ -40,7 +40,7 @@ void use(const GyroStream& stream) {
     sum.add(*frame, tally);
     means.add(*frame);
   }
-  if (means.values().size() != housekeeping_of(format).size()) std::abort();
+  if (means.values().size() != list_housekeeping(format).size()) std::abort();
 }
 
 /// Uses an accepted description with its default axis and with all axes.

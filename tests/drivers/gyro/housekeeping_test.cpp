@@ -38,7 +38,7 @@ void expect_axes(const tests::Fed& fed, std::size_t frame, const std::vector<dou
 
 std::string names_of(const std::string& stream) {
   std::string names;
-  for (const auto& value : housekeeping_of(tests::whole_shipped_stream(stream).frame))
+  for (const auto& value : list_housekeeping(tests::whole_shipped_stream(stream).frame))
     names +=
         fmt::format("{}{}[{}]{}", names.empty() ? "" : " ", value.name, value.unit, value.is_temperature ? "T" : "");
   return names;
@@ -62,7 +62,7 @@ TEST(GyroHousekeeping, NamesWhatEachStreamTells) {
 TEST(GyroHousekeeping, IsTheSameWhicheverAxesAreAskedFor) {
   for (const auto& name : tests::shipped_streams()) {
     const auto own = tests::shipped_stream(name).frame, whole = tests::whole_shipped_stream(name).frame;
-    EXPECT_EQ(housekeeping_of(own).size(), housekeeping_of(whole).size()) << name;
+    EXPECT_EQ(list_housekeeping(own).size(), list_housekeeping(whole).size()) << name;
     EXPECT_EQ(own.axes.size(), 1u);
     EXPECT_EQ(own.gyros().size(), 1u);
     EXPECT_EQ(own.gyro(), own.gyros().front());
@@ -321,7 +321,7 @@ TEST(GyroHousekeeping, AValueWithAUnitIsKeptByItsName) {
       frame_format_of((std::string(kHead) + kGyro + value_field("name = \"discharge_current_a\"\nunit = \"mA\"\n") +
                        value_field("name = \"version\"\n"))
                           .c_str());
-  const auto values = housekeeping_of(format);
+  const auto values = list_housekeeping(format);
   ASSERT_EQ(values.size(), 3u);
   EXPECT_EQ(values[0].name, "discharge_current_a");
   EXPECT_EQ(values[0].unit, "mA");

@@ -72,7 +72,7 @@ TEST(OtherRate, IsReportedAsSuchAndNeverAsLostFrames) {
   for (const auto& [name, rate_hz] : units) {
     UnitAtRate unit(name, rate_hz);
     unit.send(2);
-    EXPECT_TRUE(unit.gyro().take_origin()) << name << " " << rate_hz;
+    EXPECT_TRUE(unit.gyro().wait_for_origin()) << name << " " << rate_hz;
     for (int second = 0; second < 3; ++second) {
       const auto count = unit.read_second();
       ASSERT_FALSE(count) << name << " " << rate_hz;
@@ -90,7 +90,7 @@ TEST(OtherRate, IsNoFaultWhereTheRigFileStatesIt) {
   for (const auto& [name, rate_hz] : units) {
     UnitAtRate unit(name, rate_hz, rate_hz);
     unit.send(1);
-    ASSERT_TRUE(unit.gyro().take_origin()) << name;
+    ASSERT_TRUE(unit.gyro().wait_for_origin()) << name;
     for (int second = 0; second < 3; ++second) {
       const auto count = unit.read_second();
       ASSERT_TRUE(count) << name << " " << rate_hz << ": " << text(count.error());
@@ -104,7 +104,7 @@ TEST(OtherRate, IsNotSeenInFramesThatAreLost) {
     const auto rate_hz = tests::shipped_stream(name).frame.rate_hz;
     UnitAtRate unit(name, rate_hz);
     unit.send(10);
-    ASSERT_TRUE(unit.gyro().take_origin()) << name;
+    ASSERT_TRUE(unit.gyro().wait_for_origin()) << name;
     for (int i = 0; i < static_cast<int>(rate_hz) / 5; ++i) {
       unit.lose(1);
       unit.send(4);
@@ -138,7 +138,7 @@ TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
         made->in_pieces_of(piece);
         made->say(*bytes);
         const auto gyro = make_framed_gyro(tests::shipped_stream(name).frame, std::move(made), milliseconds(100));
-        const auto taken = gyro->take_origin();
+        const auto taken = gyro->wait_for_origin();
         ASSERT_FALSE(taken) << name;
         EXPECT_EQ(taken.error().kind, FaultKind::corrupted) << name << ": " << taken.error().what;
         const auto first = fmt::format("{:02X} {:02X} {:02X}", static_cast<unsigned>((*bytes)[0]),
@@ -147,7 +147,7 @@ TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
             << name << ": " << taken.error().what;
         EXPECT_NE(taken.error().what.find(first), std::string::npos) << name << ": " << taken.error().what;
         EXPECT_NE(taken.error().what.find("another baud rate, or another stream?"), std::string::npos);
-        EXPECT_EQ(gyro->take_origin().error().kind, FaultKind::timeout) << "now nothing came";
+        EXPECT_EQ(gyro->wait_for_origin().error().kind, FaultKind::timeout) << "now nothing came";
         ++checked;
       }
   EXPECT_EQ(checked, 80u);
@@ -161,7 +161,7 @@ TEST(ForeignBytes, OfLessThanAFrameAreATimeout) {
   half.resize(20);
   auto* line = made.get();
   const auto gyro = make_framed_gyro(format, std::move(made), milliseconds(100));
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   line->say(half);
   EXPECT_EQ(gyro->read(kSecond).error().kind, FaultKind::timeout);
 }
@@ -179,7 +179,7 @@ TEST(ConfigurationMessage, ThatDiffersFailsEveryReadUntilOneAgrees) {
     clock.advance(kSecond);
   };
   second();
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   second();
   EXPECT_TRUE(gyro->read(kSecond));
   line->say(encode_settings(format, 0xBC, true));

@@ -50,7 +50,7 @@ class PumpedStream : public testing::Test {
     instrument = ends[1];
     auto made = std::make_unique<PairStream>(ends[0]);
     line = made.get();
-    pumped = make_pumped(std::move(made));
+    pumped = make_buffered_stream(std::move(made));
   }
   ~PumpedStream() override { hang_up(); }
   void say(const std::string& text) const { ASSERT_EQ(::send(instrument, text.data(), text.size(), 0), text.size()); }

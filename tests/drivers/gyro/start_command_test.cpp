@@ -114,7 +114,7 @@ TEST(GyroStream, EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening) {
     ObeysAllBut obedient(stream, stream.start.size(), "");
     EXPECT_TRUE(obedient.gyro().open()) << name;
     for (std::size_t i = 0; i < stream.start.size(); ++i) {
-      if (!is_answered(stream.start[i])) continue;
+      if (!requires_answer(stream.start[i])) continue;
       ObeysAllBut ignores(stream, i, "");
       EXPECT_EQ(ignores.gyro().open().error().kind, FaultKind::timeout) << name << " " << stream.start[i].send;
       EXPECT_EQ(ignores.gyro().read(kSecond).error().kind, FaultKind::timeout) << "nothing is counted of it";
@@ -139,7 +139,7 @@ TEST(GyroStream, EveryShippedOneListsItsSettingsAndWhatShowsThem) {
       const bool is_stated = std::ranges::any_of(stream.settings, [](const auto& setting) {
         return setting.evidence == SettingEvidence::nothing || setting.evidence == SettingEvidence::frame;
       });
-      EXPECT_TRUE(is_answered(command) || is_stated) << name << " " << command.send;
+      EXPECT_TRUE(requires_answer(command) || is_stated) << name << " " << command.send;
     }
     settings += stream.settings.size();
     for (const auto& setting : stream.settings)
@@ -232,7 +232,7 @@ TEST_F(OnVectorNav, NamesItsSerialNumber) {
   ASSERT_TRUE(gyro->open());
   EXPECT_EQ(gyro->identify().value(), "vectornav 0100011981");
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(100);
   EXPECT_TRUE(gyro->read(kSecond));
   serial = "0100011982";
@@ -252,7 +252,7 @@ TEST_F(OnVectorNav, HasNoIdentityUnlessItAnsweredOnce) {
 TEST_F(OnVectorNav, IsSetAgainWhenItsTimeBeginsAnew) {
   ASSERT_TRUE(gyro->open());
   send(1);
-  ASSERT_TRUE(gyro->take_origin());
+  ASSERT_TRUE(gyro->wait_for_origin());
   send(100);
   ASSERT_TRUE(gyro->read(kSecond));
   EXPECT_EQ(starts, 1);

@@ -32,12 +32,12 @@ struct Golden {
 
 void expect_golden(const Golden& golden) {
   const auto& request = golden.request;
-  EXPECT_EQ(tests::hex_of(encode_rtu_request(request)), golden.asked);
+  EXPECT_EQ(tests::format_hex(encode_rtu_request(request)), golden.asked);
   const auto heard = decode_rtu_request(tests::bytes_of_hex(golden.asked));
   ASSERT_TRUE(heard) << golden.asked;
   EXPECT_EQ(encode_rtu_request(*heard), tests::bytes_of_hex(golden.asked));
   if (*golden.answered == '\0') return;
-  EXPECT_EQ(tests::hex_of(encode_rtu_reply(request, golden.words)), golden.answered);
+  EXPECT_EQ(tests::format_hex(encode_rtu_reply(request, golden.words)), golden.answered);
   const auto answer = decode_rtu_answer(request, tests::bytes_of_hex(golden.answered));
   ASSERT_TRUE(answer) << golden.answered << " " << text(answer.error());
   EXPECT_EQ(answer->words, golden.words) << golden.answered;
@@ -92,7 +92,7 @@ TEST(ModbusRtuFrame, SpeaksToUnitZeroAsATt5166Does) {
 TEST(ModbusRtuFrame, ALoopBackReturnsItsNumber) {
   const ModbusRequest loop{.unit = 1, .function = loop_back, .count = 1, .words = {0xA537}};
   const auto frame = encode_rtu_request(loop);
-  EXPECT_EQ(tests::hex_of(std::span(frame).first(6)), "01 08 00 00 A5 37");
+  EXPECT_EQ(tests::format_hex(std::span(frame).first(6)), "01 08 00 00 A5 37");
   EXPECT_EQ(encode_rtu_reply(loop, {}), frame);
   EXPECT_TRUE(decode_rtu_answer(loop, frame));
   auto other = loop;
@@ -113,7 +113,7 @@ TEST(ModbusRtuFrame, ReadsBitsFromTheLowestUp) {
 TEST(ModbusRtuFrame, AnExceptionIsAnAnswer) {
   const auto asked = read_of(7, 100, 1);
   const auto reply = encode_rtu_exception(encode_rtu_request(asked), 2);
-  EXPECT_EQ(tests::hex_of(std::span(reply).first(3)), "07 83 02");
+  EXPECT_EQ(tests::format_hex(std::span(reply).first(3)), "07 83 02");
   EXPECT_EQ(decode_rtu_answer(asked, reply)->exception, 2);
   EXPECT_EQ(words_of(*decode_rtu_answer(asked, reply)).error().what, "exception 2, illegal data address");
   EXPECT_EQ(rtu_answer_size(asked, std::span(reply).first(2))->value(), 5u);

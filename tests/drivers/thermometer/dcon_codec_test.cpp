@@ -18,7 +18,7 @@ constexpr double kValues[] = {5.123, 4.153, 7.234, -2.356, 10.000, -5.133, 2.345
 TEST(DconCodec, AsksInTwoHexadecimalDigits) {
   EXPECT_EQ(dcon_read_all(0x04), "#04");
   EXPECT_EQ(dcon_read_all(0xFE), "#FE");
-  EXPECT_EQ(dcon_ask(0x0A, "2"), "$0A2");
+  EXPECT_EQ(dcon_query(0x0A, "2"), "$0A2");
 }
 
 TEST(DconCodec, SealsWithTheSumOfTheCharacters) {
@@ -111,7 +111,7 @@ TEST(DconCodec, ReadsTheConfiguration) {
 }
 
 TEST(DconCodec, ReadsTheTypeOfOneInput) {
-  EXPECT_EQ(dcon_ask(1, "8C0"), "$018C0");
+  EXPECT_EQ(dcon_query(1, "8C0"), "$018C0");
   EXPECT_EQ(decode_dcon_answer("!01C0R20", 1).and_then([](auto rest) { return decode_dcon_type(rest, 0); }).value(),
             0x20);
   for (const char* wrong : {"", "C0", "C0R", "C0R2", "C1R20", "C0R200", "C0S20", "C0Rg0"})

@@ -13,7 +13,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-std::string sent(const MccRequest& request) { return tests::hex_of(encode_mcc_request(request)); }
+std::string sent(const MccRequest& request) { return tests::format_hex(encode_mcc_request(request)); }
 
 // Bytes sent by the vendor's library.
 TEST(MccUsbTempCodec, AsksAsTheVendorsLibraryDoes) {

@@ -27,24 +27,24 @@ Plot long_plot(std::size_t length) {
   return {.id = "long", .title = "t", .x = {.title = "h"}, .panels = {panel}};
 }
 
-TEST(Plot, IsWellFormedWithHostileTexts) { EXPECT_EQ(tests::markup_mistake(svg_of(long_plot(50))), ""); }
+TEST(Plot, IsWellFormedWithHostileTexts) { EXPECT_EQ(tests::markup_error(to_svg(long_plot(50))), ""); }
 
-TEST(Plot, GivesEqualTextEachTime) { EXPECT_EQ(svg_of(long_plot(5000)), svg_of(long_plot(5000))); }
+TEST(Plot, GivesEqualTextEachTime) { EXPECT_EQ(to_svg(long_plot(5000)), to_svg(long_plot(5000))); }
 
-TEST(Plot, StaysSmallForMillionPoints) { EXPECT_LT(svg_of(long_plot(1000000)).size(), 150000U); }
+TEST(Plot, StaysSmallForMillionPoints) { EXPECT_LT(to_svg(long_plot(1000000)).size(), 150000U); }
 
 TEST(Plot, ShowsSimulatedOnlyIfSimulated) {
   Plot plot = long_plot(10);
-  EXPECT_EQ(tests::count_of(svg_of(plot), "SIMULATED"), 0);
+  EXPECT_EQ(tests::count_of(to_svg(plot), "SIMULATED"), 0);
   plot.simulated = true;
-  EXPECT_GE(tests::count_of(svg_of(plot), "SIMULATED"), 3);
+  EXPECT_GE(tests::count_of(to_svg(plot), "SIMULATED"), 3);
 }
 
 TEST(Plot, IsFigureWithoutData) {
   Plot plot = long_plot(0);
-  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
   plot.panels[0].curves.clear();
-  EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_of(to_svg(plot), "nan"), 0);
 }
 
 TEST(Plot, BreaksLineAtNan) {
@@ -52,7 +52,7 @@ TEST(Plot, BreaksLineAtNan) {
   plot.panels[0].curves.resize(1);
   plot.panels[0].right.reset();
   plot.panels[0].curves[0].y[2] = std::numeric_limits<double>::quiet_NaN();
-  const std::string svg = svg_of(plot);
+  const std::string svg = to_svg(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
@@ -62,7 +62,7 @@ TEST(Plot, DrawsDotForIsolatedPoint) {
   plot.panels[0].curves.resize(1);
   plot.panels[0].right.reset();
   for (const std::size_t k : {1, 3}) plot.panels[0].curves[0].y[k] = std::numeric_limits<double>::quiet_NaN();
-  const std::string svg = svg_of(plot);
+  const std::string svg = to_svg(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
 }
@@ -71,7 +71,7 @@ TEST(Plot, DrawsDotForIsolatedPoint) {
 TEST(Plot, KeepsLongLegendInsidePicture) {
   Plot plot = long_plot(5);
   const auto height_of = [&] {
-    const std::string svg = svg_of(plot);
+    const std::string svg = to_svg(plot);
     const auto at = svg.find(" height=\"") + 9;
     return std::stod(svg.substr(at));
   };
@@ -79,7 +79,7 @@ TEST(Plot, KeepsLongLegendInsidePicture) {
   for (int k = 0; k < 14; ++k) plot.panels[0].curves.push_back(plot.panels[0].curves[0]);
   for (std::size_t k = 0; k < 16; ++k)
     plot.panels[0].curves[k].name = "thermometer " + std::string(1, static_cast<char>('A' + k)) + " on the plate";
-  const std::string svg = svg_of(plot);
+  const std::string svg = to_svg(plot);
   EXPECT_GT(height_of(), before) << "it takes nothing of the plotting area";
   const std::regex name("<text x=\"(-?[0-9.]+)\" y=\"(-?[0-9.]+)\"[^>]*>thermometer");
   int names = 0;
@@ -93,8 +93,8 @@ TEST(Plot, KeepsLongLegendInsidePicture) {
 TEST(HeatMap, ShowsZeroOnDiagonalAndThreeDecimals) {
   const HeatMap map{
       .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
-  const std::string svg = svg_of(map);
-  EXPECT_EQ(tests::markup_mistake(svg), "");
+  const std::string svg = to_svg(map);
+  EXPECT_EQ(tests::markup_error(svg), "");
   EXPECT_EQ(tests::count_of(svg, ">0.939<"), 2);
   EXPECT_EQ(tests::count_of(svg, ">0<"), 2);
 }
@@ -111,18 +111,18 @@ Plot logarithmic_plot() {
 
 TEST(LogarithmicPlot, IsWellFormedWithoutPoints) {
   Plot plot = logarithmic_plot();
-  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
   plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
-  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
-  EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
-  EXPECT_EQ(tests::count_of(svg_of(plot), "inf"), 0);
+  EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
+  EXPECT_EQ(tests::count_of(to_svg(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_of(to_svg(plot), "inf"), 0);
   plot.panels[0].curves.clear();
-  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
 }
 
 TEST(LogarithmicPlot, DrawsBarWithCapsAtEachError) {
   Plot plot = logarithmic_plot();
-  const auto strokes = [&] { return tests::count_of(svg_of(plot), "<line"); };
+  const auto strokes = [&] { return tests::count_of(to_svg(plot), "<line"); };
   const int with = strokes();
   plot.panels[0].left.range = Range{0.005, 0.2};
   const int fixed = strokes();
@@ -138,7 +138,7 @@ TEST(LogarithmicPlot, BreaksLineAtValueThatIsNotPositive) {
   curve.error.clear();
   curve.x = {1, 10, 100, 1000, 10000};
   curve.y = {0.1, 0.01, 0, 0.02, 0.03};
-  const std::string svg = svg_of(plot);
+  const std::string svg = to_svg(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }

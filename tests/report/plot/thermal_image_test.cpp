@@ -55,24 +55,24 @@ TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteOutsideField) {
 
 TEST(ThermalImage, ShowsSimulatedAndNamesOfThermometers) {
   ThermalImage image = slope();
-  EXPECT_EQ(svg_of(image).find("SIMULATED"), std::string::npos);
+  EXPECT_EQ(to_svg(image).find("SIMULATED"), std::string::npos);
   image.simulated = true;
-  const std::string svg = svg_of(image);
+  const std::string svg = to_svg(image);
   EXPECT_NE(svg.find(">SIMULATED<"), std::string::npos);
   EXPECT_NE(svg.find(">A<"), std::string::npos);
   EXPECT_NE(svg.find(">22.50<"), std::string::npos);
-  EXPECT_EQ(tests::markup_mistake(svg), "");
+  EXPECT_EQ(tests::markup_error(svg), "");
 }
 
 TEST(ThermalImage, ReadsBackFromJson) {
   ThermalImage image = slope();
   image.simulated = true;
   ThermalImage again;
-  const auto place = JsonPlace::parse(json_of(image).dump(), "image.json");
+  const auto place = JsonNode::parse(make_json(image).dump(), "image.json");
   ASSERT_TRUE(place);
   read_json(*place, again);
   ASSERT_TRUE(place->verdict()) << text(place->verdict().error());
-  EXPECT_EQ(svg_of(again), svg_of(image));
+  EXPECT_EQ(to_svg(again), to_svg(image));
 }
 
 TEST(ThermalImage, CannotBeDrawnWithMissingSamplesOrEmptyRanges) {

@@ -14,19 +14,19 @@ namespace {
 
 TEST(ControlRequest, GoesThroughAMessageUnchanged) {
   for (const auto* word : {"pause", "resume", "stop", "abort"}) {
-    const auto request = request_of(word, "");
+    const auto request = make_request(word, "");
     ASSERT_TRUE(request) << word;
     const auto parsed = parse_request(to_message(*request));
     ASSERT_TRUE(parsed) << text(parsed.error());
     EXPECT_EQ(*parsed, *request);
   }
-  const auto note = request_of("note", "Tür geöffnet, \"Kabel\" geprüft");
+  const auto note = make_request("note", "Tür geöffnet, \"Kabel\" geprüft");
   ASSERT_TRUE(note);
   EXPECT_EQ(parse_request(to_message(*note)), *note);
-  const auto answer = request_of("resume", "turned by hand");
+  const auto answer = make_request("resume", "turned by hand");
   ASSERT_TRUE(answer);
   EXPECT_EQ(parse_request(to_message(*answer)), *answer);
-  EXPECT_EQ(to_message(*request_of("pause", "")), "gyrotherm-tell/1 pause ");
+  EXPECT_EQ(to_message(*make_request("pause", "")), "gyrotherm-tell/1 pause ");
   for (const auto& [word, text] :
        std::vector<std::pair<std::string, std::string>>{{"acknowledge", "12 seen, the door was open"},
                                                         {"acknowledge", "all seen"},
@@ -34,7 +34,7 @@ TEST(ControlRequest, GoesThroughAMessageUnchanged) {
                                                         {"stop", "the coolant is low"},
                                                         {"abort", "smell of burning"},
                                                         {"told", "mailto:anna@lab: rule \"night\", alarm 12"}}) {
-    const auto request = request_of(word, text);
+    const auto request = make_request(word, text);
     ASSERT_TRUE(request) << text;
     EXPECT_EQ(parse_request(to_message(*request)), *request) << text;
     EXPECT_EQ(command_keyword(*request), word);
@@ -43,7 +43,7 @@ TEST(ControlRequest, GoesThroughAMessageUnchanged) {
 }
 
 TEST(ControlRequest, SaysForWhomAMonitorAsks) {
-  auto request = *request_of("acknowledge", "7 seen");
+  auto request = *make_request("acknowledge", "7 seen");
   request.for_user = "anna.b@lab-2";
   EXPECT_EQ(to_message(request), "gyrotherm-tell/1 for=anna.b@lab-2 acknowledge 7 seen");
   EXPECT_EQ(parse_request(to_message(request)), request);
@@ -60,14 +60,14 @@ TEST(ControlRequest, AUserHasANameOfAFewCharacters) {
 }
 
 TEST(ControlRequest, AnAlarmIsAcknowledgedByItsNumberAndWithAComment) {
-  const auto one = request_of("acknowledge", "12  seen: it was the fuse");
+  const auto one = make_request("acknowledge", "12  seen: it was the fuse");
   ASSERT_TRUE(one) << text(one.error());
   EXPECT_EQ(one->acknowledgement->alarms, std::vector<std::int64_t>{12});
   EXPECT_EQ(one->note, "seen: it was the fuse");
-  EXPECT_EQ(request_of("acknowledge", "all of them seen")->acknowledgement->alarms, std::vector<std::int64_t>{});
+  EXPECT_EQ(make_request("acknowledge", "all of them seen")->acknowledgement->alarms, std::vector<std::int64_t>{});
   for (const auto* wrong :
        {"", " ", "12", "12 ", "all", "0 seen", "-1 seen", "1.5 seen", "seen", "99999999999999999999 x"})
-    EXPECT_FALSE(request_of("acknowledge", wrong)) << wrong;
+    EXPECT_FALSE(make_request("acknowledge", wrong)) << wrong;
 }
 
 TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
@@ -83,7 +83,7 @@ TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
                                                                                    {"note", std::string(2001, 'x')},
                                                                                    {"told", ""},
                                                                                    {"told", std::string(2001, 'x')}}) {
-    const auto request = request_of(word, note);
+    const auto request = make_request(word, note);
     ASSERT_FALSE(request) << word;
     EXPECT_EQ(request.error().kind, FaultKind::usage);
   }

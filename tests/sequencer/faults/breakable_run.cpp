@@ -52,7 +52,8 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
   plant_.emplace(file_, laboratory, clock_, 1);
   wires_.emplace(*plant_, clock_);
   rig_ = rig::Rig::assemble(file_, *wires_);
-  const auto program = setting.by_the_controller ? run::program_of(profile_) : Result<drivers::ChamberProgram>();
+  const auto program =
+      setting.by_the_controller ? run::make_chamber_program(profile_) : Result<drivers::ChamberProgram>();
   const auto prepared =
       rig_->prepare(demanded_set_point(profile_, begin(profile_)), setting.by_the_controller ? &*program : nullptr);
   EXPECT_TRUE(prepared) << text(prepared.error());

@@ -397,7 +397,7 @@ std::vector<BrokenThing> what_only_warns() {
              file.gyro_lines.push_back(file.gyro_lines.front());
              file.gyro_lines.back().shares.front().unit = 1;
              file.limits.units.push_back(file.limits.units.front());
-             file.limits.units.back() = {.name = "other", .go_on_when_silent = true};
+             file.limits.units.back() = {.name = "other", .continue_when_silent = true};
            })},
           {.shows = "ARecordWhoseFileIsTakenAway",
            .cause = interlocks::InterlockId::record_damaged,
@@ -413,10 +413,10 @@ std::vector<BrokenThing> what_only_warns() {
            .at = kEarly,
            .breaks =
                [](D& d) {
-                 d.run_controller().see_guard({{"guard", "the guard has ended"}});
+                 d.run_controller().set_guard_troubles({{"guard", "the guard has ended"}});
                },
            .acts_within = 1,
-           .repairs = [](D& d) { d.run_controller().see_guard({}); }},
+           .repairs = [](D& d) { d.run_controller().set_guard_troubles({}); }},
           {.shows = "AThermometerApartFromTheOthers",
            .cause = interlocks::InterlockId::disagreement,
            .reaction = interlocks::Reaction::warn,

@@ -17,7 +17,7 @@ namespace {
 
 using Kind = InjectedFaultKind;
 
-const record::StoreOptions kOfManySyncs{.tells_every = std::chrono::seconds(1)};
+const record::StoreOptions kOfManySyncs{.status_interval = std::chrono::seconds(1)};
 
 }  // namespace
 
@@ -70,9 +70,9 @@ Result<std::unique_ptr<record::Store>> Disk::reopen() {
   const auto files = record::find_record_files(path_);
   if (!files) return failure(files.error());
   const record::Part& last = files->parts.back();
-  auto alarms = record::alarms_of(*files);
+  auto alarms = record::read_record_alarms(*files);
   if (!alarms) return failure(alarms.error());
-  const auto last_event = record::last_event_of(*files);
+  const auto last_event = record::read_last_event_number(*files);
   if (!last_event) return failure(last_event.error());
   auto file = record::RunFile::reopen(last.path);
   if (!file) return failure(file.error());
@@ -147,7 +147,7 @@ void Disk::leave(bool power_cut, unsigned seed, const std::function<void()>& die
   attend_ = nullptr;
   if (vfs_) vfs_->fail(1, true, tests::FailingVfs::Kind::power_cut);
   die();
-  if (vfs_ && power_cut) vfs_->lose_what_was_not_synced(seed);
+  if (vfs_ && power_cut) vfs_->lose_unsynced_data(seed);
   heal();
 }
 

@@ -104,7 +104,7 @@ void FaultInjector::settle() {
   for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
   for (std::size_t i = 0; i < standing_.size(); ++i) {
     const auto target = static_cast<std::size_t>(standing_[i].target);
-    const auto channel = target % simulator::kThermalPlaces;
+    const auto channel = target % simulator::kThermalLocations;
     const auto& then = shown_then_[i];
     auto& shown_c = plant_.faults.plant.sensor_c;
     if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) {  // a broken sensor shows its error
@@ -208,7 +208,7 @@ void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
 
 void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
   auto& thermometers = plant_.faults.thermometers;
-  const auto channel = static_cast<std::size_t>(fault.target) % simulator::kThermalPlaces;
+  const auto channel = static_cast<std::size_t>(fault.target) % simulator::kThermalLocations;
   auto& shown = thermometers[channel];
   switch (fault.kind) {
     case Kind::thermometer_open: shown.shown_c = kOpenC; return;
@@ -220,7 +220,7 @@ void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
     case Kind::thermometer_spike:
     case Kind::thermometer_drift: shown.error_k += fault.size; return;
     case Kind::thermometers_swapped:
-      std::swap(shown.place, thermometers[(channel + 1) % simulator::kThermalPlaces].place);
+      std::swap(shown.place, thermometers[(channel + 1) % simulator::kThermalLocations].place);
       return;
     default: return;
   }

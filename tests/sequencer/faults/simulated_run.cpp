@@ -44,7 +44,7 @@ SimulatedSetup simulated_setup(const std::string& profile, const std::string& ri
   ground.profile = expected(profile::parse_profile(expected(read_text_file(from(profile))), profile));
   ground.tcp = expected(rig::parse_rig(rig_text, rig_path, {.chamber_map = map_text, .gyro_model = {}}));
   ground.rtu = ground.tcp;
-  ground.rtu.chamber_map = expected(on_link(ground.tcp.chamber_map, drivers::LinkKind::rtu));
+  ground.rtu.chamber_map = expected(select_link(ground.tcp.chamber_map, drivers::LinkKind::rtu));
   ground.laboratory = expected(simulator::parse_laboratory(rig_text, rig_path));
   return ground;
 }
@@ -158,7 +158,7 @@ Result<run::RunContinuation> SimulatedRun::take_up() {
   const auto record = record::read_record(path_);
   if (!record) return failure(record.error());
   const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
-  auto on = run::continuation_of(*record, path_, clock_.now().since_start - last_row, 0);
+  auto on = run::plan_continuation(*record, path_, clock_.now().since_start - last_row, 0);
   if (!on) return on;
   identities_ = record->info.identities;
   if (on->recorded < acknowledged_)
@@ -207,7 +207,7 @@ void SimulatedRun::resume_run() {
   const auto goal = demanded_set_point(on->profile, on->state);
   run::EntryPoint entry;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
-    on->stood.strangers = run::strangers_among(identities_, found.identities);
+    on->stood.strangers = run::compare_identities(identities_, found.identities);
     const auto verdict = judge_reentry(on->stood, file_.safe_set_point, found.state.air);
     const bool asks = verdict.way == run::Reentry::ask;
     if (asks && (!on->stood.strangers.empty() || !std::exchange(accepted_, true)))

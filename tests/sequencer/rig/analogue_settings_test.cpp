@@ -115,7 +115,7 @@ TEST(AnalogueSettings, AUnitWithoutChannelsIsAMistake) {
 TEST(AnalogueSettings, AMapThatIsKnownNeedsNoFile) {
   const auto rig = read_rig(kTriad);
   ASSERT_TRUE(rig);
-  const auto texts = analogue_map_texts_of(*rig);
+  const auto texts = collect_analogue_map_texts(*rig);
   ASSERT_EQ(texts.size(), 1u);
   const auto moved = triad_with("e1240.toml\"", "gone.toml\"");
   EXPECT_FALSE(parse_rig(moved, kTriad));

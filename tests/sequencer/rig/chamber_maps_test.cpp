@@ -42,7 +42,7 @@ class EveryMap : public testing::TestWithParam<MapOnALink> {};
 
 TEST_P(EveryMap, RunsTheShortQualification) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
-  auto map = on_link(map_of(GetParam().map), GetParam().link);
+  auto map = select_link(map_of(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
   const double step = map->find("set_point")->resolution;
   // With RTU the first request waits for twice this time, because the line may carry answers to another client.

@@ -56,7 +56,7 @@ TEST(HardRig, ResumeReplaysTheSameDays) {
   std::filesystem::remove(dry_run.path());
   const auto interrupted = recorded(dry_run, 150);
   ASSERT_EQ(interrupted.units[0].true_bias_deg_per_h[0].back(), whole.units[0].true_bias_deg_per_h[0][149]);
-  const auto on = run::continuation_of(interrupted, dry_run.path(), kSecond, 0);
+  const auto on = run::plan_continuation(interrupted, dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
   EXPECT_EQ(on->start.seed.days_later, 30u);
   const auto next_after = [](const run::RunContinuation& continuation) {

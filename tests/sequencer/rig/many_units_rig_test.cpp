@@ -38,7 +38,7 @@ TEST(ManyUnitsRig, ATriadHasThreeUnitsOnLinesOfTheirOwn) {
   EXPECT_EQ(rig.units[1].info.axes.size(), 1u);
   EXPECT_TRUE(rig.units[1].info.axes[0].direction);
   EXPECT_EQ(rig.units[1].info.gradients.size(), 8u);
-  EXPECT_TRUE(rig.units[1].go_on_when_silent) << "one of several";
+  EXPECT_TRUE(rig.units[1].continue_when_silent) << "one of several";
   EXPECT_EQ(title_of(rig.gyro_lines[1], rig.units), "gyro y");
   const auto channels = channels_of(rig);
   EXPECT_EQ(channels[8].unit_under_test, "y");

@@ -9,7 +9,7 @@ namespace {
 
 const char* kTwoHours = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"2 h\"\n";
 
-control::ControlRequest acknowledge(const std::string& text) { return *control::request_of("acknowledge", text); }
+control::ControlRequest acknowledge(const std::string& text) { return *control::make_request("acknowledge", text); }
 
 /// A run after its door was open for a while.
 class DoorTest : public testing::Test {
@@ -112,7 +112,7 @@ TEST_F(DoorTest, AnActiveAlarmStaysInTheListUntilItReturns) {
 }
 
 TEST_F(DoorTest, WhoWasToldIsInTheRecord) {
-  const auto request = *control::request_of("told", "anna@lab.example: rule night, alarm 7");
+  const auto request = *control::make_request("told", "anna@lab.example: rule night, alarm 7");
   EXPECT_TRUE(bench_.run_controller().carry_out(request, "gyrotherm-monitor (uid 998)").done);
   bench_.seconds(1);
   EXPECT_TRUE(bench_.told(EventKind::told, "gyrotherm-monitor (uid 998): anna@lab.example: rule night, alarm 7"));
@@ -123,7 +123,7 @@ TEST_F(DoorTest, TheReasonOfAnEndIsInTheRecordAndInTheCause) {
     tests::Bench bench(kTwoHours);
     bench.seconds(5);
     EXPECT_TRUE(
-        bench.run_controller().carry_out(*control::request_of(word, "the coolant is low"), "ada (uid 1000)").done);
+        bench.run_controller().carry_out(*control::make_request(word, "the coolant is low"), "ada (uid 1000)").done);
     bench.seconds(1);
     EXPECT_TRUE(bench.told(EventKind::command, std::string(word) + " by ada (uid 1000): the coolant is low"));
     EXPECT_NE(bench.run_controller().end_cause().find("by ada (uid 1000): the coolant is low"), std::string::npos)

@@ -76,7 +76,7 @@ class AlarmFlood : public testing::Test {
   }
   void expect_all_acknowledged_at_once() {
     EXPECT_TRUE(bench_.run_controller()
-                    .carry_out(*control::request_of("acknowledge", "all the cable was replaced"), "ada (uid 1000)")
+                    .carry_out(*control::make_request("acknowledge", "all the cable was replaced"), "ada (uid 1000)")
                     .done);
     EXPECT_EQ(record::count_unacknowledged(bench_.record().alarms().list()), 0u);
     EXPECT_EQ(bench_.record().alarms().count().unacknowledged, 0);

@@ -40,7 +40,7 @@ TEST(AnalogueInputs, AreValuesOfTheirUnitsInTheRecord) {
   }
   EXPECT_NE(record->units[0].values[0], record->units[1].values[0]) << "each unit has its own";
   EXPECT_EQ(record->info.units[2].values[0].instrument, "ioLogik E1240 at virtual, input 3");
-  EXPECT_EQ(record->info.analogue_map_texts, analogue_map_texts_of(dry_run.file()));
+  EXPECT_EQ(record->info.analogue_map_texts, collect_analogue_map_texts(dry_run.file()));
 }
 
 TEST(AnalogueInputs, LeaveTheOtherColumnsAsTheyAre) {
@@ -67,7 +67,7 @@ TEST(AnalogueInputs, ARunGoesOnFromItsRecordAlone) {
   EXPECT_EQ(dry_run.run(4), RunOutcome::going_on);
   const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
-  const auto on = continuation_of(*record, dry_run.path(), kSecond, 1);
+  const auto on = plan_continuation(*record, dry_run.path(), kSecond, 1);
   ASSERT_TRUE(on) << text(on.error());
   ASSERT_EQ(on->rig.analogue_inputs.size(), 1u);
   EXPECT_EQ(on->rig.analogue_inputs[0].map.inputs, dry_run.file().analogue_inputs[0].map.inputs);

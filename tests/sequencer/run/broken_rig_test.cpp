@@ -311,7 +311,7 @@ TEST(BrokenRig, WhoLetsARunGoOnIsToldWhatStillSuspendsIt) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   const auto answer_to = [&](const std::string& word) {
-    return bench.run_controller().carry_out(control::request_of(word, "").value(), "Ada").text;
+    return bench.run_controller().carry_out(control::make_request(word, "").value(), "Ada").text;
   };
   (void)answer_to("pause");
   bench.chamber().set_point_c = 40;

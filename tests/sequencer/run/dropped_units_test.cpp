@@ -58,7 +58,7 @@ std::function<void(rig::RigFile&)> two_units(bool go_on) {
     file.units = {rig::UnitSettings{}, rig::UnitSettings{}};
     file.units[0].info.name = "u1";
     file.units[1].info.name = "u2";
-    file.limits.units = {{.name = "u1", .go_on_when_silent = go_on}, {.name = "u2", .go_on_when_silent = go_on}};
+    file.limits.units = {{.name = "u1", .continue_when_silent = go_on}, {.name = "u2", .continue_when_silent = go_on}};
   };
 }
 

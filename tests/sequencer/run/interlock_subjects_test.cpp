@@ -101,9 +101,9 @@ TEST(InterlockSubjects, RaiseAlarmForThermometerThatStopsAfterAnother) {
 TEST(InterlockSubjects, AreTheChannelsOfTheEvents) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 h\"\n");
   bench.seconds(5);
-  bench.run_controller().see_guard({{"safe-state file", "the safe-state file is gone"}});
+  bench.run_controller().set_guard_troubles({{"safe-state file", "the safe-state file is gone"}});
   bench.seconds(5);
-  bench.run_controller().see_guard({{"guard", "the guard has ended"}});
+  bench.run_controller().set_guard_troubles({{"guard", "the guard has ended"}});
   bench.seconds(20);
   Strings told;
   for (const auto& event : bench.record().events)

@@ -235,8 +235,8 @@ TEST(GyroDead, LeavesUnitsAloneThatAreOffDroppedOrMoved) {
 
 TEST(GyroDead, WarnsOfUnitWithoutWhichTheRunContinues) {
   NoisyBench bench;
-  bench.limits.units = {{.name = "u1", .go_on_when_silent = true, .axes = {{"u1", 0.1, DegreesPerHour{10.6}}}},
-                        {.name = "u2", .go_on_when_silent = true, .axes = {{"u2", 0.1, DegreesPerHour{10.6}}}}};
+  bench.limits.units = {{.name = "u1", .continue_when_silent = true, .axes = {{"u1", 0.1, DegreesPerHour{10.6}}}},
+                        {.name = "u2", .continue_when_silent = true, .axes = {{"u2", 0.1, DegreesPerHour{10.6}}}}};
   bench.sample.units.assign(2, bench.sample.units.front());
   count(bench, {0}, 70);
   EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead u1"});

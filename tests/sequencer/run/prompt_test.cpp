@@ -68,7 +68,7 @@ class PromptTest : public testing::Test {
     return run().run_state();
   }
   void answer(const std::string& words) {
-    const auto request = control::request_of("resume", words);
+    const auto request = control::make_request("resume", words);
     ASSERT_TRUE(request) << text(request.error());
     EXPECT_TRUE(run().carry_out(*request, "ada (uid 1000)").done);
   }
@@ -117,7 +117,7 @@ TEST_F(PromptTest, AUnitThatStaysSilentAfterItWasSwitchedOnSuspendsTheRun) {
 
 TEST_F(PromptTest, OutranksNoInterlock) {
   ASSERT_EQ(after(61), RunState::held);
-  const auto abort = control::request_of("abort", "");
+  const auto abort = control::make_request("abort", "");
   ASSERT_TRUE(abort);
   EXPECT_TRUE(run().carry_out(*abort, "ada (uid 1000)").done);
   after(310);  // air watched for 5 min
@@ -126,7 +126,7 @@ TEST_F(PromptTest, OutranksNoInterlock) {
 
 TEST_F(PromptTest, ComesAfterAPauseInItsFirstSecond) {
   ASSERT_EQ(after(60), RunState::execute);
-  EXPECT_TRUE(run().carry_out(*control::request_of("pause", ""), "ada (uid 1000)").done);
+  EXPECT_TRUE(run().carry_out(*control::make_request("pause", ""), "ada (uid 1000)").done);
   ASSERT_EQ(after(1), RunState::held);
   EXPECT_EQ(run().standing().cause, "paused by ada (uid 1000)");
   answer("");
@@ -161,7 +161,7 @@ TEST(PromptOnTheVirtualRig, IsLivedThroughAgainWhenARunIsResumed) {
   const auto whole = record::read_record(dry_run.path()).value();
   std::filesystem::remove(dry_run.path());
   ASSERT_EQ(dry_run.run(400), RunOutcome::going_on);
-  const auto on = continuation_of(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
+  const auto on = plan_continuation(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
   EXPECT_TRUE(on->start.units_may_be_off);
   auto rig = rig::Rig::assemble(on->rig, on->start);

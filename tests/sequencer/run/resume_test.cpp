@@ -49,13 +49,13 @@ TEST(ResumeRule, AsksAfterADriftBeyondTheSegmentOnTheHostileSide) {
 TEST(ResumeRule, AsksForAnotherInstrumentThanTheRunBeganWith) {
   const std::map<std::string, std::string> at_start{
       {"chamber", "F4T 111"}, {"thermometer 1", "LSCI,1"}, {"gyro", "G1"}};
-  EXPECT_EQ(strangers_among(at_start, at_start), "");
-  EXPECT_EQ(strangers_among({}, at_start), "") << "a record of 0.1.0 has no identities";
+  EXPECT_EQ(compare_identities(at_start, at_start), "");
+  EXPECT_EQ(compare_identities({}, at_start), "") << "a record of 0.1.0 has no identities";
   for (const auto* title : {"chamber", "thermometer 1", "gyro"}) {
     auto now = at_start;
     now[title] = "other 222";
     auto stood = hot();
-    stood.strangers = strangers_among(at_start, now);
+    stood.strangers = compare_identities(at_start, now);
     EXPECT_NE(stood.strangers.find("other 222"), std::string::npos) << title;
     EXPECT_NE(stood.strangers.find(at_start.at(title)), std::string::npos) << "names both";
     EXPECT_EQ(way(stood, 59.8), Reentry::ask);
@@ -82,10 +82,10 @@ TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
   EXPECT_EQ(unknown_downtime_reason(24h * 20'000),
             "by the clock it was down for 20000 days, which is not believed: nobody knows how long it was");
   auto stood = hot();
-  EXPECT_EQ(down_in_words(stood), "30 s");
+  EXPECT_EQ(describe_downtime(stood), "30 s");
   stood.why_unknown = unknown_downtime_reason(-10h);
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
-  EXPECT_EQ(down_in_words(stood), "nobody knows how long");
+  EXPECT_EQ(describe_downtime(stood), "nobody knows how long");
 }
 
 TEST(ResumeRule, AsksWhenOnlyWallClockTellsDowntime) {
@@ -120,9 +120,9 @@ TEST(Downtime, FollowsBootClockWhateverWallClockSays) {
   const auto record = stopped_at_100();
   for (const Duration down : {kSecond * 3, kSecond * 119, kSecond * 200, kSecond * 40'000})
     for (const Duration step : {kSecond * 0, kSecond * -190, kSecond * 3600, kSecond * -1'000'000'000}) {
-      const auto found =
-          downtime_of(record, status_at(100),
-                      {.utc = kLastSecond + down + step, .since_boot = kSecond * 5000 + down, .boot = "this boot"});
+      const auto found = compute_downtime(
+          record, status_at(100),
+          {.utc = kLastSecond + down + step, .since_boot = kSecond * 5000 + down, .boot = "this boot"});
       EXPECT_EQ(found.down, down) << to_seconds(step);
       EXPECT_EQ(found.why_asks, "");
     }
@@ -132,7 +132,7 @@ TEST(Downtime, CountsFromRecordsLastSecondWhenStatusIsOfAnother) {
   const auto record = stopped_at_100();
   const MachineTime now{.utc = {}, .since_boot = kSecond * 5060, .boot = "this boot"};
   for (const std::int64_t slot : {-1, 90, 100, 103})
-    EXPECT_EQ(downtime_of(record, status_at(slot), now).down, kSecond * 60);
+    EXPECT_EQ(compute_downtime(record, status_at(slot), now).down, kSecond * 60);
 }
 
 TEST(Downtime, IsForAnOperatorWhenBootClockCannotTell) {
@@ -143,17 +143,17 @@ TEST(Downtime, IsForAnOperatorWhenBootClockCannotTell) {
   without_boot.written_in_boot.clear();
   for (const auto& status : {std::optional<record::RunStatus>(), std::optional(status_at(100)),
                              std::optional(of_another_run), std::optional(without_boot)}) {
-    const auto found = downtime_of(record, status, now);
+    const auto found = compute_downtime(record, status, now);
     EXPECT_EQ(found.down, kSecond * 60);
     EXPECT_NE(found.why_asks, "");
   }
   auto set_back = now;
   set_back.utc -= kSecond * 50;  // leaves 10 s of downtime
-  const auto impossible = downtime_of(record, status_at(100), set_back);
+  const auto impossible = compute_downtime(record, status_at(100), set_back);
   EXPECT_NE(impossible.why_asks.find("the machine was started 20 s ago"), std::string::npos) << impossible.why_asks;
   auto no_boot = now;
   no_boot.boot.clear();
-  EXPECT_NE(downtime_of(record, without_boot, no_boot).why_asks, "") << "neither has a boot id";
+  EXPECT_NE(compute_downtime(record, without_boot, no_boot).why_asks, "") << "neither has a boot id";
 }
 
 TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
@@ -195,7 +195,7 @@ TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
   ASSERT_GT(std::abs(block[last] - 50), 3);
   std::filesystem::remove(dry_run.path());
   ASSERT_EQ(dry_run.run(static_cast<std::int64_t>(last) + 1), RunOutcome::going_on);
-  const auto on = continuation_of(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
+  const auto on = plan_continuation(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
   EXPECT_EQ(profile_position(on->profile, on->state).soaked, Duration{});
   EXPECT_EQ(profile_position(on->profile, on->state), whole->progress[last + 1]);
@@ -209,7 +209,7 @@ TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
   const auto air_after = [&](std::size_t seconds_in_execute) {
     record.state.assign(record.state.size(), RunState::suspended);
     std::fill_n(record.state.begin(), seconds_in_execute, RunState::execute);
-    return continuation_of(record, dry_run.path(), kSecond, 0)->stood.air;
+    return plan_continuation(record, dry_run.path(), kSecond, 0)->stood.air;
   };
   EXPECT_FALSE(air_after(0));
   EXPECT_EQ(air_after(70), Celsius{record.chamber_air_c[69]}) << "the last at which the clock ran";
@@ -223,7 +223,7 @@ TEST(Resume, OfAChamberThatSomebodyElseHasIsForPeople) {
   const auto way_after = [&](EventKind kind, const std::string& interlock) {
     record.events.push_back(
         {.slot = 49, .event = {.at = {}, .kind = kind, .text = {}, .about = {interlock, "suspend"}}});
-    return judge_reentry(continuation_of(record, dry_run.path(), kSecond, 0)->stood, kMild, {20}).way;
+    return judge_reentry(plan_continuation(record, dry_run.path(), kSecond, 0)->stood, kMild, {20}).way;
   };
   EXPECT_EQ(way_after(EventKind::interlock, "door"), Reentry::go_on);
   EXPECT_EQ(way_after(EventKind::interlock, "foreign_set_point"), Reentry::ask);
@@ -245,7 +245,7 @@ TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
   last.in_segment = std::chrono::hours(11);
   last.soaked = std::chrono::minutes(2);
   record.state.back() = RunState::aborted;
-  const auto on = continuation_of(record, dry_run.path(), kSecond, 0);
+  const auto on = plan_continuation(record, dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
   EXPECT_TRUE(on->stood.aborted);
   const auto stands = profile_position(on->profile, on->state);

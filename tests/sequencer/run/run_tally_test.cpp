@@ -46,7 +46,7 @@ TEST(RunTally, OfAResumedRunContinuesFromTheRecord) {
   record::Record record;
   record.state = {RunState::execute, RunState::suspended, RunState::suspended, RunState::held};
   record.gaps = {{.first = 4, .last = 9, .cause = "late"}, {.first = 20, .last = 20, .cause = "late"}};
-  const auto tally = tally_of(record, 17);
+  const auto tally = count_tally(record, 17);
   EXPECT_EQ(tally, (RunTally{.faulty_readings = 17, .suspended_s = 2, .held_s = 1, .gaps = 2, .gap_s = 7}));
 }
 

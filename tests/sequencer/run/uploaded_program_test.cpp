@@ -24,7 +24,7 @@ drivers::RegisterMap shipped_map(const std::string& name) {
 RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::string& cause,
                           const std::function<void(std::int64_t slot, rig::Rig& rig)>& before = {}) {
   dry_run.file().chamber_map = shipped_map(map);
-  const auto program = program_of(dry_run.profile());
+  const auto program = make_chamber_program(dry_run.profile());
   EXPECT_TRUE(program) << text(program.error());
   return dry_run.run({}, &*program, [&](tests::RunHarness& harness, rig::Rig& rig) {
     if (before) harness.before_second = [&](std::int64_t slot) { before(slot, rig); };
@@ -37,7 +37,7 @@ RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::s
 TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soaks.toml");
   dry_run.file().chamber_map = shipped_map("watlow_f4t");
-  const auto program = program_of(dry_run.profile());
+  const auto program = make_chamber_program(dry_run.profile());
   ASSERT_TRUE(program) << text(program.error());
   const auto outcome = dry_run.run({}, &*program, [](tests::RunHarness& harness, rig::Rig&) {
     harness.seconds(400);
@@ -143,7 +143,7 @@ TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
 }
 
 TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
-  const auto program = program_of(profile::parse_profile(read_text_file(kHour).value(), kHour).value());
+  const auto program = make_chamber_program(profile::parse_profile(read_text_file(kHour).value(), kHour).value());
   ASSERT_TRUE(program);
   EXPECT_EQ(program->name, "QUALIFICATIONHOUR");
   ASSERT_EQ(program->steps.size(), 7u);
@@ -162,12 +162,12 @@ time = "10 min"
 guaranteed_soak = true
 soak_band = 2
 )");
-  EXPECT_EQ(program_of(profile).error().kind, FaultKind::usage);
+  EXPECT_EQ(make_chamber_program(profile).error().kind, FaultKind::usage);
 }
 
 /// Returns the objection to a soak of 100 s with these additional keys.
 std::string objection_to_soak(const std::string& keys) {
-  const auto program = program_of(profile::parsed(profile::kHold20 + "guaranteed_soak = true\n" + keys));
+  const auto program = make_chamber_program(profile::parsed(profile::kHold20 + "guaranteed_soak = true\n" + keys));
   if (program) return "nothing";
   EXPECT_EQ(program.error().kind, FaultKind::usage);
   return text(program.error());
@@ -192,17 +192,17 @@ TEST(UploadedProgram, OfAHoldThatWouldJumpIsRefused) {
 TEST(UploadedProgram, SoaksByItsAirForAsLongAsTheProfile) {
   EXPECT_EQ(objection_to_soak("soak_sensor = \"air\"\nsoak_time = \"100 s\"\n"), "nothing");
   const auto longer = profile::parsed(profile::kHold20 + "guaranteed_soak = true\nsoak_time = \"150 s\"\n");
-  EXPECT_EQ(program_of(longer).value().steps.at(0).duration, std::chrono::seconds(150));
+  EXPECT_EQ(make_chamber_program(longer).value().steps.at(0).duration, std::chrono::seconds(150));
 }
 
 TEST(UploadedProgram, OfAHoldWithoutASoakCaresForNoDefaultOfOne) {
-  EXPECT_TRUE(program_of(
+  EXPECT_TRUE(make_chamber_program(
       profile::parsed("[defaults]\nsoak_sensor = \"A\"\nsoak_slope = 0.2\nsoak_time = \"1 s\"\n" + profile::kHold20)));
 }
 
 TEST(UploadedProgram, ThatWaitsForPeopleIsRefused) {
   const auto profile = profile::parsed(profile::kHold20 + "prompt = \"look at the window\"\n");
-  EXPECT_EQ(program_of(profile).error().where, "p.toml:4:1");
+  EXPECT_EQ(make_chamber_program(profile).error().where, "p.toml:4:1");
 }
 
 TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {

@@ -123,7 +123,7 @@ TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
   ASSERT_TRUE(known);
   EXPECT_TRUE(lives(*known));
   ::kill(child, SIGSTOP);
-  EXPECT_TRUE(kill_surely(*known, std::chrono::seconds(5)));
+  EXPECT_TRUE(kill_process(*known, std::chrono::seconds(5)));
   EXPECT_FALSE(lives(*known)) << "one that only waits to be reaped is dead";
   int status = 0;
   ::waitpid(child, &status, 0);
@@ -135,10 +135,10 @@ TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
   auto another = read_process_identity(child);
   ASSERT_TRUE(another);
   ++another->started;
-  EXPECT_TRUE(kill_surely(*another, std::chrono::seconds(1)));
+  EXPECT_TRUE(kill_process(*another, std::chrono::seconds(1)));
   auto of_another_boot = read_process_identity(child);
   of_another_boot->boot += "x";
-  EXPECT_TRUE(kill_surely(*of_another_boot, std::chrono::seconds(1)));
+  EXPECT_TRUE(kill_process(*of_another_boot, std::chrono::seconds(1)));
   EXPECT_EQ(::waitpid(child, nullptr, WNOHANG), 0) << "it lives";
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);

@@ -123,7 +123,7 @@ class UnitAndDriver {
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
           }
         });
-    gyro_ = make_framed_gyro(stream_.frame, make_pumped(connect(port)), std::chrono::milliseconds(800),
+    gyro_ = make_framed_gyro(stream_.frame, make_buffered_stream(connect(port)), std::chrono::milliseconds(800),
                              {.start = stream_.start});
   }
   [[nodiscard]] drivers::Gyro& gyro() { return *gyro_; }
@@ -131,7 +131,7 @@ class UnitAndDriver {
   [[nodiscard]] double arcsec_a_frame() {
     double arcsec = 0;
     std::uint64_t frames = 0;
-    (void)gyro_->take_origin();
+    (void)gyro_->wait_for_origin();
     for (int read = 0; read < 20 && frames < 100; ++read) {
       const auto before = gyro_->frames().seen;
       const auto count = gyro_->read(std::chrono::milliseconds(50));

@@ -194,7 +194,7 @@ TEST(LinkAddresses, MatchMapOfEachLink) {
   const auto celsius = static_cast<std::uint16_t>(map.find("communication_unit")->codes.at("celsius").front());
   for (const auto in_use : {drivers::LinkKind::tcp, drivers::LinkKind::rtu}) {
     VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
-    ChamberRegisters registers(on_link(map, in_use).value(), laboratory);
+    ChamberRegisters registers(select_link(map, in_use).value(), laboratory);
     EXPECT_EQ(read_on(registers, drivers::LinkKind::tcp, 6730, 1).value(), Words{celsius});
     EXPECT_FALSE(read_on(registers, drivers::LinkKind::tcp, 14080, 1));
     for (const auto rtu : {drivers::LinkKind::rtu, drivers::LinkKind::rtu_over_tcp}) {

@@ -32,13 +32,13 @@ class BothEnds {
     line_ = made.get();
     line_->say(writer_.lead_in());
     gyro_ = make_framed_gyro(format, std::move(made), std::chrono::milliseconds(50), {}, &clock_);
-    for (std::size_t i = 0; i + 2 < housekeeping_of(format).size(); ++i) values_.push_back(0);
+    for (std::size_t i = 0; i + 2 < list_housekeeping(format).size(); ++i) values_.push_back(0);
   }
 
   /// Advances by one second, which ends with the origin.
   Result<void> first_second() {
     pass_second();
-    return gyro_->take_origin();
+    return gyro_->wait_for_origin();
   }
   /// Advances by one second and reads it.
   Result<GyroCount> second() {
@@ -111,7 +111,7 @@ class BothEnds {
 /// Checks that the driver's mean equals the values sent in that second, if the stream sends them at this rate.
 void expect_values(const BothEnds& ends, const drivers::FrameFormat& format, const GyroCount& count,
                    double frames_a_second) {
-  const auto names = housekeeping_of(format);
+  const auto names = list_housekeeping(format);
   ASSERT_EQ(count.values.size(), names.size());
   for (std::size_t i = 0; i < ends.values().size(); ++i) {
     if (std::isnan(count.values[i]))

@@ -1,0 +1,498 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/run/carry_out.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/sqlite.hpp"
+#include "acquisition/record/status.hpp"
+#include "acquisition/record/store.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/run/checked_profile.hpp"
+#include "apps/gyrotherm/run/confirmed_commands.hpp"
+#include "apps/gyrotherm/run/readiness.hpp"
+#include "core/clock.hpp"
+#include "core/deadline.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/shipped.hpp"
+#include "sequencer/rig/rig.hpp"
+#include "sequencer/run/chamber_ownership.hpp"
+#include "sequencer/run/resume.hpp"
+#include "sequencer/run/run_controller.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// Longest wait for a write that must be on the disk before the run continues.
+constexpr Duration kLongestLastWrite = std::chrono::seconds(3);
+
+constexpr Duration kLongestReading = std::chrono::seconds(60);
+constexpr Duration kLookForReaders = std::chrono::milliseconds(100);
+
+/// Waits for a program that reads the record: after the writer's death a reader may lock it. After the longest wait it
+/// fails with timeout. systemd then starts the resume again, at a rate below its start limit.
+Result<void> await_readers(Console& console, const std::string& path) {
+  if (const auto status = record::read_status(path); status && status->finished)
+    return {};  // such a run is not resumed
+  const auto files = record::find_record_files(path);
+  const auto file = files ? files->parts.back().path : path;
+  bool reported = false;
+  for (const Deadline limit(kLongestReading); record::is_being_read(file);
+       std::this_thread::sleep_for(kLookForReaders)) {
+    if (!std::exchange(reported, true))
+      console.print_message(fmt::format("{}: {}; the run goes on once that has ended", path, record::kBeingRead));
+    if (interrupted()) return failure(FaultKind::interrupted, path, "stopped before it went on");
+    if (limit.over()) return failure(FaultKind::timeout, path, record::kBeingRead);
+  }
+  return {};
+}
+
+/// Prints the summary of a run, however it ended.
+void print_summary(const ActiveRun& run) {
+  run.console.print_message(
+      fmt::format("{}: {}", run.path, in_words(run.run_controller.tally(), run.store.alarms().count())));
+}
+
+/// Ends a run according to its outcome.
+Result<void> conclude(const ActiveRun& run, run::RunOutcome outcome) {
+  run.ownership.release();  // complete, or safe set point confirmed
+  if (outcome == run::RunOutcome::made_safe) {
+    await_disk(run);
+    print_summary(run);
+    return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
+  }
+  if (outcome == run::RunOutcome::stopped)
+    run.console.print_message(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
+  if (auto finished = run.store.finish(); !finished) return finished;
+  run.console.print_message(
+      fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
+  print_summary(run);
+  return {};
+}
+
+/// Returns the fault of a run that a signal stopped. Its chamber holds the set point, or was sent to its safe set point
+/// and remains guarded.
+tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
+  print_summary(run);
+  if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
+    return failure(FaultKind::interrupted, run.path,
+                   fmt::format("stopped after {} s: {}; its guard remains until that is confirmed; \"gyrotherm resume "
+                               "{}\" continues",
+                               run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
+  if (const auto foreign = run.run_controller.foreign_hold(); !foreign.empty() && !run.rig.file().simulated)
+    return failure(
+        FaultKind::interrupted, run.path,
+        fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends it to {:g} °C and watches "
+                    "it; \"gyrotherm resume {} --accept\" continues",
+                    run.run_controller.next_slot(), foreign, run.rig.file().safe_set_point.value, run.path));
+  run.ownership.release();
+  const auto chamber =
+      run.run_controller.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
+  return failure(FaultKind::interrupted, run.path,
+                 fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on",
+                             run.run_controller.next_slot(), chamber, run.path));
+}
+
+Result<void> drive(const ActiveRun& run) {
+  const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
+  // Store::finish() fails with the damage, so that it is reported once.
+  const bool reaches_its_end = outcome && *outcome != run::RunOutcome::made_safe;
+  if (const auto damage = run.store.health().damage; !damage.empty() && !reaches_its_end)
+    run.console.print_message("warning: " + damage);
+  if (outcome) return conclude(run, *outcome);
+  if (outcome.error().kind == FaultKind::interrupted) return interruption_fault(run);
+  if (outcome.error().kind != FaultKind::interlock) run.run_controller.make_safe(text(outcome.error()));
+  if (run.run_controller.is_safe()) run.ownership.release();
+  return failure(outcome.error().kind, run.path, run.run_controller.end_cause());
+}
+
+/// Returns the duration of the interruption.
+run::Downtime measure_downtime(const record::Record& record, const std::string& path, const ResumeOptions& options) {
+  if (record.info.simulated) return options.gap;
+  const auto where = record::status_path(path);
+  const auto status =
+      read_text_file(where).and_then([&](const std::string& text) { return record::parse_status(text, where); });
+  return run::measure_downtime(record, status ? std::optional(*status) : std::nullopt,
+                               {.utc = SteadyClock().now().utc, .since_boot = since_boot(), .boot = boot_id()});
+}
+
+/// Stores the rig's commands as confirmed for a later resume. Prints a warning if that fails.
+void store_confirmations(Console& console, const std::string& rig_file, const rig::RigFile& rig) {
+  if (const auto kept = confirm_commands(rig_file, rig); !kept)
+    console.print_message(fmt::format("warning: {}; a resume will want --trust-commands", text(kept.error())));
+}
+
+/// Checks the programs that a record names as drivers, or stores them as confirmed if they are trusted.
+Result<void> admit_commands(Console& console, const record::RunInfo& info, const rig::RigFile& rig, bool trusted) {
+  if (!trusted) return check_commands(info.rig_file, rig);
+  store_confirmations(console, info.rig_file, rig);
+  return {};
+}
+
+/// Prints a warning for each process that holds the chamber's lock without permission.
+void warn_about_strangers(Console& console, const run::ChamberOwnership& ownership) {
+  for (const auto& stranger : ownership.strangers())
+    console.print_message(
+        fmt::format("warning: {} holds the chamber's lock and is not waited for: its user is neither root nor a "
+                    "member of gyrotherm or dialout",
+                    stranger));
+}
+
+/// Prints the instruments of a real rig before the program waits for the first of them.
+void print_connecting(Console& console, const rig::RigFile& rig) {
+  if (rig.simulated) return;
+  auto words = fmt::format("connecting to the {} at {}", rig.chamber_map.name, rig.chamber_line);
+  for (const auto& thermometer : rig.thermometers)
+    words += fmt::format(", {} thermometers at {}", thermometer.channels.size(), thermometer.line);
+  for (const auto& line : rig.gyro_lines) words += ", gyro at " + line.line;
+  for (const auto& inputs : rig.analogue_inputs) words += ", analogue inputs at " + inputs.line;
+  console.print_message(words);
+}
+
+/// Returns the fault of a rig that could not be prepared. Releases a chamber that is unchanged, unless a program had
+/// died and left it in that state; otherwise the watchdog makes it safe.
+tl::unexpected<Fault> preparation_fault(run::ChamberOwnership& ownership, const rig::Rig& rig, Fault why) {
+  if (rig.is_as_found() && ownership.took_over())
+    why.what += "; the chamber is as it was when its program had died, and is made safe";
+  else if (rig.is_as_found())
+    ownership.release();
+  else
+    why.what += "; the chamber could not be put back to where it was found, and is made safe";
+  return failure(std::move(why));
+}
+
+/// Applies the resume rule: returns the entry point, or fails with interrupted if an operator must accept the situation
+/// first.
+Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
+                                bool accepted) {
+  const auto goal = demanded_set_point(on.profile, on.state);
+  const bool has_not_begun = on.last_slot < 0 && on.stood.strangers.empty();
+  const auto verdict = has_not_begun ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  if (verdict.way == run::Reentry::ask && !accepted)
+    return failure(FaultKind::interrupted, path,
+                   fmt::format("{}; look at the chamber, then \"gyrotherm resume {} --accept\"", verdict.why, path));
+  return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
+}
+
+/// Reports overdue calibrations and chamber quantities that are not monitored, as messages and as events of the record.
+void warn(Console& console, run::RunController& run_controller, const rig::Rig& rig,
+          const std::vector<std::string>& missing) {
+  const auto channels = channels_of(rig.file());
+  auto lines = overdue_calibrations(channels, rig.clock().now().utc);
+  for (const auto& one : missing) lines.push_back("chamber: not watched, the unit does not have it: " + one);
+  for (const auto& line : lines) {
+    console.print_message("warning: " + line);
+    run_controller.note(EventKind::note, line);
+  }
+}
+
+/// Returns the fault of an upload that starts away from the profile's first set point. The controller knows only the
+/// rates of its profile; the limits of the rig are enforced by this program.
+Fault start_elsewhere_fault(Celsius goal, Celsius air) {
+  return {
+      FaultKind::usage, "--upload",
+      fmt::format("the air is at {:.2f} °C, and a controller goes to the {:g} °C of the profile's beginning at once; "
+                  "\"gyrotherm go\" brings it there by a ramp",
+                  air.value, goal.value)};
+}
+
+/// Returns the identity that the chamber reported, or an empty string.
+std::string chamber_identity(const std::map<std::string, std::string>& identities) {
+  const auto who = identities.find(rig::kChamberTitle);
+  return who == identities.end() ? "" : who->second;
+}
+
+/// Arms the watchdog for the chamber of a dead run that cannot be resumed, so that it is made safe. A run that needs an
+/// operator's acceptance leaves the chamber unchanged.
+void guard_abandoned_chamber(run::ChamberOwnership& ownership, const record::RunInfo& info, const Fault& why) {
+  if (!ownership.is_armed() && why.kind != FaultKind::interrupted)
+    static_cast<void>(ownership.arm(chamber_identity(info.identities)));
+}
+
+/// Removes the trace that gyrotherm-make-safe left next to the record.
+void remove_trace(const std::string& path) {
+  std::error_code error;
+  std::filesystem::remove(watchdog::made_safe_path(path), error);
+}
+
+/// Copies the trace of gyrotherm-make-safe, if there is one, into the record and removes it.
+Result<void> record_guard_trace(Console& console, record::Store& store, const Instant& now, const std::string& path) {
+  const auto trace = watchdog::read_trace(path);
+  const auto words = trace ? (*trace ? watchdog::describe(**trace) : "") : text(trace.error());
+  if (words.empty()) return {};
+  console.print_message(path + ": " + words);
+  if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
+  // The trace remains for the next resume.
+  if (!store.settle(kLongestLastWrite)) return {};
+  remove_trace(path);
+  return {};
+}
+
+/// Removes a record that contains only its description.
+void remove_empty_record(std::unique_ptr<record::Store> store, const std::string& path) {
+  store.reset();
+  record::remove_record(path);
+}
+
+/// Returns the store's options. A virtual run that ends within moments needs no live copy; a longer one is copied at
+/// most once a second and updates its status file ten times a second.
+record::StoreOptions store_options(bool simulated) {
+  using std::chrono_literals::operator""ms;
+  const record::LiveCopyOptions of_real{}, of_virtual{.pause = 1000ms, .begins_after = 1500ms};
+  return {.background = !simulated,
+          .status_interval = simulated ? Duration(100ms) : Duration::zero(),
+          .live_copy = simulated ? of_virtual : of_real};
+}
+
+Result<void> append_absence(record::Store& store, const run::InterruptedRun& stood, std::int64_t first,
+                            std::int64_t last) {
+  if (last < first) return {};
+  const auto cause = stood.why_unknown.empty() ? "" : "; " + stood.why_unknown;
+  return store.append_gap(first, last, "the program was not running" + cause);
+}
+
+// A run begins, or goes on, in two steps: take() takes the chamber and assembles the rig; then the rig calls enter() or
+// reenter() with the chamber as it was found, before anything moves.
+
+/// The parts of a run that is about to begin or to go on.
+struct Opening {
+  run::ChamberOwnership ownership;
+  std::unique_ptr<rig::Rig> rig;
+
+  // Set by enter() and reenter().
+  run::EntryPoint entry{};
+  std::vector<std::string> missing{};  ///< values that the chamber lacks
+  std::unique_ptr<record::Store> store{};
+};
+
+Result<Opening> take(Console& console, const rig::RigFile& file, const std::string& path, const rig::RigStart& start,
+                     bool by_program) {
+  auto ownership = run::ChamberOwnership::take(file, path, by_program);
+  if (!ownership) return failure(ownership.error());
+  warn_about_strangers(console, *ownership);
+  auto rig = rig::Rig::assemble(file, start);
+  if (!rig) return failure(rig.error());
+  return Opening{.ownership = std::move(*ownership), .rig = std::move(*rig)};
+}
+
+/// Keeps the store and arms the guard: the last step before the chamber moves. Returns the first set point.
+Result<Celsius> open_with(Opening& opening, Result<std::unique_ptr<record::Store>> store,
+                          const rig::ChamberAsFound& found) {
+  if (!store) return failure(store.error());
+  opening.store = std::move(*store);
+  return opening.ownership.arm(chamber_identity(found.identities), found.settings).map([&] {
+    return opening.entry.set_point;
+  });
+}
+
+// ---- a new run
+
+struct NewRun {
+  const profile::Profile& profile;
+  const rig::RigFile& file;
+  const std::string& path;
+  const StartOptions& options;
+  profile::ProfileState first;  ///< at the first second
+};
+
+/// Checks what needs neither chamber nor rig.
+Result<void> check_may_start(const rig::RigFile& file, const std::string& path, const StartOptions& options) {
+  if (!file.simulated && options.days_later > 0)
+    return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
+  if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNotAFileName);
+  return record::check_name_of_new_record(path);
+}
+
+rig::RigStart start_of(const NewRun& plan) {
+  return {.seed = {.gyro = plan.options.seed,
+                   .run = run::run_number(plan.profile.text),
+                   .days_later = plan.options.days_later},
+          .already = {},
+          .replay = {},
+          .first_set_point = demanded_set_point(plan.profile, plan.first)};
+}
+
+/// Returns the profile as a program of the chamber's controller; nothing without --upload.
+Result<std::optional<drivers::ChamberProgram>> program_to_upload(const NewRun& plan) {
+  if (!plan.options.upload) return std::nullopt;
+  if (!plan.file.chamber_map.memory)
+    return failure(FaultKind::usage, "--upload",
+                   fmt::format("the register map of the {} describes no profile memory", plan.file.chamber_map.name));
+  auto program = run::make_chamber_program(plan.profile);
+  if (!program) return failure(program.error());
+  return std::move(*program);
+}
+
+/// Decides where the run enters the profile, and creates its record.
+Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::ChamberAsFound& found) {
+  opening.missing = found.missing;
+  if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
+  const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
+  opening.entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), plan.file.chamber_limits);
+  if (plan.options.upload && opening.entry.away) return failure(start_elsewhere_fault(goal, air));
+  auto info = run::run_info(GYROTHERM_VERSION, plan.profile, plan.file, plan.options.seed,
+                            opening.rig->will_start_utc(), plan.options.days_later);
+  info.identities = found.identities;
+  auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
+  if (store) remove_trace(plan.path);  // of an earlier record of that name
+  return open_with(opening, std::move(store), found);
+}
+
+/// Notes how the run begins. `names`: the lines that prepare() returned, with the program's last.
+void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
+                run::RunController& run_controller) {
+  run_controller.note(EventKind::started, plan.profile.name);
+  if (opening.entry.away)
+    run_controller.begin_away(opening.entry.set_point, "the air is not where the profile begins", {});
+  if (!plan.options.upload) return;
+  run_controller.leave_to_the_controller();
+  run_controller.note(EventKind::note, "the controller carries the profile out: " + names.back());
+}
+
+// ---- a run that goes on
+
+struct StoppedRun {
+  const std::string& path;
+  record::RunInfo info;
+  run::RunContinuation on;
+  Result<std::optional<record::LostEnd>> lost;  ///< of its record
+  run::RunTally tally;
+};
+
+/// Reads and judges the record of a run that has stopped, while it is as the run left it.
+Result<StoppedRun> find_interrupted(Console& console, const std::string& path, const ResumeOptions& options) {
+  if (auto alone = await_readers(console, path); !alone) return failure(alone.error());
+  const auto files = record::find_files_to_read(path);
+  if (!files) return failure(files.error());
+  const auto record = record::read_proved_record(*files);
+  if (!record) return failure(record.error());
+  auto on = run::plan_continuation(*record, path, measure_downtime(*record, path, options),
+                                   run::run_number(record->info.profile_text));
+  if (!on) return failure(on.error());
+  if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
+    return failure(admitted.error());
+  auto lost = record::lost_end(*files);
+  const auto status = record::read_status(*files);
+  return StoppedRun{.path = path,
+                    .info = record->info,
+                    .on = std::move(*on),
+                    .lost = std::move(lost),
+                    .tally = run::count_tally(*record, status ? status->faults : 0)};
+}
+
+/// Applies the resume rule to the chamber as it was found, and opens the record again.
+Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& opening,
+                        const rig::ChamberAsFound& found) {
+  run::RunContinuation& on = run.on;
+  opening.missing = found.missing;
+  on.stood.strangers = run::compare_identities(run.info.identities, found.identities);
+  const auto entry = reentry(on, found.state, run.path, options.accept);
+  if (!entry) return failure(entry.error());
+  opening.entry = *entry;
+  if (auto good = check_controller(found.limits, on.profile, on.rig); !good) return failure(good.error());
+  return open_with(opening, record::Store::reopen(run.path, store_options(on.rig.simulated)), found);
+}
+
+/// Notes, here and in the record, how the run goes on. `first`: its next second.
+void note_resumption(Console& console, const StoppedRun& run, const run::EntryPoint& entry, std::int64_t first,
+                     run::RunController& run_controller) {
+  const run::RunContinuation& on = run.on;
+  const auto text = fmt::format("resumed after {}; it had stopped: {}", describe_downtime(on.stood), on.why_stopped);
+  console.print_message(fmt::format("{}: {} at second {}", run.path, text, first));
+  run_controller.note(EventKind::resumed, text);
+  if (!on.stood.strangers.empty()) run_controller.note(EventKind::note, "accepted: " + on.stood.strangers);
+  if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.stood.air);
+  if (!run.lost || !*run.lost) return;
+  console.print_message(fmt::format("warning: {}: {}", run.path, record::describe(**run.lost)));
+  run_controller.note(EventKind::fault, "the record " + describe(**run.lost));
+}
+
+}  // namespace
+
+void add_days_later_option(CLI::App& command, std::uint64_t& days) {
+  command
+      .add_option("--days-later", days,
+                  "of a virtual rig: its gyro and its thermometers are so many days older than on day 0 (default: 0)")
+      ->check(CLI::Range(std::uint64_t{0}, simulator::kMostDaysLater));
+}
+
+void add_run_json_option(CLI::App& command, std::string& json) {
+  command.remove_option(command.get_option("--json"));
+  command
+      .add_flag("--json{facts}", json,
+                "print facts as JSON: how far the record is on the disk; --json=samples: each second, too")
+      ->check(CLI::IsMember({"facts", "samples"}));
+}
+
+void apply_run_json(Console& console, const std::string& json) {
+  console.json = !json.empty();
+  console.samples = json == "samples";
+}
+
+Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file,
+                       const std::string& path, const StartOptions& options) {
+  if (auto may = check_may_start(file, path, options); !may) return may;
+  if (!file.simulated) console.never_wait();
+  const NewRun plan{profile, file, path, options, begin(profile)};
+  auto opening = take(console, file, path, start_of(plan), options.upload);
+  if (!opening) return failure(opening.error());
+  const auto program = program_to_upload(plan);
+  if (!program) return failure(program.error());
+  print_readiness(console, file, check_readiness(file, path, opening->rig->will_start_utc()));
+  print_connecting(console, file);
+  store_confirmations(console, file.file, file);
+  const auto entrance = [&](const rig::ChamberAsFound& found) { return enter(plan, *opening, found); };
+  const auto names = opening->rig->prepare(entrance, *program ? &**program : nullptr);
+  if (!names) {
+    auto why = preparation_fault(opening->ownership, *opening->rig, names.error());
+    if (opening->store) remove_empty_record(std::move(opening->store), path);
+    return why;
+  }
+  opening->ownership.heartbeat({});
+  for (const auto& who : *names) console.print_detail(who);
+  run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
+  note_start(plan, *opening, *names, run_controller);
+  warn(console, run_controller, *opening->rig, opening->missing);
+  return drive({console, profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
+}
+
+Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
+  auto run = find_interrupted(console, path, options);
+  if (!run) return failure(run.error());
+  run::RunContinuation& on = run->on;
+  if (!on.rig.simulated) console.never_wait();
+  auto opening = take(console, on.rig, path, on.start, false);
+  if (!opening) return failure(opening.error());
+  print_connecting(console, on.rig);
+  const auto entrance = [&](const rig::ChamberAsFound& found) { return reenter(*run, options, *opening, found); };
+  if (auto names = opening->rig->prepare(entrance, nullptr); !names) {
+    guard_abandoned_chamber(opening->ownership, run->info, names.error());
+    return preparation_fault(opening->ownership, *opening->rig, names.error());
+  }
+  opening->ownership.heartbeat({});
+  const auto first = opening->rig->clock().now().since_start / std::chrono::seconds(1);
+  if (auto recorded = append_absence(*opening->store, on.stood, on.recorded + 1, first - 1); !recorded) return recorded;
+  if (first > on.recorded + 1) run->tally.see_gap(on.recorded + 1, first - 1);
+  run::RunController run_controller(on.profile, *opening->rig, *opening->store, on.state, first);
+  run_controller.leave_out(on.start.dropped_units);
+  run_controller.continue_tally(run->tally);
+  note_resumption(console, *run, opening->entry, first, run_controller);
+  warn(console, run_controller, *opening->rig, opening->missing);
+  if (auto recalled = record_guard_trace(console, *opening->store, opening->rig->clock().now(), path); !recalled)
+    return recalled;
+  return drive({console, on.profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
+}
+
+}  // namespace gyrotherm::app

@@ -24,7 +24,7 @@ ImportMap ulog_map(bool together) {
 }
 
 /// Expands each byte to an element of the message grammar, so that a few bytes give complete messages.
-std::string build_log(const std::string& bytes) {
+std::string build_ulog(const std::string& bytes) {
   UlogText log;
   log.format("g:uint64_t timestamp;float[2] x;int16_t t;").subscribe(7, "g");
   for (std::size_t i = 0; i + 20 < bytes.size(); i += 20) {
@@ -47,7 +47,7 @@ std::string build_log(const std::string& bytes) {
 
 FUZZ_TARGET(ulog, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  for (const std::string& log : {UlogText().text() + bytes, build_log(bytes), build_log(bytes + bytes) + bytes}) {
+  for (const std::string& log : {UlogText().text() + bytes, build_ulog(bytes), build_ulog(bytes + bytes) + bytes}) {
     for (const bool together : {false, true}) require_rows_or_a_fault(log, ulog_map(together));
     (void)read_ulog_columns(Bytes(log, "fuzz"));
   }

@@ -235,7 +235,7 @@ TEST(FileAttack, IsDetectedInLogWhileWriting) {
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
     EXPECT_FALSE(second(file, 1, [&] { overwrite(path + "-wal", at, 8, 'x'); })) << at;
     ASSERT_TRUE(file.interference()) << at;
-    EXPECT_TRUE(file.interference()->of_log) << at;
+    EXPECT_TRUE(file.interference()->is_log_only) << at;
     file.leave_untouched();
   }
 }
@@ -283,7 +283,7 @@ TEST(FileAttack, IsDetectedAtEndWhenMadeDuringCheckpoint) {
   ASSERT_TRUE(file.fold_log());
   EXPECT_FALSE(file.finish());
   ASSERT_TRUE(file.interference());
-  EXPECT_FALSE(file.interference()->of_log);
+  EXPECT_FALSE(file.interference()->is_log_only);
 }
 
 TEST(FileAttack, IgnoresTouchedFile) {

@@ -102,7 +102,7 @@ Listener::Listener() {
 
 /// Writes "#12 0#": the twelfth message, and no message was dropped before it.
 void Listener::hear() {
-  outlet_->say([&](std::size_t dropped) {
+  outlet_->write_lines([&](std::size_t dropped) {
     return fmt::format("#{} {}#{}\n", said_ + 1, dropped, std::string(kLongMessage, '.'));
   });
   ++said_;

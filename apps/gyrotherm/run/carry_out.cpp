@@ -124,7 +124,7 @@ run::Downtime measure_downtime(const record::Record& record, const std::string& 
   const auto where = record::status_path(path);
   const auto status =
       read_text_file(where).and_then([&](const std::string& text) { return record::parse_status(text, where); });
-  return run::measure_downtime(record, status ? std::optional(*status) : std::nullopt,
+  return run::compute_downtime(record, status ? std::optional(*status) : std::nullopt,
                                {.utc = SteadyClock().now().utc, .since_boot = since_boot(), .boot = boot_id()});
 }
 

@@ -47,7 +47,7 @@ struct ForwardPrediction {
 // The plane is that of ridge-u (ridge_u.hpp), which includes the input noise of the certificate in closed form. Adding
 // u² Σ(∂f/∂T_i)² to the loss, or training on jittered copies of the inputs, is equal to first order (Bishop, Neural
 // Comput. 7 (1995) 108), but only the closed form is exact and needs no random copies. Plane and support vectors are
-// fitted one after the other (docs/decisions/0019-the-plane-carries-the-certificate.md).
+// fitted one after the other (docs/decisions/0019).
 
 /// Chooses C, sigma and epsilon by tune_svr on the residual of the plane. The plane is fitted to the training rows of
 /// each fold; its residual is in units of its RMS on these rows.

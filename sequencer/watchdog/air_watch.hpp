@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Watches the air of a chamber that is being made safe: an acknowledged set point does not prove that the air follows.
-/// docs/decisions/safe-is-an-effect.md gives the reasons for the constants. Pure.
+/// docs/decisions/0036 gives the reasons for the constants. Pure.
 #pragma once
 
 #include <optional>

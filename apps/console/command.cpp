@@ -49,16 +49,16 @@ CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& 
                          const std::string& example) {
   auto& command = *parent.add_subcommand(name, "Example: " + example + "\n\n" + description);
   command.add_flag("--json", program.console.json, "print facts as JSON");
-  command.add_flag("-v,--verbose", program.console.verbose, "say more");
-  command.add_flag("--quiet", program.console.quiet, "say nothing but faults");
+  command.add_flag("-v,--verbose", program.console.verbose, "print more details");
+  command.add_flag("--quiet", program.console.quiet, "print errors only");
   return command;
 }
 
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused) {
   command
       .add_option("--outside", outside,
-                  fmt::format("inputs outside the trained range: continue (default: the model's plane continues, all "
-                              "else is held at the range's end), refuse ({}) or extrapolate",
+                  fmt::format("inputs outside the trained range: continue (default: the linear part extrapolates, the "
+                              "remainder keeps its value at the end of the range), refuse ({}) or extrapolate",
                               refused))
       ->type_name("WORD:{continue,refuse,extrapolate}");
 }
@@ -70,7 +70,7 @@ CLI::Validator not_negative() {
 
 CLI::Validator not_a_dash() {
   const auto judge = [](const std::string& text) {
-    return std::string(text == "-" ? "\"-\" is no name of a file here; ./- is one" : "");
+    return std::string(text == "-" ? "\"-\" is not a file name here; for a file with this name write ./-" : "");
   };
   return {judge, ""};
 }
@@ -106,7 +106,7 @@ int run(Program& program, int argc, char** argv) {
     write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", name, cause));
     return static_cast<int>(Exit::usage);
   } catch (const std::bad_alloc&) {
-    program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");
+    program.outcome = failure(FaultKind::storage, "memory", "not enough memory for this command");
   }
   if (program.outcome && program.console.has_lost_data() && !is_stdout_closed())
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");

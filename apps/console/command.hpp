@@ -41,13 +41,12 @@ inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
     {Exit::done, "done"},
     {Exit::outside_limits, "done, and a result is outside a limit of the profile's [accept] table"},
     {Exit::usage,
-     "the command line is wrong, or does not fit what is there: an output that exists, a run that has finished, nobody "
-     "to tell"},
-    {Exit::instrument, "an instrument or a connection failed, or a run refused what it was told"},
-    {Exit::file, "a file is wrong, or could not be written; of run, also a record that exists"},
-    {Exit::interrupted, "interrupted; gyrotherm resume goes on"},
-    {Exit::interlock,
-     "an interlock ended the run, and the chamber was made safe or could not be: the message says which"}};
+     "the command line is wrong or does not fit the files: the output exists, the run has finished, or no program is "
+     "running it"},
+    {Exit::instrument, "an instrument or a connection failed, or a run refused a request"},
+    {Exit::file, "a file is invalid or could not be written; for run also: the record exists"},
+    {Exit::interrupted, "interrupted; gyrotherm resume continues the run"},
+    {Exit::interlock, "an interlock ended the run; the message states whether the chamber was made safe"}};
 
 /// Program with subcommands.
 struct Program {

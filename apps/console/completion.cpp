@@ -352,7 +352,7 @@ Result<Exit> complete(Program& program, const CompletionArguments& options) {
     for (const auto& name : shipped_names(*kind->shipped)) program.console.print(name + "\n");
     return Exit::done;
   }
-  if (options.shell.empty()) return failure(FaultKind::usage, "completion", "for which shell? bash, zsh or fish");
+  if (options.shell.empty()) return failure(FaultKind::usage, "completion", "expected a shell: bash, zsh or fish");
   const auto commands = describe_commands(program.cli);
   program.console.print(options.shell == "bash"  ? bash_completion(commands)
                         : options.shell == "zsh" ? zsh_completion(commands)
@@ -366,13 +366,14 @@ void add_completion(Program& program) {
   const auto options = std::make_shared<CompletionArguments>();
   const auto name = program.cli.get_name();
   auto& command = add_command(program, "completion",
-                              "Prints what a shell needs to complete commands, options, and names of profiles and "
+                              "Prints a script that lets a shell complete commands, options, and names of profiles and "
                               "rigs.",
                               fmt::format("{} completion bash", name));
   command.add_option("shell", options->shell, "bash, zsh or fish")
       ->type_name("SHELL")
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
-  command.add_option("--names", options->names, "the shipped files of a kind, for these scripts")->group("");
+  command.add_option("--names", options->names, "names of the shipped files of a kind; used by these scripts")
+      ->group("");
   command.callback([&program, options] { program.outcome = complete(program, *options); });
 }
 

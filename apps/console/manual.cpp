@@ -261,7 +261,7 @@ Result<Exit> print_page(Program& program, const ManualArguments& options) {
   for (const auto& command : commands.subcommands)
     if (command.path.back() == options.command) wanted = &command;
   if (wanted == nullptr)
-    return failure(FaultKind::usage, "manual", fmt::format("\"{}\" is no command", options.command));
+    return failure(FaultKind::usage, "manual", fmt::format("unknown command \"{}\"", options.command));
   program.console.print(manual_page(*wanted, text));
   return Exit::done;
 }
@@ -273,10 +273,10 @@ void add_manual(Program& program) {
   auto& command = add_command(program, "manual", "Prints the manual page of a command in the macros of man(7).",
                               "gyrotherm manual run --prose docs/man/gyrotherm-run.md");
   command.group("");
-  command.add_option("command", options->command, "the command; without it the program");
-  command.add_option("--prose", options->prose, "what the page says beside the options");
-  command.add_option("--name", options->name, "of a page that is prose alone, of another program");
-  command.add_option("--date", options->date, "of the release");
+  command.add_option("command", options->command, "the command (default: the program itself)");
+  command.add_option("--prose", options->prose, "text of the page in addition to the options");
+  command.add_option("--name", options->name, "name of a page that consists of prose alone, for another program");
+  command.add_option("--date", options->date, "date of the release");
   command.callback([&program, options] { program.outcome = print_page(program, *options); });
 }
 

@@ -318,8 +318,8 @@ void add_check(Program& program) {
                   "gyrotherm check qualification --rig virtual", check);
   command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile);
   command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig);
-  command.add_flag("--connect", options.connect, "ask each instrument who it is, and read it a few times");
-  command.add_option("--seed", options.seed, "of a virtual rig")->check(not_negative());
+  command.add_flag("--connect", options.connect, "identify each instrument and read it a few times");
+  command.add_option("--seed", options.seed, "seed of a virtual rig")->check(not_negative());
 }
 
 }  // namespace gyrotherm::app

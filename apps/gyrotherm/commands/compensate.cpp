@@ -312,16 +312,16 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
 void add_compensate(Program& program) {
   auto [command, options] =
       add_command(program, "compensate",
-                  "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
-                  "\"A,B,C,bias\", or what export makes of a record; writes the compensated bias.",
+                  "Compensates 1-Hz rows: reads temperatures (°C) and raw bias (°/h) with a header like "
+                  "\"A,B,C,bias\", or a table written by export; writes the compensated bias.",
                   "gyrotherm compensate model.json < rows.csv", compensate);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   add_outside_option(command, options.outside, "not compensated, an empty line");
   command.add_flag("--uncertainty", options.uncertainty,
                    "a second column: the expanded uncertainty U of a mean over the model's cluster length");
   add_tracking_options(command, options.tracking,
-                       "also follow the bias that is left while the gyro stands still, by a Kalman filter, and take it "
-                       "away; a last column at_rest, 1 or 0, says when it does");
+                       "also track the residual bias by a Kalman filter while the gyro is at rest, and subtract it; a "
+                       "last column at_rest (1 or 0) marks the rows at rest");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

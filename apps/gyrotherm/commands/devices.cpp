@@ -48,10 +48,9 @@ Result<Exit> list_devices(Console& console) {
 }  // namespace
 
 void add_devices(Program& program) {
-  auto& command = add_command(program, "devices",
-                              "Lists serial ports and HID devices, and whether this user may open them (with the fix "
-                              "if not).",
-                              "gyrotherm devices");
+  auto& command = add_command(
+      program, "devices", "Lists serial ports and HID devices, whether this user may open them, and how to permit it.",
+      "gyrotherm devices");
   command.callback([&program] { program.outcome = list_devices(program.console); });
 }
 

@@ -186,15 +186,15 @@ Result<Exit> doctor(Console& console, const DoctorArguments& options) {
 }  // namespace
 
 void add_doctor(Program& program) {
-  auto [command, options] = add_command(
-      program, "doctor",
-      "Looks whether a run could be carried out here, and says how to mend what is wrong: installation, disk, clock, "
-      "limits, permissions, programs that disturb serial adapters, and the lines and calibrations of a rig. It writes "
-      "to no instrument.",
-      "gyrotherm doctor --rig virtual --folder .", doctor);
-  command.add_option("--rig", options.rig, "also look at the lines and calibrations of this rig")
-      ->type_name(value::kRig);
-  command.add_option("--folder", options.folder, "where records are to be (default: here)")->type_name(value::kFolder);
+  auto [command, options] =
+      add_command(program, "doctor",
+                  "Checks whether this machine is ready for a run, and prints a fix for each problem: installation, "
+                  "disk, clock, limits, permissions, programs that disturb serial adapters, and the lines and "
+                  "calibrations of a rig. It writes to no instrument.",
+                  "gyrotherm doctor --rig virtual --folder .", doctor);
+  command.add_option("--rig", options.rig, "also check the lines and calibrations of this rig")->type_name(value::kRig);
+  command.add_option("--folder", options.folder, "folder for records (default: current folder)")
+      ->type_name(value::kFolder);
 }
 
 }  // namespace gyrotherm::app

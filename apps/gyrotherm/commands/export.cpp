@@ -197,23 +197,24 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
 
 void add_export(Program& program) {
   auto [command, options] =
-      add_command(program, "export", "Writes a record for others: as a text table, as NetCDF, as a figure.",
+      add_command(program, "export", "Exports a record as a text table, as NetCDF or as a figure.",
                   "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the table, or what --as says")
-      ->check(not_a_dash())
-      ->type_name(value::kTable);
+  command.add_option("--out", options.out, "the output file")->check(not_a_dash())->type_name(value::kTable);
   add_force_flag(command, options.force);
   command.add_option("--as", options.format, "csv, netcdf (CF, by netCDF-4) or gnuplot (a script with its data)")
       ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
       ->type_name("FORMAT");
   command.add_option("--from", options.from, "the first row: \"2 h\" since the start, or \"2026-03-01T12:00:00Z\"")
       ->type_name("TIME");
-  command.add_option("--to", options.to, "the last row, likewise")->type_name("TIME");
-  command.add_option("--every", options.every, "means over stretches, \"10 s\"; pulses are added")->type_name("TIME");
-  command.add_flag("--follow", options.follow, "of a run that goes on: rows to stdout as they come, until it ends");
-  auto* compensated = command.add_flag("--compensated", options.compensated,
-                                       "of one axis: calibrated temperatures, bias, compensated bias and its U");
+  command.add_option("--to", options.to, "the last row, in the same form as --from")->type_name("TIME");
+  command.add_option("--every", options.every, "averaging interval like \"10 s\"; pulses are summed")
+      ->type_name("TIME");
+  command.add_flag("--follow", options.follow,
+                   "follow a run that is being written: print rows to stdout as they are recorded, until the run ends");
+  auto* compensated =
+      command.add_flag("--compensated", options.compensated,
+                       "columns of one axis: calibrated temperatures, bias, compensated bias and its U");
   command.add_option("--model", options.model, "the model that compensates")->type_name(value::kModel);
   add_outside_option(command, options.outside);
   add_axis_options(command, options.axis);

@@ -97,21 +97,22 @@ Result<Exit> export_model(Console& console, const ExportModelArguments& options)
 }  // namespace
 
 void add_export_model(Program& program) {
-  auto [command, options] =
-      add_command(program, "export-model",
-                  "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
-                  "header for a navigation computer.",
-                  "gyrotherm export-model model.json --as c --out compensation.c", export_model);
+  auto [command, options] = add_command(program, "export-model",
+                                        "Exports a model for another program: as libsvm for svm-predict, or as a C99 "
+                                        "source and header for a navigation computer.",
+                                        "gyrotherm export-model model.json --as c --out compensation.c", export_model);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
   command.add_option("--out", options.out, "the file (default for libsvm: standard output)")
       ->check(not_a_dash())
       ->type_name(value::kCode);
   add_force_flag(command, options.force);
-  command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs")
+  command
+      .add_option("--data", options.run,
+                  "write the clusters of this record as inputs of the model, instead of the model")
       ->type_name(value::kRecord);
   add_tracking_options(command, options.tracking,
-                       "for c: also a Kalman filter that follows the bias that is left while the gyro stands still");
+                       "for c: also export a Kalman filter that tracks the residual bias while the gyro is at rest");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

@@ -310,41 +310,45 @@ void add_fuse(Program& program) {
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command
       .add_option("--models", options.folder,
-                  "the folder with each axis's model: UNIT/AXIS/model-NAME.json, or UNIT/model-NAME.json where the "
+                  "the folder with the model of each axis: UNIT/AXIS/model-NAME.json, or UNIT/model-NAME.json if the "
                   "unit has one axis")
       ->type_name(value::kFolder);
   command.add_option("--inputs", options.inputs, "NAME of the models in it (default: multi-point-t)")
       ->type_name("NAME");
   command.add_option("--model", options.models, "AXIS=FILE: the model of one axis, like u1.x=model.json")
       ->type_name("AXIS=MODEL");
-  command.add_option("--axes", options.axes, "only these, like u1.x,u1.y,u1.z")->type_name("AXIS,…")->delimiter(',');
+  command.add_option("--axes", options.axes, "fuse only these axes, like u1.x,u1.y,u1.z")
+      ->type_name("AXIS,…")
+      ->delimiter(',');
   command
       .add_option("--healthy", options.healthy,
-                  "a record without faults: how the thermometers agree and how far the axes stray are learnt from it; "
-                  "default: rate.db in the folder of the models, for the thermometers alone")
+                  "a record without faults, from which the agreement of the thermometers and the scatter of the axes "
+                  "are estimated (default: rate.db in the folder of the models, for the thermometers only)")
       ->type_name(value::kRecord);
-  command.add_option("--out", options.out, "the fused rate, a line a second, as a table; - is standard output")
+  command.add_option("--out", options.out, "table of the fused rate, one line per second; - for standard output")
       ->type_name(value::kTable);
-  command.add_option("--report", options.report, "a folder for fusion.html and fusion.json")
+  command.add_option("--report", options.report, "folder for fusion.html and fusion.json")
       ->check(not_a_dash())
       ->type_name(value::kFolder);
-  command.add_option("--export-c", options.export_c, "a C99 source of the fusion of one second; its header beside it")
+  command
+      .add_option("--export-c", options.export_c,
+                  "C99 source that fuses one second; its header is written to the same folder")
       ->type_name(value::kCode);
   add_force_flag(command, options.force);
   command
       .add_option("--false-alarm", options.fusion.watch.false_alarm_probability,
-                  "of one test, while nothing is at fault (default: 1e-6)")
+                  "false-alarm probability of one test without a fault (default: 1e-6)")
       ->check(CLI::Range(1e-300, 0.5));
   command
       .add_option("--false-alarms-per-hour", options.fusion.watch.false_alarms_per_h,
-                  "of each cumulative sum, while nothing is at fault (default: 0.001)")
+                  "false alarms per hour of each cumulative sum without a fault (default: 0.001)")
       ->check(CLI::Range(1e-6, 3.0));
   command
       .add_option("--averaging", options.fusion.averaging_s,
-                  "seconds of the means that the rate is used in: the axes are weighed for these (default: 100)")
+                  "averaging time of the application in seconds; the axes are weighted for it (default: 100)")
       ->check(CLI::Range(1.0, 86400.0))
       ->type_name("SECONDS");
-  command.add_flag("--keep-all", options.keep_all, "leave out nobody but from seconds that contradict themselves");
+  command.add_flag("--keep-all", options.keep_all, "exclude an axis only in seconds with inconsistent readings");
   add_outside_option(command, options.outside);
   add_unverified_flag(command, options.unverified);
 }

@@ -66,13 +66,13 @@ Result<Exit> go(Console& console, const GoArguments& options) {
 }  // namespace
 
 void add_go(Program& program) {
-  auto [command, options] =
-      add_command(program, "go",
-                  "Brings a rig's chamber to one temperature and holds it there, watched over and recorded as any run.",
-                  "gyrotherm go virtual 25 --for \"2 h\"", go);
+  auto [command, options] = add_command(
+      program, "go",
+      "Brings the chamber of a rig to one temperature and holds it there, with the interlocks and the record of a run.",
+      "gyrotherm go virtual 25 --for \"2 h\"", go);
   command.add_option("rig", options.rig, "the rig")->type_name(value::kRig)->required();
   command.add_option("at", options.at, "the set point, °C")->required();
-  command.add_option("--for", options.time, "how long it holds (default: 24 h)");
+  command.add_option("--for", options.time, "duration of the hold (default: 24 h)");
   command.add_option("--out", options.out, "the record (default: \"go\", date and time in UTC)")
       ->check(not_a_dash())
       ->type_name(value::kRecord);

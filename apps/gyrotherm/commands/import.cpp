@@ -117,16 +117,16 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
 
 void add_import(Program& program) {
   auto [command, options] =
-      add_command(program, "import", "Makes a record of a foreign table or log, as a column map says.",
+      add_command(program, "import", "Imports a table or log of another program into a record, with a column map.",
                   "gyrotherm import table.csv --map freeimu --out freeimu.db", import);
   command.add_option("file", options.file, "a text table, a log of PX4 or ArduPilot, or NetCDF")
       ->type_name(value::kTable)
       ->required();
-  command.add_option("--map", options.map, "which column is what")->type_name(value::kMap);
-  command.add_option("--out", options.out, "the record; with --guess the map")
+  command.add_option("--map", options.map, "column map")->type_name(value::kMap);
+  command.add_option("--out", options.out, "the record, or with --guess the map")
       ->check(not_a_dash())
       ->type_name(value::kRecord);
-  command.add_flag("--guess", options.guess, "writes a first map of the file, to be corrected: to stdout, or to --out");
+  command.add_flag("--guess", options.guess, "write a draft map of the file, to be corrected, to --out or stdout");
 }
 
 }  // namespace gyrotherm::app

@@ -186,29 +186,32 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
 
 void add_placement(Program& program) {
   auto [command, options] =
-      add_command(program, "placement", "Which thermometers matter: the price of leaving each out, in held-out STD.",
+      add_command(program, "placement", "Ranks thermometers by the increase of the held-out STD when each is left out.",
                   "gyrotherm placement rate.db --verify random.db", study);
   options.training.quick = true;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
-  command.add_option("--verify", options.unseen, "records to report on besides; they decide nothing")
+  command.add_option("--verify", options.unseen, "further records to report on; they do not influence the ranking")
       ->type_name(value::kRecord);
   command
       .add_option("--folds", options.folds,
-                  "what is held out together: cycles, records, programs, blocks[:N], or auto (default); see train")
+                  "kind of fold: cycles, records, programs, blocks[:N] or auto (default); see train")
       ->type_name("FOLDS");
   command
-      .add_option("--guard", options.guard_minutes,
-                  "minutes around what is held out that are not learnt from either; default: as in train")
+      .add_option(
+          "--guard", options.guard_minutes,
+          "guard interval around each fold, in minutes, that is also excluded from training (default: as in train)")
       ->check(not_negative());
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
       ->type_name("FIRST:END");
-  command.add_flag("--confirm", options.confirm,
-                   "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
+  command.add_flag(
+      "--confirm", options.confirm,
+      "also tune a support-vector model with a small swarm on each set of the elimination (takes minutes)");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
-  command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
+  command.add_option("--seed", options.training.tuning.swarm.seed, "seed of the swarm")->check(not_negative());
   command
-      .add_option("--threads", options.training.tuning.swarm.threads, "of the swarm; 0: all; the result is the same")
+      .add_option("--threads", options.training.tuning.swarm.threads,
+                  "threads of the swarm; 0: all; the result is the same")
       ->check(not_negative());
 }
 

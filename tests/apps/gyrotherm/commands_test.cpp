@@ -78,7 +78,7 @@ TEST(CommandLine, RefusesDashAsFileName) {
         "reduce model.json run.db --keep 3 --out -", "type-prior run.db --out -", "report run.db --out -"}) {
     const auto ran = shell("cd " + (folder / ".") + " && gyrotherm " + arguments);
     EXPECT_EQ(ran.exit_code, 2) << arguments << ran.err;
-    EXPECT_NE(ran.err.find("\"-\" is no name of a file here"), std::string::npos) << arguments << "\n" << ran.err;
+    EXPECT_NE(ran.err.find("\"-\" is not a file name here"), std::string::npos) << arguments << "\n" << ran.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "-")) << arguments;
   }
 }

@@ -23,13 +23,13 @@ Result<Exit> become_thermal_program(const std::vector<std::string>& arguments) {
 }  // namespace
 
 void add_site(Program& program) {
-  add_forwarded(program, "site", "Asks the store of a site of rigs, and makes it: gyrotherm-site.",
+  add_forwarded(program, "site", "Creates and queries the store of a site of rigs (gyrotherm-site).",
                 "gyrotherm site rigs --site site.toml", become_site_program);
 }
 
 void add_thermal(Program& program) {
   add_forwarded(program, "thermal",
-                "The finite-element thermal image of the working gyro at rest: gyrotherm-thermal image.",
+                "Computes the finite-element thermal image of the working gyro at rest (gyrotherm-thermal image).",
                 "gyrotherm thermal --mesh medium --out image", become_thermal_program);
 }
 

@@ -438,51 +438,53 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
 void add_qualify(Program& program) {
   auto [command, options] = add_command(
       program, "qualify",
-      "The whole experiment: the rate program, the random program, three models and all methods, the report. "
-      "Run again, it goes on where it was. On a rig with several axes each has models and a report of its own, and the "
-      "lot a summary; with --laboratory or --order each unit has a calibration report too.",
+      "Carries out the whole experiment: the ramp program, the random program, three models and all methods, the "
+      "report. A second call resumes it. On a rig with several axes, each axis has its own models and report, and the "
+      "lot has a summary; with --laboratory or --order each unit also has a calibration report.",
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
-  command.add_option("--out", options.out, "the folder for everything that is made")
+  command.add_option("--out", options.out, "the folder for all results")
       ->check(not_a_dash())
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--rig", options.rig, "the rig (default: virtual, a dry run)")->type_name(value::kRig);
   command
       .add_option("--seed", options.training.seed,
-                  "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
+                  "seed of the virtual gyro, its noise and the swarm; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.days_later);
-  command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same")
+  command.add_option("--threads", options.training.threads, "threads of the training; 0: all; the result is the same")
       ->check(not_negative());
   command.add_flag("--compare", options.compare,
-                   "on a rig with several axes: every other method beside the three models too, as with one axis");
+                   "on a rig with several axes: also train all other methods, as on a rig with one axis");
   command
       .add_option("--only", options.only,
-                  "of a rig with several axes: train these, a unit's or one by one; the summary of the lot is left to "
-                  "whoever comes after the last")
+                  "on a rig with several axes: train only these axes or units; the summary of the lot is made by the "
+                  "call that finds all of them trained")
       ->type_name("UNIT[.AXIS],…")
       ->delimiter(',');
   command.add_flag("--records-only", options.records_only,
-                   "record what is not recorded yet, look whether it is as it was written, and end: models are made "
-                   "by whoever comes next");
-  command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
-  command.add_flag("--nested", options.training.nested,
-                   "also choose everything anew without each held-out cycle: training takes about twice as long");
+                   "make and verify the missing records and exit; a later call trains the models");
+  command.add_flag("--quick", options.training.quick, "small swarm, for a trial; the report states it");
+  command.add_flag(
+      "--nested", options.training.nested,
+      "nested cross-validation: repeat all choices without each held-out cycle; training takes about twice as long");
   command
       .add_option("--further", options.further,
-                  "further records of this gyro, of another program than the rate run: a model is recommended on "
-                  "them, by rule (docs/evaluation.md), and never on the run that the report quotes")
+                  "further records of this gyro from another profile than the ramp run; the recommended model is "
+                  "selected on them, by rule (docs/evaluation.md), and never on the run that the report quotes")
       ->type_name(value::kRecord);
   command
       .add_option("--verify-later", options.later,
-                  "also verify every model later: 30,365 makes the random run once more on a virtual gyro that is so "
-                  "many days older; or records of later runs of this gyro")
+                  "also verify every model on later runs: days like 30,365 repeat the random run on a virtual gyro of "
+                  "that age; or name records of later runs of this gyro")
       ->type_name("DAYS,…|RECORD")
       ->delimiter(',');
   add_report_texts(command, options.report);
-  command.add_option("--rate-profile", options.rate_profile, "instead of qualification")->type_name(value::kProfile);
-  command.add_option("--random-profile", options.random_profile, "instead of random")->type_name(value::kProfile);
+  command.add_option("--rate-profile", options.rate_profile, "profile of the ramp run (default: qualification)")
+      ->type_name(value::kProfile);
+  command.add_option("--random-profile", options.random_profile, "profile of the random run (default: random)")
+      ->type_name(value::kProfile);
 }
 
 }  // namespace gyrotherm::app

@@ -58,20 +58,19 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
 void add_reduce(Program& program) {
   auto [command, options] =
       add_command(program, "reduce",
-                  "Makes a model of many vectors smaller and says what that changes, measured on the records "
-                  "that it was trained on.",
+                  "Reduces the number of support vectors of a model and prints the effect on its training records.",
                   "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
-  command.add_option("runs", options.runs, "the records that it was trained on")->type_name(value::kRecord)->required();
+  command.add_option("runs", options.runs, "its training records")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the smaller model")
       ->check(not_a_dash())
       ->type_name(value::kModel)
       ->required();
   add_force_flag(command, options.force);
-  auto* keep = command.add_option("--keep", options.goal.vectors, "at most so many vectors");
+  auto* keep = command.add_option("--keep", options.goal.vectors, "largest number of vectors");
   command
       .add_option("--within", options.goal.max_change_deg_per_h,
-                  "as few vectors as change no training cluster's prediction by more than this, in °/h")
+                  "largest change of the prediction of any training cluster, in °/h")
       ->excludes(keep);
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
       ->type_name("FIRST:END");

@@ -73,14 +73,15 @@ void add_languages(CLI::App& command, std::vector<std::string>& languages) {
 }
 
 void add_report_compare(Program& program, CLI::App& report) {
-  auto [command, options] =
-      add_subcommand(program, report, "compare",
-                     "Says how a unit has changed between two calibrations, each change with its U and E_n.",
-                     "gyrotherm report compare 2025/calibration 2026/calibration", compare_two);
-  command.add_option("before", options.before, "the folder of the first report, or its calibration.json")
+  auto [command, options] = add_subcommand(
+      program, report, "compare", "Compares two calibrations of a unit; prints each change with its U and E_n.",
+      "gyrotherm report compare 2025/calibration 2026/calibration", compare_two);
+  command.add_option("before", options.before, "the folder of the earlier report, or its calibration.json")
       ->type_name(value::kFolder)
       ->required();
-  command.add_option("now", options.now, "… of the second one")->type_name(value::kFolder)->required();
+  command.add_option("now", options.now, "the folder of the later report, or its calibration.json")
+      ->type_name(value::kFolder)
+      ->required();
   command.add_option("--out", options.out, "also write comparison.json and its page into this folder")
       ->check(not_a_dash())
       ->type_name(value::kFolder);
@@ -92,24 +93,25 @@ void add_report_compare(Program& program, CLI::App& report) {
 void add_report(Program& program) {
   auto [command, options] = add_command(
       program, "report",
-      "Writes the calibration report of a unit from its records; of a folder that qualify left, without --out, "
-      "rebuilds "
-      "the report of the experiment.",
+      "Writes the calibration report of a unit from its records. For a folder that qualify wrote, without --out, "
+      "rebuilds the report of the experiment.",
       "gyrotherm report out --order order.toml --laboratory laboratory.toml --out out/calibration", report_on);
   command.add_option("records", options.runs, "the records, or the folder that qualify wrote")
       ->type_name(value::kRecordOrFolder);
   command.add_option("--out", options.out, "the folder of the report")->check(not_a_dash())->type_name(value::kFolder);
-  command.add_option("--model", options.left, "the model that the unit leaves with; again for each further axis")
+  command.add_option("--model", options.left, "the as-left model; may be repeated, one per axis")
       ->type_name(value::kModel);
-  command.add_option("--models", options.left_folder, "… of each axis, in a folder as qualify leaves it")
+  command.add_option("--models", options.left_folder, "the as-left models of all axes, in a folder that qualify wrote")
       ->type_name(value::kFolder);
-  command.add_option("--found", options.found, "the model that the unit came with; again for each further axis")
+  command.add_option("--found", options.found, "the as-found model; may be repeated, one per axis")
       ->type_name(value::kModel);
-  command.add_option("--found-models", options.found_folder, "… of each axis, in a folder as qualify left it")
+  command
+      .add_option("--found-models", options.found_folder,
+                  "the as-found models of all axes, in a folder that qualify wrote")
       ->type_name(value::kFolder);
   command.add_option("--inputs", options.inputs, "NAME of the models in these folders (default: multi-point-t)")
       ->type_name("NAME");
-  command.add_option("--unit", options.unit, "of records with several units under test: only this one")
+  command.add_option("--unit", options.unit, "the unit to report on, for records with several units under test")
       ->type_name("UNIT");
   add_report_texts(command, options);
   add_languages(command, options.languages);

@@ -106,23 +106,21 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
 void add_authorise(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "authorise",
-      "Makes a report of a draft that lacks nothing: a person with the role authorising releases it as it is.",
+      "Authorises a complete draft: a person with the role authorising releases it unchanged as a report.",
       "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
   command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
-  command.add_option("--by", options.by, "a person whom laboratory.toml gives the role authorising")
+  command.add_option("--by", options.by, "a person with the role authorising in laboratory.toml")
       ->type_name("NAME")
       ->required();
 }
 
 void add_supersede(Program& program, CLI::App& report) {
-  auto [command, options] = add_subcommand(
-      program, report, "supersede", "Marks a report as no longer valid, and names the one that takes its place.",
-      "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
+  auto [command, options] =
+      add_subcommand(program, report, "supersede", "Marks a report as superseded and names its replacement.",
+                     "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
   command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
-  command.add_option("--by", options.by, "the folder of the one that takes its place")
-      ->type_name(value::kFolder)
-      ->required();
-  command.add_option("--reason", options.reason, "why")->type_name("TEXT");
+  command.add_option("--by", options.by, "the folder of the replacement")->type_name(value::kFolder)->required();
+  command.add_option("--reason", options.reason, "the reason")->type_name("TEXT");
 }
 
 }  // namespace
@@ -133,18 +131,19 @@ void add_report_state(Program& program, CLI::App& report) {
 }
 
 void add_report_sign(Program& program, CLI::App& report) {
-  auto [command, options] = add_subcommand(
-      program, report, "sign",
-      "Signs an authorised report, as it was authorised: its PDF, and the certificate dcc.xml over all its files.",
-      "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
+  auto [command, options] =
+      add_subcommand(program, report, "sign",
+                     "Signs an authorised report: its PDF, and the certificate dcc.xml that covers all its files.",
+                     "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
   command.add_option("dir", options.folder, "the folder with calibration.json")->type_name(value::kFolder)->required();
   command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")
       ->type_name(value::kPem)
       ->required();
-  command.add_option("--certificate", options.key.certificate_file, "its certificate, and those above it, PEM")
+  command.add_option("--certificate", options.key.certificate_file, "its certificate and the chain above it, PEM")
       ->type_name(value::kPem)
       ->required();
-  command.add_option("--password-file", options.key.password_file, "a file whose first line the key is locked with")
+  command
+      .add_option("--password-file", options.key.password_file, "a file with the password of the key in its first line")
       ->type_name(value::kFile);
 }
 

@@ -123,18 +123,17 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
 void add_report_verify(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "verify",
-      "Checks whether the folder of a signed report holds its files, as they were signed, and no other file; prints "
-      "who "
-      "signed it, and whether the records and models that it rests on, where they lie beside it, are those that it "
+      "Checks that the folder of a signed report contains exactly the signed files, unchanged; prints the signer, and "
+      "whether the records and models on which the report is based, where present, are those that it "
       "names.",
       "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
   command.add_option("dir", options.folder, "the folder with dcc.xml")->type_name(value::kFolder)->required();
   command
       .add_option("--trusted", options.trust.certificates_file,
-                  "whom you trust: certificates of authorities, or of the laboratory, PEM")
+                  "trusted certificates, of authorities or of the laboratory, PEM")
       ->type_name(value::kPem)
       ->required();
-  command.add_option("--on", options.on_day, "the day on which certificates must be valid; today without it")
+  command.add_option("--on", options.on_day, "the day on which certificates must be valid (default: today)")
       ->type_name("YYYY-MM-DD");
 }
 

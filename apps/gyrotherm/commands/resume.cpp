@@ -38,15 +38,16 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
 }  // namespace
 
 void add_resume(Program& program) {
-  auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
+  auto [command, options] = add_command(program, "resume", "Resumes a run after a crash, a power cut or Ctrl-C.",
                                         "gyrotherm resume random.db", resume);
   add_run_json_option(command, options.json);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
+  command.add_flag("--accept", options.accept,
+                   "confirm that the operator has checked the chamber and that the run may continue");
   command.add_flag("--trust-commands", options.trust_commands,
-                   "start the programs that the record names as drivers, though this user has not run this rig file "
-                   "with them as they are now");
-  command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)")
+                   "start the driver programs that the record names, although this user has not confirmed them in "
+                   "their present form by a run of this rig file");
+  command.add_option("--gap", options.gap, "on a virtual rig: length of the interruption (default: 30 s)")
       ->type_name("DURATION");
 }
 

@@ -50,7 +50,7 @@ Result<Exit> run(Console& console, const RunArguments& options) {
 }  // namespace
 
 void add_run(Program& program) {
-  auto [command, options] = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
+  auto [command, options] = add_command(program, "run", "Runs a profile on a rig and records it second by second.",
                                         "gyrotherm run random --rig virtual --out random.db", run);
   add_run_json_option(command, options.json);
   command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile)->required();
@@ -58,11 +58,12 @@ void add_run(Program& program) {
   command.add_option("--out", options.out, "the record (default: the profile's name with .db)")
       ->check(not_a_dash())
       ->type_name(value::kRecord);
-  command.add_option("--seed", options.start.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+  command.add_option("--seed", options.start.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.start.days_later);
-  command.add_flag("--upload", options.start.upload,
-                   "the chamber's controller carries the profile out by itself, where its map describes how");
+  command.add_flag(
+      "--upload", options.start.upload,
+      "let the controller of the chamber carry out the profile, if its register map describes profile memory");
 }
 
 }  // namespace gyrotherm::app

@@ -127,16 +127,17 @@ void add_simulate(Program& program) {
                   "gyrotherm simulate --rig virtual --pace x10", simulate);
   command
       .add_option("--rig", options.rig,
-                  "a rig (default: virtual); of a real one with one axis, virtual instruments of its kinds")
+                  "a rig (default: virtual); for a real rig with one axis, virtual instruments of the same types")
       ->type_name(value::kRig);
   command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time")
       ->type_name("PACE:{real,x10,max}");
-  command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+  command.add_option("--seed", options.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
-  command.add_option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");
+  command.add_option("--port", options.port,
+                     "port of the chamber; the other instruments use the following ports (default: free ports)");
   command.add_flag("--full-rate", options.full_rate,
-                   "gyros send as many frames a second as their streams say, not one");
-  command.add_flag("--pty", options.pty, "serve what has a serial line on pseudo-terminals too");
+                   "send the frame rate of each gyro stream instead of one frame per second");
+  command.add_flag("--pty", options.pty, "also serve instruments with a serial line on pseudo-terminals");
 }
 
 }  // namespace gyrotherm::app

@@ -198,13 +198,12 @@ Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
 }  // namespace
 
 void add_status(Program& program) {
-  auto [command, options] =
-      add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
-                  "gyrotherm status random.db", show_or_verify);
+  auto [command, options] = add_command(program, "status", "Prints the state of a run; safe while it is running.",
+                                        "gyrotherm status random.db", show_or_verify);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_flag("--watch", options.watch, "each second anew, until the run has ended; with --json a line a second");
-  command.add_flag("--verify", options.verify,
-                   "checks the record against its chain, and against the manifest it was closed with");
+  command.add_flag("--watch", options.watch,
+                   "refresh every second until the run has ended; with --json one line per second");
+  command.add_flag("--verify", options.verify, "verify the record against its hash chain and its manifest");
 }
 
 }  // namespace gyrotherm::app

@@ -32,30 +32,29 @@ Result<Exit> send_request(Console& console, const TellArguments& options) {
 }  // namespace
 
 void add_tell(Program& program) {
-  auto [command, options] =
-      add_command(program, "tell",
-                  "Speaks to the program that carries a run out; each word is in the record, with time and "
-                  "user.\n\n"
-                  "pause: the profile's clock stands and the set point stays, until resume.\n"
-                  "resume: goes on; where the profile has asked for something, the text is the answer to it.\n"
-                  "stop: ends the run and leaves the chamber as the rig file says; the text is the reason.\n"
-                  "abort: ends the run and makes the chamber safe; the text is the reason.\n"
-                  "drop UNIT: nothing of this unit is recorded or judged any more, and why; the run goes on for the "
-                  "others.\n"
-                  "return UNIT: it is in the run again.\n"
-                  "acknowledge ALARMS: acknowledges alarms by their numbers in status, such as 12 or 12,15,40, or all; "
-                  "with a comment.\n"
-                  "note: puts a line of text into the record.",
-                  "gyrotherm tell random.db note \"door opened to look at the cable\"", send_request);
+  auto [command, options] = add_command(
+      program, "tell",
+      "Sends a request to the program that is running a run; each request is recorded with time and "
+      "user.\n\n"
+      "pause: stops the clock of the profile and keeps the set point until resume.\n"
+      "resume: continues; if the profile has prompted the operator, the text is the answer.\n"
+      "stop: ends the run and leaves the chamber in the state that the rig file defines; the text is the reason.\n"
+      "abort: ends the run and makes the chamber safe; the text is the reason.\n"
+      "drop UNIT: ends recording and monitoring of this unit, with a reason; the run continues for the "
+      "others.\n"
+      "return UNIT: puts it back into the run.\n"
+      "acknowledge ALARMS: acknowledges alarms by their numbers in status, such as 12 or 12,15,40, or all, with a "
+      "comment.\n"
+      "note: adds a line of text to the record.",
+      "gyrotherm tell random.db note \"door opened to look at the cable\"", send_request);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")
       ->type_name("WORD:{pause,resume,stop,abort,drop,return,acknowledge,note}")
       ->required();
   command
-      .add_option(
-          "text", options.texts,
-          "of the note; with resume what was done; with stop and abort the reason; with drop and return the unit, and "
-          "why; with acknowledge the alarms, and a comment")
+      .add_option("text", options.texts,
+                  "text of the note; for resume the answer; for stop and abort the reason; for drop and return the "
+                  "unit and the reason; for acknowledge the alarms and a comment")
       ->type_name("TEXT");
 }
 

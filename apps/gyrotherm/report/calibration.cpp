@@ -356,7 +356,7 @@ Result<void> check_is_free(const std::string& folder) {
 }  // namespace
 
 void add_report_texts(CLI::App& command, CalibrationArguments& options) {
-  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report")
+  command.add_option("--laboratory", options.laboratory, "laboratory.toml: the laboratory's data for each report")
       ->type_name(value::kToml);
   command.add_option("--order", options.order, "order.toml: customer, unit, people, limits")->type_name(value::kToml);
 }

@@ -11,8 +11,8 @@ void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, c
   command.add_flag("--track", arguments.track, what);
   command
       .add_option("--noise", arguments.noise,
-                  "with --track: a record whose residual says how the bias wanders, instead of the model's own "
-                  "held-out training clusters")
+                  "with --track: a record from whose residual the noise of the bias is identified, instead of the "
+                  "model's own held-out training clusters")
       ->type_name(value::kRecord);
 }
 

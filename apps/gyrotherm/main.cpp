@@ -72,7 +72,7 @@ void follow_links_to_records(CLI::App& app) {
 int main(int argc, char** argv) {
   gyrotherm::open_standard_descriptors();
   gyrotherm::app::Program program(
-      "gyrotherm", "gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
+      "gyrotherm", "gyrotherm runs gyroscopes through temperature profiles and computes their bias compensation.");
   for (const auto add : gyrotherm::app::kCommands) add(program);
   gyrotherm::app::follow_links_to_records(program.cli);
   return run(program, argc, argv);

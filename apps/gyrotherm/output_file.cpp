@@ -64,7 +64,7 @@ Result<void> check_not_record(const std::string& path) {
 }  // namespace
 
 void add_force_flag(CLI::App& command, bool& force) {
-  command.add_flag("--force", force, "write over a file that is there already; never over a record");
+  command.add_flag("--force", force, "overwrite an existing file, but never a record");
 }
 
 Result<void> check_can_create(const std::string& path) {

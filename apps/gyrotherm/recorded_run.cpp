@@ -57,8 +57,8 @@ Result<CheckedRun> check_recorded_run(Console& console, const std::string& path,
 }
 
 void add_axis_options(CLI::App& command, data::AxisChoice& axis) {
-  command.add_option("--unit", axis.unit, "of records with several units under test: which")->type_name("UNIT");
-  command.add_option("--axis", axis.axis, "of a unit with several axes: which")->type_name("AXIS");
+  command.add_option("--unit", axis.unit, "the unit, for records with several units under test")->type_name("UNIT");
+  command.add_option("--axis", axis.axis, "the axis, for a unit with several axes")->type_name("AXIS");
 }
 
 data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& requested) {
@@ -66,7 +66,7 @@ data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& req
 }
 
 void add_unverified_flag(CLI::App& command, bool& unverified) {
-  command.add_flag("--unverified", unverified, "take records without a look at whether they are as they were written");
+  command.add_flag("--unverified", unverified, "accept records without verifying their integrity");
 }
 
 namespace {

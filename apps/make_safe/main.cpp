@@ -57,19 +57,18 @@ constexpr int kWaitsFor = 15;
 
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
-    "Makes the chamber of a run safe whose program has died. Does nothing if the run had ended in order.\n\n"
-    "  gyrotherm-make-safe RUN.db          its set point in at most 10 s, the mode in at most 25 s, then the air for "
-    "the\n"
-    "                                      time of [safe] observe; ends at once if the chamber does not answer\n"
-    "  gyrotherm-make-safe --kill RUN.db   ends the program that drives the chamber first, if it still lives\n"
-    "  gyrotherm-make-safe --insist RUN.db as --kill, and goes on until the chamber has confirmed it: for a service\n"
+    "Makes the chamber safe after the program of a run has died. Does nothing if the run ended normally.\n\n"
+    "  gyrotherm-make-safe RUN.db          sends the set point (at most 10 s) and the mode (at most 25 s), then\n"
+    "                                      watches the air for the time of [safe] observe; ends at once if the chamber does not answer\n"
+    "  gyrotherm-make-safe --kill RUN.db   first ends the program that drives the chamber, if it is still running\n"
+    "  gyrotherm-make-safe --insist RUN.db as --kill, and continues until the chamber has confirmed it; for a service\n"
     "                                      manager\n"
-    "  gyrotherm-make-safe --guard RUN.db  started by a run: watches it over standard input, and acts at its end or\n"
-    "                                      after 8 s without a byte, until the chamber has confirmed it\n"
-    "  gyrotherm-make-safe --version       its version\n\n"
+    "  gyrotherm-make-safe --guard RUN.db  started by a run: monitors it through standard input; acts at end of file\n"
+    "                                      or after 8 s without a byte, until the chamber has confirmed it\n"
+    "  gyrotherm-make-safe --version       prints its version\n\n"
     "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 safe-state file is "
-    "wrong,\n"
-    "or no such record; 5 a program that lives drives the chamber.\n";
+    "invalid,\n"
+    "or no such record; 5 a running program drives the chamber.\n";
 
 MakeSafeExit complain(Voice& voice, const Fault& fault, MakeSafeExit exit) {
   voice.say(text(fault));

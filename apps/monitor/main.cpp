@@ -133,44 +133,45 @@ void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&ac
     auto& command = *parent.add_subcommand(word, help);
     if (named) command.add_option("name", options.name, "1 to 64 letters, digits and _ . @ -")->required();
     if (with_role)
-      command.add_option("--role", options.role, "viewer looks, operator speaks to runs, administrator ends sessions")
+      command
+          .add_option("--role", options.role,
+                      "viewer reads, operator also controls runs, administrator also ends sessions")
           ->required()
           ->check(CLI::IsMember({"viewer", "operator", "administrator"}));
-    command.add_option("--state", options.state, "the monitor's own folder");
+    command.add_option("--state", options.state, "the folder of the monitor's users and sessions");
     command.callback([&action, what] { action = what; });
   };
-  auto& user =
-      *cli.add_subcommand("user", "Example: gyrotherm-monitor user add ada --role operator\n\nWho may use the page.");
+  auto& user = *cli.add_subcommand("user", "Example: gyrotherm-monitor user add ada --role operator\n\nManages users.");
   user.require_subcommand(1);
-  add(user, "add", "Adds a user, or changes role and password; the password is asked for, or read from stdin.",
+  add(user, "add", "Adds a user, or changes role and password; prompts for the password, or reads it from stdin.",
       add_user, true, true);
   add(user, "list", "Lists users and tokens.", list_users, false, false);
   add(user, "remove", "Removes a user or a token; their sessions end.", remove_user, true, false);
   auto& token = *cli.add_subcommand(
-      "token", "Example: gyrotherm-monitor token add prometheus --role viewer\n\nSecrets for scripts.");
+      "token", "Example: gyrotherm-monitor token add prometheus --role viewer\n\nManages tokens for scripts.");
   token.require_subcommand(1);
-  add(token, "add", "Makes a token and prints it once.", add_token, true, true);
+  add(token, "add", "Creates a token and prints it once.", add_token, true, true);
 }
 
 void add_serve_options(CLI::App& cli, MonitorOptions& options) {
-  cli.add_option("--folder", options.folders, "where records are; may be given several times");
-  cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 for any that is free")->capture_default_str();
-  cli.add_option("--host", options.hosts, "a further name by which browsers call the page");
-  cli.add_option("--site", options.site_file, "a site file: who is told of what (docs/monitor.md)");
-  cli.add_option("--state", options.state_folder, "the monitor's own folder, of users and sessions");
-  cli.add_flag("--control", options.control, "operators may speak to runs");
+  cli.add_option("--folder", options.folders, "folder with records; may be given several times");
+  cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 selects a free port")->capture_default_str();
+  cli.add_option("--host", options.hosts, "additional host name of the page");
+  cli.add_option("--site", options.site_file, "a site file: recipients of notifications (docs/monitor.md)");
+  cli.add_option("--state", options.state_folder, "the folder of the monitor's users and sessions");
+  cli.add_flag("--control", options.control, "permit operators to control runs");
   cli.add_option("--certificate", options.certificate, "certificate chain in PEM, for TLS");
   cli.add_option("--key", options.key, "its key in PEM");
-  cli.add_flag("--behind-proxy", options.behind_proxy, "a proxy on this machine speaks TLS, and says who asks");
+  cli.add_flag("--behind-proxy", options.behind_proxy,
+               "a proxy on this machine terminates TLS and forwards the client address");
 }
 
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App cli(
       "Example: gyrotherm-monitor --folder runs --listen 127.0.0.1:8321\n\n"
-      "gyrotherm-monitor shows the runs whose records lie in a folder, live, in a browser. Without users whoever sits "
-      "at "
-      "this machine may look, and nobody may change anything.",
+      "gyrotherm-monitor shows the runs in a folder of records live in a browser. Without users, the page is read-only "
+      "and available only on this machine.",
       "gyrotherm-monitor");
   cli.set_version_flag("--version", std::string("gyrotherm-monitor ") + GYROTHERM_VERSION);
   MonitorOptions options;

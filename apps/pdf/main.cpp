@@ -136,17 +136,17 @@ Result<void> make(const Arguments& arguments) {
 int run(int argc, char** argv) {
   CLI::App app(
       "Example: gyrotherm-pdf calibration.json --language en --out report.pdf\n\n"
-      "Sets a calibration report as a PDF/A-1b on A4, ready to be signed; with --png, a figure as a picture.",
+      "Writes a calibration report as PDF/A-1b on A4, ready to be signed; with --png, converts a figure to PNG.",
       "gyrotherm-pdf");
   Arguments arguments;
   app.set_version_flag("--version", "gyrotherm-pdf " GYROTHERM_VERSION);
   auto* report = app.add_option("report", arguments.report, "calibration.json");
   app.add_option("--language", arguments.language, "en or de")->check(CLI::IsMember({"en", "de"}));
-  app.add_option("--png", arguments.figure, "instead of a report: an SVG of this program, to be a PNG")
+  app.add_option("--png", arguments.figure, "instead of a report: an SVG of gyrotherm to convert to PNG")
       ->excludes(report);
-  app.add_option("--width", arguments.width_px, "of the PNG, in pixels")->check(CLI::Range(16, 20000));
+  app.add_option("--width", arguments.width_px, "width of the PNG in pixels")->check(CLI::Range(16, 20000));
   app.add_option("--out", arguments.out, "the file")->required();
-  app.add_flag("--force", arguments.force, "replace the file if it is there and a PDF or PNG");
+  app.add_flag("--force", arguments.force, "overwrite an existing PDF or PNG");
   refuse_invalid_values(app);
   try {
     app.parse(argc, argv);

@@ -68,16 +68,16 @@ int run_publish(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App cli(
       "Example: gyrotherm-publish --site /etc/gyrotherm/site.toml\n\n"
-      "gyrotherm-publish sends the runs of this rig to the PostgreSQL store of its site: finished ones whole, running "
-      "ones second by second. It reads records and changes none.",
+      "gyrotherm-publish sends the runs of this rig to the PostgreSQL store of its site: finished runs as a whole, "
+      "running ones second by second. It only reads records.",
       "gyrotherm-publish");
   cli.set_version_flag("--version", std::string("gyrotherm-publish ") + GYROTHERM_VERSION);
   PublishOptions options;
   cli.add_option("--site", options.site, "the site file")->required();
-  auto* once = cli.add_flag("--once", options.once, "send what is there now, and end");
-  auto* status = cli.add_flag("--status", options.status, "say how far the store is behind, and end");
+  auto* once = cli.add_flag("--once", options.once, "send all present data and exit");
+  auto* status = cli.add_flag("--status", options.status, "print the lag of the store and exit");
   status->excludes(once);
-  cli.add_flag("--json", options.json, "the status as JSON")->needs(status);
+  cli.add_flag("--json", options.json, "print the status as JSON")->needs(status);
   if (const auto code = parse_command_line(cli, argc, argv)) return *code;
   sigset_t ends;
   sigemptyset(&ends);

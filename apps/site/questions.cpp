@@ -20,23 +20,23 @@ constexpr std::array kQuestions{
              "serial_number, axis, stage, quantity, condition, calibrated, value, expanded_uncertainty AS \"U\", unit, "
              "change, e_n, change_per_year, simulated",
              "NOT simulated AND e_n IS NOT NULL", "abs(e_n) DESC NULLS LAST, serial_number, quantity, calibrated",
-             "How units changed from one calibration to the next, with U and E_n; the largest first."},
+             "Lists changes of units between consecutive calibrations, with U and E_n; the largest first."},
     Question{"outliers", "v1_outlier",
              "serial_number, model, axis, stage, quantity, condition, value, unit, median, robust_z, units, simulated",
-             "NOT simulated", "abs(robust_z) DESC, serial_number",
-             "Units that are not like the others of their model."},
+             "NOT simulated", "abs(robust_z) DESC, serial_number", "Lists outliers among the units of a model."},
     Question{"thermometers", "v1_thermometer", "rig, name, instrument, certificate, due, days_left, last_used",
              "days_left <= 90 OR due IS NULL", "due NULLS FIRST, rig, name",
-             "Thermometers whose calibration ends within 90 days, or is not known."},
+             "Lists thermometers whose calibration is due within 90 days or unknown."},
     Question{"utilisation", "v1_utilisation", "rig, week, runs, round(hours, 2) AS hours, round(percent, 1) AS percent",
-             "NOT simulated", "week DESC, rig", "Hours that each rig ran, by week."},
+             "NOT simulated", "week DESC, rig", "Lists operating hours of each rig by week."},
     Question{"attention", "v1_attention", "rig, started, profile, what, detail, run", "NOT simulated",
-             "started DESC, what", "Runs that somebody should look at: aborted, with alarms, with gaps, silent."},
+             "started DESC, what", "Lists runs that need attention: aborted, with alarms, with gaps, silent."},
     Question{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs, simulated",
-             "simulated IS NOT TRUE", "rig", "Rigs, and the run that began last on each."},
+             "simulated IS NOT TRUE", "rig", "Lists rigs and the latest run of each."},
     Question{"live", "v1_live",
              "rig, state, cause, profile, segment, chamber_air_c, set_point_c, alarms, age_s, simulated", "", "rig",
-             "Rigs as they are now: air and set point of the last second, unacknowledged alarms, age of that second."}};
+             "Lists the present state of the rigs: air and set point of the last second, unacknowledged alarms, age of "
+             "that second."}};
 
 /// PostgreSQL's numbers of its types: bool; int8, int2, int4, float4, float8, numeric.
 constexpr unsigned kBoolType = 16;

@@ -94,20 +94,21 @@ Result<int> show_status(const SiteOptions& options) {
 }
 
 void add_common_options(CLI::App& command, SiteOptions& options) {
-  command.add_option("--store", options.store, "where the store is, as libpq has it: \"host=db dbname=gyrotherm\"");
-  command.add_option("--passfile", options.passfile, "the file with the password; ~/.pgpass without it");
-  command.add_option("--site", options.site_file, "a site file, whose [store] says both");
+  command.add_option("--store", options.store,
+                     "address of the store in the form of libpq: \"host=db dbname=gyrotherm\"");
+  command.add_option("--passfile", options.passfile, "the file with the password (default: ~/.pgpass)");
+  command.add_option("--site", options.site_file, "a site file whose [store] contains both");
 }
 
 void add_question(CLI::App& cli, const Question& question, SiteOptions& options, Action& action) {
   auto& command = *cli.add_subcommand(
       question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
   add_common_options(command, options);
-  command.add_flag("--json", options.json, "as JSON");
-  command.add_flag("--all", options.asked.all, "everything that the view has");
-  command.add_option("--most", options.asked.most, "so many rows at most; 0: all")->capture_default_str();
+  command.add_flag("--json", options.json, "print JSON");
+  command.add_flag("--all", options.asked.all, "all rows of the view");
+  command.add_option("--most", options.asked.most, "largest number of rows; 0: all")->capture_default_str();
   if (has_units(question))
-    command.add_option("--unit", options.asked.unit, "of the unit with this serial number alone");
+    command.add_option("--unit", options.asked.unit, "only rows of the unit with this serial number");
   command.callback([&options, &question, &action] {
     action = [&options, &question]() -> Result<int> {
       auto store = connect_store(options);
@@ -132,8 +133,8 @@ int run_site(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App cli(
       "Example: gyrotherm-site rigs --store \"host=db dbname=gyrotherm user=ada sslmode=verify-full\"\n\n"
-      "gyrotherm-site makes the store of a site, and answers what a site wants to know of its rigs and "
-      "units; and it hands training out to a cluster.",
+      "gyrotherm-site creates and queries the store of a site with its rigs and units, and distributes training over a "
+      "cluster.",
       "gyrotherm-site");
   cli.set_version_flag("--version", std::string("gyrotherm-site ") + GYROTHERM_VERSION);
   cli.require_subcommand(1);
@@ -144,11 +145,12 @@ int run_site(int argc, char** argv) {
       "Example: gyrotherm-site migrate --store \"host=db dbname=gyrotherm user=gyrotherm_owner\"\n\n"
       "Brings the store's schema up to date.");
   add_common_options(migrating, options);
-  migrating.add_option("--to", options.to, "no further than this migration")->capture_default_str();
+  migrating.add_option("--to", options.to, "last migration to apply")->capture_default_str();
   migrating.callback([&] { action = [&] { return bring_up_to_date(options); }; });
-  auto& status = *cli.add_subcommand("status", "Example: gyrotherm-site status --site site.toml\n\nHow much is there.");
+  auto& status = *cli.add_subcommand(
+      "status", "Example: gyrotherm-site status --site site.toml\n\nPrints the contents of the store.");
   add_common_options(status, options);
-  status.add_flag("--json", options.json, "as JSON");
+  status.add_flag("--json", options.json, "print JSON");
   status.callback([&] { action = [&] { return show_status(options); }; });
   for (const auto& question : questions()) add_question(cli, question, options, action);
   add_job_commands(cli, take_trailing_words(argc, argv), action);

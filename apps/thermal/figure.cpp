@@ -120,8 +120,8 @@ Result<Exit> figure(Console& console, const FigureArguments& options) {
 void add_thermal_figure(Program& program) {
   auto [command, options] =
       add_command(program, "figure",
-                  "Prints what a report shows of a gyro's thermal model: materials, heat sources, and the block's "
-                  "temperatures at steady state on the coarse mesh, as JSON.",
+                  "Prints the data of a gyro's thermal model for a report as JSON: materials, heat sources, and "
+                  "temperatures of the block at steady state on the coarse mesh.",
                   "gyrotherm-thermal figure --gyro calibrated", figure);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")

@@ -283,36 +283,38 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
 }  // namespace
 
 void add_thermal_fit(Program& program) {
-  auto [command, options] = add_command(
-      program, "fit", "Which value of each parameter alone gives a difference between gain and non-gain areas.",
-      "gyrotherm-thermal fit --difference 3.5", fit);
+  auto [command, options] = add_command(program, "fit",
+                                        "Finds the value of each single parameter that yields a given temperature "
+                                        "difference between gain and non-gain areas.",
+                                        "gyrotherm-thermal fit --difference 3.5", fit);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
-  command.add_option("--difference", options.difference_k, "wanted between gain and non-gain areas, K")
+  command.add_option("--difference", options.difference_k, "required difference between gain and non-gain areas, K")
       ->check(CLI::Range(0.01, 100.0));
   command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
       ->check(CLI::Range(-100.0, 150.0));
 }
 
 void add_thermal_image(Program& program) {
-  auto [command, options] =
-      add_command(program, "image",
-                  "The finite-element thermal image of the working gyro at rest: pictures, a file for "
-                  "ParaView, an input for CalculiX.",
-                  "gyrotherm-thermal image --mesh medium --out image", image);
+  auto [command, options] = add_command(program, "image",
+                                        "Computes the finite-element thermal image of the working gyro at rest: "
+                                        "pictures, a file for ParaView, an input for CalculiX.",
+                                        "gyrotherm-thermal image --mesh medium --out image", image);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
       ->check(CLI::IsMember({"coarse", "medium", "fine"}));
   command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
       ->check(CLI::Range(-100.0, 150.0));
-  command.add_option("--film", options.film, "film on the outside, W/(m²·K); the file's still air if not given")
+  command
+      .add_option("--film", options.film,
+                  "film coefficient of the outside, W/(m²·K) (default: still air of the gyro file)")
       ->check(CLI::Range(0.01, 10000.0));
-  command.add_option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K")
+  command.add_option("--fit", options.fit, "calibrate to this gain–non-gain difference first, K")
       ->check(CLI::Range(0.01, 100.0));
   command.add_option("--out", options.out, "folder for the results")
       ->check(not_a_dash())
       ->type_name(value::kFolder)
       ->required();
-  command.add_flag("--force", options.force, "write over an image that is there already");
+  command.add_flag("--force", options.force, "overwrite an existing image");
 }
 
 }  // namespace gyrotherm::app

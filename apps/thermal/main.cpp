@@ -15,7 +15,7 @@ void add_thermal_reduce(Program& program);
 int main(int argc, char** argv) {
   gyrotherm::open_standard_descriptors();
   gyrotherm::app::Program program("gyrotherm-thermal",
-                                  "gyrotherm-thermal computes where a working ring laser gyro is warm.");
+                                  "gyrotherm-thermal computes the temperature field of a working ring laser gyro.");
   gyrotherm::app::add_thermal_image(program);
   gyrotherm::app::add_thermal_figure(program);
   gyrotherm::app::add_thermal_fit(program);

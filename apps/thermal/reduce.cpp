@@ -49,13 +49,13 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
 void add_thermal_reduce(Program& program) {
   auto [command, options] =
       add_command(program, "reduce",
-                  "Reduces the finite-element model of a gyro file to the few states that the virtual rig "
-                  "steps: GYRO.reduced.toml beside GYRO.toml. For whoever has changed a gyro file.",
+                  "Reduces the finite-element model of a gyro file to the few states that the virtual rig simulates, "
+                  "and writes GYRO.reduced.toml next to GYRO.toml. Required after a change of a gyro file.",
                   "gyrotherm-thermal reduce profiles/gyros/calibrated.toml", reduce_and_write);
   command.add_option("GYRO", options.gyro, "gyro file")->type_name(value::kToml)->required();
   command.add_option("--mesh", options.mesh, "coarse, medium or fine")
       ->check(CLI::IsMember({"coarse", "medium", "fine"}));
-  command.add_option("--states", options.reduction.states, "at most")->check(CLI::Range(8.0, 200.0));
+  command.add_option("--states", options.reduction.states, "largest number of states")->check(CLI::Range(8.0, 200.0));
   command.add_option("--goal", options.reduction.goal_k, "largest error, K")->check(CLI::Range(1e-6, 10.0));
 }
 

@@ -145,9 +145,8 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
 void add_prior(CLI::App& command, TrainArguments& options) {
   auto* prior = command
                     .add_option("--prior", options.prior,
-                                "what other units of the type have shown, as type-prior leaves it: method and "
-                                "inputs are its own, and a few hours "
-                                "of the unit's records are enough")
+                                "a type prior written by type-prior; it determines method and inputs, and a few hours "
+                                "of the unit's records suffice")
                     ->type_name(value::kModel);
   for (const auto* own : {"--inputs", "--select", "--threshold", "--method", "--choose", "--nested", "--quick"})
     prior->excludes(command.get_option(own));
@@ -165,63 +164,61 @@ void add_train(Program& program) {
   add_force_flag(command, options.force);
   command
       .add_option("--inputs", options.training.inputs,
-                  "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, "
+                  "keywords and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, "
                   "seven-point, gradients, temperatures, rates, polynomial, temperature-gradient-rate, physics, "
                   "thermal-history, lag-bank, or terms like A-B,A,rate:A,lag:600:A,A^2,A*A-B, self (the unit's own "
-                  "temperature), aux:NAME; default: what the method is published with")
+                  "temperature), aux:NAME (default: the inputs that the method was published with)")
       ->type_name("TERMS");
-  auto* select = command
-                     .add_option("--select", options.select,
-                                 "which of the inputs that a word stands for to take, learnt inside each fold: "
-                                 "correlation[:R] (|r| above R, "
-                                 "0.90; what multi-point does), forward[:N] (at most N, by held-out gain), "
-                                 "redundancy[:PART] (those that do not "
-                                 "depend on the others); terms given one by one are always taken")
-                     ->type_name("RULE");
+  auto* select =
+      command
+          .add_option("--select", options.select,
+                      "selection among the inputs of a keyword, made inside each fold: correlation[:R] (|r| above R, "
+                      "default 0.90; multi-point uses it), forward[:N] (at most N, by held-out gain), "
+                      "redundancy[:PART] (inputs that do not depend on others); terms given one by one are always used")
+          ->type_name("RULE");
   command.add_option("--threshold", options.threshold, "the same as --select correlation:R")
       ->check(CLI::Range(0.0, 1.0))
       ->excludes(select);
-  command.add_option("--method", options.training.method, "what the model is (docs/methods.md; default: svr)")
+  command.add_option("--method", options.training.method, "regression method (docs/methods.md; default: svr)")
       ->type_name("METHOD:{" + method_names() + "}");
   command
-      .add_option(
-          "--folds", options.folds,
-          "what is held out together: cycles, records (each whole), programs (all records of a profile), blocks[:N], "
-          "consecutive ones (4), or auto "
-          "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
-          "record without any is cut into blocks")
+      .add_option("--folds", options.folds,
+                  "kind of fold: cycles, records (each whole), programs (all records of a profile), blocks[:N] (N "
+                  "consecutive blocks, default 4) or auto (default). auto uses records if there are three or more "
+                  "without cycles, otherwise cycles; a record without cycles is then divided into blocks")
       ->type_name("FOLDS");
   command
       .add_option("--choose", options.choose,
-                  "C, sigma and epsilon by held-out error: best (default; as the paper does) or one-se, the simplest "
-                  "within one standard error of it")
+                  "rule for C, sigma and epsilon by held-out error: best (default; as in the paper) or one-se, the "
+                  "simplest within one standard error of the best")
       ->type_name("RULE:{best,one-se}");
   command
       .add_option("--guard", options.guard_minutes,
-                  "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "
-                  "beside blocks but at most half a block")
+                  "guard interval around each fold, in minutes, that is also excluded from training (default: 0 for "
+                  "cycles; 45 for blocks, at most half a block)")
       ->check(not_negative());
   command.add_flag("--nested", options.training.nested,
-                   "also choose everything anew without each held-out fold: costs about as much again");
+                   "nested cross-validation: repeat all choices without each held-out fold; takes about twice as long");
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
       ->type_name("FIRST:END");
   add_axis_options(command, options.axis);
   command
-      .add_option("--cluster-length", options.cluster_length_s,
-                  "seconds of each mean that is learnt from; default: 100. Shorter ones let a short warm-up be learnt "
-                  "from, and each has more noise")
+      .add_option(
+          "--cluster-length", options.cluster_length_s,
+          "length of a cluster in seconds (default: 100). Shorter clusters resolve a short warm-up but have more noise")
       ->check(CLI::Range(1.0, 3600.0))
       ->type_name("SECONDS");
   command
-      .add_option(
-          "--outliers", options.outliers,
-          "what becomes of samples of the bias that lie far from all around them: name (default) says how many, "
-          "how large and when; leave-out does without the clusters that they lie in")
+      .add_option("--outliers", options.outliers,
+                  "treatment of outliers of the bias: name (default) reports their number, size and time; leave-out "
+                  "excludes their clusters")
       ->check(CLI::IsMember({"name", "leave-out"}));
   add_unverified_flag(command, options.unverified);
-  command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
-  command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
-  command.add_option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same")
+  command.add_flag("--quick", options.training.quick, "small swarm, for a trial; the model states it");
+  command.add_option("--seed", options.training.tuning.swarm.seed, "seed of the swarm")->check(not_negative());
+  command
+      .add_option("--threads", options.training.tuning.swarm.threads,
+                  "threads of the swarm; 0: all; the result is the same")
       ->check(not_negative());
   add_prior(command, options);
 }

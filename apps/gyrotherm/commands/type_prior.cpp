@@ -161,24 +161,23 @@ Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options
 void add_type_prior(Program& program) {
   auto [command, options] = add_command(
       program, "type-prior",
-      "Learns what units of one type have in common, so that few hours of the next one are enough (train --prior).",
+      "Learns a prior from units of one type, so that a few hours of the next unit suffice (train --prior).",
       "gyrotherm type-prior u1/rate.db u1/random.db u2/rate.db u3/rate.db --out prior.json", learn_and_write);
   command
-      .add_option(
-          "records", options.records,
-          "records of at least three units, each as RECORD or UNIT=RECORD. Without UNIT they belong together by "
-          "the gyro's serial number; virtual ones by their seed")
+      .add_option("records", options.records,
+                  "records of at least three units, each as RECORD or UNIT=RECORD. Without UNIT, records are grouped "
+                  "by the serial number of the gyro; virtual records by their seed")
       ->type_name(value::kRecord)
       ->required();
   command.add_option("--out", options.out, "the prior")->check(not_a_dash())->type_name(value::kModel)->required();
   add_force_flag(command, options.force);
-  command.add_option("--type", options.prior.type, "what the type is called, for people")->type_name("NAME");
+  command.add_option("--type", options.prior.type, "name of the type, shown in reports")->type_name("NAME");
   command
       .add_option("--inputs", options.prior.inputs,
-                  "words and terms as of train, none that selects; default: seven-point and the temperature of the "
-                  "first gradient thermometer")
+                  "keywords and terms as for train, except keywords that select (default: seven-point and the "
+                  "temperature of the first gradient thermometer)")
       ->type_name("TERMS");
-  command.add_flag("--quick", options.prior.quick, "a try: how coefficients vary together is not learnt");
+  command.add_flag("--quick", options.prior.quick, "for a trial: omit the correlations of the coefficients");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

@@ -261,18 +261,18 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
 
 void add_verify(Program& program) {
   auto [command, options] =
-      add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
+      add_command(program, "verify", "Verifies a model on records that were not used in its training.",
                   "gyrotherm verify model.json random.db", verify_all);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21")
       ->type_name("FIRST:END");
-  add_outside_option(command, options.outside, "not compensated, left out of the figures");
+  add_outside_option(command, options.outside, "not compensated, excluded from the statistics");
   command.add_flag("--as-streamed", options.as_streamed,
-                   "also judge what compensate and the C export deliver second by second, which lags");
+                   "also evaluate the second-by-second output of compensate and of the C export, which lags");
   add_tracking_options(command, options.tracking,
-                       "also judge how well the bias that is left can be followed while the gyro stands still, by a "
-                       "Kalman filter and by what it is compared with");
+                       "also evaluate tracking of the residual bias while the gyro is at rest, by a Kalman filter and "
+                       "by methods for comparison");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

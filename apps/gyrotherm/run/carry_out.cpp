@@ -423,8 +423,7 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
 
 void add_days_later_option(CLI::App& command, std::uint64_t& days) {
   command
-      .add_option("--days-later", days,
-                  "of a virtual rig: its gyro and its thermometers are so many days older than on day 0 (default: 0)")
+      .add_option("--days-later", days, "age of the gyro and the thermometers of a virtual rig, in days (default: 0)")
       ->check(CLI::Range(std::uint64_t{0}, simulator::kMostDaysLater));
 }
 
@@ -432,7 +431,7 @@ void add_run_json_option(CLI::App& command, std::string& json) {
   command.remove_option(command.get_option("--json"));
   command
       .add_flag("--json{facts}", json,
-                "print facts as JSON: how far the record is on the disk; --json=samples: each second, too")
+                "print facts as JSON: the last second that is on disk; --json=samples: also each sample")
       ->check(CLI::IsMember({"facts", "samples"}));
 }
 

@@ -150,16 +150,16 @@ Result<int> run_task(const JobOptions& options) {
 void add_distribution_options(CLI::App& command, JobOptions& options) {
   command
       .add_option("--by", options.by,
-                  "who works on the tasks: slurm, or GNU parallel (default: slurm, if sbatch is there)")
+                  "scheduler of the tasks: slurm or GNU parallel (default: slurm if sbatch is installed)")
       ->check(CLI::IsMember({name(By::slurm), name(By::parallel)}));
-  command.add_option("--with", options.for_by, "a word for sbatch or parallel, like --with=--partition=lab")
+  command.add_option("--with", options.for_by, "an argument for sbatch or parallel, like --with=--partition=lab")
       ->allow_extra_args(false);
 }
 
 void add_plan_options(CLI::App& command, JobOptions& options) {
   add_distribution_options(command, options);
-  command.add_flag("--detach", options.detach, "hand out to Slurm, and do not wait");
-  command.add_option("--threads", options.plan.threads, "of each task")
+  command.add_flag("--detach", options.detach, "submit to Slurm and do not wait");
+  command.add_option("--threads", options.plan.threads, "threads of each task")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
 }
@@ -175,59 +175,63 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
     return command;
   };
 
-  auto& train = add("train",
-                    "Example: gyrotherm-site train --rig lot.toml --lot lot --by slurm -- --seed 3\n\n"
-                    "The models of every axis of a lot, one axis a task; then the summary, as qualify leaves it.",
-                    train_lot);
+  auto& train =
+      add("train",
+          "Example: gyrotherm-site train --rig lot.toml --lot lot --by slurm -- --seed 3\n\n"
+          "Trains the models of every axis of a lot, one task per axis, then writes the summary that qualify writes.",
+          train_lot);
   train.add_option("--rig", options->rig, "the rig")->required();
-  train.add_option("--lot", options->lot, "the folder of the experiment, as of qualify --out")->required();
+  train.add_option("--lot", options->lot, "the folder of the experiment (qualify --out)")->required();
   add_plan_options(train, *options);
 
   auto& seeds = add(
       "seeds",
       "Example: gyrotherm-site seeds rate.db --verify random.db --last 50 --out seeds -- --inputs "
-      "multi-point-t\n\nOne model a seed of the swarm, each verified.",
+      "multi-point-t\n\nTrains one model per seed of the swarm and verifies each.",
       [](const JobOptions& o) {
         return begin(plan_seeds({.records = o.records, .verify = o.verify, .first = o.first_seed, .last = o.last_seed},
                                 o.out, o.plan),
                      o.out, o);
       });
-  seeds.add_option("records", options->records, "to train on")->required();
-  seeds.add_option("--verify", options->verify, "a record to verify each on");
+  seeds.add_option("records", options->records, "the training records")->required();
+  seeds.add_option("--verify", options->verify, "the record on which each model is verified");
   seeds.add_option("--first", options->first_seed, "the first seed")->capture_default_str();
-  seeds.add_option("--last", options->last_seed, "the last")->capture_default_str();
-  seeds.add_option("--out", options->out, "the folder for all of it")->required();
+  seeds.add_option("--last", options->last_seed, "the last seed")->capture_default_str();
+  seeds.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(seeds, *options);
 
-  auto& units =
-      add("leave-one-out",
-          "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
-          "Each unit left out of the prior of its type, which then helps a model of its first hours.",
-          [](const JobOptions& o) { return begin(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
-  units.add_option("records", options->records, "one of each unit")->required();
-  units.add_option("--hours", options->hours, "of its own that a unit's model has")->capture_default_str();
-  units.add_option("--out", options->out, "the folder for all of it")->required();
+  auto& units = add(
+      "leave-one-out",
+      "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
+      "Learns the prior of a type without each unit in turn, and verifies a model of that unit's first hours with it.",
+      [](const JobOptions& o) { return begin(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
+  units.add_option("records", options->records, "one record of each unit")->required();
+  units.add_option("--hours", options->hours, "hours of its own record from which a unit's model is trained")
+      ->capture_default_str();
+  units.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(units, *options);
 
   auto& placement = add("placement",
                         "Example: gyrotherm-site placement rate.db --out placement -- --confirm\n\n"
-                        "Which thermometers matter, for each axis of the records.",
+                        "Ranks the thermometers for each axis of the records.",
                         [](const JobOptions& o) { return begin(plan_placement(o.records, o.out, o.plan), o.out, o); });
   placement.add_option("records", options->records, "the records")->required();
-  placement.add_option("--out", options->out, "the folder for all of it")->required();
+  placement.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(placement, *options);
 
-  auto& job = add("job", "Example: gyrotherm-site job lot/job --wait\n\nHow far a job is.", continue_job);
-  job.add_option("job", options->out, "its folder")->required();
-  job.add_flag("--wait", options->wait, "hand out what is not done, wait for it, and do what comes then");
-  job.add_flag("--again", options->again, "what failed, too");
+  auto& job = add("job", "Example: gyrotherm-site job lot/job --wait\n\nPrints the progress of a job.", continue_job);
+  job.add_option("job", options->out, "the folder of the job")->required();
+  job.add_flag("--wait", options->wait,
+               "submit the tasks that are not done, wait for them, and carry out the final steps");
+  job.add_flag("--again", options->again, "also repeat failed tasks");
   add_distribution_options(job, *options);
 
   auto& task = add(
-      "task", "Example: gyrotherm-site task lot/job 7\n\nCarries out one task of a job: what Slurm and parallel call.",
+      "task",
+      "Example: gyrotherm-site task lot/job 7\n\nCarries out one task of a job. Slurm and parallel call this command.",
       run_task);
-  task.add_option("job", options->out, "its folder")->required();
-  task.add_option("number", options->number, "of the task, from 0")->required();
+  task.add_option("job", options->out, "the folder of the job")->required();
+  task.add_option("number", options->number, "number of the task, from 0")->required();
 }
 
 }  // namespace gyrotherm::site

@@ -59,7 +59,8 @@ constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
     "Makes the chamber safe after the program of a run has died. Does nothing if the run ended normally.\n\n"
     "  gyrotherm-make-safe RUN.db          sends the set point (at most 10 s) and the mode (at most 25 s), then\n"
-    "                                      watches the air for the time of [safe] observe; ends at once if the chamber does not answer\n"
+    "                                      watches the air for the time of [safe] observe; ends at once if\n"
+    "                                      the chamber does not answer\n"
     "  gyrotherm-make-safe --kill RUN.db   first ends the program that drives the chamber, if it is still running\n"
     "  gyrotherm-make-safe --insist RUN.db as --kill, and continues until the chamber has confirmed it; for a service\n"
     "                                      manager\n"
@@ -106,17 +107,17 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   if (!*safe_state) {
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
-    voice.say(record + (is_there ? ": no run is under way; nothing to do"
-                                 : ": there is no such record, and no safe-state file beside it"));
+    voice.say(record + (is_there ? ": no run is in progress; nothing to do"
+                                 : ": the record does not exist and has no safe-state file; check the path"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   if ((*safe_state)->record != record) {
-    voice.say(fmt::format("its safe-state file names {}, and is taken as that of {}", (*safe_state)->record, record));
+    voice.say(fmt::format("the safe-state file names {}; it is used for {}", (*safe_state)->record, record));
     (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
   if (manner == Manner::gently && lives(by)) {
-    voice.say(fmt::format("process {} drives the chamber and lives; with --kill it is ended first", by.pid));
+    voice.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
     return MakeSafeExit::in_use;
   }
   const auto chamber = chamber_of(**safe_state);
@@ -140,12 +141,13 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   trail.leave(rescued);
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
   voice.say(trail.describe());
-  if (!trail.settle(kFilesWithin)) voice.say("the disk does not answer: nothing could be written beside the record");
+  if (!trail.settle(kFilesWithin)) voice.say("the disk does not respond: no file could be written next to the record");
   return exit_for(rescued);
 }
 
 const char* describe(WatchEnd end) {
-  return end == WatchEnd::silent ? "the program that drove it hung" : "the program that drove it ended without a word";
+  return end == WatchEnd::silent ? "the program that drove it hung"
+                                 : "the program that drove it ended without handing over";
 }
 
 /// Repeats attempts until the chamber has confirmed the safe state, or another program has taken over the run, has
@@ -162,7 +164,7 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
     if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.describe());
     if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
     if (const auto why = trail.reason_to_end()) {
-      voice.say(*why + ": this ends here");
+      voice.say(*why + "; giving up");
       break;
     }
     std::this_thread::sleep_for(rescued.in_use ? Duration(kAfterAFault) : rescue.pause());
@@ -201,7 +203,7 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
       return rescue(voice, *safe_state, is_service ? for_service(*chamber) : *chamber, describe(end));
       // An exception of a library must not leave the chamber unsafe.
     } catch (const std::exception& failed) {
-      voice.say(fmt::format("{}; it is tried again", failed.what()));
+      voice.say(fmt::format("{}; retrying", failed.what()));
     }
 }
 
@@ -237,7 +239,7 @@ MakeSafeExit run(int argc, char** argv) {
   Voice voice;
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
   if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
-    voice.say("expected [--kill|--insist|--guard] RUN.db; --help says more");
+    voice.say("expected [--kill|--insist|--guard] RUN.db; see --help");
     return MakeSafeExit::usage;
   }
   std::error_code error;

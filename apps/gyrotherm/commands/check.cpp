@@ -35,10 +35,11 @@ std::string thermal_model(const rig::RigFile& rig) {
 /// Describes the chamber's own limiter, which is the safety function. Warns if the file of a real rig does not describe
 /// it.
 std::string limiter_line(const rig::RigFile& rig) {
-  if (rig.limiter) return fmt::format("    its limiter trips: {}; look whether it is set so\n", in_words(*rig.limiter));
+  if (rig.limiter)
+    return fmt::format("    its limiter trips: {}; verify these settings on the chamber\n", in_words(*rig.limiter));
   if (rig.simulated) return {};
-  return "    WARNING: the rig file does not say how the chamber's own limiter is set ([chamber.limiter]); it is the "
-         "safety function, this program is none\n";
+  return "    WARNING: the rig file does not contain the settings of the chamber's own limiter ([chamber.limiter]); "
+         "the limiter is the safety function, this program is not\n";
 }
 
 std::string chamber_line(const rig::RigFile& rig) {
@@ -57,7 +58,8 @@ std::string thermometer_lines(const rig::RigFile& rig) {
       lines += fmt::format("    {}: {}\n", channel.name, words);
   for (const auto& settings : rig.thermometers)
     if (!settings.command.words.empty())
-      lines += fmt::format("    {}: by the program {}\n", fmt::join(settings.channels, " "), text(settings.command));
+      lines +=
+          fmt::format("    {}: read by the program {}\n", fmt::join(settings.channels, " "), text(settings.command));
   for (const auto& line : list_overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
   return lines;
 }
@@ -96,7 +98,7 @@ std::string lot_lines(const rig::RigFile& rig) {
     for (std::size_t i = 0; i < info.axes.size(); ++i) lines += axis_row(rig.units[unit], i, line_of(rig, unit));
     std::vector<std::string> values;
     for (const auto& value : info.values) values.push_back(fmt::format("{} [{}]", value.name, value.unit));
-    if (!values.empty()) lines += fmt::format("      it tells: {}\n", fmt::join(values, ", "));
+    if (!values.empty()) lines += fmt::format("      housekeeping: {}\n", fmt::join(values, ", "));
   }
   return lines;
 }
@@ -134,11 +136,11 @@ std::string set_point_lines(std::int64_t count, const rig::RigFile* rig) {
   const auto endures = rig ? rig->chamber_map.limits.nonvolatile : 0;
   if (endures == 0) return lines;
   return lines + fmt::format(
-                     "  WARNING: the controller stores each of them in memory that endures {} writes: {:.3g} % of its "
-                     "life. Keep it from storing (a register written in `start`), set `every` in the [limits] of its "
+                     "  WARNING: the controller stores each of them in memory that is rated for {} writes: {:.3g} % of "
+                     "its life. Prevent storing (a register written in `start`), set `every` in the [limits] of its "
                      "map{}\n",
                      endures, 100.0 * static_cast<double>(count) / static_cast<double>(endures),
-                     rig->chamber_map.memory ? ", or let it carry the profile out (run --upload)" : "");
+                     rig->chamber_map.memory ? ", or let it carry out the profile (run --upload)" : "");
 }
 
 bool is_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
@@ -277,7 +279,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
   if (options.profile.empty() && options.rig.empty())
     return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
   if (options.connect && options.rig.empty())
-    return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
+    return failure(FaultKind::usage, "--connect", "expected --rig with the rig to connect to");
   Findings found;
   std::optional<rig::RigFile> rig;
   if (!options.rig.empty()) {

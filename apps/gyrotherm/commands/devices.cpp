@@ -25,14 +25,14 @@ Json device_json(const Device& device) {
 }
 
 std::string describe(const std::vector<Device>& devices) {
-  if (devices.empty()) return "no serial port and no HID device is there\n";
+  if (devices.empty()) return "no serial port and no HID device found\n";
   std::string text;
   for (const auto& device : devices) {
     text += fmt::format("{:<14} {:<12} {}\n", device.node.path, device.node.allowed ? "may be used" : "NOT ALLOWED",
                         device.description);
-    text += device.line.empty() ? "    no driver here speaks to it\n"
+    text += device.line.empty() ? "    no driver supports it\n"
                                 : fmt::format("    in a rig file: line = \"{}\"\n", device.line);
-    if (!device.fix.empty()) text += fmt::format("    to allow it: {}\n", device.fix);
+    if (!device.fix.empty()) text += fmt::format("    to permit it: {}\n", device.fix);
   }
   return text;
 }

@@ -39,16 +39,16 @@ Finding check_tcp(drivers::TcpLine line, std::uint16_t usual_port) {
   const auto address = text(drivers::Line(line));
   if (const auto opened = stream->write({}, kConnectWithin); !opened)
     return {"", FindingState::fault, text(opened.error()),
-            fmt::format("is it switched on, is the cable in, is the address right? ping {}; its own display shows its "
+            fmt::format("check power, cable and address (ping {}); the display of the instrument shows its "
                         "address",
                         line.host)};
-  return {"", FindingState::ok, address + " takes a connection", ""};
+  return {"", FindingState::ok, address + " accepts a connection", ""};
 }
 
 Finding check_serial(const drivers::SerialLine& line) {
   if (std::error_code error; !std::filesystem::exists(line.device, error))
-    return {"", FindingState::fault, line.device + " is not there",
-            "plug the adapter in; gyrotherm devices shows what is there"};
+    return {"", FindingState::fault, line.device + " does not exist",
+            "plug in the adapter; gyrotherm devices lists the connected ones"};
   const auto node = node_at(line.device);
   if (!node.allowed)
     return {"", FindingState::fault, fmt::format("{} may not be opened by this user", line.device),
@@ -64,8 +64,8 @@ Finding check_hid(const drivers::HidLine& line, const std::vector<Device>& devic
     if (!device.driver.empty() && (line.serial.empty() || device.serial == line.serial)) matching.push_back(device);
   if (matching.empty())
     return {"", FindingState::fault,
-            line.serial.empty() ? "no such device is plugged in" : line.serial + " is not plugged in",
-            "plug it in; gyrotherm devices shows what is there"};
+            line.serial.empty() ? "the device is not plugged in" : line.serial + " is not plugged in",
+            "plug it in; gyrotherm devices lists the connected ones"};
   const auto& device = matching.front();
   if (!device.node.allowed)
     return {"", FindingState::fault, device.node.path + " may not be opened by this user", device.fix};
@@ -77,7 +77,7 @@ Finding check_program(const drivers::ProgramCommand& program) {
   const auto found = find_program(program);
   if (!found)
     return {"", FindingState::fault, text(found.error()),
-            fmt::format("install it, or chmod +x; `command` in the rig file is looked for from {}", program.folder)};
+            fmt::format("install it, or chmod +x; `command` in the rig file is relative to {}", program.folder)};
   return {"", FindingState::ok, *found + " may be run", ""};
 }
 
@@ -85,7 +85,8 @@ Finding check_line(const ConnectedInstrument& connected, const std::vector<Devic
   if (!connected.program.words.empty()) return check_program(connected.program);
   const auto line = drivers::parse_line(connected.line);
   if (!line)
-    return {"", FindingState::fault, text(line.error()), "gyrotherm check --rig says where", FaultKind::bad_file};
+    return {"", FindingState::fault, text(line.error()), "gyrotherm check --rig prints the position",
+            FaultKind::bad_file};
   if (const auto* tcp = std::get_if<drivers::TcpLine>(&*line)) return check_tcp(*tcp, connected.usual_port);
   if (const auto* serial = std::get_if<drivers::SerialLine>(&*line)) return check_serial(*serial);
   if (const auto* hid = std::get_if<drivers::HidLine>(&*line)) return check_hid(*hid, devices);
@@ -98,8 +99,8 @@ std::vector<Finding> check_lines(const rig::RigFile& rig, const std::vector<Devi
   if (!rig.simulated)
     if (const auto holder = drivers::ChamberLock::holder(run::chamber_lock_name(rig)))
       return {{"rig", FindingState::warning,
-               fmt::format("the chamber is in use by {}; its lines were left alone", holder->words),
-               "ask again when the run has ended"}};
+               fmt::format("the chamber is in use by {}; its lines were not tested", holder->words),
+               "repeat the test after the run"}};
   std::vector<Finding> findings;
   std::set<std::string> seen;
   for (const auto& connected : instrument_lines(rig)) {
@@ -123,7 +124,7 @@ std::vector<Finding> check_devices(const std::vector<Device>& devices) {
          device.fix});
   }
   if (findings.empty())
-    findings.push_back({"devices", FindingState::ok, "no serial port and no HID thermometer is there", ""});
+    findings.push_back({"devices", FindingState::ok, "no serial port and no HID thermometer found", ""});
   return findings;
 }
 
@@ -160,7 +161,7 @@ std::string describe(const std::vector<Finding>& findings) {
   for (const auto& finding : findings) {
     words += fmt::format("{:<8} {:<20} {}\n", finding.state == FindingState::fault ? "FAULT" : name(finding.state),
                          finding.what, finding.found);
-    if (!finding.fix.empty()) words += fmt::format("         to mend it: {}\n", finding.fix);
+    if (!finding.fix.empty()) words += fmt::format("         fix: {}\n", finding.fix);
   }
   return words;
 }

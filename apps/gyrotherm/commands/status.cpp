@@ -34,8 +34,8 @@ std::string describe_state(const record::RunStatus& status) {
   if (is_import(status)) return fmt::format("an import of {} rows", status.slot + 1);
   if (status.finished) return "finished";
   if (status.being_written) return "running";
-  if (!needs_operator(status.standing.state)) return "not finished; resume goes on";
-  return fmt::format("not finished; look at the chamber, then \"gyrotherm resume {} --accept\" goes on", status.path);
+  if (!needs_operator(status.standing.state)) return "not finished; \"gyrotherm resume\" continues the run";
+  return fmt::format("not finished; check the chamber, then run \"gyrotherm resume {} --accept\"", status.path);
 }
 
 /// Returns one line per row of the list of alarms, the consequences below their root.
@@ -58,22 +58,22 @@ std::string alarm_lines(const record::RunStatus& status) {
 std::string state_lines(const record::RunStatus& status) {
   const RunOverview& standing = status.standing;
   auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
-  if (standing.state == RunState::held && status.being_written) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
+  if (standing.state == RunState::held && status.being_written)
+    text += "  \"gyrotherm tell RUN.db resume\" continues the run\n";
   if (standing.time_left)
-    text += fmt::format("  {} left{}", spoken(*standing.time_left),
-                        status.simulated ? " by the clock of the dry run, which goes faster" : "");
+    text += fmt::format("  {} left{}", spoken(*standing.time_left), status.simulated ? " in simulated time" : "");
   if (standing.time_left && standing.behind_plan)
     text += fmt::format(", {} behind plan", spoken(*standing.behind_plan));
   if (standing.time_left) text += "\n";
   if (standing.missed_set_points > 0)
-    text += fmt::format("  {} set points that the chamber did not take\n", standing.missed_set_points);
+    text += fmt::format("  {} set points were not accepted by the chamber\n", standing.missed_set_points);
   for (const auto& fault : standing.faults_now) text += fmt::format("  fault: {}\n", fault);
   text += alarm_lines(status);
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
-  if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
-  if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);
+  if (status.backlog_s > 0) text += fmt::format("  {} s are waiting for the disk\n", status.backlog_s);
+  if (!status.storage_trouble.empty()) text += fmt::format("  no rows can be written: {}\n", status.storage_trouble);
   if (!status.record_damage.empty()) text += fmt::format("  DAMAGED: {}\n", status.record_damage);
-  for (const auto& part : status.parts) text += fmt::format("  goes on in {}\n", part);
+  for (const auto& part : status.parts) text += fmt::format("  continued in {}\n", part);
   return text;
 }
 
@@ -90,7 +90,7 @@ std::string age_line(const record::RunStatus& status) {
   const auto age = status_age(status);
   const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
   if (is_alive(status).value_or(true)) return fmt::format("  {}\n", ago);
-  return fmt::format("  WARNING: {}: the program, or its disk, does not answer; what follows is how it stood then\n",
+  return fmt::format("  WARNING: {}: the program or its disk does not respond; the following is the last known state\n",
                      ago);
 }
 
@@ -152,8 +152,8 @@ Result<Exit> verify(Console& console, const std::string& path) {
   if (!verified) return failure(verified.error());
   console.print(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
                                            verified->rows, verified->files, verified->finished, verified->manifest)
-                             : fmt::format("{}: all {} rows are as they were written{}\n", path, verified->rows,
-                                           verified->manifest ? ", and so is every byte" : ""));
+                             : fmt::format("{}: verified, all {} rows are unchanged{}\n", path, verified->rows,
+                                           verified->manifest ? " and the file matches its manifest" : ""));
   return Exit::done;
 }
 
@@ -189,7 +189,7 @@ struct StatusArguments {
 };
 
 Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
-  if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "a closed run is verified once");
+  if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "not valid with --verify");
   if (options.verify) return verify(console, options.run);
   const auto record = record::record_of_copy(options.run);  // only the record's status is current
   return options.watch ? watch(console, record) : show(console, record);

@@ -52,8 +52,8 @@ Result<void> await_readers(Console& console, const std::string& path) {
   for (const Deadline limit(kLongestReading); record::is_being_read(file);
        std::this_thread::sleep_for(kLookForReaders)) {
     if (!std::exchange(reported, true))
-      console.print_message(fmt::format("{}: {}; the run goes on once that has ended", path, record::kBeingRead));
-    if (interrupted()) return failure(FaultKind::interrupted, path, "stopped before it went on");
+      console.print_message(fmt::format("{}: {}; the run continues when it is released", path, record::kBeingRead));
+    if (interrupted()) return failure(FaultKind::interrupted, path, "stopped before the run was resumed");
     if (limit.over()) return failure(FaultKind::timeout, path, record::kBeingRead);
   }
   return {};
@@ -87,10 +87,11 @@ Result<void> conclude(const ActiveRun& run, run::RunOutcome outcome) {
 tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
   print_summary(run);
   if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
-    return failure(FaultKind::interrupted, run.path,
-                   fmt::format("stopped after {} s: {}; its guard remains until that is confirmed; \"gyrotherm resume "
-                               "{}\" continues",
-                               run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
+    return failure(
+        FaultKind::interrupted, run.path,
+        fmt::format("stopped after {} s: {}; the guard remains until the chamber confirms it; \"gyrotherm resume "
+                    "{}\" continues",
+                    run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
   if (const auto foreign = run.run_controller.foreign_hold(); !foreign.empty() && !run.rig.file().simulated)
     return failure(
         FaultKind::interrupted, run.path,
@@ -98,10 +99,9 @@ tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
                     "it; \"gyrotherm resume {} --accept\" continues",
                     run.run_controller.next_slot(), foreign, run.rig.file().safe_set_point.value, run.path));
   run.ownership.release();
-  const auto chamber =
-      run.run_controller.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
+  const auto chamber = run.run_controller.is_left_to_the_controller() ? "continues its program" : "holds its set point";
   return failure(FaultKind::interrupted, run.path,
-                 fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on",
+                 fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" continues the run",
                              run.run_controller.next_slot(), chamber, run.path));
 }
 
@@ -131,7 +131,7 @@ run::Downtime measure_downtime(const record::Record& record, const std::string& 
 /// Stores the rig's commands as confirmed for a later resume. Prints a warning if that fails.
 void store_confirmations(Console& console, const std::string& rig_file, const rig::RigFile& rig) {
   if (const auto kept = confirm_commands(rig_file, rig); !kept)
-    console.print_message(fmt::format("warning: {}; a resume will want --trust-commands", text(kept.error())));
+    console.print_message(fmt::format("warning: {}; a resume will require --trust-commands", text(kept.error())));
 }
 
 /// Checks the programs that a record names as drivers, or stores them as confirmed if they are trusted.
@@ -145,8 +145,8 @@ Result<void> admit_commands(Console& console, const record::RunInfo& info, const
 void warn_about_strangers(Console& console, const run::ChamberOwnership& ownership) {
   for (const auto& stranger : ownership.strangers())
     console.print_message(
-        fmt::format("warning: {} holds the chamber's lock and is not waited for: its user is neither root nor a "
-                    "member of gyrotherm or dialout",
+        fmt::format("warning: ignored {}, which holds the lock of the chamber: its user is neither root nor a member "
+                    "of gyrotherm or dialout",
                     stranger));
 }
 
@@ -165,11 +165,11 @@ void print_connecting(Console& console, const rig::RigFile& rig) {
 /// died and left it in that state; otherwise the watchdog makes it safe.
 tl::unexpected<Fault> preparation_fault(run::ChamberOwnership& ownership, const rig::Rig& rig, Fault why) {
   if (rig.is_as_found() && ownership.took_over())
-    why.what += "; the chamber is as it was when its program had died, and is made safe";
+    why.what += "; the chamber is unchanged since its program died and is made safe";
   else if (rig.is_as_found())
     ownership.release();
   else
-    why.what += "; the chamber could not be put back to where it was found, and is made safe";
+    why.what += "; the chamber could not be restored to its initial state and is made safe";
   return failure(std::move(why));
 }
 
@@ -182,7 +182,7 @@ Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberSta
   const auto verdict = has_not_begun ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
-                   fmt::format("{}; look at the chamber, then \"gyrotherm resume {} --accept\"", verdict.why, path));
+                   fmt::format("{}; check the chamber, then run \"gyrotherm resume {} --accept\"", verdict.why, path));
   return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
 }
 
@@ -191,7 +191,8 @@ void warn(Console& console, run::RunController& run_controller, const rig::Rig& 
           const std::vector<std::string>& missing) {
   const auto channels = channels_of(rig.file());
   auto lines = overdue_calibrations(channels, rig.clock().now().utc);
-  for (const auto& one : missing) lines.push_back("chamber: not watched, the unit does not have it: " + one);
+  for (const auto& one : missing)
+    lines.push_back("chamber: not monitored, because the unit does not provide it: " + one);
   for (const auto& line : lines) {
     console.print_message("warning: " + line);
     run_controller.note(EventKind::note, line);
@@ -201,11 +202,10 @@ void warn(Console& console, run::RunController& run_controller, const rig::Rig& 
 /// Returns the fault of an upload that starts away from the profile's first set point. The controller knows only the
 /// rates of its profile; the limits of the rig are enforced by this program.
 Fault start_elsewhere_fault(Celsius goal, Celsius air) {
-  return {
-      FaultKind::usage, "--upload",
-      fmt::format("the air is at {:.2f} °C, and a controller goes to the {:g} °C of the profile's beginning at once; "
-                  "\"gyrotherm go\" brings it there by a ramp",
-                  air.value, goal.value)};
+  return {FaultKind::usage, "--upload",
+          fmt::format("the air is at {:.2f} °C, but the controller steps to the first set point of the profile, {:g} "
+                      "°C; ramp there first with \"gyrotherm go\"",
+                      air.value, goal.value)};
 }
 
 /// Returns the identity that the chamber reported, or an empty string.
@@ -310,7 +310,7 @@ struct NewRun {
 /// Checks what needs neither chamber nor rig.
 Result<void> check_may_start(const rig::RigFile& file, const std::string& path, const StartOptions& options) {
   if (!file.simulated && options.days_later > 0)
-    return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
+    return failure(FaultKind::usage, "--days-later", "only valid on a virtual rig");
   if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNotAFileName);
   return record::check_name_of_new_record(path);
 }
@@ -355,10 +355,10 @@ void note_start(const NewRun& plan, const Opening& opening, const std::vector<st
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
   if (opening.entry.away)
-    run_controller.begin_away(opening.entry.set_point, "the air is not where the profile begins", {});
+    run_controller.begin_away(opening.entry.set_point, "the air is not at the first set point of the profile", {});
   if (!plan.options.upload) return;
   run_controller.leave_to_the_controller();
-  run_controller.note(EventKind::note, "the controller carries the profile out: " + names.back());
+  run_controller.note(EventKind::note, "the controller carries out the profile: " + names.back());
 }
 
 // ---- a run that goes on
@@ -409,7 +409,8 @@ Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& 
 void note_resumption(Console& console, const StoppedRun& run, const run::EntryPoint& entry, std::int64_t first,
                      run::RunController& run_controller) {
   const run::RunContinuation& on = run.on;
-  const auto text = fmt::format("resumed after {}; it had stopped: {}", describe_downtime(on.stood), on.why_stopped);
+  const auto text =
+      fmt::format("resumed after {}; cause of the interruption: {}", describe_downtime(on.stood), on.why_stopped);
   console.print_message(fmt::format("{}: {} at second {}", run.path, text, first));
   run_controller.note(EventKind::resumed, text);
   if (!on.stood.strangers.empty()) run_controller.note(EventKind::note, "accepted: " + on.stood.strangers);

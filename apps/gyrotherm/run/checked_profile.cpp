@@ -52,9 +52,11 @@ Result<void> check_controller(const drivers::SetPointRange& limits, const profil
     highest = std::max(highest, segment.target);
   }
   const auto refuse = [](const char* side, Celsius limit, Celsius required) {
-    return failure(FaultKind::out_of_range, "chamber",
-                   fmt::format("its controller is set to take nothing {} {:g} °C, the run needs {:g} °C", side,
-                               limit.value, required.value));
+    return failure(
+        FaultKind::out_of_range, "chamber",
+        fmt::format(
+            "its controller rejects set points {} {:g} °C, but the run needs {:g} °C; change its set-point limit", side,
+            limit.value, required.value));
   };
   if (limits.lowest && lowest < *limits.lowest) return refuse("below", *limits.lowest, lowest);
   if (limits.highest && highest > *limits.highest) return refuse("above", *limits.highest, highest);

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSchema = "gyrotherm-confirmed-command/1";
-constexpr const char* kTrust = "\"gyrotherm resume RUN.db --trust-commands\" starts it all the same";
+constexpr const char* kTrust = "\"gyrotherm resume RUN.db --trust-commands\" starts it anyway";
 
 /// Returns the commands that a real rig starts. A virtual line has no program.
 std::vector<drivers::ProgramCommand> list_commands(const rig::RigFile& rig) {
@@ -83,10 +83,10 @@ std::string confirmation_path(const std::string& folder, const std::string& rig_
 /// Returns how another user could have written the file, or an empty string.
 std::string ownership_problem(const std::string& path) {
   struct stat found {};
-  if (::lstat(path.c_str(), &found) != 0) return path + " cannot be looked at";
+  if (::lstat(path.c_str(), &found) != 0) return path + " cannot be read";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
     return fmt::format("{} belongs to {}", path, describe_user(found.st_uid));
-  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : path + " may be written by others than its owner";
+  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : path + " is writable by users other than its owner";
 }
 
 Result<void> check_command(const std::string& folder, const std::string& rig_file,
@@ -98,12 +98,12 @@ Result<void> check_command(const std::string& folder, const std::string& rig_fil
   const auto kept = folder.empty() ? std::optional<std::string>()
                                    : read_text_file_if_any(path, kLargestText, Links::refused).value_or(std::nullopt);
   if (!kept)
-    return refuse(fmt::format("is not started: this user has not confirmed it for the rig file {} by a run",
-                              rig_file.empty() ? "of this record, which does not name it" : rig_file));
+    return refuse(fmt::format("not started: this user has not confirmed it by a run of the rig file {}",
+                              rig_file.empty() ? "of this record, which is not named" : rig_file));
   for (const auto& name : {folder, path})
-    if (const auto why = ownership_problem(name); !why.empty()) return refuse("is not started: " + why);
+    if (const auto why = ownership_problem(name); !why.empty()) return refuse("not started: " + why);
   if (*kept != confirmation_text(rig_file, command))
-    return refuse("is not started: its program or script has changed since it was confirmed");
+    return refuse("not started: its program or script has changed since it was confirmed");
   return {};
 }
 

@@ -108,7 +108,7 @@ std::string Display::headline(const Sample& sample, const RunOverview& standing)
   auto line =
       fmt::format("{}{}: {:.0f} %, {}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
                   100 * done / std::max(done + left, 1.0),
-                  wall_time_left ? spoken(*wall_time_left) + " left" : "time left not known yet", name(standing.state));
+                  wall_time_left ? spoken(*wall_time_left) + " left" : "time left unknown", name(standing.state));
   if (!standing.cause.empty()) line += ": " + standing.cause;
   if (standing.behind_plan >= std::chrono::seconds(1))
     line += fmt::format(" ({} behind plan)", spoken(*standing.behind_plan));
@@ -152,10 +152,10 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunOverview&
                                         std::span<const record::Alarm> alarms) const {
   std::vector<std::string> all{headline(sample, standing)};
   if (standing.state == RunState::held)
-    all.emplace_back("  goes on with \"gyrotherm tell RUN.db resume\", in another terminal");
+    all.emplace_back("  to continue: \"gyrotherm tell RUN.db resume\" in another terminal");
   all.push_back(clock_line(sample, standing));
   if (rig_.simulated && standing.time_left)
-    all.push_back(fmt::format("  {} of the run's own time left", spoken(*standing.time_left)));
+    all.push_back(fmt::format("  {} of simulated time left", spoken(*standing.time_left)));
   const auto segment = static_cast<std::size_t>(std::max(sample.progress.segment, 0));
   if (segment < profile_.segments.size())
     all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),

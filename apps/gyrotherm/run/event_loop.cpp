@@ -29,7 +29,7 @@ constexpr int kTicksPerClockCheck = 64;
 RunOverview standing_with_disk(const ActiveRun& run) {
   auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())
-    standing.faults_now.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
+    standing.faults_now.push_back(fmt::format("{} s are waiting for the disk: {}", health.backlog_s, health.trouble));
   return standing;
 }
 
@@ -45,7 +45,7 @@ void handle_requests(const ActiveRun& run, std::optional<control::ControlSocket>
   if (!control_socket) return;
   control_socket->listen([&](const control::ControlRequest& request, const std::string& client) {
     auto answer = run.run_controller.carry_out(request, client);
-    run.console.print_message(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", client, answer.text));
+    run.console.print_message(fmt::format("{} by {}: {}", answer.done ? "request" : "refused request", client, answer.text));
     return answer;
   });
 }
@@ -86,7 +86,7 @@ Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
 bool refuses_to_leave(const ActiveRun& run) {
   if (run.run_controller.is_end_requested()) {
     run.console.print_message(
-        "an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
+        "an operator has already ended the run; a second Ctrl-C leaves the remaining steps to the guard");
     return true;
   }
   if (run.run_controller.run_state() != RunState::aborting || stops() > 1) return false;
@@ -176,9 +176,9 @@ class RealTime {
     seen_hangups_ = hangups();
     forgive_hangups();
     if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
-      run_.run_controller.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
+      run_.run_controller.note(EventKind::note, "the terminal was closed; the run and its guard continue");
     else if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
-      run_.run_controller.submit(control::OperatorCommand::abort, "the terminal, which was closed");
+      run_.run_controller.submit(control::OperatorCommand::abort, "closed terminal");
   }
 
   /// Returns true after a SIGTERM that must leave the chamber safe. A shutdown does not wait: the watchdog takes over.
@@ -199,7 +199,7 @@ class RealTime {
 
   /// Aborts, and ends once the chamber has confirmed: no watchdog could take over.
   void abort_without_guard() {
-    run_.console.print_message("no guard watches the chamber: this program ends once the chamber is safe");
+    run_.console.print_message("no guard monitors the chamber; this program ends when the chamber is safe");
     if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
       run_.run_controller.submit(control::OperatorCommand::abort, "SIGTERM");
   }
@@ -247,7 +247,7 @@ class RealTime {
 void await_disk(const ActiveRun& run) {
   if (run.store.settle(kLongestFlush)) return;
   const auto health = run.store.health();
-  run.console.print_message(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
+  run.console.print_message(fmt::format("warning: {} s are not on disk: {}", health.backlog_s, health.trouble));
 }
 
 Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {

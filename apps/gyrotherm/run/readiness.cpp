@@ -22,12 +22,12 @@ Finding check_calibrations(const rig::RigFile& rig, Duration utc) {
   const auto overdue = overdue_calibrations(channels, utc);
   if (overdue.empty()) return {"calibrations", FindingState::ok, fmt::format("0 of {} overdue", channels.size()), ""};
   return {"calibrations", FindingState::warning, fmt::format("{}", fmt::join(overdue, "; ")),
-          "renew the certificate, or correct the day in the rig file"};
+          "renew the certificate, or correct the date in the rig file"};
 }
 
 Finding check_limiter(const rig::RigFile& rig) {
   if (!rig.limiter)
-    return {"limiter", FindingState::warning, "the rig file does not say how the chamber's own limiter is set",
+    return {"limiter", FindingState::warning, "the rig file does not contain the settings of the chamber's own limiter",
             "add [chamber.limiter]; the limiter is the safety function, this program is not"};
   return {"limiter", FindingState::ok, in_words(*rig.limiter) + "; verify these settings on the chamber", ""};
 }
@@ -76,7 +76,7 @@ Finding check_bias_zero(const rig::RigFile& rig) {
   if (unknown.empty())
     return {"zero of the bias", FindingState::ok, fmt::format("Earth rate is known on {} of {} axes", axes, axes), ""};
   return {"zero of the bias", FindingState::warning,
-          fmt::format("Earth rate of {} is unknown; the mean of the first hold becomes the zero of the bias",
+          fmt::format("Earth rate of {} is unknown; the mean of the first hold becomes the bias reference",
                       fmt::join(unknown, ", ")),
           "add latitude to [gyro] or [fixture] of the rig file"};
 }

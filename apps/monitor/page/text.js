@@ -167,7 +167,7 @@ function cause_of(status) {
 /// Returns the problems of recording, independent of the run's own state.
 function troubles_of(status) {
   return [
-    status.storage_trouble && `the disk takes no rows: ${status.storage_trouble}`,
+    status.storage_trouble && `no rows can be written: ${status.storage_trouble}`,
     status.record_damage && `the record is damaged: ${status.record_damage}`,
     status.live_copy_trouble && `the live copy does not follow the run: ${status.live_copy_trouble}`,
   ].filter(Boolean);

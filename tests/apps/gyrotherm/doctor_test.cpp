@@ -80,7 +80,7 @@ TEST(Doctor, ChecksLinesOfRig) {
   EXPECT_EQ(missing.exit_code, 3) << missing.err;
   EXPECT_EQ(findings.at("chamber").at("state"), "fault");
   EXPECT_NE(findings.at("chamber").at("found").get<std::string>().find("127.0.0.1:9"), std::string::npos);
-  EXPECT_NE(findings.at("thermometer 1").at("found").get<std::string>().find("is not there"), std::string::npos);
+  EXPECT_NE(findings.at("thermometer 1").at("found").get<std::string>().find("does not exist"), std::string::npos);
   expect_fixes(findings);
   EXPECT_EQ(gyrotherm_with("doctor --rig profiles/qualification.toml").exit_code, 4);
 }

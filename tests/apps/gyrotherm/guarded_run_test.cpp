@@ -115,7 +115,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigterm) {
     run.signal(SIGTERM);
     EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
     EXPECT_EQ(run.wait(), 5) << run.output();
-    EXPECT_NE(run.output().find("its guard remains"), std::string::npos) << run.output();
+    EXPECT_NE(run.output().find("the guard remains"), std::string::npos) << run.output();
     const auto status = gyrotherm_with("status --json " + path);
     EXPECT_NE(status.out.find("\"finished\":false"), std::string::npos) << status.out << status.err;
     end_guards(path);  // frees the chamber

@@ -32,7 +32,7 @@ TEST(Readiness, WarnsWhenTheEarthRateOfAnAxisIsUnknown) {
     const auto missing = check_bias_zero(rig);
     EXPECT_EQ(missing.state, FindingState::warning) << name;
     EXPECT_NE(missing.found.find(axis_label(unit, unit.axes.size() - 1)), std::string::npos) << missing.found;
-    EXPECT_NE(missing.found.find("the mean of the first hold becomes the zero of the bias"), std::string::npos);
+    EXPECT_NE(missing.found.find("the mean of the first hold becomes the bias reference"), std::string::npos);
     EXPECT_NE(missing.fix.find("latitude"), std::string::npos);
     EXPECT_EQ(find(readiness(rig), "zero of the bias")->state, FindingState::warning) << name;
   }

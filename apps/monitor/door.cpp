@@ -80,7 +80,7 @@ std::variant<Guest, WebAnswer> Door::guest_of(const WebRequest& request) {
         sent.starts_with(kBearer) ? users_.of_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
     if (!identity && !logins_.take("token " + request.peer))
       return refusal(429, "too many wrong tokens from this address");
-    if (!identity) return refusal(401, "the token is none");
+    if (!identity) return refusal(401, "unknown token");
     return Guest{.identity = identity};
   }
   const auto session = sessions_.find(secret_of(request));
@@ -98,11 +98,11 @@ std::optional<Identity> Door::user_of(const Sessions::Session& session) {
 }
 
 std::optional<WebAnswer> Door::objection_to_change(const Guest& guest, const WebRequest& request, Role role) const {
-  if (!options_.control) return refusal(403, "this monitor only looks; it was started without --control");
-  if (!guest.identity) return refusal(403, "whoever speaks to a run has a name: add users first");
-  if (!guest.may(role)) return refusal(403, fmt::format("a {} may not do that", name(guest.identity->role)));
+  if (!options_.control) return refusal(403, "this monitor is read-only; it was started without --control");
+  if (!guest.identity) return refusal(403, "controlling a run requires a user; add users first");
+  if (!guest.may(role)) return refusal(403, fmt::format("the role {} may not do this", name(guest.identity->role)));
   if (!guest.session) return std::nullopt;
-  if (!says_where_from(request)) return refusal(403, "the request does not say that it comes from the page");
+  if (!says_where_from(request)) return refusal(403, "the request has no header that states its origin");
   if (!equal_secrets(guest.session->csrf, request.head.header("x-csrf-token")))
     return refusal(403, "the request does not come from the page");
   return std::nullopt;
@@ -111,9 +111,9 @@ std::optional<WebAnswer> Door::objection_to_change(const Guest& guest, const Web
 WebAnswer Door::log_in(const WebRequest& request) {
   const auto body = read_body(request, {"name", "password"});
   if (!body) return refusal(400, body.error().what);
-  if (!says_where_from(request)) return refusal(403, "the request does not say that it comes from the page");
+  if (!says_where_from(request)) return refusal(403, "the request has no header that states its origin");
   const auto& name = body->at("name");
-  if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many tries to log in; wait a minute");
+  if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many login attempts; wait a minute");
   const auto identity = users_.of_password(name, body->at("password"));
   if (!identity) return refusal(401, "name or password is wrong");
   const auto secret = sessions_.open(identity->name, identity->known_by);
@@ -149,7 +149,7 @@ WebAnswer Door::sessions(const WebRequest& request) {
   const auto found = guest_of(request);
   if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
   const auto& guest = std::get<Guest>(found);
-  if (!guest.may(Role::administrator)) return refusal(403, "only administrators see who is logged in");
+  if (!guest.may(Role::administrator)) return refusal(403, "only administrators may list sessions");
   if (request.head.method == "POST") {
     if (guest.session &&
         (!says_where_from(request) || !equal_secrets(guest.session->csrf, request.head.header("x-csrf-token"))))

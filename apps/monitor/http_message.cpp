@@ -58,8 +58,8 @@ Trouble read_query(std::string_view text, RequestHead& head) {
     const auto equals = std::min(pair.find('='), pair.size());
     const auto name = percent_decoded(pair.substr(0, equals));
     const auto value = percent_decoded(pair.substr(std::min(equals + 1, pair.size())));
-    if (!name || !value) return HeadRefusal{400, "the query is not well encoded"};
-    if (!head.query.emplace(*name, *value).second) return HeadRefusal{400, "a parameter stands twice"};
+    if (!name || !value) return HeadRefusal{400, "invalid encoding of the query"};
+    if (!head.query.emplace(*name, *value).second) return HeadRefusal{400, "duplicate parameter"};
   }
   return std::nullopt;
 }
@@ -78,46 +78,46 @@ bool leads_elsewhere(std::string_view path) {
 
 Trouble read_target(std::string_view target, RequestHead& head) {
   if (target.size() > kLongestTarget) return HeadRefusal{414, "the address is too long"};
-  if (!target.starts_with('/') || target.starts_with("//")) return HeadRefusal{400, "the address is no path"};
-  if (!std::ranges::all_of(target, is_printable)) return HeadRefusal{400, "the address has characters of no address"};
+  if (!target.starts_with('/') || target.starts_with("//")) return HeadRefusal{400, "the address is not a path"};
+  if (!std::ranges::all_of(target, is_printable)) return HeadRefusal{400, "the address contains invalid characters"};
   if (target.find('#') != std::string_view::npos) return HeadRefusal{400, "the address has a fragment"};
   const auto question = std::min(target.find('?'), target.size());
   const auto raw = target.substr(0, question);
   const auto path = percent_decoded(raw);
   const bool hides_slash =
       std::count(raw.begin(), raw.end(), '/') != (path ? std::count(path->begin(), path->end(), '/') : -1);
-  if (!path || hides_slash || leads_elsewhere(*path)) return HeadRefusal{400, "the path is none of this page's"};
+  if (!path || hides_slash || leads_elsewhere(*path)) return HeadRefusal{400, "invalid path"};
   head.path = *path;
   return read_query(target.substr(std::min(question + 1, target.size())), head);
 }
 
 Trouble read_header(std::string_view name, std::string_view value, RequestHead& head) {
-  if (head.headers.size() >= kMostHeaders) return HeadRefusal{431, "there are too many headers"};
+  if (head.headers.size() >= kMostHeaders) return HeadRefusal{431, "too many headers"};
   const auto [found, is_new] = head.headers.emplace(in_small_letters(name), value);
   if (is_new) return std::nullopt;
   constexpr std::array kLists{"accept", "accept-encoding", "accept-language", "cache-control",
                               "via",    "x-forwarded-for"};
-  if (std::ranges::find(kLists, found->first) == kLists.end())
-    return HeadRefusal{400, "a header stands twice that may stand once"};
+  if (std::ranges::find(kLists, found->first) == kLists.end()) return HeadRefusal{400, "duplicate header"};
   // A list (RFC 9110, 5.3).
   found->second.append(", ").append(value);
   return std::nullopt;
 }
 
 Trouble read_body_size(RequestHead& head) {
-  if (head.headers.contains("transfer-encoding")) return HeadRefusal{501, "a body comes with its length here"};
-  if (head.headers.contains("expect")) return HeadRefusal{501, "nothing is expected here"};
-  if (head.headers.contains("upgrade")) return HeadRefusal{501, "nothing else than HTTP/1.1 is spoken here"};
+  if (head.headers.contains("transfer-encoding"))
+    return HeadRefusal{501, "Transfer-Encoding: header not supported; send Content-Length"};
+  if (head.headers.contains("expect")) return HeadRefusal{501, "Expect: header not supported"};
+  if (head.headers.contains("upgrade")) return HeadRefusal{501, "Upgrade: header not supported"};
   const auto length = head.headers.find("content-length");
   if (length == head.headers.end())
-    return head.method == "POST" ? Trouble(HeadRefusal{411, "a POST says how long it is"}) : std::nullopt;
+    return head.method == "POST" ? Trouble(HeadRefusal{411, "Content-Length is missing in a POST"}) : std::nullopt;
   const auto& text = length->second;
   if (text.empty() || !std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; }))
-    return HeadRefusal{400, "the length is no number"};
+    return HeadRefusal{400, "Content-Length is not a number"};
   constexpr std::size_t kLongestNumber = 9;
   if (text.size() > kLongestNumber) return HeadRefusal{413, "the body is too long"};
   std::from_chars(text.data(), text.data() + text.size(), head.body_size);
-  if (head.method == "GET" && head.body_size > 0) return HeadRefusal{400, "a GET has no body here"};
+  if (head.method == "GET" && head.body_size > 0) return HeadRefusal{400, "body not supported in a GET"};
   return head.body_size > kLargestBody ? Trouble(HeadRefusal{413, "the body is too long"}) : std::nullopt;
 }
 
@@ -138,14 +138,15 @@ bool is_huge_length(std::string_view line) {
 HeadRefusal refusal_for(http::error error, std::string_view head, std::string_view rest) {
   switch (error) {
     case http::error::bad_version:
-      if (has_version(head)) return {505, "only HTTP/1.1 is spoken here"};
+      if (has_version(head)) return {505, "only HTTP/1.1 is supported"};
       return {400, "the request line is not METHOD PATH VERSION"};
     case http::error::bad_method:
     case http::error::bad_target: return {400, "the request line is not METHOD PATH VERSION"};
     case http::error::bad_content_length:
       if (is_huge_length(rest)) return {413, "the body is too long"};
-      return {400, "the length is no number"};
-    case http::error::bad_transfer_encoding: return {501, "a body comes with its length here"};
+      return {400, "Content-Length is not a number"};
+    case http::error::bad_transfer_encoding:
+      return {501, "Transfer-Encoding: header not supported; send Content-Length"};
     case http::error::body_limit: return {413, "the body is too long"};
     case http::error::header_limit: return {431, "the head is too long"};
     case http::error::bad_value: return {400, "the value of a header is malformed"};
@@ -220,7 +221,7 @@ std::variant<RequestHead, HeadRefusal> read_head(std::string_view head) {
   if (error) return refusal_for(static_cast<http::error>(error.value()), head, head.substr(taken));
   if (!parser.is_header_done() || taken != head.size()) return HeadRefusal{400, "a line does not end with CR LF"};
   if (message.method() != http::verb::get && message.method() != http::verb::post)
-    return HeadRefusal{405, "only GET and POST are known here"};
+    return HeadRefusal{405, "only GET and POST are supported"};
   RequestHead read;
   read.method = view(message.method_string());
   read.takes_chunks = message.version() == 11;

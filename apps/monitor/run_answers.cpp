@@ -64,7 +64,7 @@ WebAnswer status_answer(const FoundRun& run) {
 
 WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
   const auto after = whole_in(head.parameter("after"), -1);
-  if (!after) return refusal(400, "\"after\" is no number of an event");
+  if (!after) return refusal(400, "\"after\" is not the number of an event");
   const auto events = events_after(run, *after, kMostEvents);
   if (!events) return of_fault(events.error());
   std::string body = "{\"events\":[";
@@ -90,7 +90,7 @@ WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
   if (!run.info) return refusal(503, "the run cannot be read now: " + run.trouble);
   const auto all = series_channels(*run.info);
   const auto channels = channels_named(head.parameter("channels"), all);
-  if (!channels) return refusal(400, "\"channels\" names one that the run has not");
+  if (!channels) return refusal(400, "unknown channel in \"channels\"");
   const auto from = whole_in(head.parameter("from"), 0), to = whole_in(head.parameter("to"), run.status.slot);
   const auto buckets = whole_in(head.parameter("buckets"), 2000);
   if (!from || !to || *from < 0) return refusal(400, "\"from\" and \"to\" are seconds since the run started");
@@ -114,7 +114,7 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::
   if (!slot || !event) return refusal(400, "Last-Event-ID is the last second that came");
   auto watch = std::make_shared<RunFeed::Watch>(feed_, run.key);
   if (feed_.watchers() > kMostWatchers) {
-    auto full = refusal(503, "too many are watching");
+    auto full = refusal(503, "too many watchers; try again later");
     full.headers.emplace_back("Retry-After", "10");
     return full;
   }

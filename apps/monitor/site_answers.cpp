@@ -74,7 +74,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
   const auto& guest = std::get<Guest>(found);
   if (auto no = door_.objection_to_change(guest, request, Role::conductor)) return *no;
-  if (std::ranges::find(kVerbs, verb) == kVerbs.end()) return refusal(404, "a run can be asked no such thing");
+  if (std::ranges::find(kVerbs, verb) == kVerbs.end()) return refusal(404, "unknown request");
   const auto run = catalogue_.find(key);
   if (!run) return refusal(404, "there is no such run");
   const auto body = read_body(request, {"text", "alarm", "confirm"});

@@ -26,17 +26,17 @@ bool has_a_key_twice(const std::string& body) {
 Result<std::map<std::string, std::string>> read_body(const WebRequest& request, const std::vector<std::string>& keys) {
   const auto refuse = [](const char* why) { return failure(FaultKind::usage, "body", why); };
   const auto type = request.head.header("content-type");
-  if (type != "application/json" && !type.starts_with("application/json;")) return refuse("the body is no JSON");
+  if (type != "application/json" && !type.starts_with("application/json;")) return refuse("the body is not JSON");
   const auto root = JsonNode::parse(request.body, "body");
-  if (!root) return refuse("the body is no JSON");
+  if (!root) return refuse("the body is not JSON");
   std::map<std::string, std::string> texts;
   for (const auto& key : keys) texts[key];
   for (const auto& [key, place] : root->members()) {
-    if (std::ranges::find(keys, key) == keys.end()) return refuse("the body has a key that is not known here");
+    if (std::ranges::find(keys, key) == keys.end()) return refuse("unknown key in the body");
     texts[key] = place.text();
   }
-  if (!root->verdict()) return refuse("the body is no object of texts");
-  if (has_a_key_twice(request.body)) return refuse("a key of the body stands twice");
+  if (!root->verdict()) return refuse("the body is not an object of strings");
+  if (has_a_key_twice(request.body)) return refuse("duplicate key in the body");
   return texts;
 }
 

@@ -128,7 +128,7 @@ class WebServer::Lines {
                        .body = {},
                        .peer = connection.peer(),
                        .secure = options.tls != nullptr};
-    if (!is_host(request.head.header("host"))) return refuse(connection, {421, "this page has another name"});
+    if (!is_host(request.head.header("host"))) return refuse(connection, {421, "unknown Host; add it with --host"});
     while (bytes.size() < request.head.body_size)
       if (!read_more(connection, bytes, deadline)) return refuse(connection, {408, "too slow"});
     request.body = bytes.substr(0, request.head.body_size);
@@ -166,7 +166,7 @@ class WebServer::Lines {
     try {
       return answer_(request);
     } catch (const std::exception&) {
-      return refusal(500, "the page has failed");
+      return refusal(500, "internal error of the monitor");
     }
   }
 

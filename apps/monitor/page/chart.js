@@ -157,7 +157,7 @@ const chart = (() => {
         'section',
         {class: 'sheet', 'aria-labelledby': 'trend-title'},
         make('h2', {id: 'trend-title'}, 'Trend'),
-        make('div', {class: 'row', role: 'group', 'aria-label': 'Stretch of time'}, ...span_buttons),
+        make('div', {class: 'row', role: 'group', 'aria-label': 'Time interval'}, ...span_buttons),
         make(
           'div',
           {class: 'row', role: 'group', 'aria-label': 'Zoom'},
@@ -172,7 +172,7 @@ const chart = (() => {
       ),
       make(
         'section',
-        {class: 'sheet', 'aria-label': 'What is drawn'},
+        {class: 'sheet', 'aria-label': 'Channels and scale'},
         make(
           'fieldset',
           {},
@@ -336,7 +336,7 @@ const chart = (() => {
       rows = shown.rows = rows_of(answer, started);
       if (follows()) run.recent.forEach(take);
       refetch = performance.now();
-      if (rows.length === 0) return set_text(said, 'Nothing was recorded in this stretch.');
+      if (rows.length === 0) return set_text(said, 'No data in this interval.');
       draw();
     }
 

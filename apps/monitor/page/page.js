@@ -22,8 +22,8 @@ function connection(text) {
 
 /// Shows that no data arrives. `since` is the time of the last data, if known.
 function nothing_new(why, since) {
-  const what = since ? `Nothing new has come since ${moment(since)}` : 'Nothing new comes';
-  connection(`${what}: ${why}. Trying again; the runs themselves go on without the monitor.`);
+  const what = since ? `No new data since ${moment(since)}` : 'No new data';
+  connection(`${what}: ${why}. Retrying; the runs continue without the monitor.`);
 }
 
 function close_stream() {
@@ -46,11 +46,11 @@ function open_stream() {
   source.addEventListener('event', message => take_event(JSON.parse(message.data)));
   source.addEventListener('error', async () => {
     if (page.source !== source) return;
-    if (source.readyState !== EventSource.CLOSED) return nothing_new('the monitor does not answer'); // reconnects
+    if (source.readyState !== EventSource.CLOSED) return nothing_new('the monitor does not respond'); // reconnects
     // Shows the login if the session has ended.
     const found = await ask('/api/v1/runs/' + run.key);
     if (page.source !== source) return;
-    nothing_new(found.ok ? 'the monitor takes no more watchers' : found.json.error);
+    nothing_new(found.ok ? 'the monitor accepts no more watchers' : found.json.error);
     close_stream();
     page.reconnect = setTimeout(open_stream, 2000);
   });

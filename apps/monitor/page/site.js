@@ -36,12 +36,12 @@ function rig_row(rig) {
 
 /// Returns why the list is empty or old, or an empty text.
 function note_on(site) {
-  if (!site.store) return 'The site file names no store, so that other rigs are unknown.';
+  if (!site.store) return 'The site file names no store; other rigs are unknown.';
   const {error, age_s} = site.store;
-  if (error && age_s !== null) return `The store does not answer: ${error}. The list is ${duration(age_s)} old.`;
-  if (error) return `The store does not answer: ${error}.`;
-  if (age_s === null) return 'The store is being asked.';
-  return site.rigs.length === 0 ? 'No rig has sent anything yet.' : '';
+  if (error && age_s !== null) return `The store does not respond: ${error}. The list is ${duration(age_s)} old.`;
+  if (error) return `The store does not respond: ${error}.`;
+  if (age_s === null) return 'Waiting for the store.';
+  return site.rigs.length === 0 ? 'No rig has sent data yet.' : '';
 }
 
 function cell_text(value) {
@@ -91,7 +91,7 @@ function question(name) {
     body.replaceChildren(
       answer.ok
         ? make('div', {}, more_note(name, answer.json), answer_table(kQuestions[name] || name, answer.json))
-        : make('p', {class: 'error'}, (answer.json && answer.json.error) || 'The store does not answer.')
+        : make('p', {class: 'error'}, (answer.json && answer.json.error) || 'The store does not respond.')
     );
   });
   return details;

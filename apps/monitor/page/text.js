@@ -93,14 +93,14 @@ function announce(text) {
 async function ask(path, options) {
   const settings = Object.assign({credentials: 'same-origin', cache: 'no-store'}, options),
     answer = await fetch(path, settings).catch(() => null);
-  if (answer === null) return {status: 0, ok: false, json: {error: 'the monitor does not answer'}};
+  if (answer === null) return {status: 0, ok: false, json: {error: 'the monitor does not respond'}};
   const json = await answer.json().catch(() => undefined);
   if (answer.status === 401 && page.session.may_look) {
     page.session = {may_look: false, may_control: false, name: null};
     show();
   }
   if (json === undefined)
-    return {status: answer.status, ok: false, json: {error: 'the monitor gave no answer that can be read'}};
+    return {status: answer.status, ok: false, json: {error: 'the answer of the monitor is not readable'}};
   return {status: answer.status, ok: answer.ok, json};
 }
 
@@ -158,10 +158,10 @@ function simulated_badge(status) {
 
 function cause_of(status) {
   if (status.trouble) return status.trouble;
-  if (status.silent) return 'the program that carries the run out, or its disk, is silent; this is how it stood then';
+  if (status.silent) return 'the program of the run or its disk does not respond; this is the last known state';
   const last = status.cause || status.ended_by || '';
   if (state_of(status) !== 'interrupted') return last;
-  return 'no program carries the run out' + (last ? `; the last that it said: ${last}` : '');
+  return 'no program is running this run' + (last ? `; its last message: ${last}` : '');
 }
 
 /// Returns the problems of recording, independent of the run's own state.
@@ -169,7 +169,7 @@ function troubles_of(status) {
   return [
     status.storage_trouble && `no rows can be written: ${status.storage_trouble}`,
     status.record_damage && `the record is damaged: ${status.record_damage}`,
-    status.live_copy_trouble && `the live copy does not follow the run: ${status.live_copy_trouble}`,
+    status.live_copy_trouble && `the live copy is not up to date: ${status.live_copy_trouble}`,
   ].filter(Boolean);
 }
 

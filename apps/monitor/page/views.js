@@ -173,8 +173,8 @@ views.profile = content => {
       make(
         'p',
         {class: 'note'},
-        'Solid: what the profile asked for; dashed: what it will ask for if every soak counts from now on; ' +
-          'red: how far the air was from it.'
+        'Solid: set point of the profile; dashed: planned set point; ' +
+          'red: deviation of the air.'
       )
     ),
     make(
@@ -188,7 +188,7 @@ views.profile = content => {
       'tr',
       {},
       make('td', {}, String(i + 1)),
-      make('td', {}, segment.name, segment.prompt ? ` — asks: ${segment.prompt}` : ''),
+      make('td', {}, segment.name, segment.prompt ? ` — prompt: ${segment.prompt}` : ''),
       make('td', {}, segment.kind),
       make('td', {class: 'number'}, with_unit(segment.to_c, '°C')),
       make('td', {class: 'number'}, duration(segment.duration_s)),
@@ -327,12 +327,12 @@ views.files = async content => {
         ? make(
             'p',
             {class: 'note'},
-            'The record belongs to the program that writes it until the run ends; it stands here then.'
+            'The record can be downloaded when the run has ended.'
           )
         : null,
       list.length > 0
         ? make('ul', {}, ...list)
-        : make('p', {class: 'note'}, files.ok ? 'There is none to be saved now.' : files.json.error)
+        : make('p', {class: 'note'}, files.ok ? 'No file is available.' : files.json.error)
     )
   );
   return {};
@@ -432,7 +432,7 @@ views.runs = content => {
   return often(async () => {
     const runs = await all_runs(),
       now = JSON.stringify(runs);
-    set_text(none, runs.length === 0 ? 'No record lies in the monitor\u2019s folders.' : '');
+    set_text(none, runs.length === 0 ? 'There is no record in the monitor\u2019s folders.' : '');
     if (now === before) return;
     before = now;
     redraw(
@@ -494,7 +494,7 @@ views.rigs = content => {
         ),
         make('p', {}, make('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
       );
-    const none = make('p', {class: 'sheet note'}, 'No record lies in the monitor\u2019s folders.');
+    const none = make('p', {class: 'sheet note'}, 'There is no record in the monitor\u2019s folders.');
     redraw(
       cards,
       rigs.size === 0 ? [none] : [...rigs].flatMap(([rig, of_rig]) => of_rig.map(run => card_of(rig, run)))

@@ -283,7 +283,7 @@ class Page(WatchedRun):
                 self.browser.execute_script("window.fetch = own_fetch")
                 self.assertTrue(until(lambda: not self.connection(), 10))
                 self.monitor.kill()
-                self.assertTrue(until(lambda: "the monitor does not answer" in self.connection(), 10))
+                self.assertTrue(until(lambda: "the monitor does not respond" in self.connection(), 10))
                 self.assertIn("since", self.connection())
                 self.monitor.again()
                 self.assertTrue(until(lambda: not self.connection(), 10))
@@ -302,7 +302,7 @@ class Page(WatchedRun):
         ):
             status = f"{{state: '{state}', finished: {str(finished).lower()}, running: false}}"
             self.assertEqual(self.says(f"state_of({status})"), said, status)
-        self.assertIn("no program carries the run out", self.says("cause_of({state: 'held', ended_by: 'held'})"))
+        self.assertIn("no program is running this run", self.says("cause_of({state: 'held', ended_by: 'held'})"))
         silent = "status: {running: true, age_s: 7200}, status_came: 1000, sample: {}, sample_came: 2000"
         self.assertEqual(self.says(f"sample_age({{{silent}}}, 3000)"), 7202)
         self.assertEqual(self.says(f"sample_age({{{silent.replace('7200', '0')}}}, 9000)"), 8)

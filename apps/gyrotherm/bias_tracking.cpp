@@ -21,12 +21,12 @@ Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console,
                                                                const RecordedRunOptions& options) {
   if (!arguments.track) {
     if (arguments.noise.empty()) return std::nullopt;
-    return failure(FaultKind::usage, "--noise", "is for --track");
+    return failure(FaultKind::usage, "--noise", "requires --track");
   }
   if (arguments.noise.empty()) {
     if (model.residual_noise) return model.residual_noise;
     return failure(FaultKind::usage, "--track",
-                   "the model does not say how its residual wanders; name a record of the gyro with --noise");
+                   "the model contains no noise of its residual; name a record of the gyro with --noise");
   }
   const auto recorded = load_recorded_run(console, arguments.noise,
                                           {.unverified = options.unverified,

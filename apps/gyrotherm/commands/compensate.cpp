@@ -276,8 +276,8 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
       find_tracking_noise(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   if (*noise) {
-    console.print_message("what is left is tracked, " + describe(**noise) +
-                          ": where the gyro moves, a last column at_rest must say 0");
+    console.print_message("tracking the residual bias, " + describe(**noise) +
+                          ": the last column at_rest must be 0 where the gyro moves");
   }
   console.print_message(describe_latency(*model));
   const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);

@@ -53,7 +53,7 @@ std::string describe_floor(const model::Verification& v) {
 }
 
 std::string describe_coverage(const model::Verification& v) {
-  if (!v.coverage) return "  intervals of compensated means: not known, the model has no uncertainty budget\n";
+  if (!v.coverage) return "  intervals of compensated means: unknown, the model has no uncertainty budget\n";
   const model::Coverage& c = *v.coverage;
   return fmt::format(
       "  intervals of {:.0f} %: ± {:.5f} °/h on average, {:.1f} % of {} means lie within theirs (n_eff {:.0f}){}\n",
@@ -141,10 +141,12 @@ std::string describe(const model::Characterisation& result) {
 /// Returns a table of the denoisers, and a test of the filter's innovations.
 std::string describe(const tracking::Assessment& assessment) {
   std::string text = fmt::format(
-      "  what is left, followed in steps of {:g} s; {}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} "
+      "  tracking of the residual bias in steps of {:g} s; {}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} "
+      "{:>9} "
       "{:>9} {:>9}\n",
-      assessment.interval_s, app::describe(assessment.noise), fmt::format("{} hours foretold", assessment.hours),
-      "late, s", "next hour", "±", "shuffled", "ADEV step", "ADEV hour", "step, s", "beyond", "ramp, s", "beyond");
+      assessment.interval_s, app::describe(assessment.noise), fmt::format("{} hours predicted", assessment.hours),
+      "delay, s", "next hour", "±", "shuffled", "ADEV step", "ADEV hour", "step, s", "overshoot", "ramp, s",
+      "overshoot");
   for (const tracking::DenoiserFigures& f : assessment.denoisers) {
     text +=
         fmt::format("  {:<22} {:>9.0f} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", f.name, f.latency_s,
@@ -173,7 +175,7 @@ std::string describe(const std::string& run, const model::Verification& v, const
           row("  holds", v.holds) + row("  10 min after corners", v.corners);
   if (v.to_truth) text += row("error to truth", v.to_truth->figures);
   if (v.to_truth && v.to_truth->mean_removed)
-    text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
+    text += "  bias reference: mean of this record; the mean of the error to truth is removed\n";
   text += describe_streamed(v) + describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
           describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
   if (tracked) text += describe(*tracked);

@@ -280,7 +280,7 @@ TEST_F(CompensateAndTrack, RemovesResidualBiasAtRest) {
   const auto resting = compensate(shifted_rows("1"), options()), moving = compensate(shifted_rows("0"), options());
   ASSERT_EQ(resting.exit_code, 0) << resting.err;
   ASSERT_EQ(moving.exit_code, 0) << moving.err;
-  EXPECT_NE(resting.err.find("what is left is tracked, N "), std::string::npos) << resting.err;
+  EXPECT_NE(resting.err.find("tracking the residual bias, N "), std::string::npos) << resting.err;
   EXPECT_LT(std::abs(last_mean(resting)), 0.2) << "of 1 °/h";
   EXPECT_GT(last_mean(moving), 0.8) << "what may be a rotation is left alone";
   EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field is no rest";

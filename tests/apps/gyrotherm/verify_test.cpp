@@ -150,7 +150,7 @@ TEST_F(Verify, AssessesTrackingOnRequest) {
   }
   EXPECT_EQ(tracking["series"]["smoothed_deg_per_h"].size(), tracking["series"]["residual_deg_per_h"].size());
   const auto words = gyrotherm_with(command).out;
-  for (const auto* word : {"hours foretold", "thermal model alone", "Kalman, an hour late", "Ljung–Box"})
+  for (const auto* word : {"hours predicted", "thermal model alone", "Kalman, an hour late", "Ljung–Box"})
     EXPECT_NE(words.find(word), std::string::npos) << words;
   EXPECT_EQ(verified("--noise " + (*folder_ / "r.db")).exit_code, 2) << "a noise without tracking";
 }

@@ -71,7 +71,7 @@ Result<void> check_can_create(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return failure(FaultKind::usage, path, "is a folder, expected the name of a file");
   if (const auto folder = folder_of(path); !fs::is_directory(folder, error))
-    return failure(FaultKind::usage, path, fmt::format("the folder {} is not there", folder));
+    return failure(FaultKind::usage, path, fmt::format("the folder {} does not exist", folder));
   return {};
 }
 
@@ -80,7 +80,7 @@ Result<void> check_is_free(const std::string& path, bool force) {
   if (auto free = check_not_record(path); !free) return free;
   std::error_code error;
   if (force || !fs::exists(path, error)) return {};
-  return failure(FaultKind::usage, path, "is there already; --force writes over it");
+  return failure(FaultKind::usage, path, "exists; --force overwrites it");
 }
 
 }  // namespace gyrotherm::app

@@ -90,24 +90,24 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
     return failure(FaultKind::usage, std::move(where), std::move(what));
   };
   std::error_code error;
-  if (options.folders.empty()) return refuse("--folder", "is missing: where the records are");
+  if (options.folders.empty()) return refuse("--folder", "is missing; name a folder with records");
   for (const auto& folder : options.folders)
-    if (!std::filesystem::is_directory(folder, error)) return refuse("--folder " + folder, "is no folder");
-  if (options.certificate.empty() != options.key.empty()) return refuse("--certificate", "and --key come together");
+    if (!std::filesystem::is_directory(folder, error)) return refuse("--folder " + folder, "is not a folder");
+  if (options.certificate.empty() != options.key.empty())
+    return refuse("--certificate", "requires --key, and --key requires --certificate");
   if (options.control && !has_users)
-    return refuse("--control", "wants users first: " + adding_a_user(state_folder, "operator"));
+    return refuse("--control", "requires users: " + adding_a_user(state_folder, "operator"));
   if (options.behind_proxy && !options.certificate.empty())
-    return refuse("--behind-proxy", "the proxy has the certificate");
+    return refuse("--behind-proxy", "not valid with --certificate; the proxy has the certificate");
   if (options.behind_proxy && !address.is_own())
-    return refuse("--behind-proxy", "listens on this machine's own address, 127.0.0.1 or [::1]");
+    return refuse("--behind-proxy", "requires --listen on 127.0.0.1 or [::1]");
   if (address.is_own()) return {};
   if (!has_users)
     return refuse("--listen " + options.listen,
-                  "others than this machine are let in by users alone: " + adding_a_user(state_folder, "viewer"));
+                  "access from other machines requires users: " + adding_a_user(state_folder, "viewer"));
   if (options.certificate.empty())
-    return refuse(
-        "--listen " + options.listen,
-        "others than this machine are spoken to by TLS alone: --certificate and --key, or --behind-proxy on 127.0.0.1");
+    return refuse("--listen " + options.listen,
+                  "access from other machines requires TLS: --certificate and --key, or --behind-proxy on 127.0.0.1");
   return {};
 }
 

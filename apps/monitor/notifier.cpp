@@ -89,7 +89,8 @@ void Notifier::give_away(const DueMessage& message) {
   const auto delivered = deliver(site_, *address, letter, utc);
   if (!delivered) {
     memory_.failed(message, utc);
-    complain_({delivered.error().kind, fmt::format("\"{}\" was not told (rule \"{}\")", message.address, message.rule),
+    complain_({delivered.error().kind,
+               fmt::format("\"{}\" was not notified (rule \"{}\")", message.address, message.rule),
                text(delivered.error())});
   } else {
     memory_.told(message, utc);
@@ -98,7 +99,7 @@ void Notifier::give_away(const DueMessage& message) {
   if (std::ranges::any_of(catalogue_.runs(), is_its_record)) {
     const auto of_alarm = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
     auto note = fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
-                            delivered ? "was told" : "could not be told", of_alarm, message.rule, message.text);
+                            delivered ? "was notified" : "could not be notified", of_alarm, message.rule, message.text);
     (void)control::tell(message.record, {.note = shortened(std::move(note)), .told = true}, kSecond);
   }
   save();

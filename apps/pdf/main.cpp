@@ -116,7 +116,7 @@ Result<FinishedFile> figure_png(const Arguments& arguments) {
 /// that a record is never overwritten.
 Result<void> check_is_free(const std::string& path, bool force) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return {};
-  if (!force) return failure(FaultKind::usage, path, "is there already; --force replaces it");
+  if (!force) return failure(FaultKind::usage, path, "exists; --force replaces it");
   const auto there = read_text_file(path, kLargestTable);
   if (!there) return failure(there.error());
   if (there->empty() || there->starts_with("%PDF-") || there->starts_with("\x89PNG")) return {};

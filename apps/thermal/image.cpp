@@ -259,7 +259,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   std::error_code error;
   const auto facts_file = (std::filesystem::path(options.out) / kFacts).string();
   if (!options.force && std::filesystem::exists(facts_file, error))
-    return failure(FaultKind::usage, facts_file, "is there already; --force writes over it and what is beside it");
+    return failure(FaultKind::usage, facts_file, "exists; --force overwrites it and the files next to it");
   auto model = read_gyro(options.gyro);
   if (!model) return failure(model.error());
   std::filesystem::create_directories(options.out, error);

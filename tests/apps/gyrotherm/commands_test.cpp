@@ -109,7 +109,7 @@ TEST(CommandLine, ReportsMissingFolderBeforeWork) {
        {"export run.db --out ", "train run.db --out ", "import rows.csv --map freeimu --out "}) {
     const auto ran = gyrotherm_with(arguments + (folder / "none/file"));
     EXPECT_EQ(ran.exit_code, 2) << arguments << ran.err;
-    EXPECT_NE(ran.err.find((folder / "none") + " is not there"), std::string::npos) << arguments << "\n" << ran.err;
+    EXPECT_NE(ran.err.find((folder / "none") + " does not exist"), std::string::npos) << arguments << "\n" << ran.err;
   }
   const auto itself = gyrotherm_with("export run.db --force --out " + (folder / "."));
   EXPECT_NE(itself.err.find("is a folder"), std::string::npos) << itself.err;

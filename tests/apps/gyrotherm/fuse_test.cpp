@@ -116,7 +116,7 @@ TEST_F(Fuse, WritesSelfContainedPage) {
   EXPECT_EQ(nlohmann::json::parse(whole(in("page/fusion.json")))["schema"], "gyrotherm-fusion/1");
   const auto again = fuse(models() + " --report " + in("page"));
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_NE(again.err.find("fusion.html: is there already; --force"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("fusion.html: exists; --force"), std::string::npos) << again.err;
 }
 
 TEST_F(Fuse, HasNoParityWithThreeAxes) {

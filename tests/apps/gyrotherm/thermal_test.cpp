@@ -38,7 +38,7 @@ TEST(Thermal, WritesImageOfWorkingGyro) {
   EXPECT_NE(text_in(folder / "image/gyro.inp").find("*HEAT TRANSFER"), std::string::npos);
   const auto again = gyrotherm_with("thermal --mesh coarse --out " + (folder / "image"));
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_NE(again.err.find("thermal.json: is there already; --force writes over it"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("thermal.json: exists; --force overwrites it"), std::string::npos) << again.err;
 }
 
 TEST(Thermal, FigureHasValuesOfGyroFile) {

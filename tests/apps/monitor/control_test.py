@@ -177,8 +177,8 @@ class Control(unittest.TestCase):
             ("command", "resume"),
             ("command", "stop.*: the day is over"),
             ("acknowledged", rf"{alarm}.*ada \(through .*I am coming"),
-            ("told", r"night was told of alarm"),
-            ("told", r"boss was told of alarm"),
+            ("told", r"night was notified of alarm"),
+            ("told", r"boss was notified of alarm"),
         ):
             with self.subTest(kind=kind, pattern=pattern):
                 self.assertTrue(any(one == kind and re.search(pattern, text) for one, text in events), events)

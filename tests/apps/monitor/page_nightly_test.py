@@ -279,7 +279,7 @@ class Page(WatchedRun):
                 self.sees("soak")
                 self.put_in_place_of_runs("new Response('{\"error\": \"too many requests\"}', {status: 429})")
                 self.assertTrue(until(lambda: "too many requests" in self.connection(), 10))
-                self.assertNotIn("No record lies", self.text())
+                self.assertNotIn("There is no record", self.text())
                 self.browser.execute_script("window.fetch = own_fetch")
                 self.assertTrue(until(lambda: not self.connection(), 10))
                 self.monitor.kill()

@@ -79,7 +79,7 @@ Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& 
 }
 
 tl::unexpected<Fault> no_rows_fault(const std::string& run) {
-  return failure(FaultKind::usage, run, "no row of the record is among those chosen");
+  return failure(FaultKind::usage, run, "the record has no row in the selected range");
 }
 
 bool has_row_at(const exchange::ExportChoice& choice, double time_s) {
@@ -117,9 +117,10 @@ std::string format_table(const CompensatedRows& rows, const exchange::ExportChoi
 /// Returns the number of rows written.
 Result<std::size_t> write_compensated(Console& console, const record::RecordFiles& files,
                                       const ExportArguments& options, const exchange::ExportChoice& choice) {
-  if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
+  if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "requires --model");
   if (options.format != "csv" || choice.every > Duration{})
-    return failure(FaultKind::usage, "--compensated", "is a row a second, as csv; no --as and no --every go with it");
+    return failure(FaultKind::usage, "--compensated",
+                   "writes one row per second as csv; not valid with --as or --every");
   const auto rows = compensate(console, files, options);
   if (!rows) return failure(rows.error());
   const auto written =
@@ -180,7 +181,7 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
   if (options.follow && (options.compensated || is_chosen || !options.out.empty()))
     return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
-  if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; only --follow writes to stdout");
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto checked = check_recorded_run(console, options.run, options.unverified);
   if (!checked) return failure(checked.error());

@@ -33,10 +33,9 @@ Result<Exit> guess(Console& console, const ImportArguments& options) {
     return Exit::done;
   }
   if (std::filesystem::exists(options.out))
-    return failure(FaultKind::storage, options.out,
-                   "exists already, and a map that somebody corrected is not replaced");
+    return failure(FaultKind::storage, options.out, "exists; a column map is never overwritten");
   if (auto written = replace_text_file(options.out, *map); !written) return failure(written.error());
-  console.print_message(fmt::format("{}: a first map, guessed; look at every line, then import with it", options.out));
+  console.print_message(fmt::format("{}: draft map; check every line, then import with it", options.out));
   return Exit::done;
 }
 
@@ -92,8 +91,8 @@ std::string json(const exchange::ImportSummary& summary) {
 Result<Exit> import(Console& console, const ImportArguments& options) {
   if (options.guess) return guess(console, options);
   if (options.map.empty())
-    return failure(FaultKind::usage, "--map", "which column is what? Name a map, or let --guess make a first one");
-  if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Name the record");
+    return failure(FaultKind::usage, "--map", "is missing; name a column map, or make a draft with --guess");
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; name the record");
   if (auto can_create = check_can_create(options.out); !can_create) return failure(can_create.error());
   if (auto free = record::check_name_of_new_record(options.out); !free) return failure(free.error());
   const auto map = path_of(options.map, kShippedImportMap);

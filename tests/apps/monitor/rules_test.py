@@ -73,8 +73,8 @@ class Rules(unittest.TestCase):
                 "GyrothermRunDoesNotAnswer",
                 "critical",
                 summary="soak on oven is not over, and no program carries it out",
-                description="The program died, hangs, or its disk does. The guard makes the chamber safe; "
-                "gyrotherm resume goes on.",
+                description="The program or its disk has failed. The guard makes the chamber safe; "
+                "gyrotherm resume continues the run.",
             ),
         )
 

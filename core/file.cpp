@@ -87,8 +87,9 @@ Result<std::string> read_whole(const RegularFile& file, const std::string& path,
   const auto size = static_cast<std::size_t>(file.size);
   if (!read_up_to(file.descriptor.number(), text, size + 1)) return unreadable(path, std::strerror(errno));
   if (text.size() == size) return text;
-  return unreadable(path, fmt::format("it said that it has {} bytes and gives {}; expected a file that lies still",
-                                      size, text.size() > size ? "more" : std::to_string(text.size())));
+  return unreadable(
+      path, fmt::format("its size was {} bytes, but {} bytes were read; expected a file that does not change", size,
+                        text.size() > size ? "more" : std::to_string(text.size())));
 }
 
 Result<std::string> read_text_file(const std::string& path, std::size_t most) {
@@ -217,7 +218,7 @@ Result<void> replace_text_file(const std::string& path, std::string_view text) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    return failure(FaultKind::storage, path, "is there and is no regular file; it is not replaced");
+    return failure(FaultKind::storage, path, "exists and is not a regular file; it is not replaced");
   const auto target = std::filesystem::weakly_canonical(path, error).string();
   return replace(path, target.empty() ? path : target, text,
                  {.mode = kModeForAll, .ignores_umask = false, .syncing = Syncing::awaited});

@@ -65,11 +65,11 @@ struct InRange {
 };
 template <class T>
 InRange<T> positive(T& value, double at_most = 1e300) {
-  return {value, 0, at_most, true, "expected a number above 0, of a sane size"};
+  return {value, 0, at_most, true, "expected a number above 0, of a plausible size"};
 }
 template <class T>
 InRange<T> not_negative(T& value) {
-  return {value, 0, 1e300, false, "expected a number not below 0"};
+  return {value, 0, 1e300, false, "expected 0 or more"};
 }
 
 /// One of the enumerators `all`, stored by its name(). Any other text is an error.

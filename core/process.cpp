@@ -15,7 +15,7 @@ namespace gyrotherm {
 
 void ensure(bool holds, const char* invariant) {
   if (holds) return;
-  std::fprintf(stderr, "gyrotherm: a law of safety is broken, the program ends: %s\n", invariant);
+  std::fprintf(stderr, "gyrotherm: a safety invariant is violated, the program ends: %s\n", invariant);
   std::abort();
 }
 

@@ -57,21 +57,21 @@ bool is_stdout_closed() {
 
 std::string objection_to(std::string_view value, std::string_view kind) {
   const bool wants_number = kind == "INT" || kind == "UINT" || kind == "FLOAT";
-  if (wants_number && !is_number(value, kind)) return fmt::format("\"{}\" is no number that it can take", value);
+  if (wants_number && !is_number(value, kind)) return fmt::format("\"{}\" is not an accepted number", value);
   return value.empty() ? "its value is empty" : "";
 }
 
 std::string command_refusal_reason(std::string_view word, std::span<const std::string> known) {
   if (word.starts_with('-') || std::ranges::find(known, word) != known.end()) return {};
   const auto near = nearest(word, known);
-  return near.empty() ? fmt::format("\"{}\" is none of the commands {}", word, fmt::join(known, ", "))
-                      : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", word, near);
+  return near.empty() ? fmt::format("\"{}\" is not one of the commands {}", word, fmt::join(known, ", "))
+                      : fmt::format("\"{}\" is not a command. Did you mean \"{}\"?", word, near);
 }
 
 std::string option_refusal_reason(std::string_view word, const std::string& command,
                                   std::span<const std::string> known) {
   const auto near = nearest(word, known);
-  return fmt::format("{} is no option of {}{}", word, command,
+  return fmt::format("{} is not an option of {}{}", word, command,
                      near.empty() ? "" : fmt::format(". Did you mean {}?", near));
 }
 
@@ -79,7 +79,7 @@ std::string plain_error_message(const std::string& refusal) {
   constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
   const auto is = refusal.find(kIs);
   if (!refusal.starts_with(kStart) || is == std::string::npos) return refusal;
-  return fmt::format("{}: \"{}\" is no number that it can take", refusal.substr(kStart.size(), is - kStart.size()),
+  return fmt::format("{}: \"{}\" is not an accepted number", refusal.substr(kStart.size(), is - kStart.size()),
                      refusal.substr(is + kIs.size()));
 }
 

@@ -17,7 +17,7 @@ const EVP_MD* openssl_sha256() {
 
 /// Starts a digest. With a null `digest` the context keeps its algorithm.
 void begin(EVP_MD_CTX* context, const EVP_MD* digest) {
-  ensure(context != nullptr && EVP_DigestInit_ex2(context, digest, nullptr) == 1, "OpenSSL can work out SHA-256");
+  ensure(context != nullptr && EVP_DigestInit_ex2(context, digest, nullptr) == 1, "OpenSSL can compute SHA-256");
 }
 
 }  // namespace

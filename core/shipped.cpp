@@ -74,12 +74,12 @@ Result<std::string> path_of(const std::string& given, const ShippedKind& kind) {
       !found.empty())
     return found;
   const auto names = shipped_names(kind);
-  auto what = fmt::format("is no shipped {}", kind.what);
+  auto what = fmt::format("is not a shipped {}", kind.what);
   if (const auto* other = find_other_kind(given, kind))
-    what = fmt::format("is a shipped {} and no {}", other, kind.what);
+    what = fmt::format("is a shipped {}, not a {}", other, kind.what);
   if (const auto near = nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
   if (std::error_code error; !given.empty() && fs::exists(given, error))
-    what += fmt::format("; for the file of that name here write ./{}", given);
+    what += fmt::format("; for the file of that name in this folder, write ./{}", given);
   what += names.empty() ? "; none was found" : fmt::format("; there are {}", fmt::join(names, ", "));
   auto looked_in = shipped_folders();
   for (auto& folder : looked_in) folder += std::string("/") + kind.folder;

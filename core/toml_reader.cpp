@@ -287,7 +287,7 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
   const auto value = text(key, fallback.empty() ? std::nullopt : std::optional(std::move(fallback)));
   if (value.empty() || std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   const auto near = nearest(value, allowed);
-  mistake(key, fmt::format("\"{}\" is none of {}{}", value, fmt::join(allowed, ", "),
+  mistake(key, fmt::format("\"{}\" is not one of {}{}", value, fmt::join(allowed, ", "),
                            near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
   return allowed.front();
 }
@@ -409,7 +409,7 @@ Result<void> TomlTable::verdict() const {
   std::string what = mistakes.front().what;
   for (std::size_t i = 1; i < mistakes.size(); ++i)
     what += fmt::format("\n{}: {}", document_->place(mistakes[i].at), mistakes[i].what);
-  if (all.more()) what += fmt::format("\n{}: more mistakes than the {} told here", document_->file, kMostMistakes);
+  if (all.more()) what += fmt::format("\n{}: more errors than the {} reported here", document_->file, kMostMistakes);
   return failure(FaultKind::bad_file, document_->place(mistakes.front().at), std::move(what));
 }
 

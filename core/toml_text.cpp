@@ -85,11 +85,11 @@ std::string describe(Excess excess) {
   switch (excess) {
     case Excess::none: break;
     case Excess::depth:
-      return fmt::format("lies more than {} keys, tables and arrays deep, expected fewer", TomlBounds::kDepth);
+      return fmt::format("is nested more than {} keys, tables and arrays deep, expected fewer", TomlBounds::kDepth);
     case Excess::keys: return fmt::format("more than {} keys and tables, expected fewer", TomlBounds::kKeys);
     case Excess::values: return fmt::format("more than {} values in arrays, expected fewer", TomlBounds::kValues);
     case Excess::text: return fmt::format("a text of more than {} bytes, expected a shorter one", TomlBounds::kText);
-    case Excess::word: return fmt::format("a word of more than {} bytes, expected a shorter one", TomlBounds::kWord);
+    case Excess::word: return fmt::format("a token of more than {} bytes, expected a shorter one", TomlBounds::kWord);
   }
   return {};
 }
@@ -194,7 +194,7 @@ std::optional<TextFlaw> find_flaw(std::string_view text) {
       return at;
     }
     if (size > 1 && !scanner.accepts_non_ascii()) {
-      at.what = "a character that stands in quoted texts and comments alone, expected plain ASCII here";
+      at.what = "a character that is allowed only in quoted texts and comments, expected plain ASCII here";
       return at;
     }
     const bool end_of_line = text[0] == '\n';

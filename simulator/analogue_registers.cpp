@@ -27,7 +27,7 @@ Result<AnalogueRegisters> AnalogueRegisters::make(VirtualAnalogueInput wired, co
     const auto& units = laboratory.units();
     const auto at = std::ranges::find(units, unit);
     if (at == units.end())
-      return not_wired(fmt::format("\"{}\" is none of the units {}", unit, fmt::join(units, ", ")));
+      return not_wired(fmt::format("\"{}\" is not one of the units {}", unit, fmt::join(units, ", ")));
     const auto place = static_cast<std::size_t>(at - units.begin());
     const auto values = laboratory.values(place);
     const auto told = std::ranges::find(values, value, &UnitValue::name);

@@ -73,7 +73,7 @@ BracketParameters read_bracket(const TomlTable& table, const std::vector<std::st
     const auto found = std::ranges::find(units, name);
     const auto unit = static_cast<std::size_t>(found - units.begin());
     if (found == units.end())
-      table.mistake("units", fmt::format("\"{}\" is none of the units {}", name, fmt::join(units, ", ")));
+      table.mistake("units", fmt::format("\"{}\" is not one of the units {}", name, fmt::join(units, ", ")));
     else if (!taken.insert(unit).second)
       table.mistake("units", fmt::format("\"{}\" stands on a bracket already", name));
     else

@@ -16,14 +16,14 @@ Result<GyroLineSources::Axis> find_source(const VirtualGyroLine::Axis& wanted, c
   const auto unit = static_cast<std::size_t>(std::ranges::find(units, wanted.unit) - units.begin());
   if (unit == units.size())
     return failure(FaultKind::usage, "virtual gyro",
-                   fmt::format("unit \"{}\" is none of {}", wanted.unit, fmt::join(units, ", ")));
+                   fmt::format("unit \"{}\" is not one of {}", wanted.unit, fmt::join(units, ", ")));
   const auto& axes = laboratory.axes(unit);
   if (axes.front().empty()) return GyroLineSources::Axis{.unit = unit, .axis = 0};
   const auto axis = static_cast<std::size_t>(std::ranges::find(axes, wanted.axis) - axes.begin());
   if (axis == axes.size())
     return failure(
         FaultKind::usage, "virtual gyro",
-        fmt::format("axis \"{}\" of unit \"{}\" is none of {}", wanted.axis, wanted.unit, fmt::join(axes, ", ")));
+        fmt::format("axis \"{}\" of unit \"{}\" is not one of {}", wanted.axis, wanted.unit, fmt::join(axes, ", ")));
   return GyroLineSources::Axis{.unit = unit, .axis = axis};
 }
 

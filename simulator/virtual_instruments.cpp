@@ -37,7 +37,7 @@ Result<Places> find_thermometers(const VirtualThermometer& thermometer, const Vi
     const auto found = std::ranges::find(names, channel);
     if (found == names.end())
       return failure(FaultKind::bad_file, "virtual thermometer",
-                     fmt::format("channel \"{}\" is none of {}", channel, fmt::join(names, ", ")));
+                     fmt::format("channel \"{}\" is not one of {}", channel, fmt::join(names, ", ")));
     places.push_back(static_cast<std::size_t>(found - names.begin()));
   }
   return places;

@@ -44,7 +44,7 @@ void read_text_form(const TomlTable& table, TextForm& form) {
 std::optional<DatePart> date_part(const TomlTable& table, const std::string& word) {
   for (const auto& [known, part] : kDateParts)
     if (word == known) return part;
-  table.mistake("parts", fmt::format("\"{}\" is none of year, month, day, weekday, hour, minute, second", word));
+  table.mistake("parts", fmt::format("\"{}\" is not one of year, month, day, weekday, hour, minute, second", word));
   return std::nullopt;
 }
 
@@ -394,7 +394,7 @@ void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterM
 void read_sequences(const TomlTable& table, RegisterMap& map) {
   for (const auto& name : table.keys()) {
     if (std::find(kCommands.begin(), kCommands.end(), name) == kCommands.end())
-      table.mistake(name, fmt::format("\"{}\" is none of {}", name, fmt::join(kCommands, ", ")));
+      table.mistake(name, fmt::format("\"{}\" is not one of {}", name, fmt::join(kCommands, ", ")));
     auto& steps = map.sequences[name];
     for (const auto& step : table.tables(name)) steps.push_back(read_step(step, map));
     if (steps.empty()) table.mistake(name, fmt::format("\"{}\" has no steps", name));

@@ -138,7 +138,7 @@ namespace {
 std::string unknown_command(const std::string& keyword) {
   const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
   const auto near = nearest(keyword, words);
-  return fmt::format("is none of {}{}", fmt::join(words, ", "),
+  return fmt::format("is not one of {}{}", fmt::join(words, ", "),
                      near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
 }
 

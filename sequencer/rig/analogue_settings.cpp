@@ -47,7 +47,7 @@ std::optional<std::size_t> find_unit(const TomlTable& table, const std::vector<U
   const auto name = table.text("gyro");
   const auto found = std::ranges::find_if(units, [&](const auto& unit) { return unit.info.name == name; });
   if (found != units.end()) return static_cast<std::size_t>(found - units.begin());
-  if (!name.empty()) table.mistake("gyro", fmt::format("\"{}\" is none of this rig's gyros", name));
+  if (!name.empty()) table.mistake("gyro", fmt::format("\"{}\" is not one of this rig's gyros", name));
   return std::nullopt;
 }
 

@@ -283,7 +283,7 @@ class Reader {
         const auto found = std::ranges::find_if(all, [&](const auto& value) { return value.name == name; });
         const auto index = static_cast<std::size_t>(found - all.begin());
         if (found == all.end())
-          table.mistake("values", fmt::format("\"{}\" is none of the stream's values", name));
+          table.mistake("values", fmt::format("\"{}\" is not one of the stream's values", name));
         else if (claimed[index])
           table.mistake("values", fmt::format("\"{}\" is another unit's", name));
         else

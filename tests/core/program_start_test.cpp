@@ -84,8 +84,8 @@ TEST(ObjectionToCommand, NamesTheNearestOrAll) {
   const std::string known[] = {"rigs", "units"};
   EXPECT_EQ(command_refusal_reason("rigs", known), "");
   EXPECT_EQ(command_refusal_reason("--json", known), "");
-  EXPECT_EQ(command_refusal_reason("rigz", known), "\"rigz\" is no command. Did you mean \"rigs\"?");
-  EXPECT_EQ(command_refusal_reason("calibrations", known), "\"calibrations\" is none of the commands rigs, units");
+  EXPECT_EQ(command_refusal_reason("rigz", known), "\"rigz\" is not a command. Did you mean \"rigs\"?");
+  EXPECT_EQ(command_refusal_reason("calibrations", known), "\"calibrations\" is not one of the commands rigs, units");
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ TEST(TomlTable, UnitsAreNotMixedUp) {
 TEST(TomlTable, AChoiceSuggestsTheNearest) {
   const auto t = parsed("kind = \"hodl\"\n");
   EXPECT_EQ(t.choice("kind", {"ramp", "hold"}), "ramp");
-  EXPECT_EQ(verdict(t), "f.toml:1:8: \"hodl\" is none of ramp, hold; did you mean \"hold\"?");
+  EXPECT_EQ(verdict(t), "f.toml:1:8: \"hodl\" is not one of ramp, hold; did you mean \"hold\"?");
 }
 
 TEST(TomlTable, ASchemaMustBeTheOneExpected) {

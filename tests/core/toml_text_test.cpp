@@ -84,7 +84,7 @@ std::string refusal_of_text(std::string_view bomb) {
   return read ? "nothing" : text(read.error());
 }
 
-constexpr const char* kTooDeep = "lies more than 32 keys, tables and arrays deep, expected fewer";
+constexpr const char* kTooDeep = "is nested more than 32 keys, tables and arrays deep, expected fewer";
 
 TEST(TomlBounds, ADottedKeyHasAsManyPartsAsTablesMayLieInEachOther) {
   EXPECT_EQ(refusal_of_text(key_of(30'780) + " = 1"), fmt::format("b.toml:1:66: {}", kTooDeep));
@@ -123,9 +123,9 @@ TEST(TomlBounds, KeysValuesTextsAndWordsAreBounded) {
             "b.toml:1:65541: a text of more than 65536 bytes, expected a shorter one");
   EXPECT_EQ(refusal_of_text("a = \"\"\"\n" + repeated(65'536, "\n") + "\"\"\"").substr(0, 13), "b.toml:65534:");
   EXPECT_EQ(refusal_of_text(repeated(2000, "x") + " = 1"),
-            "b.toml:1:1025: a word of more than 1024 bytes, expected a shorter one");
+            "b.toml:1:1025: a token of more than 1024 bytes, expected a shorter one");
   EXPECT_EQ(refusal_of_text("a = " + repeated(2000, "1")),
-            "b.toml:1:1029: a word of more than 1024 bytes, expected a shorter one");
+            "b.toml:1:1029: a token of more than 1024 bytes, expected a shorter one");
 }
 
 TEST(TomlBounds, TheWholeTextIsBounded) {

@@ -81,7 +81,7 @@ TEST(AnalogueRegisters, RefuseUnknownUnitValueOrInput) {
     const auto made = AnalogueRegisters::make({.map = map, .inputs = {std::move(input)}}, laboratory);
     return made ? "" : text(made.error());
   };
-  EXPECT_NE(refusal({.input = 0, .unit = "q", .value = "discharge_current_ma"}).find("\"q\" is none of the units"),
+  EXPECT_NE(refusal({.input = 0, .unit = "q", .value = "discharge_current_ma"}).find("\"q\" is not one of the units"),
             std::string::npos);
   EXPECT_NE(refusal({.input = 0, .unit = "x", .value = "voltage"}).find("has no value \"voltage\""), std::string::npos);
   EXPECT_NE(refusal({.input = 8, .unit = "x", .value = "discharge_current_ma"}).find("has no input 9"),

@@ -43,7 +43,7 @@ TEST(Shipped, ListsNamesAndFoldersWhenNameIsUnknown) {
   std::ofstream(folder / "qualifcation") << "";
   const auto ran = from(folder / "", "gyrotherm check qualifcation");
   EXPECT_EQ(ran.exit_code, 4);
-  for (const auto* word : {"\"qualifcation\": is no shipped profile", "did you mean \"qualification\"?",
+  for (const auto* word : {"\"qualifcation\": is not a shipped profile", "did you mean \"qualification\"?",
                            "write ./qualifcation", "cold-start, ", "/share/gyrotherm/profiles, ",
                            "/usr/local/share/gyrotherm/profiles", "/usr/share/gyrotherm/profiles"})
     EXPECT_NE(ran.err.find(word), std::string::npos) << word << " in " << ran.err;

@@ -248,9 +248,9 @@ class Starts(unittest.TestCase):
 
     def test_the_cause_of_a_wrong_command_line_is_said(self) -> None:
         for words, said in (
-            (("--foldr", "runs"), "--foldr is no option of gyrotherm-monitor. Did you mean --folder?"),
-            (("usr", "add", "ada", "--role", "viewer"), '"usr" is no command. Did you mean "user"?'),
-            (("user", "ad", "ada", "--role", "viewer"), '"ad" is no command. Did you mean "add"?'),
+            (("--foldr", "runs"), "--foldr is not an option of gyrotherm-monitor. Did you mean --folder?"),
+            (("usr", "add", "ada", "--role", "viewer"), '"usr" is not a command. Did you mean "user"?'),
+            (("user", "ad", "ada", "--role", "viewer"), '"ad" is not a command. Did you mean "add"?'),
         ):
             refused = subprocess.run([MONITOR, *words], capture_output=True, text=True, timeout=30, check=False)
             self.assertEqual(refused.returncode, 2)

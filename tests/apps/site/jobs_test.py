@@ -89,12 +89,12 @@ class Spread(unittest.TestCase):
 @unittest.skipUnless(shutil.which("parallel"), "parallel is not installed")
 class ByParallel(Spread):
     def test_a_command_that_there_is_not_is_named(self) -> None:
-        for word, said in (("rigz", 'Did you mean "rigs"?'), ("calibrate-all", "is none of the commands")):
+        for word, said in (("rigz", 'Did you mean "rigs"?'), ("calibrate-all", "is not one of the commands")):
             self.assertIn(said, self.run_in("here", SITE, word, expect=2).stderr)
         ran = self.run_in("here", SITE, "rigs", "--stoer", "host=none", expect=2)
-        self.assertIn("--stoer is no option of rigs. Did you mean --store?", ran.stderr)
+        self.assertIn("--stoer is not an option of rigs. Did you mean --store?", ran.stderr)
         ran = self.run_in("here", SITE, "rigs", "--store", "host=none", "--most", "0x10", expect=2)
-        self.assertIn('--most: "0x10" is no number that it can take', ran.stderr)
+        self.assertIn('--most: "0x10" is not an accepted number', ran.stderr)
 
     def test_no_seed_and_too_many_are_refused(self) -> None:
         for first, last in (("5", "2"), ("0", "100000"), ("1", str(2**64 - 1))):

@@ -196,11 +196,11 @@ TEST(RegisterMap, NamesEachMistakeOfItsRules) {
   expect("[sequence]\nstart = [{ write = \"air_temperature\", value = 1 }]", "is not writable");
   expect("[sequence]\nstart = [{ write = \"set_point\", code = \"on\" }]", "no code named \"on\"");
   expect("[sequence]\nstart = [{ wait = { register = \"mode\", is = \"on\" } }]", "no register is named \"mode\"");
-  expect("[sequence]\nfly = [{ pause = \"1 s\" }]", "\"fly\" is none of start, stop");
+  expect("[sequence]\nfly = [{ pause = \"1 s\" }]", "\"fly\" is not one of start, stop");
   expect("[sequence]\nstart = []", "has no steps");
   expect("[[state]]\nactivity = \"off\"\nregister = \"set_point\"",
          "expected \"is\", \"is_not\", \"bits\" or \"above\"");
-  expect("[[state]]\nactivity = \"sleeping\"\nregister = \"set_point\"\nabove = 0", "\"sleeping\" is none of");
+  expect("[[state]]\nactivity = \"sleeping\"\nregister = \"set_point\"\nabove = 0", "\"sleeping\" is not one of");
   expect("[[alarm]]\nregister = \"set_point\"\nis = \"open\"", "no code named \"open\"");
   expect("[limits]\nlowest = 20\nhighest = 10", "not below the highest");
   expect("[limits]\nlowest_register = \"low\"", "no register is named \"low\"");
@@ -208,7 +208,7 @@ TEST(RegisterMap, NamesEachMistakeOfItsRules) {
   expect(item("type = \"s16\"\ndecimals = \"d\"\n"), "no register is named \"d\"");
   expect(item("type = \"s16\"\nunit_register = \"air_temperature\"\n"), "no codes \"celsius\" and \"fahrenheit\"");
   expect(item("type = \"text\"\ncharacters = 40\nper_register = 1\n"), "at most 16", "[link]\nread_at_most = 16\n");
-  expect(item("type = \"date_time\"\nparts = [\"fortnight\"]\n"), "\"fortnight\" is none of");
+  expect(item("type = \"date_time\"\nparts = [\"fortnight\"]\n"), "\"fortnight\" is not one of");
   expect("", "no [link.rtu]", "[link]\nusual = \"rtu\"\n");
   expect("", "the baud rate is unknown", "[link.rtu]\nserial = \"9601,8N1\"\n");
   expect("[profile_memory]\nsteps_at_most = 3\nlongest_step = \"1 h\"", "no cell of a step holds its target");

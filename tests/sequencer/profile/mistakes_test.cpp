@@ -45,7 +45,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kHold20 + "soak_band = \"0 K\"\n", "p.toml:8:13: \"soak_band\" is 0 K, expected more than 0 K"},
         Wrong{kHold20 + "naem = 5\n", "p.toml:8:1: unknown key \"naem\", did you mean \"name\"?"},
         Wrong{"[[segment]]\nkind = \"hodl\"\nat = 20\n",
-              "p.toml:5:8: \"hodl\" is none of hold, ramp, repeat, random; did you mean \"hold\"?"},
+              "p.toml:5:8: \"hodl\" is not one of hold, ramp, repeat, random; did you mean \"hold\"?"},
         Wrong{"[[segment]]\nat = 20\n", "p.toml:4:1: missing key \"kind\", expected text"},
         Wrong{"[defaults]\nsoak_time = \"0 s\"\n" + kHold20,
               "p.toml:5:13: \"soak_time\" is zero, expected a time longer than zero"},
@@ -178,7 +178,7 @@ TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
   EXPECT_TRUE(told.starts_with("p.toml:8:1: unknown key \"x\", did you mean \"at\"?\np.toml:13:1: unknown key"))
       << told.substr(0, 200);
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 100);
-  EXPECT_TRUE(told.ends_with("p.toml: more mistakes than the 100 told here"));
+  EXPECT_TRUE(told.ends_with("p.toml: more errors than the 100 reported here"));
 }
 
 TEST(RepeatBomb, TheWholeProfileHasALongestTime) {

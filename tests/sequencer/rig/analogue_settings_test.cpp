@@ -76,7 +76,7 @@ TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
   };
   expect("input = 1 ", "input = 0 ", "\"input\" is 0, expected 1 to 8");
   expect("input = 2\n", "input = 9\n", "\"input\" is 9, expected 1 to 8");
-  expect("gyro = \"y\"\nscale", "gyro = \"q\"\nscale", "\"q\" is none of this rig's gyros");
+  expect("gyro = \"y\"\nscale", "gyro = \"q\"\nscale", "\"q\" is not one of this rig's gyros");
   expect("gyro = \"y\"\nscale", "scale", "\"gyro\"");
   expect("gyro = \"y\"\nscale", "gyro = \"x\"\nscale", "\"discharge_current_ma\" is another value of this gyro");
   expect("scale = 0.125\n", "scale = 0\n", "must not be zero");
@@ -88,7 +88,7 @@ TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
   expect("line = \"virtual\"                                    #", "line = \"serial:/dev/ttyS0\" #", "rtu");
   expect("line = \"virtual\"                                    #", "line = \"tcp://10.0.0.7\" #", "wholly");
   expect("line = \"virtual\"                                    #", "word_order = \"abdc\"\nline = \"virtual\" #",
-         "is none of abcd");
+         "is not one of abcd");
 }
 
 TEST(AnalogueSettings, LinkSettingsReplaceThoseOfTheMap) {

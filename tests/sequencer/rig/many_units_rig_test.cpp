@@ -82,7 +82,7 @@ TEST(ManyUnitsRig, ASharedLineIsSomebodys) {
                 .find("\"c\" is no gyro with a line of its own"),
             std::string::npos);
   EXPECT_NE(mistakes(changed(two_on_one_line(), "[\"temperature_x\"]", "[\"temperature_q\"]"))
-                .find("\"temperature_q\" is none of the stream's values"),
+                .find("\"temperature_q\" is not one of the stream's values"),
             std::string::npos);
 }
 

@@ -85,7 +85,7 @@ class Chamber : public Identified {
   /// Executes another command of the instrument: "acknowledge" (its alarms), "pause", "resume" (its program), … Fails
   /// with refused if the instrument has no such command.
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {
-    return failure(FaultKind::refused, "chamber " + command, "it has no such command");
+    return failure(FaultKind::refused, "chamber " + command, "it does not have this command");
   }
   /// Makes the next call try immediately, even if the connection is in its rest period after failures. For urgent
   /// commands.
@@ -108,7 +108,7 @@ class Chamber : public Identified {
   /// Nothing is started.
   [[nodiscard]] virtual Result<std::string> upload(const ChamberProgram& program) {
     (void)program;
-    return failure(FaultKind::refused, "chamber upload", "it has no memory for programs");
+    return failure(FaultKind::refused, "chamber upload", "it cannot store programs");
   }
   /// Starts the uploaded program at its first step, verified by the state register. send_set_point() ends it.
   [[nodiscard]] virtual Result<void> start_program() {

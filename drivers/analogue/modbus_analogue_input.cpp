@@ -30,7 +30,7 @@ std::vector<const RegisterItem*> items_named(const RegisterMap& map, const TomlT
 void check_number(const TomlTable& table, const char* key, const RegisterItem& item) {
   if (!item.readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", item.name));
   if (item.type == RegisterType::text || item.type == RegisterType::date_time)
-    table.mistake(key, fmt::format("register \"{}\" is no number", item.name));
+    table.mistake(key, fmt::format("register \"{}\" is not a number", item.name));
 }
 
 /// Reads one name or a list of names; none if the key is absent.
@@ -163,7 +163,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
         continue;
       }
       if (pauses_->now() - began >= kLongestLook) {
-        lost.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for a reading a second"});
+        lost.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for one reading a second"});
         silent = true;
         continue;
       }

@@ -291,7 +291,7 @@ std::string record_of(const std::string& signature, std::int64_t pid) {
 }
 
 ChamberHolder in_words(ChamberHolder holder, const std::string& signature) {
-  holder.words = holder.pid == 0 ? "a process that does not say who it is"
+  holder.words = holder.pid == 0 ? "an unidentified process"
                                  : fmt::format("process {} of {}{}", holder.pid, describe_user(holder.uid),
                                                record_of(signature, holder.pid));
   return holder;

@@ -15,7 +15,7 @@ constexpr double kMostDecimals = 6;
 
 const RegisterItem& named(const RegisterMap& map, std::string_view name) {
   const auto* found = map.find(name);
-  assert(found && "parse_register_map() lets no such map pass");
+  assert(found && "parse_register_map() refuses such a map");
   return *found;
 }
 
@@ -196,7 +196,7 @@ Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
     found.who += fmt::format(" ({} = {}", map_.identity->item, shown->words);
     found.verified.push_back(wanted.verifies.empty() ? found.who + ")" : wanted.verifies);
   } else {
-    found.who += " (its map has no fingerprint to check";
+    found.who += " (its map describes no identity to check";
   }
   for (const auto& name : wanted.shows)
     if (auto added = add_shown(name, nullptr, found); !added) return failure(std::move(added.error()));
@@ -273,7 +273,7 @@ Result<double> ItemExchange::read(const RegisterItem& item) {
 Result<std::vector<std::uint16_t>> ItemExchange::read_words(const RegisterItem& item) {
   auto words = registers_.read(read_function(item), item.address, word_count(item));
   if (words && words->size() != word_count(item))
-    return failure(FaultKind::corrupted, place(item), "another number of registers");
+    return failure(FaultKind::corrupted, place(item), "wrong number of registers");
   return words;
 }
 
@@ -386,7 +386,8 @@ Result<void> ItemExchange::write_safe_words(const RegisterItem& item, std::span<
 }
 
 tl::unexpected<Fault> ItemExchange::not_sent(const RegisterItem& item) const {
-  return failure(FaultKind::disconnected, place(item), "not sent: the line broke, and who answers now was not asked");
+  return failure(FaultKind::disconnected, place(item),
+                 "not sent: the line was interrupted and the unit has not been identified since");
 }
 
 Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries) {
@@ -450,7 +451,7 @@ Result<void> ItemExchange::wait_until(const Condition& condition, Duration withi
     if (pauses_.now() >= end)
       return failure(FaultKind::timeout, place(shown),
                      fmt::format("is {} and not {} after {:g} s", meaning(shown, *found),
-                                 condition.meanings.empty() ? "what was waited for"
+                                 condition.meanings.empty() ? "the expected value"
                                                             : fmt::format("{}", fmt::join(condition.meanings, " or ")),
                                  to_seconds(within)));
     pauses_.rest(std::min(kLookAgain, end - pauses_.now()));

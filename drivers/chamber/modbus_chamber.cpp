@@ -149,7 +149,7 @@ class ModbusChamber final : public Chamber {
       status_known_ = status_known_ || turns_.pieces() == 0;
     }
     unhurried_ = false;
-    if (state && !status_known_) return unreadable("what it is doing could not be read");
+    if (state && !status_known_) return unreadable("its activity could not be read");
     return state;
   }
 
@@ -302,7 +302,7 @@ class ModbusChamber final : public Chamber {
       const auto before = pauses_->now();
       if (before - began >= kLongestReading && !unhurried_)
         return failure(FaultKind::timeout, place(air_),
-                       "the line is too slow, or loses too much, for a reading a second");
+                       "the line is too slow, or loses too much, for one reading a second");
       auto words = registers_->read(span.function, span.first, span.count);
       if (!words && items_.may_skip(span)) continue;
       if (!words) return failure(std::move(words.error()));
@@ -323,7 +323,7 @@ class ModbusChamber final : public Chamber {
     const bool follows = std::abs(*air - last_air_c_) <= kNearZeroK;
     if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMostStrayZeros) {
       ++zeros_;
-      return failure(FaultKind::out_of_range, place(air_), "a zero, which this unit sends for nothing");
+      return failure(FaultKind::out_of_range, place(air_), "a stray zero of this unit, without a value");
     }
     zeros_ = 0;
     last_air_c_ = *air;
@@ -351,10 +351,10 @@ class ModbusChamber final : public Chamber {
       return failure(FaultKind::out_of_range, place(air_), fmt::format("reads {:g} °C, {}", air_c, why));
     };
     if (!(air_c >= kColdestAirC && air_c <= kWarmestAirC))
-      return refuse("which is no chamber's air: compare word order and unit");
+      return refuse("impossible for a chamber; compare word order and unit");
     const double moved = std::abs(air_c - last_air_c_);
     if (air_c != 0 && std::abs(air_c) < kNextToNothingC && !(moved <= kNearZeroK))
-      return refuse("next to nothing, as in another word order");
+      return refuse("almost zero, as from a wrong word order");
     const double reach = kJumpK + kFastestKPerS * to_seconds(pauses_->now() - last_air_at_);
     if (std::isnan(last_air_c_) || moved <= reach || (air_.stray_zeros && air_c == 0)) {
       jumps_ = 0;
@@ -362,7 +362,7 @@ class ModbusChamber final : public Chamber {
     }
     jumps_ = jumps_ > 0 && std::abs(air_c - jumped_to_c_) <= kJumpK ? jumps_ + 1 : 1;
     jumped_to_c_ = air_c;
-    if (jumps_ < kSensorsOwn) return refuse("farther from the last reading than air moves");
+    if (jumps_ < kSensorsOwn) return refuse("a change too fast for air since the last reading");
     jumps_ = 0;
     return {};
   }

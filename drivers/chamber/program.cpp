@@ -350,7 +350,7 @@ Result<std::vector<ProgramStep>> steps_in_memory(const ProfileMemory& memory, co
     const auto& step = program.steps[i];
     if (step.duration <= Duration{} || step.duration % memory.finest != Duration{})
       return cannot(
-          i, fmt::format("{:g} s is no multiple of {:g} s", to_seconds(step.duration), to_seconds(memory.finest)));
+          i, fmt::format("{:g} s is not a multiple of {:g} s", to_seconds(step.duration), to_seconds(memory.finest)));
     if (step.guaranteed_soak && !soaks) return cannot(i, "this controller has no guaranteed soak");
     append_parts(memory, step, parts);
   }

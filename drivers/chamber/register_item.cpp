@@ -261,8 +261,8 @@ Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_
   }
   if (is_in_the_calendar(time)) return time;
   return failure(FaultKind::out_of_range, "",
-                 fmt::format("{}-{}-{} {}:{}:{} is no time of any calendar", time.year, time.month, time.day, time.hour,
-                             time.minute, time.second));
+                 fmt::format("{}-{}-{} {}:{}:{} is not a valid date and time", time.year, time.month, time.day,
+                             time.hour, time.minute, time.second));
 }
 
 CivilTime later(const CivilTime& time, Duration by) {

@@ -211,16 +211,17 @@ bool has_wrong_word_order(const std::vector<OrderFinding>& findings) {
 }
 
 std::string in_words(const std::vector<OrderFinding>& findings) {
-  if (findings.empty()) return "values of one register: no word order to find";
+  if (findings.empty()) return "values of one register: no word order to detect";
   std::vector<std::string> fitting;
   for (const auto& one : findings)
     if (one.plausible) fitting.push_back(found(one));
   if (fitting.empty())
-    return fmt::format("no word order makes sense of air and set point, the map's {} neither", found(findings.front()));
+    return fmt::format("no word order gives plausible air and set point, nor does the map's {}",
+                       found(findings.front()));
   if (!findings.front().plausible)
     return fmt::format("the map's word order does not fit: {}; set word_order to {}", found(findings.front()),
                        fmt::join(fitting, " or "));
-  if (fitting.size() == 1) return "word order " + fitting.front() + " fits, and no other";
+  if (fitting.size() == 1) return "word order " + fitting.front() + " fits; no other does";
   return fmt::format("word order {} fits, but so does {}: compare with the display", fitting.front(),
                      fmt::join(fitting.begin() + 1, fitting.end(), ", "));
 }

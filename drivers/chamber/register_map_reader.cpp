@@ -150,7 +150,7 @@ void read_limits_of_value(const TomlTable& table, RegisterItem& item) {
   for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
   item.stray_zeros = table.boolean("stray_zeros", false);
   if (item.stray_zeros && item.name != "air_temperature")
-    table.mistake("stray_zeros", "only the air temperature is compared with what was read before");
+    table.mistake("stray_zeros", "only the air temperature is compared with the last reading");
   if (table.has("lowest")) item.lowest = table.number("lowest");
   if (table.has("highest")) item.highest = table.number("highest");
   if (item.lowest && item.highest && *item.lowest > *item.highest)
@@ -256,7 +256,7 @@ MemoryCell read_cell(const TomlTable& table, const ItemDefaults& defaults) {
   read_form(table, defaults.order, cell.form);
   const bool is_text = cell.form.type == RegisterType::text;
   if (is_text != (cell.source == CellSource::name) || cell.form.type == RegisterType::date_time)
-    table.mistake("type", "a program's name, and nothing else, is of type text; no cell is a date");
+    table.mistake("type", "type text is only for the program's name, and a cell cannot be a date");
   check_codes(table, cell);
   return cell;
 }
@@ -685,7 +685,7 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   const char* key = negated ? "is_not" : "is";
   if (table.has(key)) condition.meanings = one_or_more(table, key);
   if (item && !item->readable && item->type == RegisterType::text)
-    table.mistake("register", fmt::format("register \"{}\" is no number", item->name));
+    table.mistake("register", fmt::format("register \"{}\" is not a number", item->name));
   for (const auto& meaning : condition.meanings)
     if (item) add_meaning(table, key, *item, meaning, condition);
   if (negated) condition.not_these = !condition.not_these;

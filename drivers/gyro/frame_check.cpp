@@ -85,7 +85,7 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   check.from = whole<std::ptrdiff_t>(table, "from", -kLongestFrame, kLongestFrame, 0);
   if (in_line) {
     if (is_parity(check.kind)) table.mistake("kind", "a line of text has no parity bit, expected a sum or a crc");
-    if (check.from < 0) table.mistake("from", "expected a place from the line's start");
+    if (check.from < 0) table.mistake("from", "expected a position from the start of the line");
     return check;
   }
   check.offset = whole<std::ptrdiff_t>(table, "offset", -kLongestFrame, kLongestFrame);

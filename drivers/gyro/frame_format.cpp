@@ -81,7 +81,7 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
   if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
     table.mistake("sync", "\"sync\" has 0 bytes: expected some, message ids, or \"lock_frames\"");
   if (format.length_at && format.lock_frames > 0)
-    table.mistake("lock_frames", "frames in a row are for frames of fixed length");
+    table.mistake("lock_frames", "consecutive frames are for frames of fixed length");
 }
 
 std::size_t shortest_frame(const FrameFormat& format) {
@@ -185,7 +185,7 @@ void read_status(const TomlTable& table, FrameField& field) {
     rule.meaning = each.text("meaning");
     const bool fits =
         std::all_of(good.begin(), good.end(), [&](std::uint32_t each_good) { return (each_good & ~rule.mask) == 0; });
-    if (rule.mask == 0 || !fits) each.mistake("mask", "the mask is empty, or does not hold what is good");
+    if (rule.mask == 0 || !fits) each.mistake("mask", "the mask is empty, or does not contain the good value");
     field.rules.push_back(std::move(rule));
   }
   if ((field.good & ~field.mask) != 0)
@@ -281,7 +281,7 @@ void read_header(const TomlTable& table, LineFormat& format) {
   format.header_words = whole<std::size_t>(table, "header_words", 1, 255);
   format.header_end = table.text("header_end");
   if (format.header_end.empty() || format.header_end.find_first_of(format.separators) != std::string::npos)
-    table.mistake("header_end", "expected what stands behind the header and is no separator, like \";\"");
+    table.mistake("header_end", "expected a text that follows the header and is not a separator, like \";\"");
   if (format.header_words >= format.words)
     table.mistake("header_words", "the whole line is header, expected fewer than \"words\"");
 }
@@ -291,9 +291,9 @@ LineFormat read_line_format(const TomlTable& table) {
   LineFormat format;
   format.starts_with = table.text("starts_with", "");
   format.terminator = table.text("terminator", "\r\n");
-  if (format.terminator.empty()) table.mistake("terminator", "empty, expected what ends a line, like \"\\r\\n\"");
+  if (format.terminator.empty()) table.mistake("terminator", "empty, expected the end of a line, like \"\\r\\n\"");
   format.separators = table.text("separators", " ");
-  if (format.separators.empty()) table.mistake("separators", "empty, expected what stands between words");
+  if (format.separators.empty()) table.mistake("separators", "empty, expected the characters between words");
   format.merges = table.boolean("merges", true);
   format.mark = table.text("mark", "");
   format.words = whole<std::size_t>(table, "words", 1, 256);

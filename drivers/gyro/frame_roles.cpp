@@ -45,7 +45,7 @@ void choose_axes(const TomlTable& table, const std::vector<std::string>& wanted,
     if (!has_axis(format, axis))
       table.mistake("axis", fmt::format("no gyro's field has the axis \"{}\"", axis));
     else if (holds(format.axes, axis))
-      table.mistake("axis", fmt::format("the axis \"{}\" is wanted twice", axis));
+      table.mistake("axis", fmt::format("the axis \"{}\" is requested twice", axis));
     else
       format.axes.push_back(axis);
   }
@@ -150,9 +150,10 @@ bool is_a_name(const std::string& name) {
 void check_name(const TomlTable& table, const FrameField& field) {
   if (!is_housekeeping(field)) return;
   if (!is_a_name(field.name))
-    table.mistake("name", fmt::format("\"{}\" is no name, expected letters, digits and \"_\"", field.name));
+    table.mistake("name", fmt::format("\"{}\" is not a name, expected letters, digits and \"_\"", field.name));
   if (field.name == kFrames || field.name == kFlagged)
-    table.mistake("name", fmt::format("\"{}\" is a count of the record's own, expected another name", field.name));
+    table.mistake("name",
+                  fmt::format("\"{}\" is the name of a count in every record, expected another name", field.name));
   const bool celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
   if (field.role == FieldRole::temperature && !celsius)
     table.mistake("unit", "a temperature is in °C after its scale and zero, expected \"degC\"");

@@ -93,7 +93,7 @@ class PumpedStream final : public ByteStream {
       came_ = newest_;
       return size;
     }
-    if (!fault_) return failure(FaultKind::timeout, "", "nothing came");
+    if (!fault_) return failure(FaultKind::timeout, "", "no data");
     auto fault = std::move(*fault_);
     fault_.reset();
     changed_.notify_all();
@@ -155,7 +155,7 @@ class PumpedStream final : public ByteStream {
   void keep(std::span<const std::byte> bytes, Duration came) {
     if (waiting_.size() + bytes.size() > kMostWaiting) {
       waiting_.clear();
-      fault_ = Fault{FaultKind::corrupted, "", "what came was not read for so long that it was dropped"};
+      fault_ = Fault{FaultKind::corrupted, "", "received bytes were dropped because they were not read in time"};
       return;
     }
     waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
@@ -241,8 +241,7 @@ class FramedGyro final : public Gyro {
   Result<GyroCount> read(Duration expected) override {
     auto count = take(expected);
     if (!count) return failure(count.error());
-    if (!*count)
-      return failure(FaultKind::corrupted, place(), "its count begins anew; what it counted before is not known");
+    if (!*count) return failure(FaultKind::corrupted, place(), "its counter restarted; the counts before are lost");
     return std::move(**count);
   }
 
@@ -309,7 +308,7 @@ class FramedGyro final : public Gyro {
       const auto what = without_frames(frames_.seen - seen);
       start_afresh();
       open_ = false;
-      return failure(FaultKind::corrupted, place(), what.empty() ? "no whole frame came" : what);
+      return failure(FaultKind::corrupted, place(), what.empty() ? "no complete frame" : what);
     }
   }
 
@@ -421,8 +420,8 @@ class FramedGyro final : public Gyro {
     if (!found.other_rate.empty()) return fault(FaultKind::mismatch, found.other_rate);
     if (found.is_disordered)
       return fault(FaultKind::corrupted,
-                   "a frame came twice, or its count of frames began anew: how many are missing is not known");
-    if (found.time_jumped) return fault(FaultKind::corrupted, "its time jumped: it was set, or began anew");
+                   "a frame came twice, or its frame counter restarted; the number of lost frames is unknown");
+    if (found.time_jumped) return fault(FaultKind::corrupted, "its time jumped: it was set, or restarted");
     if (found.lost > 0)
       return fault(FaultKind::corrupted,
                    fmt::format("{} frames lost{}", found.lost,
@@ -447,7 +446,7 @@ class FramedGyro final : public Gyro {
   [[nodiscard]] std::string steady_other_rate() const {
     const auto step = sum_.steps().other_step();
     if (!step) return {};
-    if (format_.rate_hz <= 0) return fmt::format("its count of frames goes on by {:g} times the described step", *step);
+    if (format_.rate_hz <= 0) return fmt::format("its frame counter advances by {:g} times the described step", *step);
     return other_rate(format_.rate_hz / *step);
   }
 
@@ -465,7 +464,7 @@ class FramedGyro final : public Gyro {
     if (!pace || !sum_.has_clock()) return {};
     if (format_.clocked_by_sequence) return other_rate(*pace * format_.rate_hz);
     if (std::max(*pace, 1 / *pace) < kOtherUnit) return {};
-    return fmt::format("{:.3g} s of its time stamps pass in a second: its description has another unit", *pace);
+    return fmt::format("{:.3g} s of its time stamps pass in one second; check their unit in the stream file", *pace);
   }
 
   [[nodiscard]] Result<MaybeCount> by_the_host(const FrameTally& tally) {

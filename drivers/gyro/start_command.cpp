@@ -123,7 +123,7 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
     if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
     if (command.send.empty()) table.mistake("send", "nothing to send");
     if (requires_answer(command) && command.wait <= Duration::zero())
-      table.mistake("wait", "a reply is expected within no time, expected a positive duration");
+      table.mistake("wait", "the time to wait for a reply is zero, expected a positive duration");
     commands.push_back(std::move(command));
   }
   return commands;
@@ -152,8 +152,8 @@ GyroQuestion read_question(const TomlTable& table) {
                         .wait = table.duration("wait", Duration::zero()),
                         .begins = table.text("begins"),
                         .ends = table.text("ends", "\r\n")};
-  if (question.begins.empty()) table.mistake("begins", "empty, expected what precedes the identity");
-  if (question.ends.empty()) table.mistake("ends", "empty, expected what ends the identity");
+  if (question.begins.empty()) table.mistake("begins", "empty, expected the text before the identity");
+  if (question.ends.empty()) table.mistake("ends", "empty, expected the text after the identity");
   if (question.wait <= Duration::zero()) table.mistake("wait", "expected a positive duration");
   return question;
 }
@@ -209,7 +209,7 @@ StreamSetting read_setting(const TomlTable& table, const std::vector<GyroCommand
   if (setting.evidence == SettingEvidence::pace && format.rate_hz <= 0)
     table.mistake("verified_by", "the frames have no \"rate_hz\"");
   if (setting.evidence == SettingEvidence::nothing && setting.note.empty())
-    table.mistake("note", "expected the reason why nothing shows this setting");
+    table.mistake("note", "expected the reason why this setting cannot be verified");
   return setting;
 }
 
@@ -230,7 +230,7 @@ std::string in_words(const std::vector<StreamSetting>& settings, bool is_asked) 
     if (evidence == SettingEvidence::nothing)
       add(others, fmt::format("{}: {} ({})", name, value, note));
     else if (needs_command && !is_asked)
-      add(others, fmt::format("{}: {} (the gyro was not asked)", name, value));
+      add(others, fmt::format("{}: {} (the gyro was not queried)", name, value));
     else
       add(verified, fmt::format("{}: {}", name, value));
   }

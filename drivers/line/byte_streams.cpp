@@ -93,7 +93,7 @@ class TcpStream final : public DescriptorStream {
       if (size == 0) return broken("the other end closed the line");
       if (!would_block()) return broken(std::strerror(errno));
       if (deadline.over() || !ready(line_.number(), POLLIN, deadline))
-        return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
+        return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));
     }
   }
 
@@ -153,13 +153,13 @@ using Config = std::unique_ptr<sp_port_config, FreeConfig>;
 tl::unexpected<Fault> refused(std::string what) { return failure(FaultKind::disconnected, "", std::move(what)); }
 
 std::string reason(int error) {
-  if (error == EACCES) return "permission denied; \"gyrotherm devices\" tells how to allow it";
+  if (error == EACCES) return "permission denied; see \"gyrotherm devices\"";
   if (error == EBUSY) return "in use by another program";
   return std::strerror(error);
 }
 
 /// Describes an error of libserialport, which keeps the system's reason in errno.
-std::string reason(sp_return code) { return code == SP_ERR_FAIL ? reason(errno) : "it is not a serial port"; }
+std::string reason(sp_return code) { return code == SP_ERR_FAIL ? reason(errno) : "not a serial port"; }
 
 /// Makes the port exclusive. The kernel excludes other processes; the lock excludes root and processes that opened the
 /// port earlier.
@@ -254,7 +254,7 @@ class SerialStream final : public DescriptorStream {
       if (size == 0) return broken("the port is gone");  // ready without data: hung up
       if (!would_block()) return broken(std::strerror(errno));
     }
-    return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
+    return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));
   }
 
  private:
@@ -295,7 +295,7 @@ bool has_unstable_name(const std::string& device) {
 Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format) {
   std::error_code missing;
   const auto real = fs::canonical(device, missing).string();
-  if (missing) return refused("there is no such device");
+  if (missing) return refused("no such device");
   return real.starts_with("/dev/pts/") ? open_pseudo_terminal(real) : open_port(real, format);
 }
 
@@ -357,7 +357,8 @@ class EchoStream final : public ByteStream {
         return {};
       }
       if (came.size() >= bytes.size() + kMostStray)
-        return failure(FaultKind::corrupted, "", "something else came back than what was sent; \"echo\" expects it");
+        return failure(FaultKind::corrupted, "",
+                       "the bytes that came back differ from those sent; \"echo\" expects the same");
     }
   }
 
@@ -368,7 +369,7 @@ class EchoStream final : public ByteStream {
   [[nodiscard]] static tl::unexpected<Fault> no_echo(std::size_t came, std::size_t sent) {
     if (came == 0)
       return failure(FaultKind::timeout, "",
-                     "what was sent did not come back; \"echo\" expects an adapter that echoes");
+                     "nothing that was sent came back; \"echo\" expects an adapter that echoes");
     return failure(FaultKind::corrupted, "",
                    fmt::format("{} bytes came back where {} were sent; \"echo\" expects the same", came, sent));
   }

@@ -52,7 +52,7 @@ std::string narrow(const wchar_t* text) {
 /// not an HID device, or a device that is being removed.
 std::string objection_to(const std::string& path) {
   const Descriptor node(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  if (!node.is_open() && errno == EACCES) return "permission denied; \"gyrotherm devices\" tells how to allow it";
+  if (!node.is_open() && errno == EACCES) return "permission denied; see \"gyrotherm devices\"";
   if (!node.is_open()) return std::strerror(errno);
   int size = 0;
   return ioctl(node.number(), HIDIOCGRDESCSIZE, &size) == 0 ? "" : std::strerror(errno);
@@ -85,7 +85,7 @@ class OpenedHid final : public HidReports {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
     if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
-    return broken(still_there() ? "the report was not taken" : "unplugged");
+    return broken(still_there() ? "the device did not accept the report" : "unplugged");
   }
 
   Result<std::size_t> read(std::span<std::byte> report, Duration within) override {

@@ -56,7 +56,7 @@ tl::unexpected<Fault> wrong_host(std::string_view text, std::string_view host, s
   const auto is_of_a_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.'; };
   if (!has_scheme && std::ranges::all_of(host, is_of_a_name) &&
       std::ranges::any_of(host, [](char c) { return std::isalpha(static_cast<unsigned char>(c)); }))
-    return wrong(text, "names of hosts are not looked up, for that may take any time",
+    return wrong(text, "host names are not resolved, because that can take any time",
                  fmt::format("the numeric IPv4 address that \"getent ahostsv4 {}\" prints", host));
   return wrong(text, "the host is not a numeric IPv4 address", expected);
 }

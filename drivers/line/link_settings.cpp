@@ -76,7 +76,7 @@ Result<void> check_framing(const ModbusLink& link, const LinkSettings& settings)
     return failure(FaultKind::usage, "returns_other_transaction", kTcpAlone);
   if (settings.returns_other_unit.value_or(false))
     return failure(FaultKind::usage, "returns_other_unit",
-                   "RTU tells units apart by this number alone, expected the unit's own in \"unit\"");
+                   "RTU distinguishes units by this number alone, expected the unit's own in \"unit\"");
   if (settings.miscounts_write_replies.value_or(false))
     return failure(FaultKind::usage, "miscounts_write_replies", kTcpAlone);
   return {};

@@ -152,7 +152,7 @@ Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<co
   const auto function = byte_at(reply, 0);
   if (answers_by_exception(request, function)) {
     if (reply.size() != kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
-    if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which is none");
+    if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which does not exist");
     return ModbusAnswer{.exception = byte_at(reply, 1)};
   }
   if (!answers(request, function)) return wrong_field("function", function, code(request.function));
@@ -291,7 +291,7 @@ std::string exception_meaning(std::uint8_t exception) {
     case 8: return "memory parity error";
     case 10: return "gateway path unavailable";
     case 11: return "gateway target did not respond";
-    default: return "of the vendor's own";
+    default: return "vendor-specific";
   }
 }
 

@@ -222,7 +222,8 @@ constexpr std::size_t kRoom = 3 * kLongestRtuFrame;
 constexpr int kLeastPieceGapInCharacters = 4;
 
 constexpr const char* kEchoes =
-    "what was sent comes back: the line or its adapter echoes; expected echo = true in the link table of the rig file";
+    "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
+    "file";
 
 /// Returns whether `whole` is longer than `part` and begins with it.
 bool is_start(std::span<const std::byte> part, std::span<const std::byte> whole) {
@@ -293,7 +294,7 @@ class ModbusRtu final : public ModbusLine {
       if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
       if (!size && left >= silence) return {};
       if (!size) return failure(FaultKind::timeout, "", "no time left to wait for silence on the line");
-      if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not fall silent");
+      if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not become silent");
       stray += *size;
       answer_may_come_late_ = answer_may_come_late_ || stray >= kShortestRtuAnswer;  // fewer are noise
     }
@@ -306,7 +307,7 @@ class ModbusRtu final : public ModbusLine {
     auto answer = exchange(ask, deadline);
     if (!answer) return failure(std::move(answer.error()));
     if (answer->exception == 0) return wait_for_silence(deadline);
-    return failure(FaultKind::corrupted, "", "the unit does not return what it is sent (function 8)");
+    return failure(FaultKind::corrupted, "", "the unit does not return the data of a loop-back request (function 8)");
   }
 
   /// Reads the address of a write whose answer equals its request. The answer to a read differs from its echo.
@@ -320,7 +321,7 @@ class ModbusRtu final : public ModbusLine {
     const auto answer = exchange(ask, deadline);
     if (has_no_echo_) return {};
     if (answer || answer.error().what == kEchoes) return failure(FaultKind::corrupted, "", kEchoes);
-    return failure(answer.error().kind, "", "what was written came back, perhaps by an echo: " + answer.error().what);
+    return failure(answer.error().kind, "", "the reply equals the request, perhaps an echo: " + answer.error().what);
   }
 
   [[nodiscard]] Result<ModbusAnswer> exchange(const ModbusRequest& request, const Deadline& deadline) {

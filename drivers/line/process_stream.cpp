@@ -93,10 +93,10 @@ Result<std::string> find_program(const ProgramCommand& command) {
   if (word.find('/') != std::string::npos) {
     const std::string file = fs::path(command.folder) / word;  // absolute paths replace `folder`
     if (is_executable(file)) return file;
-    return failure(FaultKind::disconnected, file, "is no program that this user may run");
+    return failure(FaultKind::disconnected, file, "is not a program that this user may run");
   }
   const auto file = find_program_in_path(word, command.folder);
-  if (file.empty()) return failure(FaultKind::disconnected, word, "is no program in the path");
+  if (file.empty()) return failure(FaultKind::disconnected, word, "program not found in the path");
   return file;
 }
 
@@ -133,7 +133,7 @@ class ProcessStream::Child {
     process_ = 0;
     listen();
     const auto said = last_line();
-    return (dead ? how_it_ended(status) : "the program was killed, and hangs in the kernel still") +
+    return (dead ? how_it_ended(status) : "the program was killed but has not ended yet") +
            (said.empty() ? said : fmt::format("; it said \"{}\"", said));
   }
   /// Waits for output of the program; returns false at the deadline. Reads its stderr meanwhile.
@@ -230,7 +230,7 @@ Result<std::size_t> ProcessStream::read(std::span<std::byte> buffer, Duration wi
     }
     if (!child.wait(deadline))
       return failure(FaultKind::timeout, text(inside_->command),
-                     fmt::format("nothing came in {:.3f} s", to_seconds(within)));
+                     fmt::format("no data in {:.3f} s", to_seconds(within)));
   }
 }
 
@@ -245,13 +245,13 @@ Result<void> ProcessStream::write(std::span<const std::byte> bytes, Duration wit
     }
     if (sent < 0 && !would_block()) return broken({});
     if (deadline.over() || !ready(inside_->child->line(), POLLOUT, deadline))
-      return broken(fmt::format("the program has read nothing in {:.3f} s, and was ended", to_seconds(within)));
+      return broken(fmt::format("the program read nothing in {:.3f} s, and was ended", to_seconds(within)));
   }
   return {};
 }
 
 void ProcessStream::kill() {
-  if (inside_->child) (void)broken("the program had no good answer, and was ended");
+  if (inside_->child) (void)broken("the program gave no valid answer and was ended");
 }
 
 }  // namespace gyrotherm::drivers

@@ -38,7 +38,7 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
     answer_may_come_late_ = answer_may_come_late_ && in_order;
     return {};
   } while (!deadline.over());
-  return failure(FaultKind::corrupted, "", "the line does not fall silent");
+  return failure(FaultKind::corrupted, "", "the line does not become silent");
 }
 
 /// Reads lines until one begins with `begins`; earlier lines answer older questions.
@@ -57,7 +57,7 @@ Result<std::string> TextExchange::receive(std::string_view begins) {
       text.resize(end);
       if (text.starts_with(begins))
         return after.empty() ? Result<std::string>(std::move(text))
-                             : failure(FaultKind::corrupted, "", "more than one line answers");
+                             : failure(FaultKind::corrupted, "", "more than one line in the answer");
       text = after;
     }
     if (text.size() == kLongestLine) return failure(FaultKind::corrupted, "", "no end of line in 256 bytes");
@@ -86,7 +86,7 @@ Result<void> TextExchange::find(const ResyncQuery& resync) {
 }
 
 Result<std::string> TextExchange::ask(std::string_view question, const ResyncQuery& resync) {
-  if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "rests after lost answers");
+  if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "waiting after lost answers");
   rest_.reset();
   const bool resynchronises = resync_is_lost_ && !resync.question.empty();
   if (auto silent = wait_for_silence(resynchronises); !silent) return failure(std::move(silent.error()));
@@ -95,7 +95,7 @@ Result<std::string> TextExchange::ask(std::string_view question, const ResyncQue
   auto answer = exchange(question);
   const bool is_resync = question == resync.question;
   if (answer && options_.alone && !is_resync && !resync.question.empty() && answer->starts_with(resync.answer_begins))
-    answer = failure(FaultKind::corrupted, "", "an older question is answered");
+    answer = failure(FaultKind::corrupted, "", "answer to an earlier command");
   resync_is_lost_ = !answer;
   if (!answer && resync_is_owed_) rest_.emplace(kRest, options_.clock);
   if (answer && !is_resync) resync_is_owed_ = false;  // answered earlier, or never

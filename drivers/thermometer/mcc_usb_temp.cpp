@@ -147,7 +147,7 @@ std::vector<std::byte> encode_mcc_request(const MccRequest& request) {
 
 Result<MccRequest> decode_mcc_request(std::span<const std::byte> report) {
   const auto* layout = report.empty() ? nullptr : layout_of(byte_at(report, 0));
-  if (layout == nullptr) return failure(FaultKind::corrupted, "report", "no command of a USB-TEMP");
+  if (layout == nullptr) return failure(FaultKind::corrupted, "report", "not a command of a USB-TEMP");
   auto length = layout->arguments;
   if (layout->command == MccCommand::set_item && report.size() > 2 && holds_number(byte_at(report, 2)))
     length += sizeof(float) - 1;
@@ -179,7 +179,7 @@ Result<std::vector<std::uint8_t>> decode_mcc_bytes(const MccRequest& request, st
   };
   if (report.empty()) return corrupted("empty");
   if (const auto id = byte_at(report, 0); static_cast<MccCommand>(id) != request.command)
-    return corrupted(fmt::format("report {:02X} came instead", id));
+    return corrupted(fmt::format("unexpected report {:02X}", id));
   if (report.size() <= length || report.size() > kMccLongestReport)
     return corrupted(fmt::format("{} bytes, expected {} to {}", report.size(), length + 1, kMccLongestReport));
   std::vector<std::uint8_t> bytes;
@@ -368,7 +368,7 @@ class MccUsbTemp final : public Thermometer {
       reply_may_come_late_ = false;
       return {};
     } while (!deadline.over());
-    return failure(FaultKind::corrupted, "", "reports come that nobody asked for");
+    return failure(FaultKind::corrupted, "", "unrequested reports arrive");
   }
 
   /// Sends a request and returns its reply; other reports are ignored.
@@ -386,7 +386,7 @@ class MccUsbTemp final : public Thermometer {
       report.resize(*size);
       return report;
     } while (!deadline.over());
-    return failure(FaultKind::timeout, "", "only other reports came");
+    return failure(FaultKind::timeout, "", "only other reports arrived");
   }
 
   [[nodiscard]] Result<Bytes> ask_bytes(const MccRequest& request) {
@@ -431,7 +431,7 @@ class MccUsbTemp final : public Thermometer {
   [[nodiscard]] Result<void> finish_calibration() {
     const auto status = ask_bytes(mcc_request(MccCommand::read_status));
     if (!status) return failure(status.error());
-    if (mcc_calibrating(status->front())) return failure(FaultKind::timeout, "", "it calibrates itself");
+    if (mcc_calibrating(status->front())) return failure(FaultKind::timeout, "", "self-calibration in progress");
     stage_ = Stage::unknown;
     for (std::uint8_t input = 0; input < kMccInputs; ++input) {
       if (!options_.sensors[input]) continue;
@@ -440,7 +440,7 @@ class MccUsbTemp final : public Thermometer {
         if (!same) return failure(same.error());
         if (!*same)
           return failure(FaultKind::mismatch, fmt::format("input {}", input),
-                         fmt::format("item {:02X} does not keep what it is set to", item.arguments[1]));
+                         fmt::format("item {:02X} does not keep its setting", item.arguments[1]));
       }
     }
     stage_ = Stage::ready;

@@ -90,7 +90,7 @@ Result<std::vector<Result<Celsius>>> decode_process_readings(std::string_view te
     const auto value = number_in(word);
     if (readings.size() == inputs || (!value && word != kNoReading)) return wrong();
     readings.push_back(value ? within(kPossible, {*value}, place)
-                             : failure(FaultKind::out_of_range, place, "the program has no reading of it"));
+                             : failure(FaultKind::out_of_range, place, "the program reports no reading"));
   }
   if (readings.size() != inputs || whole.ends_with(' ')) return wrong();
   return readings;
@@ -165,7 +165,7 @@ class ProcessThermometer final : public Thermometer {
       if (auto answer = take_answer(); !answer || *answer)
         return answer.map([](std::optional<std::string> found) { return std::move(*found); });
       if (came > kMostAtOnce)
-        return failure(FaultKind::corrupted, std::string(word), "more than 64 KiB answer one question");
+        return failure(FaultKind::corrupted, std::string(word), "more than 64 KiB in answer to one request");
       std::array<std::byte, 4096> some{};
       const auto size = line_->read(some, deadline.left());
       if (!size) return broken(size.error());
@@ -182,7 +182,7 @@ class ProcessThermometer final : public Thermometer {
       const auto numbered = split_numbered_line(line);
       if (!numbered || numbered->number > number_ || line.size() > kLongestProcessLine) {
         text_.clear();
-        return failure(FaultKind::corrupted, "", fmt::format("\"{}\" answers no question", shown(line)));
+        return failure(FaultKind::corrupted, "", fmt::format("\"{}\" is not an answer to a request", shown(line)));
       }
       if (numbered->number == number_) return std::string(numbered->rest);
     }

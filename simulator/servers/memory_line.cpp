@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kLineName = "virtual line";
 
 tl::unexpected<Fault> nothing_came(Duration within) {
-  return failure(FaultKind::timeout, kLineName, fmt::format("nothing came in {:.3f} s", to_seconds(within)));
+  return failure(FaultKind::timeout, kLineName, fmt::format("no data in {:.3f} s", to_seconds(within)));
 }
 
 tl::unexpected<Fault> was_closed() {

@@ -117,7 +117,7 @@ TEST_F(ProgramOfOthers, IsReportedByDoctorWhenNotExecutable) {
   std::filesystem::permissions(folder / "acme.sh", std::filesystem::perms::owner_read);
   const auto looked = gyrotherm_with("doctor --rig " + rig);
   EXPECT_EQ(looked.exit_code, 3) << looked.out;
-  EXPECT_NE(looked.out.find("is no program that this user may run"), std::string::npos) << looked.out;
+  EXPECT_NE(looked.out.find("is not a program that this user may run"), std::string::npos) << looked.out;
 }
 
 TEST_F(ProgramOfOthers, CausesOnlyChannelFaultWhenItDies) {

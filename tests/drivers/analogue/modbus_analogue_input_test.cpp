@@ -75,7 +75,7 @@ TEST(AnalogueMap, EveryMistakeIsToldWithItsPlace) {
   expect("register = \"current\"\nunit = \"mA\"\n", "no register is named \"current\"");
   expect("register = \"voltage\"\n", "\"unit\"");
   expect("register = \"voltage\"\nunit = \"\"\n", "expected the unit of measure");
-  expect("register = \"serial\"\nunit = \"V\"\n", "register \"serial\" is no number");
+  expect("register = \"serial\"\nunit = \"V\"\n", "register \"serial\" is not a number");
   expect("register = \"command\"\nunit = \"V\"\n", "register \"command\" cannot be read");
   expect("register = \"voltage\"\nunit = \"V\"\nstatus = \"state_1\"\n", "1 status registers for 3 inputs");
   expect("register = \"voltage_1\"\nunit = \"V\"\nstatus = \"voltage_2\"\n", "no code named \"normal\"");

@@ -325,7 +325,7 @@ TEST_F(ChamberCommands, WhatIsNotAnsweredAtFirstIsAskedForAgain) {
     EXPECT_TRUE(chamber->read()) << "air and set point are there";
     const auto state = chamber->inspect();
     ASSERT_FALSE(state) << "nobody knows whether a program runs";
-    EXPECT_EQ(state.error().what, "what it is doing could not be read: unit: exception 6, server device busy");
+    EXPECT_EQ(state.error().what, "its activity could not be read: unit: exception 6, server device busy");
     EXPECT_TRUE(chamber->missing().empty());
     unit->refused_from = 0xFFFF;
     unit->words[8] = 0b001;

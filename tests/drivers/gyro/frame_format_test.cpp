@@ -122,7 +122,7 @@ TEST(FrameFormat, NamesEachMistake) {
                        "[[frame.field.rule]]\nmeaning = \"m\"\n" + rule);
   };
   EXPECT_EQ(status("mask = 0x0F\none_of = [1, 4, 15]\n"), "");
-  EXPECT_NE(status("mask = 0x0F\none_of = [1, 16]\n").find("does not hold what is good"), std::string::npos);
+  EXPECT_NE(status("mask = 0x0F\none_of = [1, 16]\n").find("does not contain the good value"), std::string::npos);
   EXPECT_NE(status("mask = 0x0F\none_of = [1.5]\n").find("expected values of the status"), std::string::npos);
   EXPECT_NE(status("mask = 0x0F\none_of = [1]\ngood = 1\n").find("unknown key"), std::string::npos);
   EXPECT_NE(mistakes_in("[frame]\nname = \"f\"\nsync = [256]\nlength = 8\n" + count).find("expected bytes"),

@@ -71,7 +71,7 @@ TEST_F(FramedGyro, AFrameWithNoneBeforeItIsAFaultInEveryRead) {
   const auto first = gyro->read(seconds(1));
   ASSERT_FALSE(first);
   EXPECT_EQ(first.error().kind, FaultKind::corrupted);
-  EXPECT_EQ(first.error().what, "its count begins anew; what it counted before is not known");
+  EXPECT_EQ(first.error().what, "its counter restarted; the counts before are lost");
   send(10);
   expect_second();
 }
@@ -158,7 +158,7 @@ TEST_F(FramedGyro, ASilentGyroIsATimeoutAndThenStartsAfresh) {
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
   for (int i = 0; i < 5; ++i) skip();
   send(1);
-  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its count begins anew; what it counted before is not known");
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
   send(10);
   expect_second();
 }
@@ -260,7 +260,7 @@ TEST_F(FramedGyroByTheHost, AfterASilenceItCountsFromTheNewestFrame) {
   clock.advance(seconds(3));
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
   pass(seconds(1), 67);
-  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its count begins anew; what it counted before is not known");
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
   pass(seconds(1), 100);
   expect(100, seconds(1));
 }
@@ -273,7 +273,7 @@ TEST_F(FramedGyroByTheHost, FramesThatAreMissingWithoutATraceAreAFault) {
   EXPECT_EQ(lost.error().kind, FaultKind::corrupted);
   EXPECT_EQ(lost.error().what, "40 frames do not fit the time in which they came: some were lost, or came late");
   pass(seconds(1), 100);
-  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its count begins anew; what it counted before is not known");
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
   pass(seconds(1), 100);
   expect(100, seconds(1));
 }
@@ -385,7 +385,7 @@ TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
     const auto count = gyro->read(seconds(1));
     ASSERT_FALSE(count) << jump << ": an interval of " << to_seconds(count->interval) << " s";
     EXPECT_EQ(count.error().kind, FaultKind::corrupted);
-    EXPECT_EQ(count.error().what, "its time jumped: it was set, or began anew");
+    EXPECT_EQ(count.error().what, "its time jumped: it was set, or restarted");
     EXPECT_EQ(gyro->frames().lost, 0u);
     send(10);
     expect_second();
@@ -412,7 +412,7 @@ TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
     const auto count = second_of(100);
     ASSERT_FALSE(count) << second;
     EXPECT_EQ(count.error().kind, FaultKind::mismatch);
-    EXPECT_EQ(count.error().what, "0.001 s of its time stamps pass in a second: its description has another unit");
+    EXPECT_EQ(count.error().what, "0.001 s of its time stamps pass in one second; check their unit in the stream file");
   }
 }
 

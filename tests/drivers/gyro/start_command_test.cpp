@@ -156,7 +156,7 @@ TEST(GyroStream, DescribesWhichOfItsSettingsAreVerified) {
       << asked;
   EXPECT_TRUE(
       unasked.starts_with("settings verified: sample rate: 250 Hz; settings NOT verified: gyro output: rate "
-                          "(the gyro was not asked)"))
+                          "(the gyro was not queried)"))
       << unasked;
   EXPECT_EQ(in_words({}, true), "");
 }

@@ -101,7 +101,8 @@ TEST_F(ModbusRtuNoise, TakesAFrameBehindTheReplyForALateAnswer) {
 }
 
 constexpr const char* kEchoes =
-    "what was sent comes back: the line or its adapter echoes; expected echo = true in the link table of the rig file";
+    "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
+    "file";
 
 void expect_echo(const Result<void>& written) {
   ASSERT_FALSE(written);

@@ -136,7 +136,7 @@ TEST_F(ModbusRtu, ALineThatReturnsWhatIsSentIsNotReadAsAnAnswer) {
   clock.advance(std::chrono::seconds(1));
   EXPECT_EQ(
       registers->read(kHolding, 60, 1).error().what,
-      "what was sent comes back: the line or its adapter echoes; expected echo = true in the link table of the rig "
+      "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
       "file");
 }
 

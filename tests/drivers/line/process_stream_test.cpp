@@ -121,7 +121,7 @@ TEST(ProcessStream, OneThatReadsNothingIsEndedOnceItsPipeIsFull) {
   Result<void> sent;
   for (int i = 0; i < 8 && sent; ++i) sent = line.write(std::as_bytes(std::span(much)), 50ms);
   ASSERT_FALSE(sent);
-  EXPECT_EQ(sent.error().what, "the program has read nothing in 0.050 s, and was ended");
+  EXPECT_EQ(sent.error().what, "the program read nothing in 0.050 s, and was ended");
 }
 
 TEST(ProcessStream, ComplaintsDoNotFillUp) {
@@ -178,11 +178,11 @@ TEST(ProcessStream, AStoppedProgramIsKilledToo) {
 TEST(FindProgram, LooksInThePathAndInTheFolder) {
   const tests::TestFolder folder;
   EXPECT_TRUE(find_program({.words = {"sh"}}).value().ends_with("/sh"));
-  EXPECT_EQ(find_program({.words = {"no-such-program-anywhere"}}).error().what, "is no program in the path");
+  EXPECT_EQ(find_program({.words = {"no-such-program-anywhere"}}).error().what, "program not found in the path");
   const auto file = folder / "driver";
   std::ofstream(file) << "#!/bin/sh\n";
   const ProgramCommand command{.words = {"./driver"}, .folder = folder / ""};
-  EXPECT_EQ(find_program(command).error().what, "is no program that this user may run");
+  EXPECT_EQ(find_program(command).error().what, "is not a program that this user may run");
   std::filesystem::permissions(file, std::filesystem::perms::owner_all);
   EXPECT_TRUE(find_program(command));
 }

@@ -75,10 +75,10 @@ TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
   pair.unplug();
   const Deadline soon(kPatient / 2);
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "the port is gone");
-  EXPECT_EQ(read_text(*stream, kPatient).error().what, "there is no such device");
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device");
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "failed before, next try in 0.5 s");
   stream->end_rest();
-  EXPECT_EQ(read_text(*stream, kPatient).error().what, "there is no such device") << "tried at once";
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device") << "tried at once";
   EXPECT_FALSE(soon.over());
 }
 
@@ -155,7 +155,7 @@ TEST(SerialStream, ANumberThatDependsOnTheOrderOfPluggingIsNoStableName) {
 
 TEST(SerialStream, WhatIsNoSerialPortIsRefused) {
   EXPECT_EQ(open_serial_port("/dev/null", {}).error().kind, FaultKind::disconnected);
-  EXPECT_EQ(open_serial_port("/dev/gyrotherm-none", {}).error().what, "there is no such device");
+  EXPECT_EQ(open_serial_port("/dev/gyrotherm-none", {}).error().what, "no such device");
 }
 
 }  // namespace

@@ -256,7 +256,7 @@ TEST(TextExchange, ALineThatNeverFallsSilentIsCorrupted) {
   auto options = kOptions;
   options.within = milliseconds(5);
   TextExchange exchange(std::make_unique<Chatter>(), options);
-  EXPECT_EQ(exchange.ask("?").error().what, "the line does not fall silent");
+  EXPECT_EQ(exchange.ask("?").error().what, "the line does not become silent");
 }
 
 }  // namespace

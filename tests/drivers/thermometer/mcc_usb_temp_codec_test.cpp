@@ -125,7 +125,7 @@ TEST(MccUsbTempCodec, AnotherCommandsReportIsCorrupted) {
     EXPECT_EQ(decode_mcc_temperatures(mcc_scan(0, 1), tests::bytes_of_hex(wrong)).error().kind, FaultKind::corrupted)
         << wrong;
   EXPECT_EQ(decode_mcc_temperatures(mcc_scan(0, 1), tests::bytes_of_hex("18 0000B941 0000B941")).error().what,
-            "report 18 came instead");
+            "unexpected report 18");
 }
 
 TEST(MccUsbTempCodec, PaddingIsNotContents) {

@@ -91,7 +91,7 @@ TEST_F(MccUsbTemp, IdentifyingWaitsForTheCalibration) {
   device->unplug();
   expect_all(FaultKind::disconnected);
   device->plug_in();
-  EXPECT_EQ(text(bank->identify().error()), "bank: it calibrates itself") << "but not for ever";
+  EXPECT_EQ(text(bank->identify().error()), "bank: self-calibration in progress") << "but not for ever";
 }
 
 TEST_F(MccUsbTemp, AnInstrumentThatDoesNotKeepItsSetUpIsAMismatch) {

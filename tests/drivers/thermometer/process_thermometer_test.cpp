@@ -26,7 +26,7 @@ TEST(ProcessProtocol, HasGoldenLines) {
   const auto readings = decode_process_readings("23.456 - -4e1", 3);
   ASSERT_TRUE(readings) << text(readings.error());
   EXPECT_EQ((*readings)[0].value(), Celsius{23.456});
-  EXPECT_EQ(text((*readings)[1].error()), "input 2: the program has no reading of it");
+  EXPECT_EQ(text((*readings)[1].error()), "input 2: the program reports no reading");
   EXPECT_EQ((*readings)[2].value(), Celsius{-40});
   EXPECT_EQ(encode_process_readings(std::vector<std::optional<double>>{23.456, std::nullopt}), "23.456000 -");
 }
@@ -95,9 +95,9 @@ TEST_F(ProcessThermometerTest, ALateAnswerIsNotTakenForTheNext) {
 TEST_F(ProcessThermometerTest, WhatIsNoAnswerIsShown) {
   EXPECT_TRUE(bank->read()[0]);
   line->instrument = [](std::string_view) { return std::string("Reading the sensor…\n"); };
-  EXPECT_EQ(fault(), "thermometer 1: \"Reading the sensor…\" answers no question");
+  EXPECT_EQ(fault(), "thermometer 1: \"Reading the sensor…\" is not an answer to a request");
   line->instrument = [](std::string_view) { return std::string("77 1 2\n"); };
-  EXPECT_EQ(fault(), "thermometer 1: \"77 1 2\" answers no question");
+  EXPECT_EQ(fault(), "thermometer 1: \"77 1 2\" is not an answer to a request");
   line->instrument = [this](std::string_view query) { return answer(query); };
   EXPECT_EQ(fault(), "");
 }

@@ -89,7 +89,7 @@ TEST(AddingAnInstrument, TheProgramOfThePageIsAThermometer) {
   const auto readings = thermometer->read();
   ASSERT_EQ(readings.size(), settings.channels.size());
   EXPECT_EQ(readings[0].value(), Celsius{23.456});
-  EXPECT_EQ(text(readings[1].error()), "thermometer 1 input 2: the program has no reading of it");
+  EXPECT_EQ(text(readings[1].error()), "thermometer 1 input 2: the program reports no reading");
 }
 
 TEST(AddingAnInstrument, AProgramHasACommandAndNoLine) {

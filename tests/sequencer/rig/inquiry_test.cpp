@@ -213,7 +213,7 @@ TEST(Inquiry, PrintsWhatOfTheSettingsWasNotVerified) {
   EXPECT_NE(line.find("settings NOT verified: filter: as found"), std::string::npos) << line;
   const auto silent = mixed_rig_with("kvh-17xx-a", "listen_only = true");
   ASSERT_TRUE(silent) << text(silent.error());
-  EXPECT_NE(asked(*silent, 0, {}).find("settings NOT verified: output format: A (the gyro was not asked)"),
+  EXPECT_NE(asked(*silent, 0, {}).find("settings NOT verified: output format: A (the gyro was not queried)"),
             std::string::npos);
 }
 

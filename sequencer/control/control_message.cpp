@@ -67,7 +67,7 @@ Result<ControlRequest> parse_acknowledgement(std::string_view text) {
     acknowledgement.alarms = std::move(*numbers);
   }
   if (comment.empty())
-    return refuse(fmt::format("wants a comment: gyrotherm tell RUN.db acknowledge {} \"…\"", alarms));
+    return refuse(fmt::format("needs a comment: gyrotherm tell RUN.db acknowledge {} \"…\"", alarms));
   return ControlRequest{.note = std::move(comment), .acknowledgement = std::move(acknowledgement)};
 }
 
@@ -156,8 +156,8 @@ Result<ControlRequest> make_request(const std::string& keyword, const std::strin
   if (!found && !is_for_unit && keyword != kAcknowledge && keyword != kTold && keyword != kNote)
     return refuse(unknown_command(keyword));
   if (is_for_unit && text.find_first_not_of(' ') == std::string::npos)
-    return refuse(fmt::format("wants a unit: gyrotherm tell RUN.db {} UNIT \"…\"", keyword));
-  if (!found && text.empty()) return refuse(fmt::format("wants a text: gyrotherm tell RUN.db {} \"…\"", keyword));
+    return refuse(fmt::format("needs a unit: gyrotherm tell RUN.db {} UNIT \"…\"", keyword));
+  if (!found && text.empty()) return refuse(fmt::format("needs a text: gyrotherm tell RUN.db {} \"…\"", keyword));
   if (const auto why = text_error(text); !why.empty()) return refuse(why);
   if (is_for_unit) return make_unit_request(keyword == kDrop, text);
   if (keyword == kAcknowledge) return parse_acknowledgement(text);

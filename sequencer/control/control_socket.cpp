@@ -60,7 +60,7 @@ std::string client_user(int client, const std::string& for_user) {
   socklen_t size = sizeof credentials;
   const bool known = ::getsockopt(client, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0;
   if (for_user.empty()) return known ? describe_user(credentials.uid) : "unknown";
-  if (!known) return fmt::format("{} (through somebody unknown)", for_user);
+  if (!known) return fmt::format("{} (through an unknown user)", for_user);
   return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
 }
 
@@ -99,7 +99,7 @@ std::string control_socket_path(const std::string& record) { return record + ".s
 Result<ControlSocket> ControlSocket::open(const std::string& record) {
   const auto path = control_socket_path(record);
   const auto refuse = [&](const std::string& why) {
-    return failure(FaultKind::storage, path, "nobody will be able to speak to this run: " + why);
+    return failure(FaultKind::storage, path, "operators cannot send requests to this run: " + why);
   };
   const auto address = make_address(path);
   if (!address) return refuse(address.error().what);
@@ -153,9 +153,10 @@ Result<Descriptor> connect_to_run(const std::string& record, const Deadline& dea
   while (::connect(socket.number(), as_sockaddr(*address), sizeof address->text) != 0) {
     constexpr int kRetryEveryMs = 50;
     if (errno == ENOENT || errno == ECONNREFUSED)
-      return failure(FaultKind::usage, record, "no program carries this run out now; there is nobody to tell");
+      return failure(FaultKind::usage, record, "no program is running this run, so no request can be sent");
     if (errno != EAGAIN && errno != EINTR) return failure(FaultKind::refused, path, std::strerror(errno));
-    if (deadline.over()) return failure(FaultKind::timeout, path, "too many speak to the run, or it does not listen");
+    if (deadline.over())
+      return failure(FaultKind::timeout, path, "too many clients, or the run does not accept connections");
     ::poll(nullptr, 0, kRetryEveryMs);
   }
   return socket;
@@ -175,7 +176,7 @@ std::string in_words(const Writer& writer) {
 Result<Writer> read_writer(const std::string& record) {
   const auto path = record + kStatusEnding;
   const auto unknown = [&](const std::string& why) {
-    return failure(FaultKind::refused, path, fmt::format("does not tell which process carries the run out: {}", why));
+    return failure(FaultKind::refused, path, fmt::format("does not name the process of the run: {}", why));
   };
   const auto file = open_regular_file(path, Links::refused);
   if (!file) return unknown(file.error().what);
@@ -205,14 +206,14 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
   ucred credentials{};
   socklen_t size = sizeof credentials;
   if (::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
-    return failure(FaultKind::refused, path, fmt::format("who listens is unknown: {}", std::strerror(errno)));
+    return failure(FaultKind::refused, path, fmt::format("the listening process is unknown: {}", std::strerror(errno)));
   const auto expected = read_writer(record);
   if (!expected) return failure(expected.error());
   const Writer found{.pid = credentials.pid, .uid = credentials.uid};
   if (found.pid == expected->pid && found.uid == expected->uid && may_carry_out(found.uid, record)) return {};
   return failure(FaultKind::refused, path,
-                 fmt::format("{} listens there, but {} writes the record; nothing was sent to it", in_words(found),
-                             in_words(*expected)));
+                 fmt::format("{} listens on this socket, but {} writes the record; nothing was sent to it",
+                             in_words(found), in_words(*expected)));
 }
 
 /// Waits until the status file names the listener: a run that starts or resumes listens shortly before that.
@@ -232,12 +233,12 @@ Result<std::optional<ControlAnswer>> exchange(const Descriptor& socket, const st
     return failure(FaultKind::disconnected, path, std::strerror(errno));
   }
   if (!ready(socket.number(), POLLIN, deadline))
-    return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
+    return failure(FaultKind::timeout, path, "the program of the run does not answer");
   std::array<char, kLongestRequest> answer{};
   const auto size = ::recv(socket.number(), answer.data(), answer.size(), 0);
   // The listener closed the connection with the message unread (unix(7)).
   if (size < 0 && errno == ECONNRESET) return std::nullopt;
-  if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
+  if (size <= 0) return failure(FaultKind::disconnected, path, "the program closed the connection without an answer");
   return parse_answer({answer.data(), static_cast<std::size_t>(size)});
 }
 
@@ -253,7 +254,8 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
     const auto answer = exchange(*socket, to_message(request), path, deadline);
     if (!answer) return failure(answer.error());
     if (*answer) return **answer;
-    if (deadline.over()) return failure(FaultKind::timeout, path, "the program hung up before it took the message");
+    if (deadline.over())
+      return failure(FaultKind::timeout, path, "the program closed the connection before it read the message");
   }
 }
 

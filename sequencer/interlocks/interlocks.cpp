@@ -62,13 +62,13 @@ Found chamber_sensor(const CheckInputs& in) {
   const auto air = in.chamber()->air;
   if (in.limits.air_thermometers.empty()) {
     if (!(abs(in.memory.air_jumped) > in.limits.chamber_disagreement)) return {};
-    return found(fmt::format("the chamber's sensor jumped by {:+.1f} K, as no air does: {:.1f} °C",
+    return found(fmt::format("the chamber's sensor jumped by {:+.1f} K, too fast for air: {:.1f} °C",
                              in.memory.air_jumped.value, air.value));
   }
   const auto others = median_reading(in.sample, in.limits.air_thermometers);
   if (!others || abs(air - *others) <= in.limits.chamber_disagreement) return {};
   return found(
-      fmt::format("the chamber's sensor shows {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
+      fmt::format("the chamber's sensor reads {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
 }
 
 Found air_rate(const CheckInputs& in) {
@@ -143,7 +143,7 @@ Found stuck(const CheckInputs& in) {
     const auto& trend = in.memory.thermometers[i];
     if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
       all.push_back(in.of_thermometer(
-          i, fmt::format("{} stands at {:.3f} °C while the others move", in.channel(i), value->value)));
+          i, fmt::format("{} stays at {:.3f} °C while the others change", in.channel(i), value->value)));
   }
   return all;
 }
@@ -280,9 +280,9 @@ std::optional<std::string> describe_alteration(const CheckInputs& in) {
   const auto& chamber = *in.chamber();
   const auto& sent = in.around.sent;
   if (chamber.activity == ChamberActivity::off) return "is switched off";
-  if (sent && carries_out_program(chamber.activity)) return "carries out a program of its own";
+  if (sent && carries_out_program(chamber.activity)) return "runs a program of its own";
   if (!sent || !(abs(chamber.set_point - *sent) > in.around.set_point_tolerance)) return std::nullopt;
-  return fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value, sent->value);
+  return fmt::format("has the set point {:g} °C instead of {:g} °C", chamber.set_point.value, sent->value);
 }
 
 /// Returns true if an altered chamber was restarted: it was silent before, and was not altered before that silence.
@@ -305,7 +305,7 @@ Found foreign_set_point(const CheckInputs& in) {
   const bool is_our_own =
       (in.around.sends_again || in.was_found(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
   if (!what || was_restarted(in) || is_our_own) return {};
-  return found("somebody else changed it: the chamber " + *what);
+  return found("changed by another program or at its panel: the chamber " + *what);
 }
 
 Found restarted_and(const CheckInputs& in, bool off) {
@@ -346,7 +346,7 @@ Found deadline(const CheckInputs& in) {
 
 Found slept(const CheckInputs& in) {
   if (in.around.missed <= in.around.longest_missed) return {};
-  return found(fmt::format("the machine stood still for {}", spoken(in.around.missed)));
+  return found(fmt::format("the program did not run for {}", spoken(in.around.missed)));
 }
 
 Found storage(const CheckInputs& in) {

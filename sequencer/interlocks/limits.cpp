@@ -75,7 +75,7 @@ void read_own_limits(const TomlTable& table, InterlockLimits& limits) {
     const auto column = find_column(limits.channels, name);
     const auto its = own.table(name);
     if (column == limits.channels.size()) {
-      own.mistake(name, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+      own.mistake(name, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
       (void)its.keys();
       continue;
     }
@@ -87,7 +87,7 @@ void read_air_thermometers(const TomlTable& table, InterlockLimits& limits) {
   for (const auto& name : table.texts("air_thermometers")) {
     const auto column = find_column(limits.channels, name);
     if (column == limits.channels.size())
-      table.mistake("air_thermometers", fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+      table.mistake("air_thermometers", fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
     else
       limits.air_thermometers.push_back(column);
   }

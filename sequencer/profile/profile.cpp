@@ -43,7 +43,7 @@ class ErrorList {
     if (found_.empty()) return {};
     std::string what = found_.front().second;
     for (std::size_t i = 1; i < found_.size(); ++i) what += fmt::format("\n{}: {}", found_[i].first, found_[i].second);
-    if (found_.size() == kMostErrors) what += fmt::format("\nno more than {} mistakes are told", kMostErrors);
+    if (found_.size() == kMostErrors) what += fmt::format("\nonly the first {} errors are reported", kMostErrors);
     return failure(FaultKind::bad_file, found_.front().first, std::move(what));
   }
 
@@ -53,8 +53,8 @@ class ErrorList {
 
 void check_temperature(const Segment& segment, const ChamberLimits& limits, ErrorList& errors) {
   if (segment.target >= limits.lowest && segment.target <= limits.highest) return;
-  errors.note(segment, fmt::format("{:g} °C is beyond the chamber, expected {:g} to {:g} °C", segment.target.value,
-                                   limits.lowest.value, limits.highest.value));
+  errors.note(segment, fmt::format("{:g} °C is outside the chamber's range, expected {:g} to {:g} °C",
+                                   segment.target.value, limits.lowest.value, limits.highest.value));
 }
 
 void check_rate(const Segment& segment, Celsius from, const ChamberLimits& limits, ErrorList& errors) {
@@ -76,15 +76,16 @@ void check_deadline(const Segment& segment, ErrorList& errors) {
 /// wait.
 void check_step(const Segment& segment, Celsius from, ErrorList& errors) {
   if (segment.kind == SegmentKind::ramp || segment.guaranteed_soak || segment.target == from) return;
-  errors.note(segment, fmt::format("the set point is {:g} °C before this hold at {:g} °C, whose time would run while "
-                                   "it is on its way, expected a ramp before it, or guaranteed_soak = true",
-                                   from.value, segment.target.value));
+  errors.note(segment,
+              fmt::format("the set point is {:g} °C before this hold at {:g} °C, so the hold's time would begin before "
+                          "the set point arrives; expected a ramp before it, or guaranteed_soak = true",
+                          from.value, segment.target.value));
 }
 
 void check_soak_keys(const Segment& segment, ErrorList& errors) {
   if (segment.ignored_keys.empty()) return;
   errors.note(segment,
-              fmt::format("nothing heeds {} without a guaranteed soak, expected guaranteed_soak = true with it",
+              fmt::format("{} has no effect without a guaranteed soak, expected guaranteed_soak = true with it",
                           segment.ignored_keys));
 }
 
@@ -134,7 +135,7 @@ Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest) 
   ErrorList errors;
   for (const auto& segment : profile.segments)
     if (segment.target < lowest || segment.target > highest)
-      errors.note(segment, fmt::format("{:g} °C is beyond the air's limits of the rig, at which a run ends, expected "
+      errors.note(segment, fmt::format("{:g} °C is outside the rig's air limits, at which a run ends, expected "
                                        "{:g} to {:g} °C",
                                        segment.target.value, lowest.value, highest.value));
   return errors.verdict();
@@ -154,7 +155,7 @@ Result<void> check_turns(const Profile& profile, bool can_turn) {
   ErrorList errors;
   for (const auto& segment : profile.segments)
     if (segment.unit.turned && !can_turn)
-      errors.note(segment, "the unit is turned here, expected a rig that says \"can_be_turned\" in [gyro]");
+      errors.note(segment, "the unit is turned here, expected a rig with \"can_be_turned\" in [gyro]");
   return errors.verdict();
 }
 

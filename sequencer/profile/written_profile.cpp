@@ -127,7 +127,7 @@ constexpr std::size_t kLongestPrompt = 500;  ///< bytes
 std::string read_prompt(const TomlTable& table) {
   auto prompt = table.text("prompt", "");
   if (table.has("prompt") && prompt.empty())
-    table.mistake("prompt", "\"prompt\" is empty, expected what is to be done");
+    table.mistake("prompt", "\"prompt\" is empty, expected a task for the operator");
   if (prompt.size() > kLongestPrompt)
     table.mistake("prompt",
                   fmt::format("\"prompt\" is {} bytes long, expected at most {}", prompt.size(), kLongestPrompt));
@@ -172,7 +172,7 @@ class SegmentReader {
 
   std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& around) {
     const auto tables = parent.tables("segment");
-    if (tables.empty()) parent.mistake("", "there is no segment in it, expected at least one");
+    if (tables.empty()) parent.mistake("", "no segment, expected at least one");
     std::vector<WrittenSegment> segments;
     for (const auto& table : tables) read(table, around, segments);
     return segments;
@@ -273,7 +273,7 @@ class SegmentReader {
   /// Records an error if no set point is known before this segment; reports only the first such segment.
   void expect_set_point(const TomlTable& table, std::string_view kind) {
     if (!set_point_known_)
-      table.mistake("", fmt::format("nothing says where this {} starts, expected a hold with \"at\" before it", kind));
+      table.mistake("", fmt::format("the start of this {} is unknown, expected a hold with \"at\" before it", kind));
     set_point_known_ = true;
   }
 
@@ -426,7 +426,7 @@ class Expansion {
     const auto time = ramp_time(distance, rate);
     if (distance == Kelvins{0})
       written.table.mistake("to",
-                            fmt::format("the ramp goes nowhere: the set point is {:g} °C already", ramp.to.value));
+                            fmt::format("the ramp changes nothing: the set point is {:g} °C already", ramp.to.value));
     if (!time)
       written.table.mistake("", fmt::format("a ramp over {:g} K at {:g} °C/min takes more than {:.0f} s, the limit",
                                             distance.value, rate.value, to_seconds(kLongestProfile)));

@@ -71,7 +71,7 @@ std::optional<AnalogueChannel> read_channel(const TomlTable& table, std::size_t 
   if (!unit) return std::nullopt;
   auto& settings = units[*unit];
   if (std::ranges::count(settings.info.values, channel.name, &record::ValueInfo::name) > 0)
-    table.mistake("name", fmt::format("\"{}\" is another value of this gyro", channel.name));
+    table.mistake("name", fmt::format("\"{}\" is the name of another value of this gyro", channel.name));
   channel.unit = *unit;
   channel.value = settings.analogue_values++;
   settings.info.values.push_back(std::move(value));

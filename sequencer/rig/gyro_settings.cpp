@@ -43,7 +43,7 @@ GyroTable read_axis_names(const TomlTable& table) {
   for (const auto& axis : axes) {
     const auto name = axes.size() == 1 ? axis.text("name", "") : axis.text("name");
     const bool taken = std::ranges::any_of(gyro.axes, [&](const auto& other) { return other.name == name; });
-    if (taken) axis.mistake("name", fmt::format("\"{}\" is another axis of this unit", name));
+    if (taken) axis.mistake("name", fmt::format("\"{}\" is the name of another axis of this unit", name));
     gyro.axes.push_back({.table = axis, .name = name, .field = axis.text("field", name)});
   }
   return gyro;
@@ -83,7 +83,7 @@ double arcsec_per_count(const AxisTable& axis, const TomlTable& unit, const driv
   const auto& table = axis.table.has("arcsec_per_pulse") ? axis.table : unit;
   if (own) {
     if (table.has("arcsec_per_pulse"))
-      table.mistake("arcsec_per_pulse", "the frames have a scale of their own; this is for those that count pulses");
+      table.mistake("arcsec_per_pulse", "the frames contain their scale; this key is for frames that count pulses");
     return *own;
   }
   const double weight = table.number("arcsec_per_pulse");
@@ -112,7 +112,7 @@ std::vector<std::string> read_channel_names(const TomlTable& table, const char* 
   auto names = table.texts(key);
   for (const auto& name : names)
     if (std::ranges::count(channels, name) == 0)
-      table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+      table.mistake(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
   return names;
 }
 
@@ -152,7 +152,7 @@ Result<void> read_frames(const TomlTable& table, const std::string& rig_file, co
     line.frame = drivers::read_frame_format(table.table("frame"), axes, rate_hz);
     return {};
   }
-  if (table.has("frame")) table.mistake("frame", "the frames are those of the stream: expected one of the two");
+  if (table.has("frame")) table.mistake("frame", "the stream defines the frames; expected one of the two");
   auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then([&](const NamedText& named) {
     return drivers::parse_gyro_stream(named.text, named.path, axes, rate_hz);
   });
@@ -179,7 +179,7 @@ class Reader {
       gyros_.push_back(read_axis_names(table));
       settings_.units.push_back(read_unit(gyros_.back(), several, fixture, channels_));
       if (!fixture && gyros_.back().axes.size() > 1 && table.has("latitude"))
-        table.mistake("latitude", "where several axes point is said by a [fixture] and the direction of each");
+        table.mistake("latitude", "for several axes, expected [fixture] and a direction for each axis");
     }
     check_names();
     for (std::size_t i = 0; i < gyros_.size(); ++i)
@@ -198,7 +198,8 @@ class Reader {
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       for (std::size_t k = 0; k < i; ++k)
         if (settings_.units[i].info.name == settings_.units[k].info.name)
-          gyros_[i].table.mistake("name", fmt::format("\"{}\" is another gyro's", settings_.units[i].info.name));
+          gyros_[i].table.mistake("name",
+                                  fmt::format("\"{}\" is the name of another gyro", settings_.units[i].info.name));
   }
 
   [[nodiscard]] GyroLine begin_line(std::size_t unit) const {
@@ -213,13 +214,14 @@ class Reader {
     const auto& table = gyros_[unit].table;
     const auto owner = table.text("shares_line_with");
     for (const char* key : {"line", "stream", "frame", "rate_hz", "listen_only"})
-      if (table.has(key)) table.mistake(key, fmt::format("the line and its frames are those of \"{}\"", owner));
+      if (table.has(key))
+        table.mistake(key, fmt::format("the line and its frames are already defined by \"{}\"", owner));
     for (auto& line : settings_.lines)
       if (settings_.units[line.shares.front().unit].info.name == owner) {
         line.shares.push_back({.unit = unit});
         return;
       }
-    table.mistake("shares_line_with", fmt::format("\"{}\" is no gyro with a line of its own", owner));
+    table.mistake("shares_line_with", fmt::format("\"{}\" is not a gyro with a line of its own", owner));
   }
 
   [[nodiscard]] Result<void> fill(GyroLine& line) {
@@ -285,7 +287,7 @@ class Reader {
         if (found == all.end())
           table.mistake("values", fmt::format("\"{}\" is not one of the stream's values", name));
         else if (claimed[index])
-          table.mistake("values", fmt::format("\"{}\" is another unit's", name));
+          table.mistake("values", fmt::format("\"{}\" belongs to another unit", name));
         else
           give(share, index);
       }

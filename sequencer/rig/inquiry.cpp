@@ -56,8 +56,8 @@ std::string in_words(const drivers::ChamberEffort& effort) {
   if (needed * exchange <= kSecondsWork) return what + " fit into a second" + status;
   return fmt::format(
       "WARNING: {} do NOT fit into a second{}. Readings and set points will be missing: use Modbus TCP or a faster "
-      "serial line; where the unit allows it, let its register map say one_block or holes (fewer reads), or seen_later "
-      "for the set point",
+      "serial line; where the unit allows it, set one_block or holes (fewer reads), or seen_later for the set point, "
+      "in its register map",
       what, status);
 }
 
@@ -141,8 +141,8 @@ std::string describe_rate(const std::string& axis, DegreesPerHour measured, std:
                          largest_bias.value + std::abs(one_count.value);
   if (std::abs(measured.value - earth_rate->value) <= allowed) return line;
   return fmt::format(
-      "{}, WARNING: they differ by more than {:.2f} °/h; check the gyro's unit of rotation, scale, sign and axis, and "
-      "how it points; if the unit's bias is larger, state it (largest_bias_deg_per_h of [gyro])",
+      "{}, WARNING: they differ by more than {:.2f} °/h; check the gyro's unit of rotation, scale, sign, axis and "
+      "orientation; if the unit's bias is larger, state it (largest_bias_deg_per_h of [gyro])",
       line, allowed);
 }
 

@@ -35,7 +35,8 @@ inline void check_line(const TomlTable& table, const std::string& line) {
 template <class Words>
 [[nodiscard]] auto one_of_link(const Words& words, const TomlTable& instrument, const char* key) {
   const auto link = instrument.table("link");
-  if (instrument.has(key) && link.has(key)) link.mistake(key, "is in the instrument's own table too, expected it once");
+  if (instrument.has(key) && link.has(key))
+    link.mistake(key, "is also in the instrument's own table, expected it once");
   return one_of_or_default(words, link.has(key) ? link : instrument, key);
 }
 

@@ -436,7 +436,7 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   if (file.simulated) return simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
   if (file.units.size() != 1 || file.units.front().info.axes.size() != 1)
     return failure(FaultKind::usage, file.file,
-                   "has several axes, and nothing says what they would measure; of a real rig one axis can be served");
+                   "has several axes, whose signals are unknown; only one axis of a real rig can be served");
   const auto path = path_of("virtual", kShippedRig);
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);

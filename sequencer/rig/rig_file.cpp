@@ -27,7 +27,7 @@ std::optional<Celsius> read_side(const TomlTable& table, const char* key) {
 
 void check_safe_set_point(const TomlTable& table, const char* key, const RigFile& rig) {
   if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
-    table.mistake(key, "the safe set point is outside what the chamber can do");
+    table.mistake(key, "the safe set point is outside the chamber's limits");
 }
 
 /// Reads [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits in the rig: a
@@ -38,11 +38,12 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
   Limiter limiter{.protection_class = table.choice("class", {"1", "2", "3.1", "3.2", "3.3"}),
                   .lowest = read_side(table, "lowest"),
                   .highest = read_side(table, "highest")};
-  if (!limiter.lowest && !limiter.highest) table.mistake("", "expected lowest, highest or both: what it is set to");
+  if (!limiter.lowest && !limiter.highest)
+    table.mistake("", "expected lowest, highest or both: the limiter's settings");
   if (limiter.lowest && *limiter.lowest >= lowest)
-    table.mistake("lowest", "the limiter would trip at a set point that the chamber may be given");
+    table.mistake("lowest", "the limiter would trip at a permitted set point");
   if (limiter.highest && *limiter.highest <= highest)
-    table.mistake("highest", "the limiter would trip at a set point that the chamber may be given");
+    table.mistake("highest", "the limiter would trip at a permitted set point");
   return limiter;
 }
 
@@ -94,7 +95,7 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
   const auto check = [&](const char* key, const std::vector<std::string>& names) {
     for (const auto& name : names)
       if (std::ranges::count(channels, name) == 0)
-        table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+        table.mistake(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
   };
   check("gradients", gradients);
   check("three_point", three_point);
@@ -128,7 +129,7 @@ void check_safe_air(const TomlTable& root, const RigFile& rig) {
   root.table(in_safe ? "safe" : "chamber")
       .mistake(
           in_safe ? "set_point" : "safe_set_point",
-          fmt::format("the safe set point is {:g} °C, beyond the air's limits, {:g} to {:g} °C, at which a run ends",
+          fmt::format("the safe set point is {:g} °C, outside the air limits, {:g} to {:g} °C, at which a run ends",
                       rig.safe_set_point.value, limits.air_lowest.value, limits.air_highest.value));
 }
 
@@ -209,7 +210,7 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
     any_hid = any_hid || (hid != nullptr && hid->serial.empty());
     const bool is_one = serial != nullptr || hid != nullptr;
     if (is_one && !taken.insert(serial ? serial->device : text).second)
-      root.mistake("", fmt::format("\"{}\" is the line of two instruments, and would be opened by both", text));
+      root.mistake("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
   }
   if (any_hid && hids > 1) root.mistake("", "\"hid:\" is for a rig with one device on USB, expected serial numbers");
 }

@@ -148,9 +148,10 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
       .calibrated = read_day(table, "calibrated")};
   const auto value = above_zero(table, "uncertainty"), coverage = above_zero(table, "coverage_factor");
   if (uncertainty.rectangular && coverage)
-    table.mistake("coverage_factor", "limits have none: expected one of coverage_factor and \"rectangular\"");
+    table.mistake("coverage_factor",
+                  "rectangular limits have no coverage factor: expected one of coverage_factor and \"rectangular\"");
   for (const auto* key : {"coverage_factor", "distribution"})
-    if (table.has(key) && !table.has("uncertainty")) table.mistake(key, "there is no \"uncertainty\" that it is of");
+    if (table.has(key) && !table.has("uncertainty")) table.mistake(key, "is for an \"uncertainty\", which is missing");
   const double by = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
   if (value) uncertainty.calibration = Kelvins{*value / by};
   if (const auto drift = above_zero(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
@@ -175,14 +176,14 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
   const auto name = table.text("channel");
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
   if (found == channels.end()) {
-    if (!name.empty()) table.mistake("channel", fmt::format("\"{}\" is no channel of this thermometer", name));
+    if (!name.empty()) table.mistake("channel", fmt::format("\"{}\" is not a channel of this thermometer", name));
     for (const auto* key : {"offset", "polynomial", "certificate", "due", "uncertainty", "coverage_factor",
                             "distribution", "drift_k_per_year", "calibrated"})
       table.ignore(key);
     return;
   }
   if (table.has("offset") && table.has("polynomial"))
-    table.mistake("offset", "a polynomial holds its offset: expected one of the two");
+    table.mistake("offset", "a polynomial includes the offset: expected one of the two");
   if (found->offset != Kelvins{} || !found->polynomial.empty())
     table.mistake("channel", fmt::format("channel \"{}\" has a calibration already", name));
   if (table.has("offset")) found->offset = {table.number("offset")};
@@ -218,7 +219,7 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
                   fmt::format("{} channels, expected 1 to {}", settings.channels.size(), count_inputs(settings)));
   for (std::size_t i = 0; i < settings.channels.size(); ++i) {
     const auto& name = settings.channels[i];
-    if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is there twice", name));
+    if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is listed twice", name));
     settings.calibrated.push_back({.name = name, .instrument = describe_input(settings, number, i), .offset = {}});
   }
 }

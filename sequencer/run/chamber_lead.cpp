@@ -94,7 +94,8 @@ std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const Lead
 
 Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& second) {
   if (second.changed_by_another)
-    return failure(FaultKind::refused, "chamber", "it does what somebody else has told it, not what the profile says");
+    return failure(FaultKind::refused, "chamber",
+                   "another program or its panel changed its set point; it does not follow the profile");
   return {};
 }
 
@@ -153,21 +154,21 @@ std::string capitals(const std::string& name) {
 /// Returns the reason why a controller cannot carry out a segment that begins at `from`; empty if it can. A
 /// controller's guaranteed soak uses its own air and counts the total time in the band.
 std::string controller_objection(const profile::Segment& segment, Celsius from) {
-  if (!segment.prompt.empty()) return "a controller waits for nobody, and here people are asked for something";
+  if (!segment.prompt.empty()) return "a controller cannot wait for an operator, and this segment has a prompt";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
     return fmt::format("a controller goes from {:g} °C to {:g} °C at once, expected a ramp before this hold",
                        from.value, segment.target.value);
   if (!segment.guaranteed_soak) return {};
   if (segment.soak_sensor != "air")
-    return fmt::format("a controller soaks by its own air, and here soak_sensor is \"{}\"", segment.soak_sensor);
+    return fmt::format("a controller soaks by its own air, but soak_sensor is \"{}\"", segment.soak_sensor);
   if (segment.soak_slope > CelsiusPerMinute{0})
-    return fmt::format("a controller does not wait until the air is at rest, and here soak_slope is {:g} °C/min",
+    return fmt::format("a controller does not wait for steady air, but soak_slope is {:g} °C/min",
                        segment.soak_slope.value);
   if (segment.soak_dwell > Duration{})
-    return fmt::format("a controller counts from the first second in the band, and here soak_dwell is {:g} s",
+    return fmt::format("a controller counts from the first second in the band, but soak_dwell is {:g} s",
                        to_seconds(segment.soak_dwell));
   if (segment.soak_time < segment.duration)
-    return fmt::format("a controller counts all of a soak's time in the band, and here soak_time is {:g} s of {:g} s",
+    return fmt::format("a controller counts all of a soak's time in the band, but soak_time is {:g} s of {:g} s",
                        to_seconds(segment.soak_time), to_seconds(segment.duration));
   return {};
 }
@@ -198,7 +199,7 @@ Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& pro
 
 std::string ControllerLead::objection(OperatorCommand command) const {
   if (command != OperatorCommand::pause) return {};
-  return "the controller carries the profile out; only its panel can pause it";
+  return "the controller runs the profile; only its panel can pause it";
 }
 
 /// Returns true if the controller conditions at a set point after its program.
@@ -220,7 +221,7 @@ std::string ControllerLead::objection_to_end(const LeadSecond& second) const {
   if (!chamber) return {};
   const auto activity = chamber->activity;
   if (!may_progress(activity) && !has_finished(activity) && activity != ChamberActivity::off)
-    return fmt::format("at the end of its program the controller does not carry it out: {}", name(activity));
+    return fmt::format("at the end of its program the controller does not run it: {}", name(activity));
   if (away_)
     return fmt::format("at the end of its program the air moves away from {:g} °C: {:.2f} °C", second.end.value,
                        chamber->air.value);
@@ -242,8 +243,7 @@ std::string ControllerLead::judge(const LeadSecond& second) {
   const bool progresses = may_progress(chamber->activity) || may_have_finished(second);
   gone_ = progresses ? Duration{} : gone_ + kSecond + second.missed;
   if (gone_ < kGoneForGood) return {};
-  return fmt::format("the controller has not carried out its program for {}: {}", spoken(gone_),
-                     name(chamber->activity));
+  return fmt::format("the controller has not run its program for {}: {}", spoken(gone_), name(chamber->activity));
 }
 
 void ControllerLead::fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) {

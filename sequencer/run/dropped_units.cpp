@@ -11,12 +11,12 @@ namespace gyrotherm::run {
 std::string DroppedUnits::objection(const control::UnitRequest& request) const {
   const auto found = std::ranges::find(names_, request.unit);
   if (found == names_.end())
-    return fmt::format("\"{}\" is no unit of this run, expected one of {}", request.unit, fmt::join(names_, ", "));
+    return fmt::format("\"{}\" is not a unit of this run, expected one of {}", request.unit, fmt::join(names_, ", "));
   const bool is_dropped = dropped_[static_cast<std::size_t>(found - names_.begin())];
   if (request.drop && is_dropped) return fmt::format("{} is dropped already", request.unit);
   if (!request.drop && !is_dropped) return fmt::format("{} is not dropped", request.unit);
   if (request.drop && std::ranges::count(dropped_, false) < 2)
-    return fmt::format("{} is the only one that is left; \"stop\" ends the run", request.unit);
+    return fmt::format("{} is the only unit left; \"stop\" ends the run", request.unit);
   return {};
 }
 

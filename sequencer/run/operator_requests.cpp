@@ -26,7 +26,7 @@ std::string refusal_reason(RunState state, OperatorCommand command) {
 std::string OperatorRequests::objection(RunState state, OperatorCommand command) const {
   const auto* first = foremost();
   if (first && first->command > command)
-    return fmt::format("{} by {} comes first, within a second", name(first->command), first->who);
+    return fmt::format("{} by {} has priority in the same second", name(first->command), first->who);
   const bool keeps_held = command == OperatorCommand::pause && first && first->command == OperatorCommand::resume;
   return keeps_held ? std::string() : refusal_reason(state, command);
 }

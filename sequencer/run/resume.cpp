@@ -168,7 +168,7 @@ bool had_foreign_set_point(const record::Record& record) {
 /// The last state of a run, and the reason why it ended.
 struct Ending {
   RunState state{};
-  std::string why = "the program was not running any more, and had no time to say why";
+  std::string why = "the program ended without stating a reason";
 };
 
 Ending read_ending(const record::Record& record) {
@@ -206,7 +206,7 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
   if (!interrupted.strangers.empty()) return {Reentry::ask, interrupted.strangers};
   if (interrupted.aborted) return {Reentry::ask, "the run was aborted"};
   if (interrupted.held) return {Reentry::ask, "the run was held"};
-  if (interrupted.foreign) return {Reentry::ask, "somebody else had changed the chamber"};
+  if (interrupted.foreign) return {Reentry::ask, "another program or a person had changed the chamber"};
   if (!interrupted.why_unknown.empty()) return {Reentry::ask, interrupted.why_unknown};
   if (interrupted.down > kLongestUnattended)
     return {Reentry::ask,
@@ -215,10 +215,10 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
   const auto lowest = std::min(interrupted.lowest, mild) - kResumeBand;
   const auto highest = std::max(interrupted.highest, mild) + kResumeBand;
   if (air_now < lowest || air_now > highest)
-    return {Reentry::ask, fmt::format("the air is at {:.2f} °C, beyond the segment's {:g} … {:g} °C", air_now.value,
+    return {Reentry::ask, fmt::format("the air is at {:.2f} °C, outside the segment's {:g} … {:g} °C", air_now.value,
                                       interrupted.lowest.value, interrupted.highest.value)};
   if (!interrupted.air)
-    return {Reentry::stabilise, fmt::format("the air is at {:.2f} °C, it was not known", air_now.value)};
+    return {Reentry::stabilise, fmt::format("the air is at {:.2f} °C, it was unknown before", air_now.value)};
   if (abs(air_now - *interrupted.air) > kResumeBand)
     return {Reentry::stabilise,
             fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", air_now.value, interrupted.air->value)};
@@ -228,16 +228,15 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
 std::string unknown_downtime_reason(Duration down) {
   constexpr Duration kCorrection = 2 * kSecond;  // error of a correct clock
   if (down < -kCorrection)
-    return fmt::format("the clock is {} behind the last second of the record: nobody knows how long it was down",
-                       spoken(-down));
+    return fmt::format("the clock is {} behind the last second of the record: the downtime is unknown", spoken(-down));
   if (down > kLongestBelieved)
-    return fmt::format("by the clock it was down for {} days, which is not believed: nobody knows how long it was",
+    return fmt::format("by the clock it was down for {} days, which is implausible: the downtime is unknown",
                        std::chrono::floor<std::chrono::days>(down).count());
   return "";
 }
 
 std::string describe_downtime(const InterruptedRun& interrupted) {
-  return interrupted.why_unknown.empty() ? spoken(interrupted.down) : "nobody knows how long";
+  return interrupted.why_unknown.empty() ? spoken(interrupted.down) : "an unknown time";
 }
 
 bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before) {
@@ -267,7 +266,7 @@ Downtime compute_downtime(const record::Record& record, const std::optional<reco
   if (is_about_it && down < now.since_boot)
     return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", in_words,
                               spoken(now.since_boot))};
-  const auto* cause = is_about_it ? "the machine was restarted meanwhile" : "no status file of this run is there";
+  const auto* cause = is_about_it ? "the machine was restarted meanwhile" : "there is no status file of this run";
   return {down, fmt::format("{}: it was down for {} by the wall clock alone", cause, in_words)};
 }
 
@@ -289,7 +288,7 @@ Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int6
     return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));
   if (simulated && last_slot > kMostReplayed)
     return failure(FaultKind::bad_file, path,
-                   fmt::format("ends at second {}; of a virtual rig at most {} are lived through again", last_slot,
+                   fmt::format("ends at second {}; at most {} seconds of a virtual rig can be replayed", last_slot,
                                kMostReplayed));
   return {};
 }

@@ -24,8 +24,8 @@ std::string describe(const profile::Profile& profile, const ProfilePosition& pro
 
 std::string promise(OperatorCommand command) {
   switch (command) {
-    case OperatorCommand::pause: return "held: the profile's clock stands and the set point stays, until resume";
-    case OperatorCommand::resume: return "goes on";
+    case OperatorCommand::pause: return "held: the profile's clock and the set point stay unchanged until resume";
+    case OperatorCommand::resume: return "continues";
     case OperatorCommand::stop: return "stops: ";
     case OperatorCommand::abort: return "aborts: ";
   }
@@ -84,7 +84,7 @@ std::string RunController::objection(OperatorCommand command) const {
 
 std::string RunController::active_objection(OperatorCommand command, bool takes_over) const {
   const auto holds = command == OperatorCommand::resume ? active_cause(interlocks::Reaction::hold, takes_over) : "";
-  return holds.empty() ? lead_->objection(command) : "what holds it still stands: " + holds;
+  return holds.empty() ? lead_->objection(command) : "the cause of the hold is still active: " + holds;
 }
 
 /// Leaves out the causes that the operator's resume ends, if it takes the chamber over.
@@ -97,7 +97,7 @@ std::string RunController::answer_for(OperatorCommand command) const {
   const auto suspends = command == OperatorCommand::resume
                             ? active_cause(interlocks::Reaction::suspend, takes_over(command))
                             : std::string();
-  if (!suspends.empty()) return "goes on once this is over: " + suspends;
+  if (!suspends.empty()) return "continues once this is over: " + suspends;
   if (command < OperatorCommand::stop) return promise(command);
   const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
   return promise(command) +
@@ -126,7 +126,7 @@ control::ControlAnswer RunController::drop_or_return(const control::UnitRequest&
                    why),
        {.channel = request.unit});
   return {.done = true,
-          .text = request.drop ? request.unit + " is dropped: nothing of it is recorded or judged until it is returned"
+          .text = request.drop ? request.unit + " is dropped: it is neither recorded nor judged until it is returned"
                                : request.unit + " is in the run again"};
 }
 
@@ -153,7 +153,7 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
 control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                   const std::string& comment) {
   auto [count, objections] = append_acknowledgements(numbers, who, comment);
-  if (count == 0 && objections.empty()) objections.emplace_back("every alarm is acknowledged");
+  if (count == 0 && objections.empty()) objections.emplace_back("all alarms are acknowledged");
   const auto why = fmt::format("{}", fmt::join(objections, "; "));
   if (!objections.empty())
     note(EventKind::command, fmt::format("{}: acknowledge {}, refused: {}", who,
@@ -265,7 +265,7 @@ void RunController::change_to(RunStateMachine machine) {
   machine_ = std::move(machine);
   if (!is_reported) return;
   const bool again = after == RunState::execute;
-  note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : describe(machine_));
+  note(EventKind::state, again && !why.empty() ? "execute: the profile continues, after: " + why : describe(machine_));
 }
 
 /// Returns the task for people before the profile continues. A virtual rig confirms it at once.

@@ -49,7 +49,7 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   trouble_ = done ? "" : text(done.error());
   if ((done && !evidence_.is_ineffective()) || !is_due(reported_, at, kReportEvery)) return std::nullopt;
   reported_ = at;
-  return describe() + "; it is tried until it can";
+  return describe() + "; further attempts follow";
 }
 
 void SafeSequence::see(const Reading<ChamberState>& chamber, Duration at) {
@@ -68,7 +68,7 @@ std::string SafeSequence::describe() const {
   if (confirmed_) return fmt::format("the chamber was {} ({})", what, shown);
   const bool is_acknowledged = began_ && trouble_.empty() && !evidence_.is_ineffective();
   if (is_acknowledged || is_only_being_watched())
-    return fmt::format("the chamber was {}, and is NOT shown to be safe yet ({})", what, shown);
+    return fmt::format("the chamber was {}, and is NOT confirmed safe yet ({})", what, shown);
   return fmt::format("the chamber could NOT be {} ({}{}{})", what, trouble_, trouble_.empty() ? "" : "; ", shown);
 }
 

@@ -92,7 +92,7 @@ std::string AirWatch::describe() const {
   }
   const bool is_near = std::abs(now_c_ - set_point_.value) <= kSafeBand.value;
   if (is_near) return fmt::format("{}: near {:g} °C", seen, set_point_.value);
-  if (source_ != AirSource::controller) return seen + ": drifts as in a chamber that is off";
+  if (source_ != AirSource::controller) return seen + ": drifts as in a switched-off chamber";
   return fmt::format("{}: moves towards {:g} °C", seen, set_point_.value);
 }
 

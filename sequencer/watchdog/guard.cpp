@@ -100,9 +100,10 @@ bool readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice
 /// Reads one byte. Fails if none arrives before the deadline.
 Result<char> read_byte(int descriptor, const Deadline& deadline) {
   char byte = 0;
-  if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not come");
+  if (!ready(descriptor, POLLIN, deadline))
+    return failure(FaultKind::timeout, "guard", "no instructions received in time");
   if (::read(descriptor, &byte, 1) == 1) return byte;
-  return failure(FaultKind::disconnected, "guard", "its orders end");
+  return failure(FaultKind::disconnected, "guard", "connection closed before the instructions arrived");
 }
 
 /// Reads digits up to a line break.
@@ -119,7 +120,7 @@ Result<std::size_t> read_length(int descriptor, const Deadline& deadline) {
   std::size_t length = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), length);
   if (error != std::errc() || end != digits.data() + digits.size() || length > kLongest)
-    return failure(FaultKind::corrupted, "guard", "its orders have no length");
+    return failure(FaultKind::corrupted, "guard", "the instructions have an invalid length");
   return length;
 }
 
@@ -138,14 +139,17 @@ Result<std::string> receive_safe_state(int descriptor, Duration within) {
   const Deadline deadline(within);
   const auto first = read_byte(descriptor, deadline);
   if (!first) return failure(first.error());
-  if (*first != kSafeStateFollows) return failure(FaultKind::corrupted, "guard", "its orders begin otherwise");
+  if (*first != kSafeStateFollows)
+    return failure(FaultKind::corrupted, "guard", "the instructions begin with an unexpected byte");
   const auto length = read_length(descriptor, deadline);
   if (!length) return failure(length.error());
   std::string text(*length, '\0');
   for (std::size_t have = 0; have < text.size();) {
-    if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not end");
+    if (!ready(descriptor, POLLIN, deadline))
+      return failure(FaultKind::timeout, "guard", "the instructions are incomplete");
     const auto size = ::read(descriptor, text.data() + have, text.size() - have);
-    if (size <= 0) return failure(FaultKind::disconnected, "guard", "its orders end too early");
+    if (size <= 0)
+      return failure(FaultKind::disconnected, "guard", "connection closed before the end of the instructions");
     have += static_cast<std::size_t>(size);
   }
   return text;

@@ -238,7 +238,7 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
   const auto where = safe_state_path(safe_state.record);
   const auto line = drivers::parse_line(safe_state.line);
   if (!line || !drivers::carries_bytes(*line))
-    return failure(FaultKind::bad_file, where, "its line leads to no chamber");
+    return failure(FaultKind::bad_file, where, "its line does not lead to a chamber");
   const bool is_serial = std::holds_alternative<drivers::SerialLine>(*line);
   if (is_serial != (safe_state.link == drivers::LinkKind::rtu))
     return failure(FaultKind::bad_file, where,
@@ -268,7 +268,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
     const auto holder = drivers::ChamberLock::holder(chamber.place);
     const auto program = holder ? program_name(holder->pid) : "";
     if (holder && is_successor(*holder, program, safe_state)) {
-      voice.say("another program has the chamber: " + holder->words);
+      voice.say("another program uses the chamber: " + holder->words);
       return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
     }
   }
@@ -281,7 +281,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
     take(*line, rescued);
     if (rescued.reached != SafeStage::nothing) longest = kSafeWithin + kForLaterSteps;
   }
-  if (!work.has_ended()) rescued.details += "; the attempt did not come to its end in time";
+  if (!work.has_ended()) rescued.details += "; the attempt did not finish in time";
   return rescued;
 }
 

@@ -35,7 +35,7 @@ std::optional<drivers::WordOrder> read_order(const TomlTable& table) {
 ProcessIdentity read_identity(const TomlTable& table) {
   const auto pid = table.integer("pid"), started = table.integer("started");
   if (pid <= 0) table.mistake("pid", "no process has this number");
-  if (started < 0) table.mistake("started", "no process began then");
+  if (started < 0) table.mistake("started", "no process started then");
   return {.pid = pid, .started = static_cast<std::uint64_t>(started), .boot = table.text("boot")};
 }
 
@@ -71,7 +71,7 @@ Duration read_observe(const TomlTable& table) {
 /// Returns the reason to distrust the open file: another user owns it or may write it. Empty if there is none.
 std::string distrust_reason(int file) {
   struct stat found {};
-  if (::fstat(file, &found) != 0) return "cannot be looked at";
+  if (::fstat(file, &found) != 0) return "its status cannot be read";
   if (found.st_uid != ::geteuid() && found.st_uid != 0)
     return "belongs to " + describe_user(found.st_uid) + ", who is neither root nor this user";
   return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : "may be written by others than its owner";
@@ -102,7 +102,7 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
   if (!table) return failure(table.error());
   const bool is_new =
       table->choice("schema", {std::string(kSafeStateSchema), std::string(kSafeStateSchemaBefore)}) == kSafeStateSchema;
-  if (!table->is_list("map")) table->mistake("map", "\"map\" is no list, expected the lines of a register map");
+  if (!table->is_list("map")) table->mistake("map", "\"map\" is not a list, expected the lines of a register map");
   SafeState safe_state{.record = table->text("record"),
                        .line = table->text("line"),
                        .link = one_of(drivers::kLinkKinds, *table, "link"),

@@ -83,7 +83,7 @@ std::optional<std::string> Trail::reason_to_end() {
   if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(read_orders()); });
   const auto orders = looking_->next(kReadWithin);
   if (orders || looking_->has_ended()) looking_.reset();
-  if (orders == kAnothers) return "the safe-state file is another run's";
+  if (orders == kAnothers) return "the safe-state file belongs to another run";
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);

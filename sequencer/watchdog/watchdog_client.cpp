@@ -206,7 +206,7 @@ Result<void> WatchdogClient::Ties::start_guard() {
   if (!send_all(own.number(), safe_state_message(to_text(safe_state))) || !send_all(own.number(), {&preparing, 1}) ||
       !confirms_watching(own.number())) {
     end_guard(pid, std::move(own));
-    return refuse("it does not say that it watches");
+    return refuse("it does not confirm that it is watching");
   }
   std::unique_lock lock(mutex);
   auto line_before = std::exchange(line, std::move(own));
@@ -250,7 +250,7 @@ void WatchdogClient::Ties::tend_guard() {
   if (started)
     of_guard.begins(fmt::format("the guard {}, and was replaced", why));
   else
-    of_guard.begins("nobody would make the chamber safe: " + text(started.error()));
+    of_guard.begins("there is no guard to make the chamber safe: " + text(started.error()));
 }
 
 /// Restores the safe-state file. If good_bye() came meanwhile, removes it again.
@@ -262,7 +262,7 @@ void WatchdogClient::Ties::tend_file() {
   const std::lock_guard lock(mutex);
   if (in_place) return of_file.is_over();
   if (stop) return remove_safe_state(safe_state.record);
-  of_file.begins(written ? path + " was gone or changed; it was put back" : text(written.error()));
+  of_file.begins(written ? path + " was missing or changed; it was restored" : text(written.error()));
 }
 
 /// The main function of a thread.

@@ -178,7 +178,7 @@ TEST(Check, RefusesSoakOnUnknownSensor) {
     EXPECT_EQ(ran.exit_code, 4) << command;
     EXPECT_NE(ran.err.find("soak.toml:9:1: soak_sensor is \"Z\", expected \"air\" or a channel"), std::string::npos)
         << ran.err;
-    EXPECT_NE(ran.err.find("150 °C is beyond the chamber"), std::string::npos) << "and the other mistake: " << ran.err;
+    EXPECT_NE(ran.err.find("150 °C is outside the chamber"), std::string::npos) << "and the other mistake: " << ran.err;
   }
   EXPECT_FALSE(std::filesystem::exists(record));
 }

@@ -45,9 +45,9 @@ rates = [2, 7]
   kind = "ramp"
   to = 60
 )"),
-            "p.toml:4:1: 80 °C is beyond the chamber, expected -45 to 70 °C\n"
+            "p.toml:4:1: 80 °C is outside the chamber's range, expected -45 to 70 °C\n"
             "p.toml:4:1: deadline too short: 3600 s, expected at least the 7200 s that the segment takes\n"
-            "p.toml:12:3: -50 °C is beyond the chamber, expected -45 to 70 °C\n"
+            "p.toml:12:3: -50 °C is outside the chamber's range, expected -45 to 70 °C\n"
             "p.toml:12:3: 7 °C/min is faster than the chamber cools, expected at most 4 °C/min\n"
             "p.toml:15:3: 7 °C/min is faster than the chamber heats, expected at most 6 °C/min");
 }
@@ -58,7 +58,7 @@ TEST(Check, ATemperatureAtWhichTheAirEndsTheRunIsAMistake) {
   const auto verdict = check_air(p, {-60}, {15});
   ASSERT_FALSE(verdict);
   EXPECT_EQ(text(verdict.error()),
-            "p.toml:4:1: 20 °C is beyond the air's limits of the rig, at which a run ends, expected -60 to 15 °C");
+            "p.toml:4:1: 20 °C is outside the rig's air limits, at which a run ends, expected -60 to 15 °C");
 }
 
 TEST(Check, ADeadlineMustLeaveTimeForTheSoak) {
@@ -80,8 +80,8 @@ hold = ["1 min", "5 min"]
 TEST(Check, AHoldElsewhereThatNothingLeadsToIsAMistake) {
   const std::string warm = "[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"5 min\"\n";
   const std::string said =
-      "the set point is 20 °C before this hold at 60 °C, whose time would run while it is on its way, expected a ramp "
-      "before it, or guaranteed_soak = true";
+      "the set point is 20 °C before this hold at 60 °C, so the hold's time would begin before the set point arrives; "
+      "expected a ramp before it, or guaranteed_soak = true";
   EXPECT_EQ(objection(kHold20 + warm), "p.toml:8:1: " + said);
   EXPECT_EQ(objection(kHold20 + warm + "guaranteed_soak = true\n"), "nothing");
   EXPECT_EQ(objection("[defaults]\nguaranteed_soak = true\n" + kHold20 + warm), "nothing");
@@ -104,11 +104,11 @@ TEST(Check, HoldsOfARandomProgramAreWhereItsRampsLead) { EXPECT_EQ(objection(kRa
 TEST(Check, AKeyOfASoakWhereThereIsNoneIsAMistake) {
   const std::string keys = "soak_time = \"5 h\"\nsoak_dwell = \"3 h\"\nsoak_sensor = \"A\"\n";
   EXPECT_EQ(objection(kHold20 + keys),
-            "p.toml:4:1: nothing heeds soak_time, soak_sensor, soak_dwell without a guaranteed soak, expected "
+            "p.toml:4:1: soak_time, soak_sensor, soak_dwell has no effect without a guaranteed soak, expected "
             "guaranteed_soak = true with it");
   EXPECT_EQ(objection(kHold20 + keys + "guaranteed_soak = true\n"), "nothing");
   EXPECT_EQ(objection(kRandomOfAnHour + "soak_band = 1\n"),
-            "p.toml:8:1: nothing heeds soak_band without a guaranteed soak, expected guaranteed_soak = true with it");
+            "p.toml:8:1: soak_band has no effect without a guaranteed soak, expected guaranteed_soak = true with it");
   EXPECT_EQ(objection("[defaults]\nsoak_band = 1\nsoak_slope = 0.1\n" + kHold20), "nothing");
 }
 

@@ -31,7 +31,7 @@ const std::string kRandom = kHold20 +
 INSTANTIATE_TEST_SUITE_P(
     Holds, Mistake,
     testing::Values(
-        Wrong{"", "p.toml:1:1: there is no segment in it, expected at least one"},
+        Wrong{"", "p.toml:1:1: no segment, expected at least one"},
         Wrong{"[[segment]]\nkind = \"hold\"\ntime = \"1 h\"\n",
               "p.toml:4:1: missing key \"at\", expected a temperature in the first hold"},
         Wrong{"[[segment]]\nkind = \"hold\"\nat = 20\n",
@@ -52,13 +52,13 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"[accept]\nrandom.raw = \"much\"\n" + kHold20, "p.toml:5:14: \"raw\" is \"much\", expected a number"},
         Wrong{"segment = 5\n",
               "p.toml:4:11: \"segment\" is not an array of tables, expected [[segment]]\n"
-              "p.toml:1:1: there is no segment in it, expected at least one"}));
+              "p.toml:1:1: no segment, expected at least one"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Ramps, Mistake,
     testing::Values(
         Wrong{"[[segment]]\nkind = \"ramp\"\nto = 30\nrate = 1\n",
-              "p.toml:4:1: nothing says where this ramp starts, expected a hold with \"at\" before it"},
+              "p.toml:4:1: the start of this ramp is unknown, expected a hold with \"at\" before it"},
         Wrong{kRamp + "rate = 1\n", "p.toml:8:1: missing key \"to\", expected a temperature like 20 or \"20 °C\""},
         Wrong{kRamp + "to = 30\n", "p.toml:8:1: neither \"rate\" nor \"time\" is given, expected one of them"},
         Wrong{kRamp + "to = 30\nrate = 1\ntime = \"1 h\"\n",
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(
               "p.toml:11:8: \"rate\" is 0 °C/min, expected more than 0, at most 1000 °C/min"},
         Wrong{kRamp + "to = 30\nrate = \"-5 °C/min\"\n",
               "p.toml:11:8: \"rate\" is -5 °C/min, expected more than 0, at most 1000 °C/min"},
-        Wrong{kRamp + "to = 20\nrate = 1\n", "p.toml:10:6: the ramp goes nowhere: the set point is 20 °C already"},
+        Wrong{kRamp + "to = 20\nrate = 1\n", "p.toml:10:6: the ramp changes nothing: the set point is 20 °C already"},
         Wrong{kRamp + "to = 30\nrate = 1e-9\n",
               "p.toml:8:1: a ramp over 10 K at 1e-09 °C/min takes more than 100000000 s, the limit"},
         Wrong{kRamp + "to = 30\nrate = 1\nguaranteed_soak = true\n", "p.toml:12:1: unknown key \"guaranteed_soak\""}));
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Repeats, Mistake,
     testing::Values(
-        Wrong{kRepeat + "count = 3\n", "p.toml:8:1: there is no segment in it, expected at least one"},
+        Wrong{kRepeat + "count = 3\n", "p.toml:8:1: no segment, expected at least one"},
         Wrong{kRepeat + "count = 0\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
               "p.toml:10:9: \"count\" is 0, expected 1 or more"},
         Wrong{kRepeat + "count = -1\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kRepeat + "count = 2\n[[segment.segment]]\nkind = \"ramp\"\nto = 30\n",
               "p.toml:11:1: neither \"rate\" nor \"time\" is given, expected one of them"},
         Wrong{kRepeat + "count = 5\n[[segment.segment]]\nkind = \"ramp\"\nto = 20\nrate = 1\n",
-              "p.toml:13:6: the ramp goes nowhere: the set point is 20 °C already"},
+              "p.toml:13:6: the ramp changes nothing: the set point is 20 °C already"},
         Wrong{kRepeat + "count = 2\ncycle = true\n[[segment.segment]]\nkind = \"repeat\"\ncount = 2\ncycle = true\n"
                         "[[segment.segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
               "p.toml:15:9: a cycle inside a cycle, expected one level of cycles"}));
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
             "p.toml:6:8: \"seed\" is -1, expected 0 or more\n"
             "p.toml:8:9: \"rates\" is 0 °C/min, expected more than 0, at most 1000 °C/min\n"
             "p.toml:9:8: \"hold\" is zero, expected a time longer than zero\n"
-            "p.toml:4:1: nothing says where this random program starts, expected a hold with \"at\" before it"}));
+            "p.toml:4:1: the start of this random program is unknown, expected a hold with \"at\" before it"}));
 
 TEST(Mistakes, AreToldAllAtOnceInTheOrderOfTheFile) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"

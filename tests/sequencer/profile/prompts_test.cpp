@@ -54,7 +54,7 @@ TEST(Prompts, AreTold) {
 
 TEST(Prompts, AreOneLineOfText) {
   EXPECT_EQ(refusal(kHold20 + hold("prompt = \"\"\n")),
-            "p.toml:11:10: \"prompt\" is empty, expected what is to be done");
+            "p.toml:11:10: \"prompt\" is empty, expected a task for the operator");
   EXPECT_EQ(refusal(kHold20 + hold("prompt = \"a\\u001b[2J\"\n")),
             "p.toml:11:10: \"prompt\" has control characters, expected one line of text");
   EXPECT_EQ(refusal(kHold20 + hold("prompt = \"" + std::string(501, 'x') + "\"\n")),
@@ -70,7 +70,7 @@ TEST(Prompts, TurnNoUnitThatCannotBeTurned) {
   const auto refused = check_turns(p, false);
   ASSERT_FALSE(refused);
   EXPECT_EQ(text(refused.error()),
-            "p.toml:8:1: the unit is turned here, expected a rig that says \"can_be_turned\" in [gyro]");
+            "p.toml:8:1: the unit is turned here, expected a rig with \"can_be_turned\" in [gyro]");
   EXPECT_TRUE(check_turns(parsed(kHold20 + hold("power = \"off\"\n")), false));
 }
 

@@ -78,7 +78,8 @@ TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
   expect("input = 2\n", "input = 9\n", "\"input\" is 9, expected 1 to 8");
   expect("gyro = \"y\"\nscale", "gyro = \"q\"\nscale", "\"q\" is not one of this rig's gyros");
   expect("gyro = \"y\"\nscale", "scale", "\"gyro\"");
-  expect("gyro = \"y\"\nscale", "gyro = \"x\"\nscale", "\"discharge_current_ma\" is another value of this gyro");
+  expect("gyro = \"y\"\nscale", "gyro = \"x\"\nscale",
+         "\"discharge_current_ma\" is the name of another value of this gyro");
   expect("scale = 0.125\n", "scale = 0\n", "must not be zero");
   expect("unit = \"mA\"\ngyro = \"z\"", "unit = \"mA\"\ntemperature = true\ngyro = \"z\"", "a temperature is in");
   expect("unit = \"mA\"\ngyro = \"z\"", "gyro = \"z\"", "\"unit\"");

@@ -79,7 +79,7 @@ TEST(ManyUnitsRig, UnitsMayShareALine) {
 
 TEST(ManyUnitsRig, ASharedLineIsSomebodys) {
   EXPECT_NE(mistakes(changed(two_on_one_line(), "shares_line_with = \"a\"", "shares_line_with = \"c\""))
-                .find("\"c\" is no gyro with a line of its own"),
+                .find("\"c\" is not a gyro with a line of its own"),
             std::string::npos);
   EXPECT_NE(mistakes(changed(two_on_one_line(), "[\"temperature_x\"]", "[\"temperature_q\"]"))
                 .find("\"temperature_q\" is not one of the stream's values"),
@@ -88,13 +88,13 @@ TEST(ManyUnitsRig, ASharedLineIsSomebodys) {
 
 TEST(ManyUnitsRig, EveryMistakeIsToldWithItsPlace) {
   const auto lot = rig_text_of("virtual-lot");
-  EXPECT_NE(mistakes(changed(lot, "name = \"u2\"", "name = \"u1\"")).find("\"u1\" is another gyro's"),
+  EXPECT_NE(mistakes(changed(lot, "name = \"u2\"", "name = \"u1\"")).find("\"u1\" is the name of another gyro"),
             std::string::npos);
   EXPECT_NE(mistakes(changed(lot, "direction = [1, 0, 0]", "direction = [0, 0, 0]")).find("that are not all zero"),
             std::string::npos);
   const auto triad = rig_text_of("virtual-triad");
   EXPECT_NE(mistakes(changed(triad, "thermometers = [\"x.A\"", "thermometers = [\"x.Q\""))
-                .find("\"x.Q\" is no channel of this rig's thermometers"),
+                .find("\"x.Q\" is not a channel of this rig's thermometers"),
             std::string::npos);
 }
 

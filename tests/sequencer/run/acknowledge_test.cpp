@@ -57,7 +57,7 @@ TEST_F(DoorTest, OneThatIsNotThereOrWasAcknowledgedIsRefusedAndThatIsInTheRecord
   EXPECT_FALSE(say("all seen").done);
   bench_.seconds(1);
   EXPECT_TRUE(bench_.told(EventKind::command, "ada (uid 1000): acknowledge 9999, refused: there is no alarm 9999"));
-  EXPECT_TRUE(bench_.told(EventKind::command, "acknowledge all, refused: every alarm is acknowledged"));
+  EXPECT_TRUE(bench_.told(EventKind::command, "acknowledge all, refused: all alarms are acknowledged"));
 }
 
 TEST_F(DoorTest, OccurrencesOfOneCauseAreOneRowAndOneAcknowledgement) {

@@ -177,7 +177,7 @@ TEST(BrokenRig, AForeignSetPointIsNotFought) {
   EXPECT_LE(bench.until(RunState::suspended, 10), 2);
   bench.seconds(600);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent);
-  EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
+  EXPECT_EQ(bench.count(EventKind::interlock, "changed by another program"), 1);
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_GT(bench.chamber().sent_c.size(), sent);
@@ -228,7 +228,7 @@ TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
   ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
   bench.chamber().set_point_c = 45;
   bench.seconds(60);
-  EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
+  EXPECT_EQ(bench.count(EventKind::interlock, "changed by another program"), 1);
   const auto sent = bench.chamber().sent_c.size();
   const double air = bench.chamber().air_c;
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
@@ -269,7 +269,8 @@ TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
   EXPECT_EQ(bench.chamber().set_point_c, 40) << "nor is it taken over";
-  EXPECT_TRUE(bench.told(EventKind::note, "resume is not carried out: what holds it still stands: the machine stood"));
+  EXPECT_TRUE(bench.told(EventKind::note,
+                         "resume is not carried out: the cause of the hold is still active: the program did not run"));
   bench.seconds(1);
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
@@ -299,7 +300,8 @@ TEST(BrokenRig, WhoDoesNotKnowOfAForeignSetPointDoesNotTakeTheChamberOver) {
   });
   let_go_on_before_it_is_told(holding);
   EXPECT_EQ(holding.run_controller().run_state(), RunState::held);
-  EXPECT_TRUE(holding.told(EventKind::note, "resume is not carried out: what holds it still stands: somebody else"));
+  EXPECT_TRUE(holding.told(
+      EventKind::note, "resume is not carried out: the cause of the hold is still active: changed by another program"));
   for (auto* either : {&bench, &holding}) {
     either->run_controller().submit(OperatorCommand::resume, "Ada");
     ASSERT_NE(either->until(RunState::execute, 2000), -1);
@@ -317,12 +319,12 @@ TEST(BrokenRig, WhoLetsARunGoOnIsToldWhatStillSuspendsIt) {
   bench.chamber().set_point_c = 40;
   bench.chamber().door_open = true;
   bench.seconds(10);
-  EXPECT_EQ(answer_to("resume"), "goes on once this is over: the chamber's door is open");
+  EXPECT_EQ(answer_to("resume"), "continues once this is over: the chamber's door is open");
   bench.seconds(1);
-  EXPECT_EQ(answer_to("pause"), "held: the profile's clock stands and the set point stays, until resume");
+  EXPECT_EQ(answer_to("pause"), "held: the profile's clock and the set point stay unchanged until resume");
   bench.chamber().door_open = false;
   bench.seconds(10);
-  EXPECT_EQ(answer_to("resume"), "goes on");
+  EXPECT_EQ(answer_to("resume"), "continues");
 }
 
 TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {

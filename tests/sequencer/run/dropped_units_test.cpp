@@ -15,13 +15,13 @@ control::UnitRequest give_back(const std::string& unit) { return {.drop = false,
 
 TEST(DroppedUnits, AreThoseThatWereDroppedAndNotReturned) {
   DroppedUnits units({"u1", "u2", "u3"});
-  EXPECT_EQ(units.objection(drop("u4")), "\"u4\" is no unit of this run, expected one of u1, u2, u3");
+  EXPECT_EQ(units.objection(drop("u4")), "\"u4\" is not a unit of this run, expected one of u1, u2, u3");
   EXPECT_EQ(units.objection(give_back("u1")), "u1 is not dropped");
   EXPECT_EQ(units.objection(drop("u1")), "");
   units.carry_out(drop("u1"));
   EXPECT_EQ(units.objection(drop("u1")), "u1 is dropped already");
   units.carry_out(drop("u3"));
-  EXPECT_EQ(units.objection(drop("u2")), "u2 is the only one that is left; \"stop\" ends the run");
+  EXPECT_EQ(units.objection(drop("u2")), "u2 is the only unit left; \"stop\" ends the run");
   EXPECT_EQ(units.all(), (std::vector{true, false, true}));
   units.carry_out(give_back("u1"));
   EXPECT_EQ(units.all(), (std::vector{false, false, true}));
@@ -94,7 +94,7 @@ TEST(ManyUnitsInARun, DropOneByAnOperatorsWordAndTakeItBack) {
   EXPECT_FALSE(bench.told(EventKind::recovered, "gyro u1 answers again")) << "it does not";
   EXPECT_FALSE(bench.run_controller().carry_out({.unit = drop("u2")}, "ada").done) << "the last one";
   bench.seconds(1);
-  EXPECT_TRUE(bench.told(EventKind::command, "ada: drop u2, refused: u2 is the only one that is left"));
+  EXPECT_TRUE(bench.told(EventKind::command, "ada: drop u2, refused: u2 is the only unit left"));
   bench.instruments().gyro_silent = false;
   bench.seconds(10);
   EXPECT_TRUE(bench.run_controller().last().units[0].count.value->pulses.empty()) << "it sends, and nothing is taken";

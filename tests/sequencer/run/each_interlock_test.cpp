@@ -244,7 +244,8 @@ TEST(InterlockId, AForeignSetPointIsFoundAtTheSecondPoll) {
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   const auto demand = bench.second();
   EXPECT_EQ(demand.reaction, interlocks::Reaction::suspend);
-  EXPECT_EQ(demand.cause, "somebody else changed it: the chamber has the set point 25 °C, it was sent 20 °C");
+  EXPECT_EQ(demand.cause,
+            "changed by another program or at its panel: the chamber has the set point 25 °C instead of 20 °C");
   EXPECT_EQ(bench.seconds(10'000).reaction, interlocks::Reaction::suspend) << "as long as it stands";
 }
 

@@ -78,14 +78,14 @@ TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
   for (const Duration known : {Duration(0s), Duration(-2s), Duration(90s), Duration(24h * 366)})
     EXPECT_EQ(unknown_downtime_reason(known), "") << spoken(known);
   EXPECT_EQ(unknown_downtime_reason(-10h),
-            "the clock is 10 h 00 min 00 s behind the last second of the record: nobody knows how long it was down");
+            "the clock is 10 h 00 min 00 s behind the last second of the record: the downtime is unknown");
   EXPECT_EQ(unknown_downtime_reason(24h * 20'000),
-            "by the clock it was down for 20000 days, which is not believed: nobody knows how long it was");
+            "by the clock it was down for 20000 days, which is implausible: the downtime is unknown");
   auto stood = hot();
   EXPECT_EQ(describe_downtime(stood), "30 s");
   stood.why_unknown = unknown_downtime_reason(-10h);
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
-  EXPECT_EQ(describe_downtime(stood), "nobody knows how long");
+  EXPECT_EQ(describe_downtime(stood), "an unknown time");
 }
 
 TEST(ResumeRule, AsksWhenOnlyWallClockTellsDowntime) {

@@ -108,7 +108,7 @@ TEST(SafeSequence, WithoutTicksLeavesTheAirToTheGuard) {
   bench.run_controller().make_safe("the disk is full");
   EXPECT_EQ(bench.chamber().set_point_c, 20);
   EXPECT_FALSE(bench.run_controller().is_safe()) << "the guard is not dismissed";
-  EXPECT_NE(bench.run_controller().end_cause().find("was sent to 20 °C, and is NOT shown to be safe yet"),
+  EXPECT_NE(bench.run_controller().end_cause().find("was sent to 20 °C, and is NOT confirmed safe yet"),
             std::string::npos)
       << bench.run_controller().end_cause();
 }
@@ -146,7 +146,7 @@ TEST(NotFollowing, IsNoStateThatAStopMayLeave) {
     bench.run_controller().submit(OperatorCommand::stop, "Ada");
     bench.seconds(1);
     EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
-    EXPECT_TRUE(bench.told(EventKind::fault, "it does what somebody else has told it"));
+    EXPECT_TRUE(bench.told(EventKind::fault, "another program or its panel changed its set point"));
     EXPECT_EQ(bench.seconds(2000), RunOutcome::stopped);
     EXPECT_EQ(bench.chamber().set_point_c, 20);
   }

@@ -95,7 +95,7 @@ TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
     ASSERT_TRUE(rig.io().send_set_point({0}));
   };
   ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause, end_it), RunOutcome::made_safe);
-  EXPECT_NE(cause.find("the controller has not carried out its program"), std::string::npos) << cause;
+  EXPECT_NE(cause.find("the controller has not run its program"), std::string::npos) << cause;
 }
 
 INSTANTIATE_TEST_SUITE_P(Controllers, EachController, testing::Values("watlow_f4t", "csz_ezt570i", "binder_mb2"),
@@ -175,13 +175,13 @@ std::string objection_to_soak(const std::string& keys) {
 
 TEST(UploadedProgram, OfASoakThatTheControllerWouldEndAtAnotherTimeIsRefused) {
   EXPECT_EQ(objection_to_soak("soak_sensor = \"A\"\n"),
-            "p.toml:4:1: a controller soaks by its own air, and here soak_sensor is \"A\"");
+            "p.toml:4:1: a controller soaks by its own air, but soak_sensor is \"A\"");
   EXPECT_EQ(objection_to_soak("soak_slope = 0.2\n"),
-            "p.toml:4:1: a controller does not wait until the air is at rest, and here soak_slope is 0.2 °C/min");
+            "p.toml:4:1: a controller does not wait for steady air, but soak_slope is 0.2 °C/min");
   EXPECT_EQ(objection_to_soak("soak_dwell = \"50 s\"\n"),
-            "p.toml:4:1: a controller counts from the first second in the band, and here soak_dwell is 50 s");
+            "p.toml:4:1: a controller counts from the first second in the band, but soak_dwell is 50 s");
   EXPECT_EQ(objection_to_soak("soak_time = \"99 s\"\n"),
-            "p.toml:4:1: a controller counts all of a soak's time in the band, and here soak_time is 99 s of 100 s");
+            "p.toml:4:1: a controller counts all of a soak's time in the band, but soak_time is 99 s of 100 s");
 }
 
 TEST(UploadedProgram, OfAHoldThatWouldJumpIsRefused) {

@@ -114,7 +114,7 @@ void expect_sound_network(const TomlTable& table, const NetworkParameters& n) {
   const auto connections = find_connections(n);
   for (std::size_t i = 0; i < n.nodes.size(); ++i) {
     if (!connections.anchored[i]) {
-      table.mistake("nodes", fmt::format("node \"{}\" has no way to the chamber", n.nodes[i]));
+      table.mistake("nodes", fmt::format("node \"{}\" has no path to the chamber", n.nodes[i]));
     }
     if (!(n.capacity_j_per_k[i] > connections.leaving_w_per_k[i])) {
       table.mistake(

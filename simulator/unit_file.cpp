@@ -22,7 +22,7 @@ std::string part_of_a_name(const TomlTable& table, const std::vector<std::string
   if (name.empty() || name.find_first_of(". \t") != std::string::npos)
     table.mistake("name", fmt::format("\"{}\", expected a name without points and blanks", name));
   if (std::ranges::find(others, name) != others.end())
-    table.mistake("name", fmt::format("\"{}\" is there twice", name));
+    table.mistake("name", fmt::format("\"{}\" is listed twice", name));
   return name;
 }
 
@@ -75,11 +75,11 @@ BracketParameters read_bracket(const TomlTable& table, const std::vector<std::st
     if (found == units.end())
       table.mistake("units", fmt::format("\"{}\" is not one of the units {}", name, fmt::join(units, ", ")));
     else if (!taken.insert(unit).second)
-      table.mistake("units", fmt::format("\"{}\" stands on a bracket already", name));
+      table.mistake("units", fmt::format("\"{}\" is on a bracket already", name));
     else
       bracket.units.push_back(unit);
   }
-  if (bracket.units.empty()) table.mistake("units", "no unit stands on this bracket");
+  if (bracket.units.empty()) table.mistake("units", "no unit is on this bracket");
   return bracket;
 }
 

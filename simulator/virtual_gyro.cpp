@@ -75,7 +75,7 @@ CoefficientGrowth read_growth(const TomlTable& table) {
 
 HiddenLag read_lag(const TomlTable& table) {
   HiddenLag lag{.share = not_negative(table, "share"), .time_constant_s = time_constant_s(table, "time_constant_s")};
-  if (lag.share > 1) table.mistake("share", fmt::format("{} is more than all of it", lag.share));
+  if (lag.share > 1) table.mistake("share", fmt::format("{} is more than the whole", lag.share));
   return lag;
 }
 
@@ -126,7 +126,7 @@ SideWind read_side_wind(const TomlTable& table) {
                 .share = not_negative(table, "share"),
                 .time_constant_s = time_constant_s(table, "time_constant_s"),
                 .gap_w_per_k = not_negative(table, "gap_w_per_k")};
-  if (wind.share > 1) table.mistake("share", fmt::format("{} is more than all of it", wind.share));
+  if (wind.share > 1) table.mistake("share", fmt::format("{} is more than the whole", wind.share));
   return wind;
 }
 

@@ -169,7 +169,7 @@ std::array<double, N> numbers(const TomlTable& table, std::string_view key, bool
   std::ranges::copy(values, found.begin());
   for (const double value : values)
     if (!(std::abs(value) < kLargest) || (above_zero && !(value > 0)))
-      table.mistake(key, fmt::format("{}{}", value, above_zero ? " is not above 0" : " is not a place"));
+      table.mistake(key, fmt::format("{}{}", value, above_zero ? " is not above 0" : " is not a position"));
   return found;
 }
 

@@ -99,7 +99,7 @@ TEST(LaboratoryFile, ReportsEndlessModeHop) {
 
 TEST(LaboratoryFile, ReportsHeatAndDeadBandOutsideLimits) {
   expect_mistake(rig_with("virtual-hard", "heating = 0.1 ", "heating = 0.5 "), "-0.45 to 0.45");
-  expect_mistake(rig_with("virtual-hard", "share = 0.19 ", "share = 1.9 "), "more than all of it");
+  expect_mistake(rig_with("virtual-hard", "share = 0.19 ", "share = 1.9 "), "more than the whole");
   expect_mistake(rig_with("virtual-hard", "split_per_k = 3e-4 ", "split_per_k = -3e-2 "), "-0.01 to 0.01");
   expect_mistake(rig_with("virtual-hard", "half_width_deg_per_h = 0.2", "half_width_deg_per_h = -0.2"), "below 0");
   expect_mistake(rig_with("virtual-hard", "sags_below = \"0 °C\"", "sags_below = \"-40 °C\""), "above -40");
@@ -230,7 +230,7 @@ TEST(LaboratoryFile, ReportsLinkToUnknownNode) {
 }
 TEST(LaboratoryFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
 TEST(LaboratoryFile, ReportsIsolatedNode) {
-  expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no way to the chamber");
+  expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no path to the chamber");
 }
 
 constexpr const char* kUnits = R"(
@@ -306,7 +306,7 @@ TEST(LaboratoryFile, ReportsErrorsOfUnits) {
   expect_mistake(units_with("[[virtual.unit.axis]]\nearth_rate_deg_per_h = 1\n", ""), "no axis");
   expect_mistake(units_with("earth_rate_deg_per_h = 10", ""), "earth_rate_deg_per_h");
   expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u3\"]"), "\"u3\" is not one of the units u1, u2");
-  expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u2\"]"), "stands on a bracket already");
+  expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u2\"]"), "is on a bracket already");
   expect_mistake(units_with("share = 0.2", "share = 0.95"), "at most 0.9");
   expect_mistake(units_with("discharge_current_a", "self"), "twice");
   expect_mistake(units_with("u1.y.C", "C"), "u1.x.A");

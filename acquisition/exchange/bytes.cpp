@@ -62,8 +62,8 @@ struct Gunzip::Stream {
     if (is_gzip(next)) return ::inflateReset(&state) == Z_OK;
     if (next.find_first_not_of('\0') == std::string_view::npos) return false;
     return failure(FaultKind::bad_file, name,
-                   fmt::format("gzip: bytes that are no gzip follow at byte {}; unpack it first, \"gunzip -c FILE > "
-                               "table\" keeps what comes before them",
+                   fmt::format("gzip: other data follows at byte {}; unpack it first, \"gunzip -c FILE > "
+                               "table\" keeps the data before it",
                                position()));
   }
 
@@ -101,7 +101,7 @@ Result<std::size_t> Gunzip::read(char* to, std::size_t capacity) {
       return stream_->bad(
           fmt::format("gzip: damaged near byte {} ({}); \"gunzip -c FILE > table\" unpacks what comes "
                       "before",
-                      stream_->position(), state.msg != nullptr ? state.msg : "no reason said"));
+                      stream_->position(), state.msg != nullptr ? state.msg : "no reason given"));
     }
   }
   return most - state.avail_out;
@@ -144,7 +144,7 @@ Result<void> Bytes::go_back(std::uint64_t to) {
   gunzip_.emplace(file_.descriptor.number(), name_);
   while (passed_ < to) {
     if (const auto more = ahead(1); !more) return failure(more.error());
-    if (ahead_.empty()) return failure(FaultKind::bad_file, name_, "has become shorter while it was read");
+    if (ahead_.empty()) return failure(FaultKind::bad_file, name_, "became shorter while it was read");
     pass(std::min<std::size_t>(ahead_.size(), to - passed_));
   }
   return {};

@@ -97,7 +97,7 @@ void ChannelTally::add(Kind kind, std::string name, const ColumnName& column, st
 std::string ChannelTally::remedy(const Column& column, double number) const {
   if (!is_text_) return "expected valid = [LOW, HIGH] for this column in the map, in the file's numbers";
   return fmt::format(
-      "expected missing = [\"{}\"] in [file] if it stands for no value, or valid = [LOW, HIGH] for this "
+      "expected missing = [\"{}\"] in [file] if it marks a missing value, or valid = [LOW, HIGH] for this "
       "column in the map",
       (number - column.offset) / column.scale);
 }
@@ -106,11 +106,11 @@ Fault ChannelTally::impossible(const Column& column, double number) const {
   const double value = number * column.scale + column.offset;
   std::string what;
   if (std::isinf(value))
-    what = fmt::format("{:g} of column {} is beyond all numbers by the map's scale {:g}, expected a smaller one",
-                       number, column.summary.column, column.scale);
+    what = fmt::format("{:g} of column {} is too large with the map's scale {:g}, expected a smaller one", number,
+                       column.summary.column, column.scale);
   else if (std::abs(number) >= kOverload)
-    what = fmt::format("{:g} of column {} is what instruments send for an overload; {}", number, column.summary.column,
-                       remedy(column, value));
+    what = fmt::format("{:g} of column {} is a value that instruments send for an overload; {}", number,
+                       column.summary.column, remedy(column, value));
   else if (column.kind == Kind::temperature)
     what = fmt::format("{:g} of column {} is {:g} °C, {}; {}", number, column.summary.column, value,
                        value < 0 ? "below absolute zero" : "hotter than any thermometer", remedy(column, value));
@@ -181,7 +181,7 @@ Result<void> ChannelTally::judge_isolated(const Column& column, const std::strin
       const double limit = is_temperature ? (is_sentinel ? kSentinelApart_k : kApart_k) : kTimesTheRest * rest;
       if (apart < limit || (is_temperature && !is_sentinel && apart < rest / 4) || limit == 0) continue;
       const auto what = fmt::format(
-          "{} of the {} values of column {} lie {:.4g} {} and more apart from all others, the "
+          "{} of the {} values of column {} differ by {:.4g} {} or more from all others, the "
           "furthest at {:g}",
           count, column.summary.values, column.summary.column, apart, column.summary.unit, extremes->numbers.front());
       if (is_temperature && (is_sentinel || apart >= kTooFar_k))

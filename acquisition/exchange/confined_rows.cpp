@@ -118,7 +118,7 @@ class RowReader {
   /// Returns the reason why the child ended before its last message.
   std::string end_reason() {
     const auto status = child_.wait(std::chrono::seconds(10));
-    if (!status) return "closed its line, and does not end";
+    if (!status) return "closed its output, but does not end";
     if (WIFEXITED(*status) && WEXITSTATUS(*status) == kOutOfMemoryExitCode)
       return fmt::format("needs more than {} MiB of memory for it", limits_.memory_bytes >> 20);
     if (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXCPU)

@@ -129,12 +129,11 @@ class DataflashReader {
 
   Notes notes() const {
     Notes notes;
-    if (strays_ > 0) notes.push_back(fmt::format("{} bytes that belong to no message were passed over", strays_));
+    if (strays_ > 0) notes.push_back(fmt::format("{} bytes outside messages were skipped", strays_));
     if (reading_.damaged() > 0)
       notes.push_back(fmt::format("{} messages are damaged and were left out", reading_.damaged()));
     if (unassigned_ > 0)
-      notes.push_back(
-          fmt::format("{} messages came before it was told which sensor they are of, and were left out", unassigned_));
+      notes.push_back(fmt::format("{} messages came before their sensor was known and were left out", unassigned_));
     return notes;
   }
   const LogReading& reading() const { return reading_; }

@@ -175,7 +175,7 @@ Result<Duration> parse_moment(const std::string& text, const RunInfo& info, cons
         FaultKind::usage, option,
         fmt::format("\"{}\", expected a time since the start like \"2 h\", or like \"2026-03-01T12:00:00Z\"", text));
   if (info.started_utc == Duration{})
-    return failure(FaultKind::usage, option, "the record does not know when it was made, expected a time like \"2 h\"");
+    return failure(FaultKind::usage, option, "the record has no start time, expected a time like \"2 h\"");
   return civil->reading - *civil->zone - info.started_utc;
 }
 
@@ -183,7 +183,7 @@ Result<void> check_choice(const ExportChoice& choice, const RunInfo& info) {
   if (choice.every < Duration{} || (!info.imported && choice.every % kSecond != Duration{}))
     return failure(FaultKind::usage, "--every", "expected a whole number of seconds, as the record's rows are");
   if (choice.from && choice.to && *choice.from > *choice.to)
-    return failure(FaultKind::usage, "--from", "lies behind --to");
+    return failure(FaultKind::usage, "--from", "is after --to");
   return {};
 }
 

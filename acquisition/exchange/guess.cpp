@@ -52,8 +52,8 @@ constexpr std::array<KnownFormat, 14> kKnown{{
     {std::string_view("ARROW1", 6),
      "Arrow: convert it to CSV, with pandas \"read_feather('FILE').to_csv('file.csv')\""},
     {std::string_view("SQLite format 3\0", 16),
-     "an SQLite file; a record of gyrotherm needs no import, of another one export the table as CSV"},
-    {"%PDF", "a PDF: ask for the table itself, as CSV"},
+     "an SQLite file; a gyrotherm record needs no import, from another database export the table as CSV"},
+    {"%PDF", "a PDF: obtain the table as CSV"},
     {"#ROSBAG", "a ROS bag: export the topic as CSV, \"rostopic echo -b FILE -p TOPIC\""},
 }};
 
@@ -84,18 +84,19 @@ std::string file_section(const TableSample& sample) {
         "decimal = \"?\"        # are \"1,234\" a thousand and some, or one and a part? Say thousands = \",\" or "
         "decimal = \",\"\n";
   if (style.thousands != 0)
-    text += fmt::format("thousands = {}        # parts the thousands of a number\n", toml_text({&style.thousands, 1}));
+    text +=
+        fmt::format("thousands = {}        # separates the thousands of a number\n", toml_text({&style.thousands, 1}));
   if (!style.units.empty()) {
     text += "cell_units = [";
     for (const auto& unit : style.units) text += (&unit == &style.units.front() ? "" : ", ") + toml_text(unit);
-    text += "]        # stand behind numbers\n";
+    text += "]        # units after numbers\n";
   }
   if (!sample.comment.empty()) text += fmt::format("comment = {}\n", toml_text(sample.comment));
   if (sample.preamble > 0) text += fmt::format("preamble = {}        # lines before the header\n", sample.preamble);
   if (!sample.header) text += "header = false\n";
   if (sample.skip > 0)
     text += fmt::format("skip = {}        # {}\n", sample.skip,
-                        sample.header ? "lines under the header that are no rows" : "lines before the first row");
+                        sample.header ? "lines after the header that are not rows" : "lines before the first row");
   if (sample.damaged > 0)
     text += fmt::format(
         "damaged = \"skip\"        # {} of the lines cannot be read, the first is line {}: they are left "
@@ -105,7 +106,7 @@ std::string file_section(const TableSample& sample) {
   text += "missing = [";
   for (const auto& field : sample.missing)
     text += fmt::format("{}{}", &field == &sample.missing.front() ? "" : ", ", toml_text(field));
-  return text + "]        # fields among numbers that are none\n";
+  return text + "]        # fields in number columns that are not numbers\n";
 }
 
 /// Returns the lines that convert the column of a thermometer to °C: the scale of a known unit, or a comment if the
@@ -198,7 +199,7 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
 std::string map_head(const std::string& file, const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 400, kWidest = 100;
   const auto name = plain(std::filesystem::path(file).filename().string());
-  std::string text = fmt::format("# A first map of {}, guessed: look at every line. Its columns:\n", name), line;
+  std::string text = fmt::format("# A first map of {}, guessed: check every line. Its columns:\n", name), line;
   for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
     if (line.size() > kWidest) {
       text += "#  " + line + "\n";
@@ -330,8 +331,8 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
   const LogGuess guess = guess_log(columns);
   std::string text =
       map_head(file, names) + fmt::format(
-                                  "[file]\nformat = \"{}\"\n\n[time]\nevery = \"1 s\"        # messages are put "
-                                  "together: means of a second\n",
+                                  "[file]\nformat = \"{}\"\n\n[time]\nevery = \"1 s\"        # messages are "
+                                  "combined: means of one second\n",
                                   name(format));
   ThermometerNames thermometers;
   std::vector<std::string> others;
@@ -374,7 +375,7 @@ Result<std::string> guess(Bytes bytes) {
     }
     case FileFormat::netcdf:
       return failure(FaultKind::bad_file, file,
-                     "HDF5 or NetCDF, of which no map is guessed; write one with format = \"netcdf\" in [file]");
+                     "HDF5 or NetCDF: no map can be guessed; write one with format = \"netcdf\" in [file]");
     case FileFormat::text: break;
   }
   auto sample = sample_table(std::move(bytes));

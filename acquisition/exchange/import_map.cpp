@@ -39,7 +39,8 @@ struct NamedTables {
 ColumnName read_column(const TomlTable& table, bool header, const char* key = "column") {
   const std::string by_number = std::string(key) + "_number";
   const bool is_numbered = header && table.has(by_number);
-  if (is_numbered && table.has(key)) table.mistake(by_number, fmt::format("{} says it too, expected one of them", key));
+  if (is_numbered && table.has(key))
+    table.mistake(by_number, fmt::format("{} is given too, expected one of them", key));
   if (header && !is_numbered) return {.name = table.text(key)};
   const auto number = table.integer(is_numbered ? by_number.c_str() : key);
   if (number < 1) table.mistake(is_numbered ? by_number.c_str() : key, "a column's number counts from 1");
@@ -50,7 +51,7 @@ std::optional<ValidRange> read_valid(const TomlTable& table) {
   if (!table.has("valid")) return std::nullopt;
   const auto bounds = table.numbers("valid");
   if (bounds.size() == 2 && bounds[0] < bounds[1]) return ValidRange{bounds[0], bounds[1]};
-  table.mistake("valid", "expected the least and the greatest number that can be, like [-60, 120]");
+  table.mistake("valid", "expected the least and the greatest possible number, like [-60, 120]");
   return std::nullopt;
 }
 
@@ -79,7 +80,7 @@ void read_text_format(const TomlTable& table, ImportMap& map) {
   map.skip = read_lines(table, "skip");
   if (table.has("thousands")) map.thousands = one_of(kThousands, table, "thousands");
   if (map.thousands != '\0' && map.thousands == map.decimal)
-    table.mistake("thousands", "the decimal sign is the same, expected another one");
+    table.mistake("thousands", "it equals the decimal sign, expected another one");
   map.cell_units = table.texts("cell_units");
   map.leaves_out_damaged = one_of(kDamaged, table, "damaged", "refuse");
 }

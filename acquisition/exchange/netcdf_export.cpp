@@ -151,7 +151,7 @@ class NetcdfExport {
     put_location();
     put("set_point_c", "degC", "set point that the profile asks for", record_.set_point_c);
     put("chamber_air_c", "degC", "air of the chamber", record_.chamber_air_c);
-    put("chamber_set_point_c", "degC", "set point as the chamber has it", record_.chamber_set_point_c);
+    put("chamber_set_point_c", "degC", "set point read back from the chamber", record_.chamber_set_point_c);
     for (std::size_t i = 0; i < info_.thermometers.size(); ++i) put_thermometer(i);
     for (std::size_t i = 0; i < info_.units.size(); ++i) put_unit(i);
     if (!info_.imported) put_progress();
@@ -279,7 +279,7 @@ class NetcdfExport {
     for (std::size_t i = 0; i < flags.size(); ++i)
       if (const auto row = rows_.row[i]; row >= 0)
         flags[i] = std::isnan(readings[static_cast<std::size_t>(row)]) ? missing : measured;
-    put_flags(flag, "what became of the reading of " + channel.name, {"measured", "missing", "gap"}, flags);
+    put_flags(flag, "status of the reading of " + channel.name, {"measured", "missing", "gap"}, flags);
   }
 
   void put_unit(std::size_t index) {
@@ -301,7 +301,7 @@ class NetcdfExport {
         case record::Measures::true_bias: {
           const auto& truth = columns.true_bias_deg_per_h[column.index];
           if (std::ranges::any_of(truth, [](double number) { return !std::isnan(number); }))
-            put(column.name, "degree/hour", "bias as the virtual laboratory knows it", truth);
+            put(column.name, "degree/hour", "true bias of the virtual laboratory", truth);
           break;
         }
         case record::Measures::temperature: break;
@@ -315,7 +315,7 @@ class NetcdfExport {
     const auto label = record::axis_label(info_.units[unit], index);
     const bool counts = axis.kind == GyroKind::pulse_count;
     const int variable = put(record::calibrated_name(column), "degree/hour",
-                             "rate about " + label + ", the Earth's with it", axis_rates(record_, unit, index));
+                             "rate about " + label + ", including the Earth rate", axis_rates(record_, unit, index));
     const auto counts_name = own_name(column.name);
     file_.attribute(variable, "ancillary_variables", counts_name);
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);
@@ -326,7 +326,7 @@ class NetcdfExport {
 
   void put_value(const std::string& name, const record::ValueInfo& value, const std::vector<double>& column) {
     const std::string units = value.is_temperature ? "degC" : value.unit.empty() ? "1" : value.unit;
-    put(name, units, value.name + " that the unit tells of itself", column);
+    put(name, units, value.name + " reported by the unit", column);
   }
 
   void put_progress() {

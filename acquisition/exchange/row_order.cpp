@@ -32,14 +32,14 @@ std::string remedy(const ImportMap& map, Duration back) {
     for (const int bits : {16, 24, 31, 32}) {
       const double most = std::ldexp(1, bits), units = to_seconds(back) / to_seconds(map.time_unit);
       if (units > most * (1 - kNear) && units <= most)
-        return fmt::format(", or wrap = {:.0f} in [time] if the counter of {} bits began again", most, bits);
+        return fmt::format(", or wrap = {:.0f} in [time] if the counter of {} bits restarted", most, bits);
     }
   const bool is_civil = map.time_form != TimeForm::number;
   const auto hour = std::chrono::hours(1);
   if (is_civil && back > hour * 9 / 10 && back <= hour)
     return ", or out_of_order = \"continue\" in [time] if the clock was put back for winter";
   if (back >= std::chrono::minutes(1))
-    return ", or out_of_order = \"continue\" in [time] if the logger's clock began again";
+    return ", or out_of_order = \"continue\" in [time] if the logger's clock restarted";
   return "";
 }
 
@@ -145,8 +145,9 @@ void RowOrder::note(Notes& notes) const {
     notes.push_back(std::move(note));
   }
   if (set_back_ > 0)
-    notes.push_back(fmt::format("the clock was set back {} time{}, at first by {:g} s: rows go on after the row before",
-                                set_back_, set_back_ > 1 ? "s" : "", to_seconds(first_back_)));
+    notes.push_back(
+        fmt::format("the clock was set back {} time{}, at first by {:g} s: rows continue after the row before",
+                    set_back_, set_back_ > 1 ? "s" : "", to_seconds(first_back_)));
 }
 
 }  // namespace gyrotherm::exchange

@@ -100,20 +100,20 @@ std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   const Course course = describe_course(times_s);
   std::string text;
   if (const auto wrap = unit_s > 0 ? find_wrap(course, unit_s) : std::nullopt) {
-    text += fmt::format("wrap = {:.0f}        # the counter begins again there\n", *wrap);
+    text += fmt::format("wrap = {:.0f}        # the counter restarts there\n", *wrap);
   } else if (course.back > 0) {
     const auto left_out = count_left_out(times_s);
     const bool is_few =
         static_cast<double>(left_out) <= std::max(2.0, kMostLeftOut * static_cast<double>(times_s.size()));
     text += is_few ? "out_of_order = \"skip\"        # the time goes back in some rows: such rows are left out\n"
                    : fmt::format(
-                         "out_of_order = \"continue\"        # the time goes back {:.6g} s: rows go on after the "
+                         "out_of_order = \"continue\"        # the time goes back {:.6g} s: rows continue after the "
                          "row before, as if the clock had been set\n",
                          course.first_back_s);
   }
   if (course.repeats > 0) {
     const double every = std::max(course.step_s, kFastestKept_s);
-    return text + fmt::format("every = \"{}\"        # several rows have the same time: they are put together\n",
+    return text + fmt::format("every = \"{}\"        # several rows have the same time: they are combined\n",
                               every >= 1 ? fmt::format("{:.0f} s", every) : "1 s");
   }
   if (course.step_s > 0 && course.step_s < kFastestKept_s)
@@ -440,7 +440,7 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (!is_other(i) && increases(sample.column_numbers(i))) return guess_numbers(sample, i, thermometers);
   return {
-      "[time]        # no column of times that go on was found: how long does a row last?\n"
+      "[time]        # no column with increasing times was found: how long does a row last?\n"
       "# interval = \"1 s\"\n",
       {}};
 }

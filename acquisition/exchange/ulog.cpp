@@ -174,11 +174,11 @@ class UlogReader {
       if (count > 0) notes.push_back(fmt::format("{} {}", count, what));
     };
     if (dropouts_ > 0) notes.push_back(fmt::format("{} drop-outs of the log, {} ms in all", dropouts_, dropped_ms_));
-    note(unknown_, "messages of an unknown kind were passed over");
+    note(unknown_, "messages of an unknown kind were skipped");
     note(reading_.damaged(), "messages are damaged and were left out");
     if (damaged_sections_ > 0)
       notes.push_back(
-          fmt::format("{} bytes in {} places are no messages and were passed over", damaged_bytes_, damaged_sections_));
+          fmt::format("{} bytes at {} positions are not messages and were skipped", damaged_bytes_, damaged_sections_));
     if (ends_within_ > 0) notes.push_back(fmt::format("the log ends within a message, {} bytes of it", ends_within_));
     return notes;
   }

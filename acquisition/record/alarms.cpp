@@ -236,7 +236,7 @@ std::string Alarms::objection(std::int64_t number) const {
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
   if (std::ranges::find(crowded_out_, number) != crowded_out_.end())
-    return fmt::format("alarm {} left the list, which has {} rows at most", number, kMost);
+    return fmt::format("alarm {} is no longer in the list, which has {} rows at most", number, kMost);
   return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
 }
 

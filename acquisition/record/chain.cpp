@@ -128,7 +128,7 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
   auto lines = parse_manifest(**text);
-  if (!lines) return refuse("is no manifest");
+  if (!lines) return refuse("is not a manifest");
   const auto folder = std::filesystem::path(record_path).parent_path();
   const auto own = name_in_folder(record_path);
   const auto is_named = [&] {
@@ -143,12 +143,12 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
     const auto path = (folder / name).string();
     const auto hash = file_digest(path);
     if (!hash) return failure(hash.error());
-    if (*hash != digest) return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
+    if (*hash != digest) return failure(FaultKind::bad_file, path, "has changed since the run was closed");
     files.emplace(name, *hash);
   }
   for (const auto& [name, digest] : files)
     if (const auto log = name + "-wal"; !files.contains(log) && is_there((folder / log).string()))
-      return failure(FaultKind::bad_file, (folder / log).string(), "was not there when the run was closed");
+      return failure(FaultKind::bad_file, (folder / log).string(), "did not exist when the run was closed");
   return files;
 }
 
@@ -230,7 +230,7 @@ Result<void> add_rows(RowChain& chain, Database& database, std::string_view tabl
 }
 
 tl::unexpected<Fault> broken_chain(const std::string& path, std::string_view what) {
-  return failure(FaultKind::bad_file, path, fmt::format("{} not as it was written", what));
+  return failure(FaultKind::bad_file, path, fmt::format("{} not what was written", what));
 }
 
 /// The values that are stored outside the rows.
@@ -276,7 +276,7 @@ Result<void> each_cursor(Database& database, const RunInfo& info, const std::fun
 Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
   CheckedChain checked{.chain = RowChain(start)};
   const auto walked = each_cursor(database, info, [&](Cursor& at) -> Result<void> {
-    if (!at.fits(checked.chain)) return broken_chain(path, fmt::format("{}, or what stood before it, is", at.name()));
+    if (!at.fits(checked.chain)) return broken_chain(path, fmt::format("{}, or a row before it, is", at.name()));
     ++checked.rows;
     return {};
   });
@@ -349,7 +349,7 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
 Result<Verified> verify_files(const RecordFiles& files) {
   if (files.lost)
     return failure(FaultKind::bad_file, files.lost->where,
-                   fmt::format("{}; the run goes on in {}", files.lost->what, files.follows_lost));
+                   fmt::format("{}; the run continues in {}", files.lost->what, files.follows_lost));
   Verified all;
   for (const auto& part : files.parts) {
     const auto more = verify_part(part);
@@ -362,7 +362,7 @@ Result<Verified> verify_files(const RecordFiles& files) {
   if (all.manifest) all.digest = (*manifest)->at(name_in_folder(files.path));
   for (const auto& part : files.parts)
     if (all.manifest && !(*manifest)->contains(name_in_folder(part.path)))
-      return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
+      return failure(FaultKind::bad_file, part.path, "did not exist when the run was closed");
   return all;
 }
 

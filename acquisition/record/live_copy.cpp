@@ -61,7 +61,7 @@ Result<void> point_link_at(const std::string& link, const std::string& target) {
   std::error_code ignored;
   const auto there = fs::symlink_status(link, ignored);
   if (fs::exists(there) && !fs::is_symlink(there))
-    return failure(FaultKind::storage, link, "is somebody's file, and no live copy");
+    return failure(FaultKind::storage, link, "exists and is not a live copy; it is not replaced");
   const auto made = link + ".new";
   ::unlink(made.c_str());
   if (::symlink(name_in_folder(target).c_str(), made.c_str()) != 0 || ::rename(made.c_str(), link.c_str()) != 0)
@@ -214,7 +214,7 @@ Result<void> LiveCopy::Worker::begin_new_file() {
   std::error_code unknown;
   const auto size = fs::file_size(file_path(number), unknown);
   if (auto space = check_space(unknown ? 0 : 2 * size); !space)
-    return failure(FaultKind::storage, link, "it must be begun anew: " + space.error().what);
+    return failure(FaultKind::storage, link, "it must be restarted: " + space.error().what);
   const int next = next_number(number);
   for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((file_path(next) + suffix).c_str());
   if (auto made = make_new_file(file_path(next)); !made) return made;
@@ -234,11 +234,11 @@ Result<void> LiveCopy::Worker::insert_all(std::span<const EntryPointer> entries,
 /// Ensures that a file can take the next rows: it exists, the link points at it, and its log is not too long.
 Result<void> LiveCopy::Worker::prepare_to_write() {
   const bool is_resting = steady_clock::now() - begun_at < options.rest && begun_at != steady_clock::time_point();
-  if (!file) return is_resting ? failure(FaultKind::storage, link, "it could not be begun") : begin();
+  if (!file) return is_resting ? failure(FaultKind::storage, link, "it could not be started") : begin();
   std::error_code ignored;
   const bool is_gone = !fs::exists(file_path(number), ignored);
   const bool is_long = file->database().log_pages() * kPage > options.longest_log;
-  if (is_gone && is_resting) return failure(FaultKind::storage, link, "somebody has removed its file");
+  if (is_gone && is_resting) return failure(FaultKind::storage, link, "its file was removed");
   if (is_gone || is_long) return begin_new_file();
   return is_in_place() ? Result<void>{} : point_link_at(link, file_path(number));
 }
@@ -283,7 +283,7 @@ void LiveCopy::Worker::work() {
     lock.lock();
     if (written && !given_up) waiting.erase(waiting.begin(), waiting.begin() + std::ssize(batch));
     if (!given_up) trouble = written ? "" : text(written.error());
-    if (!given_up && is_lost) give_up("there is no copy any more: " + trouble);
+    if (!given_up && is_lost) give_up("there is no live copy any more: " + trouble);
     news.wait_for(lock, written ? options.pause : Duration(kRetry), [&] { return stop; });
   }
   lock.unlock();
@@ -346,8 +346,8 @@ void LiveCopy::add(std::span<const EntryPointer> entries, const FrameCount& fram
   worker_->waiting.insert(worker_->waiting.end(), entries.begin(), entries.end());
   worker_->frames = frames;
   if (worker_->waiting.size() > worker_->options.most_rows)
-    worker_->give_up(
-        fmt::format("there is no copy any more, for more rows wait than memory keeps: {}", worker_->trouble));
+    worker_->give_up(fmt::format("there is no live copy any more, because more rows wait than memory can hold: {}",
+                                 worker_->trouble));
   worker_->news.notify_all();
 }
 

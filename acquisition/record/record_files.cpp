@@ -49,8 +49,8 @@ Result<void> check_no_journal(const std::string& where, const std::string& file)
   std::error_code error;
   if (!fs::exists(fs::symlink_status(journal, error))) return {};
   return failure(FaultKind::bad_file, where,
-                 fmt::format("a journal lies beside it ({}): another program broke off while it changed the record, "
-                             "and it is not played back here",
+                 fmt::format("there is a journal next to it ({}): another program was interrupted while it changed the "
+                             "record, and the journal is not applied here",
                              name_in_folder(journal)));
 }
 
@@ -124,7 +124,7 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
   if (!row) return failure(row.error());
   if (!*row || (*row)->null(0)) return std::nullopt;
   if (const auto from = (*row)->integer(2); from < 0 || from > kMostSlots + 1)
-    return failure(FaultKind::bad_file, database.path(), "a part of a record goes on from no second of a run");
+    return failure(FaultKind::bad_file, database.path(), "a part of a record continues from an impossible second");
   return Continuation{.part = static_cast<int>((*row)->integer(0)),
                       .before = std::string((*row)->text(1)),
                       .from = (*row)->integer(2),
@@ -135,7 +135,8 @@ namespace {
 
 Result<Database> open_copy(const std::string& copy) {
   if (!is_live_copy(copy))
-    return failure(FaultKind::bad_file, copy, "is not there: no program writes the record now, or it has only begun");
+    return failure(FaultKind::bad_file, copy,
+                   "does not exist: no program is writing the record, or it has only started");
   auto database = Database::open(copy, Access::read_beside, kPatienceBesideMs);
   if (!database) return database;
   // The first read fixes the snapshot of the connection.
@@ -156,7 +157,7 @@ Result<Database> open_part(const Part& part) {
   const auto status = fs::status(part.path, error);
   if (!fs::exists(status)) return failure(FaultKind::bad_file, part.path, "no such file, expected a gyrotherm record");
   if (!fs::is_regular_file(status))
-    return failure(FaultKind::bad_file, part.path, "is no regular file, expected a gyrotherm record");
+    return failure(FaultKind::bad_file, part.path, "is not a regular file, expected a gyrotherm record");
   auto database = Database::open(part.path, Access::read_only, kReaderPatienceMs);
   if (!database) return database;
   if (auto alone = check_no_journal(part.path, database->path()); !alone) return failure(alone.error());
@@ -188,11 +189,11 @@ Result<FoundPart> find_part(const std::string& path, int number) {
   auto continuation = read_continuation(*database);
   if (!continuation) return failure(continuation.error());
   if (!*continuation || (*continuation)->part != number)
-    return failure(FaultKind::bad_file, path, "is no part of the record");
+    return failure(FaultKind::bad_file, path, "is not a part of the record");
   const auto events = database->ask_integer("SELECT count(*) FROM event", 0);
   if (!events) return failure(events.error());
   if (*events == 0)
-    return failure(FaultKind::bad_file, path, "is empty: its writer died before it could put in what it was begun for");
+    return failure(FaultKind::bad_file, path, "is empty: its writer ended before it wrote the first event");
   return FoundPart{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
 }
 
@@ -248,7 +249,7 @@ void find_lost_part(RecordFiles& files, const std::string& record_path, const st
     if (i > 0 && !before.contains(wanted) && end_slot(files.parts[i - 1]) < continuation.from) {
       const auto lost = part_path(record_path, wanted);
       const auto known = rejected.find(wanted);
-      const auto* why = is_there(lost) ? "is another file than the one of that name that was gone on from"
+      const auto* why = is_there(lost) ? "is not the file from which the record continued"
                                        : "no such file, expected a part of the record";
       files.lost = known != rejected.end() ? known->second : Fault{FaultKind::bad_file, lost, why};
       files.follows_lost = files.parts[i].path;
@@ -290,7 +291,7 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
     }
     if (files.parts.empty()) files.run_id = found->run_id;  // the record's own file is lost
     if (found->run_id != files.run_id) {
-      rejected.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
+      rejected.emplace(number, Fault{FaultKind::bad_file, path, "belongs to another run"});
       continue;
     }
     damaged.reset();  // the run continued there
@@ -340,17 +341,17 @@ Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
   if (is_there(path)) return refuse("exists already, and a record is never overwritten");
   if (const auto ending = ending_beside_a_record(path); !ending.empty())
-    return refuse(fmt::format("files that stand beside a record end with {}, expected another name", ending));
+    return refuse(fmt::format("files next to a record end with {}, expected another name", ending));
   const auto files = find_record_files(path);
   if (files)
     return refuse(
-        fmt::format("its run went on in {}, and a record is never overwritten; \"gyrotherm resume {}\" goes on",
+        fmt::format("its run continues in {}, and a record is never overwritten; \"gyrotherm resume {}\" resumes it",
                     files->parts.front().path, path));
   if (files.error().kind != FaultKind::bad_file) return failure(files.error());
   const auto name = part_name(path);
   const auto whole = name ? find_record_files(name->record) : files;
   if (!whole && whole.error().kind == FaultKind::bad_file) return {};
-  return refuse(fmt::format("is the name of a file that {} would go on in, expected one of its own", name->record));
+  return refuse(fmt::format("is the name of a continuation file of {}, expected another name", name->record));
 }
 
 int next_part(const std::string& record_path, int present) {

@@ -77,7 +77,7 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
     if (auto copied = file.copy_rows(nameless_->database(), in_memory_from); !copied) return copied;
   }
   Event event{last_instant(entries, last_instant(kept, {})), EventKind::fault,
-              fmt::format("the record goes on in {}, with the rows from slot {} on: {}",
+              fmt::format("the record continues in {}, with the rows from slot {} on: {}",
                           std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
                           continuation.from, continuation.cause)};
   // Numbers rise over all files, even if no earlier event is copied.

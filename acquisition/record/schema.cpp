@@ -392,7 +392,7 @@ Result<Tables> read_tables(Database& database, const std::string& path) {
   if (!named) return failure(named.error());
   Tables tables;
   for (const auto& name : names) {
-    if (name.find('"') != std::string::npos) return unexpected_content(path, "it has a table of another name");
+    if (name.find('"') != std::string::npos) return unexpected_content(path, "it has a table with an invalid name");
     auto columns = read_columns(database, name);
     if (!columns) return failure(columns.error());
     tables.emplace(name, std::move(*columns));
@@ -437,7 +437,7 @@ Result<void> check_tables(Database& database, const std::string& path) {
   auto expected = expected_tables();
   if (!expected) return failure(expected.error());
   const auto differs = [&](const std::string& table) {
-    return unexpected_content(path, fmt::format("its table \"{}\" is another one", table));
+    return unexpected_content(path, fmt::format("its table \"{}\" differs", table));
   };
   for (const auto& [name, columns] : *found)
     if (!expected->contains(name)) return differs(name);
@@ -466,7 +466,7 @@ Result<void> check_views(Database& database, const std::string& path) {
   for (const View& view : record_views(*info))
     if (const auto same = std::ranges::find(found, view.name, &View::name); same == found.end() || *same != view)
       return unexpected_content(
-          path, fmt::format("its view \"{}\" is {}", view.name, same == found.end() ? "missing" : "another one"));
+          path, fmt::format("its view \"{}\" {}", view.name, same == found.end() ? "is missing" : "differs"));
   return {};
 }
 

@@ -324,7 +324,7 @@ Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, 
 std::string disk_trouble(const SharedState& shared) {
   if (!shared.trouble.empty() || !shared.busy_since) return shared.trouble;
   const auto busy_for = steady_clock::now() - *shared.busy_since;
-  return busy_for < kLongWrite ? "" : fmt::format("a write has not come back for {}", spoken(busy_for));
+  return busy_for < kLongWrite ? "" : fmt::format("a write to the disk has not returned for {}", spoken(busy_for));
 }
 
 /// Returns the number of seconds up to `last` that are not on the disk.
@@ -458,7 +458,7 @@ class BackgroundStore final : public OrderedStore {
     }
     if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
     const bool is_working = worker_.joinable();
-    if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
+    if (!stop()) return failure(FaultKind::storage, status().path, "a write to the disk does not return");
     finished_ = true;
     const auto done = shared_->writer.finish();
     end_copy();

@@ -140,10 +140,10 @@ def opened(path: Path) -> Iterator[sqlite3.Connection]:
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}, expected a gyrotherm record") from None
     if not stat.S_ISREG(mode):
-        raise NoRecord(f"{path}: is no regular file, expected a gyrotherm record")
+        raise NoRecord(f"{path}: is not a regular file, expected a gyrotherm record")
     if os.path.lexists(f"{path}-journal"):
-        raise NoRecord(f"{path}: a journal lies beside it: another program broke off while it changed the record, "
-                          "and it is not played back here")
+        raise NoRecord(f"{path}: there is a journal next to it: another program was interrupted while it changed the "
+                          "record, and the journal is not applied here")
     try:
         with _writers_kept_out(path), _connected(path) as database:
             database.execute("BEGIN")  # all that is read is of one moment

@@ -22,7 +22,7 @@ _PATIENCE_S = 10.0  # for the record to be closed once its live copy is gone
 
 
 class _AnotherRun(RecordError):
-    """What lies there is of another run, which was there before or has taken the place of this one."""
+    """What lies there belongs to another run, which was there before or has taken the place of this one."""
 
 
 def _run_at(record_path: Path) -> str:
@@ -36,7 +36,7 @@ def _run_at(record_path: Path) -> str:
 
 def _check_run(record: Record, run: str, path: Path) -> None:
     if run not in ("", record.info.id):
-        raise _AnotherRun(f"{path}: is of another run")
+        raise _AnotherRun(f"{path}: belongs to another run")
 
 
 def _from_slot(record: Record, first: int) -> pandas.DataFrame:

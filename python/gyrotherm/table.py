@@ -76,7 +76,7 @@ def _columns(record: Record, is_calibrated: bool, own_zero: bool) -> dict[str, C
     info, raw = record.info, record.columns
     columns = {name: Column(raw[name], {"units": "degC", "long_name": long_name}) for name, long_name in (
         ("set_point_c", "set point that the profile asks for"), ("chamber_air_c", "air of the chamber"),
-        ("chamber_set_point_c", "set point as the chamber has it"))}
+        ("chamber_set_point_c", "set point read back from the chamber"))}
     for t in info.thermometers:
         values = calibrated(t, raw[t.name]) if is_calibrated else raw[t.name]
         columns[t.name] = Column(values, _thermometer_attrs(record, t.name, is_calibrated))

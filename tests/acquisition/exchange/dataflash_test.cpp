@@ -106,8 +106,8 @@ TEST(Dataflash, ReportsMessagesBeforeSensorUnits) {
   const auto rows = read_rows(log.text(), dataflash_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 3}));
-  EXPECT_EQ(rows->notes, (Notes{"4 bytes that belong to no message were passed over",
-                                "3 messages came before it was told which sensor they are of, and were left out"}));
+  EXPECT_EQ(rows->notes, (Notes{"4 bytes outside messages were skipped",
+                                "3 messages came before their sensor was known and were left out"}));
   const tests::TestFolder folder;
   std::ofstream(folder / "log.bin", std::ios::binary) << log.text();
   std::vector<double> rates;
@@ -145,7 +145,7 @@ TEST(Dataflash, SkipsAndReportsStrayBytes) {
   const auto rows = read_rows(log.text(), dataflash_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2}));
-  EXPECT_EQ(rows->notes, Notes{"15 bytes that belong to no message were passed over"});
+  EXPECT_EQ(rows->notes, Notes{"15 bytes outside messages were skipped"});
 }
 
 TEST(Dataflash, NamesMissingAndExistingColumns) {

@@ -181,7 +181,7 @@ TEST(Ulog, SkipsAndReportsDamage) {
   EXPECT_EQ(rows->columns[0], (std::vector<double>{30, 31}));
   EXPECT_TRUE(std::isnan(rows->columns[1][1]));
   EXPECT_EQ(rows->notes,
-            (Notes{"1 drop-outs of the log, 120 ms in all", "1 messages of an unknown kind were passed over",
+            (Notes{"1 drop-outs of the log, 120 ms in all", "1 messages of an unknown kind were skipped",
                    "1 messages are damaged and were left out", "the log ends within a message, 5 bytes of it"}));
 }
 

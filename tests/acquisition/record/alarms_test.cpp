@@ -260,7 +260,8 @@ TEST(Alarms, KeepHigherPriorityWhenFull) {
   ASSERT_EQ(alarms.list().size(), Alarms::kMost);
   EXPECT_EQ(alarms.list().back().number, 1);
   EXPECT_EQ(alarms.list().front().number, 300);
-  EXPECT_EQ(alarms.objection(2), "alarm 2 left the list, which has 256 rows at most") << "it is not acknowledged";
+  EXPECT_EQ(alarms.objection(2), "alarm 2 is no longer in the list, which has 256 rows at most")
+      << "it is not acknowledged";
 }
 
 TEST(Alarms, OutliveProgramThatRecordedThem) {

@@ -225,7 +225,7 @@ TEST(Manifest, ListsAllFilesOfRecord) {
   make_run(path);
   ASSERT_TRUE(verify_record(path));
   std::ofstream(folder / "run.db-wal") << "frames";
-  EXPECT_EQ(text(check_manifest(path).error()), (folder / "run.db-wal") + ": was not there when the run was closed");
+  EXPECT_EQ(text(check_manifest(path).error()), (folder / "run.db-wal") + ": did not exist when the run was closed");
   std::filesystem::remove(folder / "run.db-wal");
   {
     auto part = RunFile::create(folder / "run.2.db", two_thermometers(),
@@ -235,7 +235,7 @@ TEST(Manifest, ListsAllFilesOfRecord) {
                 part.commit() && part.finish());
   }
   ASSERT_EQ(read_record(path)->events.back().event.text, "forged");
-  EXPECT_EQ(text(verify_record(path).error()), (folder / "run.2.db") + ": was not there when the run was closed");
+  EXPECT_EQ(text(verify_record(path).error()), (folder / "run.2.db") + ": did not exist when the run was closed");
 }
 
 /// Texts of instruments and operators are stored so that any program can read them.
@@ -287,7 +287,7 @@ TEST(Manifest, MatchesRenamedRecord) {
   EXPECT_TRUE(manifest.contains("kept.db") && manifest.contains("kept.2.db"));
   EXPECT_EQ(verified->digest, manifest.at("kept.db"));
   std::ofstream(path, std::ios::app) << "x";
-  EXPECT_EQ(text(check_manifest(path).error()), path + ": is not as it was when the run was closed");
+  EXPECT_EQ(text(check_manifest(path).error()), path + ": has changed since the run was closed");
   std::ofstream(manifest_path(path)) << std::string(64, '0') << "  other.db-wal\n";
   EXPECT_EQ(text(check_manifest(path).error()), manifest_path(path) + ": does not name the record");
 }

@@ -130,8 +130,8 @@ TEST(ForeignRecord, IsRefusedWithoutRollbackWhenJournalExists) {
   }
   ASSERT_TRUE(std::filesystem::exists(path + "-journal"));
   constexpr const char* kRefusal =
-      "a journal lies beside it (run.db-journal): another program broke off while it changed the record, and it is not "
-      "played back here";
+      "there is a journal next to it (run.db-journal): another program was interrupted while it changed the record, "
+      "and the journal is not applied here";
   EXPECT_EQ(read_every_way(path), kRefusal);
   const auto before = listing(folder / "");
   const auto again = Store::reopen(path);
@@ -167,21 +167,21 @@ TEST(ForeignRecord, IsRefusedWhenTablesDiffer) {
        "it has a view \"meta\""},
       {"CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM sample; END", "it has a trigger \"t\""},
       {"CREATE INDEX i ON sample(pulses)", "it has a index \"i\""},
-      {"CREATE TABLE more(x)", "its table \"more\" is another one"},
+      {"CREATE TABLE more(x)", "its table \"more\" differs"},
       {"DROP TABLE gap", "it has no table \"gap\""},
-      {"ALTER TABLE sample ADD COLUMN more REAL", "its table \"sample\" is another one"},
-      {"ALTER TABLE sample RENAME COLUMN \"shell-1.b\" TO other", "its table \"sample\" is another one"},
-      {"ALTER TABLE gap ADD COLUMN more AS (first + 1)", "its table \"gap\" is another one"},
-      {"ALTER TABLE channel ADD COLUMN more TEXT", "its table \"channel\" is another one"},
+      {"ALTER TABLE sample ADD COLUMN more REAL", "its table \"sample\" differs"},
+      {"ALTER TABLE sample RENAME COLUMN \"shell-1.b\" TO other", "its table \"sample\" differs"},
+      {"ALTER TABLE gap ADD COLUMN more AS (first + 1)", "its table \"gap\" differs"},
+      {"ALTER TABLE channel ADD COLUMN more TEXT", "its table \"channel\" differs"},
       {"DROP TABLE list; CREATE VIRTUAL TABLE list USING fts5(name, position, value)", "it has a table \"list\""},
-      {"ANALYZE", "its table \"sqlite_stat1\" is another one"},
+      {"ANALYZE", "its table \"sqlite_stat1\" differs"},
       {"CREATE VIEW v2_sample AS SELECT 1", "it has a view \"v2_sample\""},
       {"DROP VIEW v1_gap; CREATE VIEW v1_gap AS WITH RECURSIVE x(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM x) SELECT "
        "n "
        "FROM x",
-       "its view \"v1_gap\" is another one"},
+       "its view \"v1_gap\" differs"},
       {"DROP VIEW v1_sample", "its view \"v1_sample\" is missing"},
-      {"UPDATE channel SET polynomial = '1 2'", "its view \"v1_sample\" is another one"}};
+      {"UPDATE channel SET polynomial = '1 2'", "its view \"v1_sample\" differs"}};
   for (const auto& [edit, why] : edits) {
     std::ofstream(path, std::ios::binary) << whole;
     execute(path, edit);
@@ -248,7 +248,7 @@ TEST(ForeignRecord, IsRefusedWithSchemaNameWhenNewer) {
 TEST(ForeignRecord, IsNotWaitedForWhenNotRegularFile) {
   const Folder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
-  EXPECT_EQ(read_every_way(folder / "pipe"), "is no regular file, expected a gyrotherm record");
+  EXPECT_EQ(read_every_way(folder / "pipe"), "is not a regular file, expected a gyrotherm record");
   leave_unfinished(folder / "run.db", 3);
   std::filesystem::remove(folder / "run.db-wal");
   ASSERT_EQ(::mkfifo((folder / "run.db-wal").c_str(), 0600), 0);

@@ -264,7 +264,7 @@ TEST(LiveCopy, KeepsOtherFileOfThatName) {
     std::this_thread::sleep_for(5ms);
     ASSERT_TRUE((*store)->sync());
   }
-  EXPECT_NE(trouble().find("somebody's file"), std::string::npos) << trouble();
+  EXPECT_NE(trouble().find("is not a live copy"), std::string::npos) << trouble();
   ASSERT_TRUE((*store)->finish());
   EXPECT_EQ((std::stringstream() << std::ifstream(copy).rdbuf()).str(), "precious");
 }
@@ -305,7 +305,7 @@ TEST(LiveCopy, LeavesReservedSpaceForRecord) {
     for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
     const auto trouble = await_trouble(**store, path);
     EXPECT_NE(trouble.find("are the record's"), std::string::npos) << trouble;
-    EXPECT_EQ(trouble.find("there is no copy any more") != std::string::npos, goes) << trouble;
+    EXPECT_EQ(trouble.find("there is no live copy any more") != std::string::npos, goes) << trouble;
     EXPECT_FALSE(has_copy_files(folder));
     EXPECT_EQ((*store)->health().trouble, "");
     store->reset();
@@ -338,7 +338,7 @@ TEST(LiveCopy, RemovesDamagedCopy) {
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(kPage) << std::string(size - kPage, '\0');
   append(**store, kManySeconds + 1);
   const auto trouble = await_trouble(**store, path);
-  EXPECT_NE(trouble.find("there is no copy any more"), std::string::npos) << trouble;
+  EXPECT_NE(trouble.find("there is no live copy any more"), std::string::npos) << trouble;
   EXPECT_TRUE(loses_its_copy_files(folder));
   ASSERT_TRUE((*store)->finish());
   EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kManySeconds + 2));

@@ -84,7 +84,7 @@ TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
     const std::string why = destroyed ? "not a gyrotherm record" : "no such file, expected a part of the record";
     const auto told = trouble(verify_record(path));
     EXPECT_NE(told.find("run.2.db: " + why), std::string::npos) << told;
-    EXPECT_NE(told.find("; the run goes on in " + third), std::string::npos) << told;
+    EXPECT_NE(told.find("; the run continues in " + third), std::string::npos) << told;
     EXPECT_NE(read_status(path).value().record_damage.find("run.2.db: " + why), std::string::npos);
 
     auto store = Store::reopen(path).value();
@@ -254,14 +254,14 @@ TEST(RunParts, ReserveNamesAgainstNewRecords) {
   EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
   store_with(path, 10).reset();
   EXPECT_NE(trouble(check_name_of_new_record(path)).find("exists already"), std::string::npos);
-  EXPECT_NE(trouble(check_name_of_new_record(part_path(path, 2))).find("is the name of a file that"),
+  EXPECT_NE(trouble(check_name_of_new_record(part_path(path, 2))).find("is the name of a continuation file"),
             std::string::npos);
   for (const char* name : {"run.20261127.db", "another.2.db"})
     EXPECT_EQ(trouble(check_name_of_new_record(folder / name)), "") << name;
   add_part(path, 2, 1, 10, 20);
   fs::remove(path);
   const auto refused = trouble(check_name_of_new_record(path));
-  EXPECT_NE(refused.find("its run went on in " + part_path(path, 2)), std::string::npos) << refused;
+  EXPECT_NE(refused.find("its run continues in " + part_path(path, 2)), std::string::npos) << refused;
   fs::remove(part_path(path, 2));
   EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
   const auto fresh = folder / "fresh.db";

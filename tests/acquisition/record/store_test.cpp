@@ -405,7 +405,7 @@ TEST(BackgroundStore, ContinuesInNewFileWithoutLossWhenLogIsRemoved) {
   EXPECT_TRUE(record->gaps.empty());
   ASSERT_EQ(record->events.size(), 1u);
   EXPECT_EQ(record->events[0].slot, 99);
-  EXPECT_NE(record->events[0].event.text.find("goes on in run.2.db"), std::string::npos)
+  EXPECT_NE(record->events[0].event.text.find("continues in run.2.db"), std::string::npos)
       << record->events[0].event.text;
   EXPECT_EQ(read_status(path)->slot, 109);
 }

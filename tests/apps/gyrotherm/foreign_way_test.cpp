@@ -231,7 +231,7 @@ TEST(ForeignWay, ReadsFilesOfPublicReports) {
                              {"px4_default_topics.ulg", 900, "imu1.x: 900 values"},
                              {"px4_unpublished_flow.ulg", 600, "imu.x: 600 values"},
                              {"px4_stamps_since_1970.ulg", 600, "2026-03-01T08:00:0"},
-                             {"px4_bad_sector.ulg", 1494, "no messages and were passed over"}}) {
+                             {"px4_bad_sector.ulg", 1494, "not messages and were skipped"}}) {
     SCOPED_TRACE(trial.file);
     const std::string map = folder / (std::string(trial.file) + ".toml"),
                       out = folder / (std::string(trial.file) + ".db");

@@ -75,7 +75,7 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
 
   std::ofstream(hangs) << "now";
   const auto hanging = wait_for_status(record, [](const auto& status) { return !status.storage_trouble.empty(); });
-  EXPECT_NE(hanging.storage_trouble.find("a write has not come back for "), std::string::npos)
+  EXPECT_NE(hanging.storage_trouble.find("a write to the disk has not returned for "), std::string::npos)
       << hanging.storage_trouble;
   const auto later = wait_for_status(record, [&](const auto& status) { return status.slot >= hanging.slot + 2; });
   EXPECT_GE(later.slot, hanging.slot + 2) << "ticks go on";
@@ -84,7 +84,7 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   EXPECT_EQ(run->output().find(acknowledged(hanging.acknowledged + 1)), std::string::npos)
       << "what is not on the disk is not acknowledged";
   const auto shown = gyrotherm_with("status " + record);
-  EXPECT_NE(shown.out.find("no rows can be written: a write has not come back for "), std::string::npos)
+  EXPECT_NE(shown.out.find("no rows can be written: a write to the disk has not returned for "), std::string::npos)
       << shown.out << shown.err;
 
   std::filesystem::remove(hangs);

@@ -26,8 +26,8 @@ TEST(RecordedRun, IsRefusedWithPositionWhenChangedUnlessUnverified) {
   for (const auto& command : commands) {
     const auto refused = gyrotherm_with(command);
     EXPECT_EQ(refused.exit_code, 4) << command;
-    EXPECT_EQ(refused.err, "gyrotherm: " + record +
-                               ": sample 2000 of second 2000, or what stood before it, is not as it was written\n")
+    EXPECT_EQ(refused.err,
+              "gyrotherm: " + record + ": sample 2000 of second 2000, or a row before it, is not what was written\n")
         << command;
     EXPECT_EQ(refused.out, "") << command;
     const auto taken = gyrotherm_with(command + " --unverified");
@@ -61,7 +61,7 @@ TEST(RecordedRun, IsRefusedByManifestWhenByteChanged) {
   }
   const auto refused = gyrotherm_with("export " + record + " --out " + (folder / "x.csv"));
   EXPECT_EQ(refused.exit_code, 4);
-  EXPECT_EQ(refused.err, "gyrotherm: " + record + ": is not as it was when the run was closed\n");
+  EXPECT_EQ(refused.err, "gyrotherm: " + record + ": has changed since the run was closed\n");
   EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
 }
 

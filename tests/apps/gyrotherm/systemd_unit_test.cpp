@@ -137,7 +137,7 @@ TEST(SystemdUnit, ResumesExistingRun) {
   const auto anew = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
                                    (folder / "rate.db"));
   EXPECT_EQ(anew.exit_code, 4) << anew.err;
-  EXPECT_NE(anew.err.find("its run went on in " + (folder / "rate.2.db")), std::string::npos) << anew.err;
+  EXPECT_NE(anew.err.find("its run continues in " + (folder / "rate.2.db")), std::string::npos) << anew.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "rate.db"));
   std::filesystem::remove(folder / "rate.2.db");
   std::ofstream(folder / "rate.db") << "damaged";

@@ -300,7 +300,7 @@ TEST(RunFeed, SendsEventsBeforeFirstRow) {
   ASSERT_TRUE(events) << text(events.error());
   ASSERT_EQ(events->size(), 2u);
   EXPECT_NE(events->front().text.find("a profile"), std::string::npos) << events->front().text;
-  EXPECT_NE(events->back().text.find("goes on in run.2.db"), std::string::npos) << events->back().text;
+  EXPECT_NE(events->back().text.find("continues in run.2.db"), std::string::npos) << events->back().text;
   EXPECT_LT(events->front().number, events->back().number);
   const auto rows = samples_after(run, -1, 100);
   ASSERT_TRUE(rows) << text(rows.error());

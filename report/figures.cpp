@@ -61,8 +61,7 @@ plot::Panel error_panel(const Report& report, const ReportedRun& run, const std:
   return made;
 }
 
-ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, const std::string& id,
-                              const std::string& heading) {
+ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, const std::string& id) {
   const ReportedRun& run = report.rate;
   plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
   plot::Panel both = plot::make_panel("(a) Before and after", kBiasTitle,
@@ -73,7 +72,7 @@ ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, con
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
                   drawn.name, in_sample_text(run));
-  return {id, heading, caption, to_svg(plot)};
+  return {id, caption, to_svg(plot)};
 }
 
 constexpr std::size_t kMarkers = 4;
@@ -105,8 +104,7 @@ plot::Curve history_curve(const ReportedModel& model, const char* name, const ch
   return curve;
 }
 
-ReportFigure temperature_figure(const Report& report, const ReportedRun& run, const std::string& id,
-                                const std::string& heading) {
+ReportFigure temperature_figure(const Report& report, const ReportedRun& run, const std::string& id) {
   const auto& [first_name, first] = run.series.thermometers_c.front();
   plot::Plot plot = time_plot(report, run, id, "Set point, block temperature and bias over time");
   plot::Curve bias = over_time(report, run, run.series.raw, "bias", plot::colour::kBias);
@@ -120,7 +118,7 @@ ReportFigure temperature_figure(const Report& report, const ReportedRun& run, co
   only.left.colour = plot::colour::kTemperature;
   only.right = plot::AxisStyle{.title = kBiasTitle, .colour = plot::colour::kBias};
   plot.panels = {only};
-  return {id, heading,
+  return {id,
           fmt::format("Chamber set point, block temperature (thermometer {}) and bias in the {} run; means over {} s.",
                       first_name, run.profile, plot::decimal(report.cluster_length_s, 0)),
           to_svg(plot)};
@@ -134,7 +132,7 @@ ReportFigure correlation_array(const Report& report) {
                           .threshold = correlation.threshold,
                           .caption = fmt::format("|r|; framed: above {}", plot::decimal(correlation.threshold, 2)),
                           .simulated = report.rig.is_virtual};
-  return {"table-3", "Table 3",
+  return {"table-3",
           "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters "
           "alone. "
           "The array is symmetric; its diagonal is zero by convention.",
@@ -160,19 +158,17 @@ ReportFigure correlation_curves(const Report& report) {
                         .x = {.title = "Second thermometer of the gradient", .categories = correlation.names},
                         .panels = {whole, enlarged},
                         .simulated = report.rig.is_virtual};
-  return {plot.id, "Figure 5",
-          "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
+  return {plot.id,
+          "The same coefficients as one curve per thermometer: (a) full range, (b) enlarged near the threshold.",
           to_svg(plot)};
 }
 
 std::vector<ReportFigure> rate_figures(const Report& report) {
   const auto& residual = report.rate.series.residual;
-  return {before_and_after(report, {"three-point", plot::colour::kThreePoint, residual.three_point}, "figure-6",
-                           "Figure 6"),
-          before_and_after(report, {"multi-point", plot::colour::kMultiPoint, residual.multi_point}, "figure-7",
-                           "Figure 7"),
+  return {before_and_after(report, {"three-point", plot::colour::kThreePoint, residual.three_point}, "figure-6"),
+          before_and_after(report, {"multi-point", plot::colour::kMultiPoint, residual.multi_point}, "figure-7"),
           before_and_after(report, {"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t},
-                           "figure-7-with-temperature", "Figure 7, with temperature")};
+                           "figure-7-with-temperature")};
 }
 
 ReportFigure random_figure(const Report& report) {
@@ -194,7 +190,7 @@ ReportFigure random_figure(const Report& report) {
                  error_panel(report, run, "(c)", multi, range, 120),
                  error_panel(report, run, "(d)", multi_t, range, 120)};
   return {
-      plot.id, "Figure 8",
+      plot.id,
       fmt::format(
           "The {}, {}. (a) Bias before and after compensation; (b) to (d) the error of each model, all to one scale.",
           run.profile, in_sample_text(run)),
@@ -213,8 +209,8 @@ ReportFigure tuning_figure(const Report& report) {
        history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
        history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
       210)};
-  return {plot.id, "Tuning",
-          "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", to_svg(plot)};
+  return {plot.id, "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.",
+          to_svg(plot)};
 }
 
 plot::Curve allan_curve(const data::AllanCurve& points, const char* name, const char* colour) {
@@ -298,7 +294,7 @@ ReportFigure allan_figure(const Report& report) {
                         .panels = {allan_panel(report.rate, "(a) rate"), allan_panel(report.random, "(b) random")},
                         .simulated = report.rig.is_virtual};
   return {
-      plot.id, "Allan deviation",
+      plot.id,
       "Overlapping Allan deviation. Circles: the last hour of the holds with standard errors, hollow raw, full after "
       "compensation by the multi-point model with temperature; line: the fit to the latter, dashed its terms one by "
       "one. Squares: cluster means of the whole run before compensation; diamonds: after it, by the same model.",
@@ -310,12 +306,12 @@ ReportFigure allan_figure(const Report& report) {
 std::vector<ReportFigure> all_figures(const Report& report) {
   std::vector<ReportFigure> all;
   if (auto thermal = thermal_figure(report)) all.push_back(std::move(*thermal));
-  all.push_back(temperature_figure(report, report.rate, "figure-4", "Figure 4"));
+  all.push_back(temperature_figure(report, report.rate, "figure-4"));
   all.push_back(correlation_array(report));
   all.push_back(correlation_curves(report));
   for (ReportFigure& figure : rate_figures(report)) all.push_back(std::move(figure));
   all.push_back(allan_figure(report));
-  all.push_back(temperature_figure(report, report.random, "figure-8-program", "Figure 8, its program"));
+  all.push_back(temperature_figure(report, report.random, "figure-8-program"));
   all.push_back(random_figure(report));
   all.push_back(tuning_figure(report));
   return all;

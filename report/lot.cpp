@@ -252,8 +252,8 @@ std::string unit_to_html(const Lot& lot, const std::string& unit,
   const auto found = std::ranges::find(lot.axes, unit, &LotAxis::unit);
   const auto serial = found == lot.axes.end() || found->serial_number.empty() ? "" : ", " + found->serial_number;
   return to_html(HtmlPage{
-      .title = fmt::format("Calibration report – {}{}", unit, serial),
-      .kind = "Calibration report",
+      .title = fmt::format("Qualification report – {}{}", unit, serial),
+      .kind = "Qualification report",
       .heading = "Temperature compensation of gyro bias",
       .subtitle = fmt::format("{}{} – {}", unit, serial, lot.rig_title),
       .simulated = lot.simulated,

@@ -40,7 +40,7 @@ std::string four_digits(double value) { return std::isfinite(value) ? fmt::forma
 std::string simulated_mark(const Report& report) { return report.rig.is_virtual ? " – <b>SIMULATED</b>" : ""; }
 
 std::string table_1(const Report& report, const ReportedThermalModel& model) {
-  HtmlTable table{.caption = "<b>Table 1</b> Thermal parameters of the gyro’s materials" + simulated_mark(report),
+  HtmlTable table{.caption = "Thermal parameters of the gyro’s materials" + simulated_mark(report),
                   .header = {"Material", "Density, kg/m³", "Specific heat, J/(kg·K)", "Conductivity, W/(m·K)"}};
   for (const ReportedMaterial& one : model.materials)
     table.rows.push_back({thermal_name(one.name, one.name), four_digits(one.density_kg_per_m3),
@@ -49,7 +49,7 @@ std::string table_1(const Report& report, const ReportedThermalModel& model) {
 }
 
 std::string table_2(const Report& report, const ReportedThermalModel& model) {
-  HtmlTable table{.caption = "<b>Table 2</b> Heat sources of the gyro" + simulated_mark(report),
+  HtmlTable table{.caption = "Heat sources of the gyro" + simulated_mark(report),
                   .header = {"Heat source", "Power, W", "Volume, 10<sup>−6</sup>&nbsp;m³",
                              "Heat generation rate, 10<sup>4</sup>&nbsp;W/m³"}};
   for (const ReportedHeatSource& one : model.sources)
@@ -70,7 +70,10 @@ std::string model_note(const ReportedThermalModel& model) {
 
 /// Returns a table of the paper's three items with the reason why each is missing.
 std::string missing_items(const ReportedThermal& thermal) {
-  HtmlTable table{.header = {"Item of the paper", "Content", "Shown"}, .text_columns = 3, .style = "small"};
+  HtmlTable table{.caption = "Items of the paper that this report does not contain",
+                  .header = {"Item of the paper", "Content", "Reason"},
+                  .text_columns = 3,
+                  .style = "small"};
   for (const auto& [item, content] : {std::pair{"Table 1", "Thermal parameters of the gyro’s materials"},
                                       {"Table 2", "Heat sources of the gyro"},
                                       {"Figure 1", "Thermal image of the working gyro"}})
@@ -93,7 +96,7 @@ std::optional<ReportFigure> thermal_figure(const Report& report) {
   plot::ThermalImage view = image.view;
   view.simulated = report.rig.is_virtual;
   return ReportFigure{
-      "figure-1", "Figure 1",
+      "figure-1",
       fmt::format("Thermal image of the working gyro{}: the top face of its block at steady state, on the {} mesh of "
                   "the finite-element model ({} elements, {} nodes), in still air of {} °C "
                   "(film {} W/(m²·K)). The gain areas A, B, C are {} K warmer than F, G, H.",

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -105,8 +106,10 @@ std::string describe_summary(const Report& report) {
 }
 
 std::string verdict_table(const Report& report) {
-  if (report.accept.empty()) return "<p class=\"note\">The profiles set no limit; no verdict is given.</p>\n";
-  HtmlTable table{.header = {"Figure held against a limit", "Value, °/h", "Limit, °/h", "Verdict"}};
+  if (report.accept.empty())
+    return "<p class=\"note\">The profiles set no acceptance limit; the report gives no verdict.</p>\n";
+  HtmlTable table{.caption = "Acceptance limits of the profiles",
+                  .header = {"Parameter", "Value, °/h", "Limit, °/h", "Verdict"}};
   for (const AcceptedLimit& limit : report.accept) {
     table.rows.push_back({"<code>" + plot::escaped(limit.figure) + "</code>", plot::format_bias(limit.value),
                           plot::format_bias(limit.limit),
@@ -264,7 +267,10 @@ std::string segments_table(const Report& report) {
 
 std::string thermometers_section(const Report& report) {
   if (report.rig.thermometers.empty()) return {};
-  HtmlTable table{.header = {"Channel", "Instrument", "Calibration"}, .text_columns = 3, .style = "small"};
+  HtmlTable table{.caption = "Thermometers and their calibration",
+                  .header = {"Channel", "Instrument", "Calibration"},
+                  .text_columns = 3,
+                  .style = "small"};
   for (const ReportedThermometer& one : report.rig.thermometers)
     table.rows.push_back({plot::escaped(one.channel), plot::escaped(one.instrument), plot::escaped(one.calibration)});
   return to_html(table);
@@ -272,7 +278,7 @@ std::string thermometers_section(const Report& report) {
 
 std::string provenance_section(const Report& report) {
   const auto code = [](const std::string& text) { return "<code>" + plot::escaped(text) + "</code>"; };
-  HtmlTable table{.header = {"What", "Name", "SHA-256"}, .text_columns = 3, .style = "small"};
+  HtmlTable table{.caption = "Input files", .header = {"File", "Name", "SHA-256"}, .text_columns = 3, .style = "small"};
   table.rows = {{"Rate record", code(report.rate.run_id), code(report.rate.record_sha256)},
                 {"Rate profile", plot::escaped(report.rate.profile), code(report.rate.profile_sha256)},
                 {"Random record", code(report.random.run_id), code(report.random.record_sha256)},
@@ -393,12 +399,11 @@ std::string noise_section(const Report& report) {
          "stands in its place.</p>\n";
 }
 
-std::string result_table(const ReportedRun& run, const std::string& heading) {
+std::string result_table(const ReportedRun& run) {
   const auto std_cell = [](const ReportedResidual& r) { return "<b>" + plot::format_bias(r.all.std) + "</b>"; };
   const auto raw = plot::format_bias(run.raw.std),
              floor = plot::with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
-  HtmlTable table{.caption = "<b>" + heading + "</b> Bias compensation in the " + plot::escaped(run.profile) +
-                             " run – " + in_sample_text(run),
+  HtmlTable table{.caption = "Bias compensation in the " + plot::escaped(run.profile) + " run – " + in_sample_text(run),
                   .header = model_header("Bias, °/h"),
                   .style = "even"};
   const auto& r = run.residual;
@@ -510,7 +515,7 @@ constexpr const char* kNoiseMeaning =
     "<p>The bias in the last hour of each hold shows the gyro’s own noise, which no compensation removes. Over longer "
     "times the whole run shows what temperature does, and what is left of it after compensation.</p>\n";
 
-/// Builds the page; sections are numbered in the order of their creation.
+/// Builds the page. Numbers sections, tables and figures from 1 in the order of their creation.
 class Page {
  public:
   explicit Page(const std::vector<ReportFigure>& figures) : figures_(figures) {}
@@ -518,19 +523,27 @@ class Page {
   void section(const std::string& title) {
     html_ += fmt::format("<h2><span class=\"number\">{}</span>{}</h2>\n", ++sections_, title);
   }
-  void add(const std::string& html) { html_ += html; }
+  /// Adds HTML and numbers the captions of its tables.
+  void add(std::string html) {
+    constexpr std::string_view kCaption = "<caption>";
+    for (auto at = html.find(kCaption); at != std::string::npos; at = html.find(kCaption, at)) {
+      at += kCaption.size();
+      html.insert(at, fmt::format("<b>Table {}</b> ", ++tables_));
+    }
+    html_ += html;
+  }
   void figure(const std::string& id, const char* style = "") {
     const auto found = std::ranges::find(figures_, id, &ReportFigure::id);
     assert(found != figures_.end());
-    html_ += fmt::format("<figure id=\"{}\" class=\"{}\">\n{}<figcaption><b>{}</b> {}</figcaption>\n</figure>\n", id,
-                         style, found->svg, plot::escaped(found->heading), plot::escaped(found->caption));
+    html_ += fmt::format("<figure id=\"{}\" class=\"{}\">\n{}<figcaption><b>Figure {}</b> {}</figcaption>\n</figure>\n",
+                         id, style, found->svg, ++numbered_figures_, plot::escaped(found->caption));
   }
   [[nodiscard]] const std::string& html() const { return html_; }
 
  private:
   const std::vector<ReportFigure>& figures_;
   std::string html_;
-  int sections_ = 0;
+  int sections_ = 0, tables_ = 0, numbered_figures_ = 0;
 };
 
 void add_experiment(Page& page, const Report& report) {
@@ -556,14 +569,14 @@ void add_experiment(Page& page, const Report& report) {
 void add_results(Page& page, const Report& report) {
   page.section("Compensation on the rate program");
   page.add(kMeaning);
-  page.add(result_table(report.rate, "Table 4"));
+  page.add(result_table(report.rate));
   page.add(kNumbersMeaning);
   page.add(parts_table(report.rate));
   for (const char* id : {"figure-6", "figure-7", "figure-7-with-temperature"}) page.figure(id);
   page.section("Characterisation of the bias");
   page.add(characterisation_html(report));
   page.section("Verification on the random program");
-  page.add(result_table(report.random, "Table 5"));
+  page.add(result_table(report.random));
   page.add(parts_table(report.random));
   page.figure("figure-8");
   page.figure("figure-8-program");
@@ -603,8 +616,8 @@ std::string body_html(const Report& report, const std::vector<ReportFigure>& fig
 }
 
 std::string to_html(const Report& report, const std::vector<ReportFigure>& figures) {
-  return to_html(HtmlPage{.title = "Calibration report – " + report.rig.title,
-                          .kind = "Calibration report",
+  return to_html(HtmlPage{.title = "Qualification report – " + report.rig.title,
+                          .kind = "Qualification report",
                           .heading = "Temperature compensation of gyro bias",
                           .subtitle = report.rig.title,
                           .simulated = report.rig.is_virtual,

@@ -11,24 +11,22 @@
 
 namespace gyrotherm::report {
 
-/// A figure of the calibration report, numbered as in the paper.
+/// A figure of the qualification report. The page numbers figures in the order in which it shows them.
 struct ReportFigure {
   std::string id;       ///< file name: "<id>.svg"
-  std::string heading;  ///< "Figure 4"
   std::string caption;  ///< one or two sentences, plain text
   std::string svg;
 };
 
-/// Returns all figures in the order of the report: the thermal image if there is one (Figure 1), temperatures and bias
-/// of both runs (Figure 4), |r| as an array (Table 3) and as curves (Figure 5), each model on the ramp run (Figures 6
-/// and 7), all models on the random run (Figure 8), the Allan deviation of both runs, and the convergence of each
-/// swarm.
+/// Returns all figures: the thermal image if there is one, temperatures and bias of both runs, |r| as an array and as
+/// curves, each model on the ramp run, all models on the random run, the Allan deviation of both runs, and the
+/// convergence of each swarm. The ids are those of the paper's figures.
 [[nodiscard]] std::vector<ReportFigure> all_figures(const Report& report);
 
 /// Returns the paper's Tables 1 and 2 as HTML, or the reason why they are missing.
 [[nodiscard]] std::string thermal_html(const Report& report);
 
-/// Returns the thermal image of the gyro (Figure 1); nothing if the gyro has no finite-element model.
+/// Returns the thermal image of the gyro; nothing if the gyro has no finite-element model.
 [[nodiscard]] std::optional<ReportFigure> thermal_figure(const Report& report);
 
 /// Returns the characteristic values of the ramp run's bias, before and after compensation, as HTML tables.
@@ -42,7 +40,7 @@ struct ReportFigure {
 /// all_figures(report).
 [[nodiscard]] std::string body_html(const Report& report, const std::vector<ReportFigure>& figures);
 
-/// Returns the calibration report as a self-contained HTML page for screen and print: no script, no network access,
+/// Returns the qualification report as a self-contained HTML page for screen and print: no script, no network access,
 /// figures inline. `figures` is the result of all_figures(report).
 [[nodiscard]] std::string to_html(const Report& report, const std::vector<ReportFigure>& figures);
 

@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "report/views.hpp"
 #include "tests/report/synthetic_experiment.hpp"
@@ -54,6 +58,33 @@ TEST(HtmlReport, ShowsEveryFigureOfPaper) {
   for (const char* id : {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature",
                          "figure-8", "allan", "tuning"}) {
     EXPECT_EQ(tests::count_of(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
+  }
+}
+
+TEST(HtmlReport, IsHeadedQualificationReport) {
+  const SyntheticExperiment experiment;
+  const std::string page = page_of(experiment.report());
+  EXPECT_EQ(tests::count_of(page, "<p class=\"kind\">Qualification report</p>"), 1);
+  EXPECT_EQ(tests::count_of(page, "Calibration report"), 0);
+}
+
+/// Returns the numbers after each occurrence of `label`, in order: {1, 2} for "<b>Table 1</b> … <b>Table 2</b>".
+std::vector<int> numbers_after(const std::string& page, const std::string& label) {
+  std::vector<int> numbers;
+  for (auto at = page.find(label); at != std::string::npos; at = page.find(label, at + 1))
+    numbers.push_back(std::stoi(page.substr(at + label.size())));
+  return numbers;
+}
+
+TEST(HtmlReport, NumbersCaptionsFromOneWithoutGaps) {
+  const SyntheticExperiment experiment;
+  const std::string page = page_of(experiment.report());
+  for (const auto& [label, captions] :
+       {std::pair{"<caption><b>Table ", "<caption>"}, {"<figcaption><b>Figure ", "<figcaption>"}}) {
+    std::vector<int> expected(static_cast<std::size_t>(tests::count_of(page, captions)));
+    std::iota(expected.begin(), expected.end(), 1);
+    EXPECT_GT(expected.size(), 8u) << label;
+    EXPECT_EQ(numbers_after(page, label), expected) << label;
   }
 }
 

@@ -43,8 +43,7 @@ std::string hysteresis_row(const Characterisation& result) {
     figures.*which = point->width.*which;
     places += (places.empty() ? "" : " and ") + celsius(point->temperature_c, 0);
   }
-  return row("Hysteresis, heating less cooling, where it is greatest", "°/h, near " + (places.empty() ? "–" : places),
-             figures);
+  return row("Largest hysteresis, heating minus cooling", "°/h, near " + (places.empty() ? "–" : places), figures);
 }
 
 std::string retrace_row(const Characterisation& result) {
@@ -54,14 +53,14 @@ std::string retrace_row(const Characterisation& result) {
       greatest = &retrace;
   }
   if (greatest == nullptr) return row("Retrace", "°/h", {});
-  return row(fmt::format("Retrace at {}, the greatest of {}", celsius(greatest->set_point_c, 0), result.retrace.size()),
+  return row(fmt::format("Retrace at {}, the largest of {}", celsius(greatest->set_point_c, 0), result.retrace.size()),
              "°/h", greatest->change);
 }
 
 std::string coefficients_table(const Characterisation& result, const std::string& caption) {
   const std::string gradient = result.gradient.empty() ? "–" : plot::escaped(result.gradient);
-  return table(caption, "Figure", "Unit",
-               row("Temperature, straight line through stabilised biases", "°/h/K", result.temperature) +
+  return table(caption, "Parameter", "Unit",
+               row("Temperature, linear fit to the hold biases", "°/h/K", result.temperature) +
                    row("Temperature ramp", "°/h/(K/min)", result.ramp) +
                    row("Gradient " + gradient, "°/h/K", result.of_gradient) + hysteresis_row(result) +
                    retrace_row(result));
@@ -71,7 +70,7 @@ std::string stabilised_table(const Characterisation& result) {
   std::string rows;
   for (const model::StabilisedBias& point : result.stabilised)
     rows += row(celsius(point.set_point_c, 1), celsius(point.temperature_c, 2), point.bias);
-  return table("Bias at each stabilised temperature, °/h", "Set point", "Block", rows);
+  return table("Hold bias at each temperature, °/h", "Set point", "Block", rows);
 }
 
 std::string minutes(const Measured& seconds) {
@@ -88,7 +87,7 @@ std::string two_position_table(const Characterisation& result) {
                     (is_stated ? fmt::format(", by the rig file {:.5f} °/h", found.stated_earth_rate_deg_per_h) : ""),
                 "°/h", found.earth_rate);
   }
-  return table("Bias and Earth rate, told apart by turning the gyro around", "Figure", "Unit", rows);
+  return table("Bias and Earth rate, separated by turning the gyro around", "Parameter", "Unit", rows);
 }
 
 std::string warm_up_note(const model::WarmUp& found) {
@@ -105,18 +104,18 @@ std::string characterisation_html(const Report& report) {
   const ReportedRun& run = report.rate;
   const Characterisation& result = run.characterisation;
   std::string html = coefficients_table(
-      result, fmt::format("The bias in the {} run, before and after compensation by multi-point with temperature; ± is "
-                          "a standard uncertainty of this record’s noise alone",
+      result, fmt::format("Bias in the {} run before and after compensation by multi-point with temperature; ± is the "
+                          "standard uncertainty due to the noise of this record alone",
                           plot::escaped(run.profile)));
   if (!result.stabilised.empty()) html += stabilised_table(result);
   if (!result.two_position.empty()) html += two_position_table(result);
   for (const model::WarmUp& found : result.warm_ups) html += warm_up_note(found);
   return html + fmt::format(
-                    "<p class=\"note\">Stabilised: {}. Ramp and gradient each stand beside a straight line in the "
-                    "temperature; they are not independent of each other, for a ramp makes a gradient. Hysteresis "
-                    "before compensation holds what the ramp does.{}</p>\n",
+                    "<p class=\"note\">Hold bias: {}. Ramp and gradient are each fitted together with a linear term in "
+                    "the temperature. They are not independent of each other: a ramp causes a gradient. Hysteresis "
+                    "before compensation includes the effect of the ramp.{}</p>\n",
                     plot::escaped(result.statement),
-                    run.in_sample ? " After compensation the figures are in-sample." : "");
+                    run.in_sample ? " After compensation the results are in-sample." : "");
 }
 
 }  // namespace gyrotherm::report

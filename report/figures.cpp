@@ -68,9 +68,9 @@ ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, con
                                       {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
                                        over_time(report, run, drawn.residual, drawn.name, drawn.colour)},
                                       210);
-  plot.panels = {both, error_panel(report, run, "(b) Error, enlarged", drawn, {}, 170)};
+  plot.panels = {both, error_panel(report, run, "(b) Residual, enlarged", drawn, {}, 170)};
   const std::string caption =
-      fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
+      fmt::format("Bias in the {} run before and after {} compensation, and the residual enlarged; {}.", run.profile,
                   drawn.name, in_sample_text(run));
   return {id, caption, to_svg(plot)};
 }
@@ -133,9 +133,8 @@ ReportFigure correlation_array(const Report& report) {
                           .caption = fmt::format("|r|; framed: above {}", plot::decimal(correlation.threshold, 2)),
                           .simulated = report.rig.is_virtual};
   return {"table-3",
-          "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters "
-          "alone. "
-          "The array is symmetric; its diagonal is zero by convention.",
+          "Correlation coefficients |r| between the bias and the temperature gradients, from the training clusters "
+          "alone. The array is symmetric; its diagonal is zero by convention.",
           to_svg(map)};
 }
 
@@ -186,15 +185,14 @@ ReportFigure random_figure(const Report& report) {
                                    over_time(report, run, multi.residual, multi.name, multi.colour),
                                    over_time(report, run, multi_t.residual, multi_t.name, multi_t.colour)},
                                   210),
-                 error_panel(report, run, "(b) Error, enlarged", three, range, 120),
+                 error_panel(report, run, "(b) Residual, enlarged", three, range, 120),
                  error_panel(report, run, "(c)", multi, range, 120),
                  error_panel(report, run, "(d)", multi_t, range, 120)};
-  return {
-      plot.id,
-      fmt::format(
-          "The {}, {}. (a) Bias before and after compensation; (b) to (d) the error of each model, all to one scale.",
-          run.profile, in_sample_text(run)),
-      to_svg(plot)};
+  return {plot.id,
+          fmt::format("Bias in the {} run, {}. (a) Before and after compensation; (b) to (d) residual of each model, "
+                      "at the same scale.",
+                      run.profile, in_sample_text(run)),
+          to_svg(plot)};
 }
 
 ReportFigure tuning_figure(const Report& report) {
@@ -209,8 +207,7 @@ ReportFigure tuning_figure(const Report& report) {
        history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
        history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
       210)};
-  return {plot.id, "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.",
-          to_svg(plot)};
+  return {plot.id, "Best fitness found by each swarm: root mean square error on held-out cycles.", to_svg(plot)};
 }
 
 plot::Curve allan_curve(const data::AllanCurve& points, const char* name, const char* colour) {
@@ -281,7 +278,7 @@ plot::Panel allan_panel(const ReportedRun& run, const std::string& title) {
   for (const data::NoiseCoefficient& noise : holds.fit.coefficients) {
     if (!noise.seen) continue;
     panel.curves.push_back(term_line(noise, holds.curve));
-    panel.curves.back().name = named ? "" : "its terms";
+    panel.curves.back().name = named ? "" : "noise terms";
     named = true;
   }
   return panel;
@@ -291,14 +288,14 @@ ReportFigure allan_figure(const Report& report) {
   const plot::Plot plot{.id = "allan",
                         .title = "Allan deviation of the holds and of the whole runs",
                         .x = {.title = "Averaging time τ, s", .logarithmic = true},
-                        .panels = {allan_panel(report.rate, "(a) rate"), allan_panel(report.random, "(b) random")},
+                        .panels = {allan_panel(report.rate, "(a) ramp"), allan_panel(report.random, "(b) random")},
                         .simulated = report.rig.is_virtual};
-  return {
-      plot.id,
-      "Overlapping Allan deviation. Circles: the last hour of the holds with standard errors, hollow raw, full after "
-      "compensation by the multi-point model with temperature; line: the fit to the latter, dashed its terms one by "
-      "one. Squares: cluster means of the whole run before compensation; diamonds: after it, by the same model.",
-      to_svg(plot)};
+  return {plot.id,
+          "Overlapping Allan deviation. Circles: last hour of the holds with standard errors; hollow: raw, filled: "
+          "compensated by the multi-point model with temperature. Line: fit to the filled circles; dashed: its noise "
+          "terms. Squares: cluster means of the whole run before compensation; diamonds: after compensation by the "
+          "same model.",
+          to_svg(plot)};
 }
 
 }  // namespace

@@ -47,48 +47,45 @@ std::string rate_figure(const model::FusedRun& run) {
     if (is_error) values.array() -= run.summary.earth_deg_per_h[k];
     plot::Panel panel = plot::make_panel(fmt::format("({}) {}", static_cast<char>('a' + k), kComponents[k]),
                                          is_error ? "Error, °/h" : "Rate, °/h",
-                                         {{.name = is_error ? "fused rate less the Earth’s" : "fused rate",
+                                         {{.name = is_error ? "fused rate minus Earth rate" : "fused rate",
                                            .colour = plot::colour::kMultiPointT,
                                            .x = hours_from(means.end_s),
                                            .y = listed(values)}},
                                          130);
     plot.panels.push_back(std::move(panel));
   }
-  return figure(
-      plot, fmt::format("The fused rate in the axes of the fixture{}; means over {:.0f}&nbsp;s.",
-                        is_error ? ", less the Earth’s rotation in the attitude that the record says" : "", kMean_s));
+  return figure(plot, fmt::format("The fused rate in the axes of the fixture{}; means over {:.0f}&nbsp;s.",
+                                  is_error ? ", minus the Earth rate in the recorded attitude" : "", kMean_s));
 }
 
 /// Returns a figure of the parity statistic: each second, and the mean of each cluster.
 std::string parity_figure(const model::FusedRun& run) {
   if (!std::isfinite(run.summary.limit)) return {};
   const model::ClusterMeans means = model::cluster_means(run.time_s, run.statistic, kMean_s);
-  plot::Plot plot = over_hours(run.summary, "parity", "The parity of the axes over time");
+  plot::Plot plot = over_hours(run.summary, "parity", "Parity of the axes over time");
   const auto degrees = run.summary.axes.size() - 3;
-  plot::Panel panel = plot::make_panel({}, "pᵀp",
-                                       {{.name = "of each second",
-                                         .colour = plot::colour::kRaw,
-                                         .x = hours_from(run.time_s),
-                                         .y = listed(run.statistic)},
-                                        {.name = fmt::format("mean over {:.0f} s", kMean_s),
-                                         .colour = plot::colour::kMultiPoint,
-                                         .x = hours_from(means.end_s),
-                                         .y = listed(means.mean.col(0))}},
-                                       200);
+  plot::Panel panel = plot::make_panel(
+      {}, "pᵀp",
+      {{.name = "each second", .colour = plot::colour::kRaw, .x = hours_from(run.time_s), .y = listed(run.statistic)},
+       {.name = fmt::format("mean over {:.0f} s", kMean_s),
+        .colour = plot::colour::kMultiPoint,
+        .x = hours_from(means.end_s),
+        .y = listed(means.mean.col(0))}},
+      200);
   panel.rules = {{"limit", run.summary.limit}};
   const double greatest = run.statistic.array().isFinite().select(run.statistic, 0).maxCoeff();
   panel.left.range = plot::Range{0, 1.1 * std::max(run.summary.limit, greatest)};
   plot.panels = {std::move(panel)};
-  return figure(plot,
-                fmt::format("What the axes say against each other: the square of the parity vector, χ² of {} "
-                            "degree{} of freedom while nothing is at fault, and the limit that it exceeds by "
-                            "chance with a probability of {} in a second.",
-                            degrees, degrees == 1 ? "" : "s", plot::significant(run.summary.false_alarm_probability)));
+  return figure(
+      plot,
+      fmt::format("Squared length of the parity vector, which has a χ² distribution with {} degree{} of freedom "
+                  "without a fault, and the limit that it exceeds by chance with a probability of {} in each second.",
+                  degrees, degrees == 1 ? "" : "s", plot::significant(run.summary.false_alarm_probability)));
 }
 
 /// Returns a figure with a line per axis while it contributes to the rate.
 std::string axes_figure(const model::FusedRun& run) {
-  plot::Plot plot = over_hours(run.summary, "axes", "Which axes have a part in the rate");
+  plot::Plot plot = over_hours(run.summary, "axes", "Axes used for the rate");
   plot::Panel panel = plot::make_panel({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
   panel.left.range = plot::Range{0, static_cast<double>(run.summary.axes.size()) + 1};
   for (std::size_t a = 0; a < run.summary.axes.size(); ++a) {
@@ -99,14 +96,13 @@ std::string axes_figure(const model::FusedRun& run) {
     panel.curves.push_back(std::move(curve));
   }
   plot.panels = {std::move(panel)};
-  return figure(plot,
-                "Which axes have a part in the fused rate, in the order of the table; a gap is where one was left out "
-                "or not known.");
+  return figure(
+      plot, "Axes used for the fused rate, in the order of the table. A gap: the axis was excluded or had no value.");
 }
 
 std::string alarms_table(const model::FusionSummary& summary) {
-  if (summary.alarms.empty()) return "<p>Nothing was found.</p>\n";
-  HtmlTable table{.header = {"Found by", "Who", "Statement", "Said at", "Since", "Until", "Size"},
+  if (summary.alarms.empty()) return "<p>No fault was detected.</p>\n";
+  HtmlTable table{.header = {"Detector", "Source", "Statement", "Reported at", "Since", "Until", "Size"},
                   .text_columns = 3,
                   .style = "small"};
   constexpr std::size_t kMost = 60;
@@ -119,7 +115,7 @@ std::string alarms_table(const model::FusionSummary& summary) {
          alarm.who.empty() ? "–" : plot::decimal(alarm.size, 4) + (is_thermometer ? "&nbsp;K" : "&nbsp;°/h")});
   }
   const auto more = summary.alarms.size() - table.rows.size();
-  return to_html(table) + (more > 0 ? fmt::format("<p class=\"note\">{} more stand in fusion.json.</p>\n", more) : "");
+  return to_html(table) + (more > 0 ? fmt::format("<p class=\"note\">fusion.json contains {} more.</p>\n", more) : "");
 }
 
 std::string warnings_html(const model::FusionSummary& summary) {
@@ -131,7 +127,7 @@ std::string warnings_html(const model::FusionSummary& summary) {
 
 std::string axes_table(const model::FusionSummary& summary) {
   HtmlTable table{
-      .header = {"Axis", "Model", "Direction", "u, 1 s", "u, 1 h", "RMS error", "Left out, s", "Outside, s"},
+      .header = {"Axis", "Model", "Direction", "u, 1 s", "u, 1 h", "RMS error", "Excluded, s", "Outside, s"},
       .text_columns = 3,
       .style = "small"};
   for (const model::FusedAxisSummary& axis : summary.axes)
@@ -142,9 +138,9 @@ std::string axes_table(const model::FusionSummary& summary) {
                           plot::format_bias(axis.error_rms_deg_per_h), std::to_string(axis.left_out_s),
                           std::to_string(axis.outside_s)});
   return to_html(table) +
-         "<p class=\"note\">u, °/h, are standard uncertainties of one second, without what training and use have in "
-         "common, and of a mean over one hour with it; the RMS error is of means over 100&nbsp;s less the Earth’s rate "
-         "on the axis.</p>\n";
+         "<p class=\"note\">u, °/h: standard uncertainty of one second, without the errors that training and use have "
+         "in common, and of a mean over one hour, with them. RMS error: means over 100&nbsp;s minus the Earth rate on "
+         "the axis.</p>\n";
 }
 
 std::string with_expanded(const std::vector<double>& values, const std::vector<double>& expanded, std::size_t k) {
@@ -179,7 +175,7 @@ std::string rest_table(const model::FusionSummary& summary) {
 /// Returns a table of the axes' biases and the attitude of the fixture, estimated at standstill over all holds.
 std::string bias_table(const model::RestStretch& rest) {
   if (rest.turn_deg.empty()) return {};
-  HtmlTable table{.caption = "What the Earth’s rotation says of biases and attitude over all holds",
+  HtmlTable table{.caption = "Biases and attitude estimated from the Earth rate over all holds",
                   .header = {"", "Estimate", "u"},
                   .style = "even"};
   for (std::size_t a = 0; a < rest.axes.size(); ++a)
@@ -202,18 +198,18 @@ std::string result_section(const model::FusionSummary& summary) {
   if (!summary.error || !summary.of_three) return {};
   std::string keys = key("error of the fused rate", plot::format_bias(summary.error->rms_deg_per_h), "°/h", "best");
   if (summary.axes.size() > 3) {
-    keys += key("all axes, none left out", plot::format_bias(summary.of_all_axes->rms_deg_per_h), "°/h") +
+    keys += key("all axes, none excluded", plot::format_bias(summary.of_all_axes->rms_deg_per_h), "°/h") +
             key("the first three axes alone", plot::format_bias(summary.of_three->rms_deg_per_h), "°/h") +
-            key("seconds that contradict themselves", std::to_string(summary.contradictions), "");
+            key("inconsistent seconds", std::to_string(summary.contradictions), "");
   }
   if (summary.rest && summary.rest->heading_deg)
-    keys += key("heading less the said one",
+    keys += key("heading minus stated heading",
                 plot::decimal(60 * (*summary.rest->heading_deg - *summary.said_heading_deg), 2), "arcmin");
   return "<div class=\"keys\">\n" + keys + "</div>\n" +
          fmt::format(
-             "<p class=\"note\">RMS length of the error of the rate vector, means over 100&nbsp;s, against the "
-             "Earth’s rotation in the attitude that the record says{}.</p>\n",
-             summary.simulated ? ", which is the truth of the simulation" : "");
+             "<p class=\"note\">RMS length of the error of the rate vector, means over 100&nbsp;s, relative to the "
+             "Earth rate in the recorded attitude{}.</p>\n",
+             summary.simulated ? ", which is the true rate of the simulation" : "");
 }
 
 }  // namespace

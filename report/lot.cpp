@@ -124,8 +124,8 @@ std::string score(double value) { return std::isnan(value) ? "–" : fmt::format
 std::string remark_on(const LotAxis& axis) {
   std::string remark = axis.trouble;
   const auto add = [&](const std::string& more) { remark += (remark.empty() ? "" : "; ") + more; };
-  if (axis.is_outlier) add("stands out");
-  if (axis.missing_s > 0) add(fmt::format("not read for {:.0f} s", axis.missing_s));
+  if (axis.is_outlier) add("outlier");
+  if (axis.missing_s > 0) add(fmt::format("no reading for {:.0f} s", axis.missing_s));
   return remark;
 }
 
@@ -143,11 +143,11 @@ std::vector<std::vector<std::string>> lot_rows(const Lot& lot, const std::string
 
 HtmlTable lot_table(const Lot& lot, const std::string& only_unit = {}) {
   HtmlTable table{.caption =
-                      "Random program, which no model has seen, °/h: standard deviation of the bias before and "
-                      "after compensation by multi-point with temperature; noise floor; U (k as in the budget) "
-                      "of a mean over 1 h; robust scores of both deviations among the lot",
-                  .header = {"axis", "serial number", "verdict", "", "raw", "compensated", "floor", "U", "score raw",
-                             "score comp."},
+                      "Random run, not used to train any model, °/h: standard deviation of the bias before and after "
+                      "compensation by multi-point with temperature; noise floor; U (k as in the budget) of a mean "
+                      "over 1 h; robust scores of both deviations within the lot",
+                  .header = {"axis", "serial number", "verdict", "remark", "raw", "compensated", "floor", "U",
+                             "score raw", "score comp."},
                   .text_columns = 4,
                   .style = "small"};
   for (auto& row : lot_rows(lot, only_unit)) {
@@ -178,8 +178,8 @@ std::string lot_figure(const Lot& lot) {
       value_curve(lot, "noise floor", plot::colour::kBias, &LotAxis::floor_deg_per_h, true)};
   plot.panels.push_back(std::move(panel));
   return fmt::format(
-      "<figure>\n{}<figcaption><b>Figure</b> Standard deviation of the bias on the random program, which "
-      "no model has seen, and the noise floor of its holds.</figcaption>\n</figure>\n",
+      "<figure>\n{}<figcaption><b>Figure</b> Standard deviation of the bias in the random run, not used to train any "
+      "model, and the noise floor of its holds.</figcaption>\n</figure>\n",
       to_svg(plot));
 }
 
@@ -227,13 +227,13 @@ std::string describe(const Lot& lot) {
 }
 
 std::string to_html(const Lot& lot) {
-  auto body = fmt::format("<p>{} axes of one rig, in one chamber, on the same two programs.{}</p>\n", lot.axes.size(),
-                          lot.quick ? " Models were tuned with a small swarm, for a try." : "");
+  auto body = fmt::format("<p>{} axes of one rig, in one chamber, with the same two profiles.{}</p>\n", lot.axes.size(),
+                          lot.quick ? " Models were tuned with a small swarm, for a trial." : "");
   body += report_links(lot) + to_html(lot_table(lot)) + lot_figure(lot);
   body +=
-      "<p>An axis stands out whose score is beyond ±3.5 (Iglewicz and Hoaglin 1993): the distance of the logarithm "
-      "of its deviation from the lot’s median, over the median of all such distances.</p>\n";
-  if (!lot.events.empty()) body += heading("Units that fell silent or were dropped") + events_html(lot);
+      "<p>An axis is an outlier if its score is outside ±3.5 (Iglewicz and Hoaglin 1993). The score is the distance of "
+      "the logarithm of its deviation from the median of the lot, divided by the median of all such distances.</p>\n";
+  if (!lot.events.empty()) body += heading("Units that stopped sending or were dropped") + events_html(lot);
   return to_html(HtmlPage{.title = "Lot summary – " + lot.rig_title,
                           .kind = "Lot summary",
                           .heading = "Temperature compensation of a lot of gyros",
@@ -258,7 +258,7 @@ std::string unit_to_html(const Lot& lot, const std::string& unit,
       .subtitle = fmt::format("{}{} – {}", unit, serial, lot.rig_title),
       .simulated = lot.simulated,
       .body = body,
-      .footer = fmt::format("gyrotherm {} · made from the report.json of each axis alone", lot.program_version)});
+      .footer = fmt::format("gyrotherm {} · generated from the report.json of each axis", lot.program_version)});
 }
 
 }  // namespace gyrotherm::report

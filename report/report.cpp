@@ -329,7 +329,7 @@ std::string verdict_of(const Report& report) {
 }
 
 const char* in_sample_text(const ReportedRun& run) {
-  return run.in_sample ? "in-sample: the models were fitted to these data" : "not seen by any model";
+  return run.in_sample ? "in-sample: the models were fitted to these data" : "not used to train any model";
 }
 
 std::string to_json(const Report& report) {
@@ -348,7 +348,7 @@ Result<Report> read_report(std::string_view json, const std::string& file) {
   if (schema != kReportSchema) root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kReportSchema));
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
   Report report;
-  report.thermal = not_available("the report was made by an earlier version of gyrotherm");
+  report.thermal = not_available("an earlier version of gyrotherm wrote this report");
   read_json(root, report);
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
   return report;
@@ -370,9 +370,9 @@ Result<void> check_limit(const std::string& figure) {
   const auto known = figures_with_limits();
   if (std::ranges::find(known, figure) != known.end()) return {};
   const auto near = nearest(figure, known);
-  return failure(FaultKind::usage, figure,
-                 "which is no figure of the report" +
-                     (near.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", near)));
+  return failure(
+      FaultKind::usage, figure,
+      "not a value of the report" + (near.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", near)));
 }
 
 std::vector<AcceptedLimit> compare_with_limits(const Report& report, const std::vector<Limit>& limits) {

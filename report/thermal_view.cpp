@@ -60,11 +60,10 @@ std::string table_2(const Report& report, const ReportedThermalModel& model) {
 
 std::string model_note(const ReportedThermalModel& model) {
   return fmt::format(
-      "<p class=\"note\">Both tables are those of the gyro file <code>{}</code> ({}); its comments say which values "
-      "the "
-      "paper states and which are assumed. A virtual gyro that the seed draws departs from the file by the spread of "
-      "the rig file. Air conducts by gap, as natural convection and radiation let it. The paper’s row of the ballast "
-      "resistors contradicts itself; it is read as “{}”.</p>\n",
+      "<p class=\"note\">Both tables are from the gyro file <code>{}</code> ({}). Its comments name the values from "
+      "the paper and the assumed values. A virtual gyro drawn with a seed differs from the file by the spread in the "
+      "rig file. The conductivity of air depends on the gap because of natural convection and radiation. The row of "
+      "the ballast resistors in the paper is inconsistent; this report uses “{}”.</p>\n",
       plot::escaped(model.gyro), plot::escaped(model.title), plot::escaped(model.ballast_reading));
 }
 

@@ -8,6 +8,7 @@
 #include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 #include "report/views.hpp"
+#include "report/words.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -19,14 +20,15 @@ using Cells = std::vector<std::string>;
 std::string format_freedom(double degrees) { return std::isfinite(degrees) ? plot::decimal(degrees, 0) : "∞"; }
 
 Cells budget_row(const BudgetRow& row) {
-  return {name(row.source) + (row.of.empty() ? "" : " " + plot::escaped(row.of)),
+  return {std::string(translate(Language::english, std::string("source.") + name(row.source))) +
+              (row.of.empty() ? "" : " " + plot::escaped(row.of)),
           row.evaluation == model::Evaluation::a ? "A" : "B",
           name(row.distribution),
           name(differs(row.source)),
           remarks(row).empty() ? "known" : fmt::format("<b>{}</b>", fmt::join(remarks(row), ", ")),
           fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(unit_of(row))),
           plot::significant(row.sensitivity),
-          plot::format_bias(contribution_deg_per_h(row)),
+          plot::significant(contribution_deg_per_h(row)),
           format_freedom(row.degrees_of_freedom)};
 }
 
@@ -37,12 +39,12 @@ HtmlTable budget_table(const model::Uncertainty& uncertainty) {
                              "{}&nbsp;°/h, k = {}",
                              plot::decimal(uncertainty.budget.averaging_s / 3600, 0),
                              plot::format_bias(all.expanded_deg_per_h), plot::decimal(all.coverage_factor, 2)),
-      .header = {"Source", "Type", "Distribution", "Differs", "", "u", "∂b, °/h per unit", "°/h", "ν"},
+      .header = {"Source", "Type", "Distribution", "Varies", "Basis", "u(xᵢ)", "cᵢ, °/h per unit", "uᵢ(y), °/h", "νᵢ"},
       .text_columns = 5,
       .style = "small"};
   for (const BudgetRow& row : uncertainty.budget.rows) table.rows.push_back(budget_row(row));
-  table.rows.push_back({"<b>combined</b>", "", "", "", "", "", "",
-                        "<b>" + plot::format_bias(all.standard_deg_per_h) + "</b>",
+  table.rows.push_back({"<b>Combined</b>", "", "", "", "", "", "",
+                        "<b>" + plot::significant(all.standard_deg_per_h) + "</b>",
                         // Truncated as for the choice of k.
                         format_freedom(std::floor(all.degrees_of_freedom))});
   return table;
@@ -56,14 +58,13 @@ void add_cells(Cells& cells, const ReportedVerification& found) {
 }
 
 HtmlTable lasting_table(const Report& report) {
-  HtmlTable table{
-      .caption =
-          "Whether it lasts: U of one mean over 1 h, °/h; the sensitivity to the thermometers, °/h/K; and on the "
-          "random run, and on later ones, the RMSE, the RMSE of the error to the true bias (virtual gyros), °/h, "
-          "and how many means lie within the intervals of 95&nbsp;% that the model’s own budget gives",
-      .header = {"Inputs", "Method", "U", "rss ∂b/∂T", "RMSE", "to truth", "% in 95&nbsp;%"},
-      .text_columns = 2,
-      .style = "small"};
+  HtmlTable table{.caption =
+                      "Validity over time: U of one mean over 1 h, °/h; sensitivity to the thermometers, °/h/K; for "
+                      "the random run and later runs the RMSE, the RMSE of the error to the true bias (virtual gyros), "
+                      "°/h, and the share of means inside the 95&nbsp;% prediction intervals of the model",
+                  .header = {"Inputs", "Method", "U", "rss ∂b/∂T", "RMSE", "to truth", "% in 95&nbsp;%"},
+                  .text_columns = 2,
+                  .style = "small"};
   for (const ReportedLaterRun& run : report.later)
     for (const std::string& head : {plot::escaped(run.name) + ": RMSE", std::string("to truth"), table.header[6]})
       table.header.push_back(head);
@@ -84,9 +85,9 @@ HtmlTable lasting_table(const Report& report) {
 std::string uncertainty_html(const Report& report) {
   const std::optional<model::Uncertainty>& uncertainty = report.models.multi_point_t.uncertainty;
   return (uncertainty ? to_html(budget_table(*uncertainty)) : "") + to_html(lasting_table(report)) +
-         "<p class=\"note\">A source that differs <i>never</i> is the same in training and in use: the models have "
-         "learnt it, so that it is in U and in no interval. What is <b>assumed</b> is said by neither the rig file nor "
-         "the record.</p>\n";
+         "<p class=\"note\">A source that varies <i>never</i> has the same error in training and in use: it is part of "
+         "U but not of the prediction interval. <b>assumed</b>: neither the rig file nor the record contains the "
+         "value, and gyrotherm uses a default.</p>\n";
 }
 
 }  // namespace gyrotherm::report

@@ -62,8 +62,8 @@ std::string floor_sentence(const ReportedRun& run) {
     return fmt::format("The same record has no noise floor: {}.", plot::escaped(run.floor.statement));
   }
   return fmt::format(
-      "The noise floor of the same record, the white noise of one such mean, is {}&nbsp;°/h: what has not seen the "
-      "record goes below it by chance alone.",
+      "The noise floor of the same record, the white noise of one such mean, is {}&nbsp;°/h. An independent model can "
+      "fall below it only by chance.",
       plot::format_bias(run.floor.deg_per_h));
 }
 
@@ -81,8 +81,9 @@ std::string range_sentence(const Report& report) {
     records.emplace_back().block = record.block;
   const auto block = model::trained_block(records);
   if (!block) return {};
-  return fmt::format("Trained with the {}: beyond it a model is an extrapolation, whatever air the chamber can make.",
-                     plot::escaped(model::in_words(*block)));
+  return fmt::format(
+      "Trained range: {}. Outside this block temperature a model extrapolates, regardless of the range of the chamber.",
+      plot::escaped(model::in_words(*block)));
 }
 
 std::string describe_summary(const Report& report) {
@@ -91,11 +92,9 @@ std::string describe_summary(const Report& report) {
   return fmt::format(
       "In the {} run the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); in the {} run by "
       "{}&nbsp;°/h ({} means). "
-      "On the latter multi-point with temperature leaves {}&nbsp;°/h: {} less than "
-      "before, and "
-      "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves "
-      "{}&nbsp;°/h. "
-      "{}",
+      "In the latter, the residual of multi-point with temperature is {}&nbsp;°/h: {} less than before compensation "
+      "and {} less than that of the three-point model ({}&nbsp;°/h). The residual of the paper’s multi-point model, "
+      "gradients alone, is {}&nbsp;°/h. {}",
       plot::escaped(rate.profile), plot::format_bias(rate.raw.std), rate.clusters,
       plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::format_bias(random.raw.std),
       random.clusters, plot::format_bias(random.residual.multi_point_t.all.std),
@@ -122,7 +121,7 @@ std::string run_row(const ReportedRun& run) {
   std::string text = fmt::format("{} · {} means", plot::escaped(run.profile), run.clusters);
   if (!run.gaps_s.empty()) text += fmt::format(" · {} gaps", run.gaps_s.size());
   if (run.dropped_gaps > 0) text += fmt::format(" · {} means dropped at gaps", run.dropped_gaps);
-  if (run.dropped_rest > 0) text += fmt::format(" · last {} samples not a whole mean", run.dropped_rest);
+  if (run.dropped_rest > 0) text += fmt::format(" · last {} samples do not fill a mean", run.dropped_rest);
   return text + " · run <code>" + plot::escaped(run.run_id.substr(0, 12)) + "</code>";
 }
 
@@ -147,7 +146,7 @@ std::string identity_section(const Report& report) {
                                (report.rig.is_virtual ? " – virtual instruments" : "")) +
          definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
          definition("Verification", run_row(report.random)) +
-         definition("Zero of the bias", bias_reference_text(report)) +
+         definition("Bias reference", bias_reference_text(report)) +
          definition("Program", "gyrotherm " + plot::escaped(report.program_version) + ", seed " +
                                    std::to_string(report.seed) +
                                    (report.days_later > 0 ? fmt::format(", {} days later", report.days_later) : "")) +
@@ -159,7 +158,7 @@ std::string summary_section(const Report& report) {
       key_figures(report.random) + paragraph(describe_summary(report)) + paragraph(recommendation_text(report));
   if (const std::string range = range_sentence(report); !range.empty()) html += paragraph("<b>" + range + "</b>");
   if (report.quick) {
-    html += "<p class=\"caution\">Tuned with a small swarm (quick): for a try, not for a calibration.</p>\n";
+    html += "<p class=\"caution\">Tuned with a small swarm (quick): for a trial, not for a calibration.</p>\n";
   }
   if (!report.warnings.empty()) {
     html += fmt::format("<p class=\"note\">{} warning{}: see the section Warnings.</p>\n", report.warnings.size(),
@@ -178,8 +177,8 @@ std::string selection_section(const Report& report) {
     table.rows[0].push_back(plot::decimal(std::abs(correlation.temperature[k]), 3));
     table.rows[1].push_back(plot::decimal(std::abs(correlation.rate[k]), 3));
   }
-  return paragraph(fmt::format("Selected: {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(),
-                               correlation.rank, correlation.fallback ? ", by the stated fallback" : "",
+  return paragraph(fmt::format("Selected {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(),
+                               correlation.rank, correlation.fallback ? ", by the fallback rule" : "",
                                joined(correlation.selected_pairs))) +
          (correlation.statement.empty() ? "" : "<p class=\"note\">" + plot::escaped(correlation.statement) + "</p>\n") +
          to_html(table);
@@ -200,14 +199,13 @@ int training_clusters(const ReportedModel& model) {
 
 std::string models_section(const Report& report) {
   const auto row = [&](const char* head, auto cell) { return cells(head, report.models, cell); };
-  HtmlTable table{
-      .caption = "The models, their tuning and their certificates", .header = model_header(""), .style = "even"};
+  HtmlTable table{.caption = "Models: tuning and optimality certificates", .header = model_header(""), .style = "even"};
   table.rows = {
       row("Inputs", [](const ReportedModel& m) { return fmt::format("{} (rank {})", m.terms.size(), m.rank); }),
       row("Trained on", [](const ReportedModel& m) { return plot::escaped(training_records(m)); }),
       row("Training means", [](const ReportedModel& m) { return std::to_string(training_clusters(m)); }),
       row("Effective parameters", [](const ReportedModel& m) { return plot::decimal(m.effective_parameters, 0); }),
-      row("Numbers stored", [](const ReportedModel& m) { return std::to_string(m.stored_numbers); }),
+      row("Parameters stored", [](const ReportedModel& m) { return std::to_string(m.stored_numbers); }),
       row("C", [](const ReportedModel& m) { return plot::significant(m.parameters.C); }),
       row("σ", [](const ReportedModel& m) { return plot::significant(m.parameters.sigma); }),
       row("ε (in °/h)",
@@ -227,7 +225,7 @@ std::string models_section(const Report& report) {
             return fmt::format("{} of {} ({})", swarm.history.empty() ? 0 : swarm.history.size() - 1,
                                m.options.swarm.iterations, swarm.evaluations);
           }),
-      row("End of the search", [](const ReportedModel& m) { return plot::escaped(name(m.tuning.swarm.end)); })};
+      row("Stopping criterion", [](const ReportedModel& m) { return plot::escaped(name(m.tuning.swarm.end)); })};
   const ReportedModel& m = report.models.multi_point;
   const svm::TuningOptions& bounds = m.options;
   return to_html(table) +
@@ -250,8 +248,8 @@ std::string warnings_section(const Report& report) {
 }
 
 std::string segments_table(const Report& report) {
-  HtmlTable table{.caption = "Every segment: its length, its means, and the STD of the residual, °/h",
-                  .header = {"Run", "Segment", "", "Start", "Length", "Mean temp., °C", "Mean bias", "Three-point",
+  HtmlTable table{.caption = "Segments: duration, mean values and STD of the residual, °/h",
+                  .header = {"Run", "Segment", "", "Start", "Duration", "Mean temp., °C", "Mean bias", "Three-point",
                              "Multi-point", "With temp."},
                   .text_columns = 3,
                   .style = "small"};
@@ -279,8 +277,8 @@ std::string thermometers_section(const Report& report) {
 std::string provenance_section(const Report& report) {
   const auto code = [](const std::string& text) { return "<code>" + plot::escaped(text) + "</code>"; };
   HtmlTable table{.caption = "Input files", .header = {"File", "Name", "SHA-256"}, .text_columns = 3, .style = "small"};
-  table.rows = {{"Rate record", code(report.rate.run_id), code(report.rate.record_sha256)},
-                {"Rate profile", plot::escaped(report.rate.profile), code(report.rate.profile_sha256)},
+  table.rows = {{"Ramp record", code(report.rate.run_id), code(report.rate.record_sha256)},
+                {"Ramp profile", plot::escaped(report.rate.profile), code(report.rate.profile_sha256)},
                 {"Random record", code(report.random.run_id), code(report.random.record_sha256)},
                 {"Random profile", plot::escaped(report.random.profile), code(report.random.profile_sha256)},
                 {"Rig", plot::escaped(report.rig.name), code(report.rig.sha256)}};
@@ -298,16 +296,16 @@ std::string format_read_off(const data::NoiseCoefficient& noise) {
 
 std::string noise_cell(const data::NoiseCoefficient& noise) {
   if (noise.seen) return plot::with_error(noise.value, noise.error);
-  return std::isfinite(noise.at_most) ? "not seen, &lt;&nbsp;" + plot::significant(noise.at_most) : "–";
+  return std::isfinite(noise.at_most) ? "not significant, &lt;&nbsp;" + plot::significant(noise.at_most) : "–";
 }
 
 std::string noise_note(const data::HoldNoise& holds, const char* name) {
   std::string text = fmt::format("<p class=\"note\">{}: {}.", name, plot::escaped(holds.statement));
   if (!holds.curve.empty()) {
-    text += fmt::format(" The fit is least at τ&nbsp;=&nbsp;{}&nbsp;s.", plot::significant(holds.fit.lowest_tau_s));
+    text += fmt::format(" Minimum of the fit at τ&nbsp;=&nbsp;{}&nbsp;s.", plot::significant(holds.fit.lowest_tau_s));
   }
   if (holds.fit.misfit > 0) {
-    text += fmt::format(" The curve departs from the five terms by {}&nbsp;%; the errors hold that too.",
+    text += fmt::format(" RMS misfit {}&nbsp;%, included in the standard errors.",
                         plot::significant(100 * holds.fit.misfit));
   }
   return text + "</p>\n";
@@ -328,9 +326,10 @@ std::string describe_outside(const ReportedResidual& residual) {
 const char* describe(model::Outside policy) {
   switch (policy) {
     case model::Outside::continued:
-      return "a model's plane continues there, all else is held at the end of the range, and U is wider";
-    case model::Outside::refuse: return "such means are not compensated and left out of the figures";
-    case model::Outside::extrapolate: return "the models are used there as they are";
+      return "the linear part of a model continues there, all other parts keep their value at the end of the range, "
+             "and U is larger";
+    case model::Outside::refuse: return "such means are not compensated and are excluded from the results";
+    case model::Outside::extrapolate: return "the models extrapolate without restriction";
   }
   return "";
 }
@@ -378,7 +377,7 @@ std::string sources_note(const std::map<std::string, std::size_t>& sources) {
 std::string noise_section(const Report& report) {
   HtmlTable table{
       .caption = "Noise coefficients with standard errors, from the overlapping Allan deviation of the holds",
-      .header = {"", "Noise", "Unit", "Share of σ, τ in h", "Read at τ", "Rate, raw", "Random, raw",
+      .header = {"", "Noise", "Unit", "Share of σ, τ in h", "Read at τ", "Ramp, raw", "Random, raw",
                  "Random, compensated"},
       .text_columns = 5,
       .style = "small"};
@@ -391,12 +390,12 @@ std::string noise_section(const Report& report) {
                           plot::escaped(about.formula), format_read_off(rate[k]), noise_cell(rate[k]),
                           noise_cell(random[k]), noise_cell(compensated[k])});
   }
-  return to_html(table) + noise_note(report.rate.noise.holds, "Rate run") +
+  return to_html(table) + noise_note(report.rate.noise.holds, "Ramp run") +
          noise_note(report.random.noise.holds, "Random run") +
          noise_note(report.random.noise.compensated_holds, "Random run") +
          "<p class=\"note\">The squares of the coefficients are fitted to σ² by non-negative weighted least squares; a "
-         "term counts as seen if its square is at least twice its standard error, else its upper limit of 95&nbsp;% "
-         "stands in its place.</p>\n";
+         "term is significant if its square is at least twice its standard error. For other terms the table contains "
+         "the upper limit of 95&nbsp;%.</p>\n";
 }
 
 std::string result_table(const ReportedRun& run) {
@@ -412,13 +411,13 @@ std::string result_table(const ReportedRun& run) {
                 cells("… its standard error", r, [](const ReportedResidual& v) { return format_std_error(v.all); }),
                 {"Noise floor of this record", floor, floor, floor}};
   if (std::isfinite(r.multi_point.expected_in_sample_std)) {
-    table.rows.push_back(cells("Expected of a fit to noise alone, in-sample", r,
+    table.rows.push_back(cells("Expected in-sample STD of a fit to noise alone", r,
                                [](const ReportedResidual& v) { return plot::format_bias(v.expected_in_sample_std); }));
   }
   const std::vector<std::vector<std::string>> rest = {
       cells("After: mean", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.mean); }),
       cells("After: RMSE", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.rmse); }),
-      cells("After: greatest magnitude", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.max_abs); }),
+      cells("After: largest magnitude", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.max_abs); }),
       cells("Improvement from original accuracy", run.gain,
             [](const ReportedGain& g) { return plot::percent(g.from_original); }),
       cells("Improvement from three-point, the paper’s ratio", run.gain,
@@ -440,9 +439,9 @@ std::string result_table(const ReportedRun& run) {
         return v.streamed ? plot::format_bias(figure(*v.streamed)) : std::string("–");
       });
     };
-    table.rows.push_back(streamed("As streamed second by second, STD of the same means",
+    table.rows.push_back(streamed("Streamed second by second, STD of the same means",
                                   [](const model::Streamed& s) { return s.residual.std; }));
-    table.rows.push_back(streamed("… if it did not lag (predictions of the same seconds)",
+    table.rows.push_back(streamed("… without the lag (predictions of the same seconds)",
                                   [](const model::Streamed& s) { return s.aligned.std; }));
     if (r.multi_point.streamed->to_truth)
       table.rows.push_back(
@@ -454,32 +453,31 @@ std::string result_table(const ReportedRun& run) {
 
 std::string parts_table(const ReportedRun& run) {
   HtmlTable table{
-      .caption = fmt::format("Residual in the {} run by part of the program, °/h", plot::escaped(run.profile)),
+      .caption = fmt::format("Residual in the {} run by part of the profile, °/h", plot::escaped(run.profile)),
       .header = {"Part", "Model", "Means", "n<sub>eff</sub>", "STD", "Mean", "RMSE", "Max"},
       .text_columns = 2,
       .style = "small"};
   add_part(table, "all", run.residual, &ReportedResidual::all);
   add_part(table, "ramps", run.residual, &ReportedResidual::ramps);
   add_part(table, "holds", run.residual, &ReportedResidual::holds);
-  add_part(table, "10 min after corners", run.residual, &ReportedResidual::corners);
-  return to_html(table) +
-         fmt::format(
-             "<p class=\"note\">± is a standard error, STD/√(2&nbsp;n<sub>eff</sub>) of the STD: neighbouring "
-             "residuals are alike, and n<sub>eff</sub> independent ones would tell as much of the STD. Inputs "
-             "outside the trained range: {}.</p>\n",
-             describe(run.residual.multi_point.outside.policy));
+  add_part(table, "10 min after set-point corners", run.residual, &ReportedResidual::corners);
+  return to_html(table) + fmt::format(
+                              "<p class=\"note\">± is a standard error, STD/√(2&nbsp;n<sub>eff</sub>) of the STD: "
+                              "residuals are autocorrelated, and n<sub>eff</sub> is the effective sample size. Inputs "
+                              "outside the trained range: {}.</p>\n",
+                              describe(run.residual.multi_point.outside.policy));
 }
 
 std::string methods_section(const Report& report) {
-  HtmlTable table{.caption = fmt::format(
-                      "STD of every method, °/h. Held-out: {}; parameters chosen with all cycles. Nested: the same, "
-                      "parameters chosen without the held-out cycle too. ±, mean, maximum and (of a virtual gyro) the "
-                      "error to the true bias are of the random run",
-                      plot::escaped(report.folds)),
-                  .header = {"Inputs", "Method", "Rate, in-sample", "Held-out", "Nested", "<b>Random</b>", "±", "Mean",
-                             "Max", "RMSE to truth", "Effective par.", "Numbers stored"},
-                  .text_columns = 2,
-                  .style = "small"};
+  HtmlTable table{
+      .caption = fmt::format("STD of every method, °/h. Held-out: {}, parameters chosen with all cycles. Nested: "
+                             "nested cross-validation, parameters chosen without the held-out cycle. ±, mean, maximum "
+                             "and, for a virtual gyro, the error to the true bias refer to the random run",
+                             plot::escaped(report.folds)),
+      .header = {"Inputs", "Method", "Ramp, in-sample", "Held-out", "Nested", "<b>Random</b>", "±", "Mean", "Max",
+                 "RMSE to truth", "Effective par.", "Parameters stored"},
+      .text_columns = 2,
+      .style = "small"};
   std::map<std::string, std::size_t> sources;
   for (const ReportedMethod& row : report.methods) {
     const data::Figures& random = row.random.figures;
@@ -495,25 +493,24 @@ std::string methods_section(const Report& report) {
 }
 
 constexpr const char* kMeaning =
-    "<p>Figures of the rate program are <b>in-sample</b>: the models were fitted to these very data, so they say how "
-    "well a model can "
-    "describe the record, not how well it will compensate. They are not a verification. Leave-cycle-out predicts each "
-    "cycle by a model "
-    "refitted without it. Only the random program, never used for selection, scaling, tuning or fitting, verifies a "
-    "model.</p>\n";
+    "<p>Results of the ramp run are <b>in-sample</b>: the models were fitted to these data. They show how well a model "
+    "can describe the record, not how well it will compensate. They are not a verification. Leave-cycle-out predicts "
+    "each cycle with a model that was refitted without this cycle. Only the random run verifies a model: it is not "
+    "used for selection, scaling, tuning or fitting.</p>\n";
 
 constexpr const char* kNumbersMeaning =
     "<p class=\"note\">STD is the sample standard deviation of the cluster means (eq. 11). The noise floor comes from "
     "second differences of "
-    "neighbouring means within the last hour of each hold; it does not see bias instability slower than some minutes. "
+    "neighbouring means within the last hour of each hold; it does not contain bias instability that is slower than a "
+    "few minutes. "
     "The paper’s "
-    "“improvement from traditional method” is a ratio of two percentages; the reduction of the three-point residual is "
-    "what a user "
-    "gains.</p>\n";
+    "“improvement from traditional method” is a ratio of two percentages; the practical gain is the reduction of the "
+    "three-point residual.</p>\n";
 
 constexpr const char* kNoiseMeaning =
-    "<p>The bias in the last hour of each hold shows the gyro’s own noise, which no compensation removes. Over longer "
-    "times the whole run shows what temperature does, and what is left of it after compensation.</p>\n";
+    "<p>The bias in the last hour of each hold shows the noise of the gyro, which compensation cannot remove. At "
+    "longer averaging times the whole run shows the effect of temperature and the residual effect after "
+    "compensation.</p>\n";
 
 /// Builds the page. Numbers sections, tables and figures from 1 in the order of their creation.
 class Page {
@@ -552,22 +549,22 @@ void add_experiment(Page& page, const Report& report) {
   if (report.thermal.model) page.figure("figure-1");
   page.section("Experiment");
   page.add(
-      "<p>The chamber follows the program; thermometers and gyro are read once a second, and everything below works on "
-      "means over " +
+      "<p>The chamber follows the profile. Thermometers and gyro are read once a second. All results below are "
+      "computed from means over " +
       plot::decimal(report.cluster_length_s, 0) + "&nbsp;s.</p>\n");
   page.figure("figure-4");
   page.section("Noise of the gyro");
   page.add(kNoiseMeaning);
   page.add(noise_section(report));
   page.figure("allan");
-  page.section("Which gradients matter");
+  page.section("Selection of gradients");
   page.figure("table-3", "narrow");
   page.figure("figure-5");
   page.add(selection_section(report));
 }
 
 void add_results(Page& page, const Report& report) {
-  page.section("Compensation on the rate program");
+  page.section("Compensation in the ramp run");
   page.add(kMeaning);
   page.add(result_table(report.rate));
   page.add(kNumbersMeaning);
@@ -575,12 +572,12 @@ void add_results(Page& page, const Report& report) {
   for (const char* id : {"figure-6", "figure-7", "figure-7-with-temperature"}) page.figure(id);
   page.section("Characterisation of the bias");
   page.add(characterisation_html(report));
-  page.section("Verification on the random program");
+  page.section("Verification in the random run");
   page.add(result_table(report.random));
   page.add(parts_table(report.random));
   page.figure("figure-8");
   page.figure("figure-8-program");
-  page.section("Methods side by side");
+  page.section("Comparison of methods");
   page.add(methods_section(report));
   page.section("Uncertainty");
   page.add(uncertainty_html(report));
@@ -622,7 +619,7 @@ std::string to_html(const Report& report, const std::vector<ReportFigure>& figur
                           .subtitle = report.rig.title,
                           .simulated = report.rig.is_virtual,
                           .body = body_html(report, figures),
-                          .footer = fmt::format("gyrotherm {} · made from report.json alone", report.program_version)});
+                          .footer = fmt::format("gyrotherm {} · generated from report.json", report.program_version)});
 }
 
 namespace {

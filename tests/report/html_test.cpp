@@ -153,12 +153,12 @@ TEST(HtmlReport, ShowsErrorOfEachFigureOfMerit) {
   const std::string page = page_of(experiment.report());
   EXPECT_GE(tests::count_of(page, "0.001870 ± 0.000060"), 2) << "the floor of both runs";
   EXPECT_GE(tests::count_of(page, "n<sub>eff</sub>"), 2);
-  EXPECT_GE(tests::count_of(page, "plane continues there"), 1);
+  EXPECT_GE(tests::count_of(page, "the linear part of a model continues there"), 1);
 }
 
 TEST(HtmlReport, ShowsLimitOfUndetectedNoise) {
   const std::string page = page_of(SyntheticExperiment().report());
-  EXPECT_GE(tests::count_of(page, "not seen, &lt;"), 1);
+  EXPECT_GE(tests::count_of(page, "not significant, &lt;"), 1);
   EXPECT_GE(tests::count_of(page, "<td>angle random walk</td>"), 1);
 }
 
@@ -198,12 +198,12 @@ TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
   const std::string page = page_of(report);
   EXPECT_EQ(tests::markup_error(page), "");
   EXPECT_GE(tests::count_of(page, "0.002140 ± 0.000060") + tests::count_of(page, "0.00214 ± 0.00006"), 1);
-  EXPECT_GE(tests::count_of(page, "Bias at each stabilised temperature"), 1);
-  EXPECT_GE(tests::count_of(page, "Bias and Earth rate, told apart by turning the gyro around"), 1);
+  EXPECT_GE(tests::count_of(page, "Hold bias at each temperature"), 1);
+  EXPECT_GE(tests::count_of(page, "Bias and Earth rate, separated by turning the gyro around"), 1);
   EXPECT_GE(tests::count_of(page, "by the rig file 10.63564 °/h"), 1);
   EXPECT_GE(tests::count_of(page, "if the gyro was switched on in segment 6"), 1);
   EXPECT_GE(tests::count_of(page,
-                            "Temperature, straight line through stabilised biases</td><td>°/h/K</td><td "
+                            "Temperature, linear fit to the hold biases</td><td>°/h/K</td><td "
                             "class=\"n\">–</td>"),
             1)
       << "what is not known is a dash";
@@ -213,7 +213,7 @@ TEST(HtmlReport, ShowsBudgetAndResultsOfLaterRuns) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
   const std::string html = to_html(report, all_figures(report));
-  EXPECT_NE(html.find("thermometer drift A"), std::string::npos);
+  EXPECT_NE(html.find("Drift of the thermometer A"), std::string::npos);
   EXPECT_NE(html.find("<b>assumed</b>"), std::string::npos);
   EXPECT_NE(html.find("30 days later: RMSE"), std::string::npos);
   EXPECT_NE(html.find("Combined: U ="), std::string::npos);

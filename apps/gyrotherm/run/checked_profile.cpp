@@ -67,7 +67,7 @@ Result<void> check_accept(const profile::Profile& profile, const std::string& fi
   for (const profile::AcceptLimit& limit : profile.accept)
     if (const auto checked = report::check_limit(limit.key); !checked)
       return failure(FaultKind::bad_file, file,
-                     fmt::format("[accept] names \"{}\", {}", limit.key, checked.error().what));
+                     fmt::format("[accept] \"{}\" is {}", limit.key, checked.error().what));
   return {};
 }
 

@@ -252,7 +252,7 @@ std::string describe(const Comparison& comparison) {
                   comparison.serial_number, comparison.now_number, comparison.before_number,
                   std::isfinite(comparison.days_between) ? fmt::format(", {:.0f} days later", comparison.days_between)
                                                          : std::string());
-  if (!comparison.same_model) text += "the model that the unit came with is not one that it had left with\n";
+  if (!comparison.same_model) text += "the as-found model is not the as-left model of the previous calibration\n";
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
     text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{} {}, {} → {}{}{}\n", one->normalised_error,

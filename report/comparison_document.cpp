@@ -76,7 +76,7 @@ class ComparisonWriter : public BlockWriter {
     return translated(name(one.before_at)) + " → " + translated(name(one.now_at));
   }
 
-  /// Returns the name "Stabilised bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
+  /// Returns the name "Hold bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
   [[nodiscard]] Cell result_name(const ComparedResult& one) const {
     std::string text = translated(one.key);
     if (one.quantity != one.key) text += ": " + translated(one.quantity);

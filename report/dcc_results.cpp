@@ -322,7 +322,8 @@ class MeasurementResults {
                joined({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", texts_for(name(budget.stage))),
                describe_result(budget), make_table(budget));
     if (const DccTable models = compared_models(axis); models.rows() > 0)
-      result("", "gyrotherm_comparedModels", Texts{"Models on the same record", "Modelle auf derselben Aufzeichnung"},
+      result("", "gyrotherm_comparedModels",
+             Texts{"Comparison of models on the same record", "Modelle auf derselben Aufzeichnung"},
              texts_for(models_text_key(report_.compared)), models);
     if (!any) no_results();
   }
@@ -343,7 +344,7 @@ class MeasurementResults {
     const Texts run = same_text(record_text(one.run));
     if (!one.in_sample) return run;
     return joined(run, run.empty() ? "" : "; ",
-                  {"the model was fitted to this record: it is no verification",
+                  {"the model was fitted to this record: not a verification",
                    "das Modell wurde an diese Aufzeichnung angepasst: kein Nachweis seiner Güte"});
   }
 

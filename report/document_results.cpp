@@ -114,7 +114,7 @@ std::string key_with_detail(const DocumentWriter& writer, const ResultTable& tab
   return table.detail.empty() ? key : key + " " + table.detail;
 }
 
-/// Returns true if `name` contains `part`: "Stabilised bias" contains "Bias". Ignores the case of ASCII letters.
+/// Returns true if `name` contains `part`: "Hold bias" contains "Bias". Ignores the case of ASCII letters.
 bool contains_name(const std::string& name, const std::string& part) {
   const auto same = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));

@@ -196,7 +196,7 @@ TEST(Comparison, ReportsNoChange) {
   EXPECT_EQ(count_disagreeing(*comparison), 0U);
   const std::string page = to_html(make_document(*comparison, Language::english));
   EXPECT_NE(page.find("No result has changed"), std::string::npos);
-  EXPECT_NE(page.find("is not one that it had left with"), std::string::npos);
+  EXPECT_NE(page.find("is not the as-left model of the previous one"), std::string::npos);
 }
 
 }  // namespace

@@ -118,9 +118,9 @@ TEST(Dcc, SplitsRowsWithUnknownValuesIntoSeparateLists) {
 
 TEST(Dcc, NamesRecommendedModelOnlyIfOneExists) {
   CalibrationReport report = sample_calibration();
-  EXPECT_EQ(tests::count_of(dcc(report), "recommends none"), 0);
+  EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 0);
   for (ComparedModel& model : report.compared) model.recommended = false;
-  EXPECT_EQ(tests::count_of(dcc(report), "recommends none"), 2) << "once for each axis";
+  EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 2) << "once for each axis";
 }
 
 TEST(Dcc, HasUnitPerSourceOfUncertainty) {
@@ -141,7 +141,7 @@ TEST(Dcc, MarksDraft) {
 TEST(Dcc, MarksSimulation) {
   const std::string xml = dcc(sample_calibration());
   EXPECT_NE(xml.find("<dcc:uniqueIdentifier>C-2026-0042 (simulated)</dcc:uniqueIdentifier>"), std::string::npos);
-  EXPECT_NE(xml.find("Nothing in this report was measured"), std::string::npos);
+  EXPECT_NE(xml.find("This report contains no measured values"), std::string::npos);
   EXPECT_NE(xml.find("<dcc:traceable>false</dcc:traceable>"), std::string::npos);
 }
 

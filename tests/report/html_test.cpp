@@ -213,7 +213,7 @@ TEST(HtmlReport, ShowsBudgetAndResultsOfLaterRuns) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
   const std::string html = to_html(report, all_figures(report));
-  EXPECT_NE(html.find("Drift of the thermometer A"), std::string::npos);
+  EXPECT_NE(html.find("Thermometer drift A"), std::string::npos);
   EXPECT_NE(html.find("<b>assumed</b>"), std::string::npos);
   EXPECT_NE(html.find("30 days later: RMSE"), std::string::npos);
   EXPECT_NE(html.find("Combined: U ="), std::string::npos);

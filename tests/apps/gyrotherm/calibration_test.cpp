@@ -148,7 +148,7 @@ TEST_F(CalibrationOfAUnit, StatesTrainedRangeOfBlock) {
   ASSERT_TRUE(ranges[0].block);
   EXPECT_EQ(ranges[0].block->low_c, block["low_c"]);
   EXPECT_EQ(ranges[0].block->high_c, block["high_c"]);
-  EXPECT_NE(text_in(in("report/calibration.html")).find("Its model was trained with the block at "), std::string::npos);
+  EXPECT_NE(text_in(in("report/calibration.html")).find("The model was trained at block temperatures from "), std::string::npos);
   EXPECT_NE(text_in(in("report/calibration.de.html")).find("Das Modell wurde bei Temperaturen des Blocks von "),
             std::string::npos);
 }

@@ -27,19 +27,19 @@ extern "C" {
 
 #define @name@_AXES @axes@
 @parity_numbers@
-/* What a call returns: 0, or one of these. */
+/* Return value of each function: 0, or one of these. */
 #define @name@_CONTRADICTION 1 /* the axes contradict each other by more than the limit */
-#define @name@_MISSING 2       /* a reading was not finite: nothing is fused, the rate is 0 */
-#define @name@_ALONE 4         /* no other axis sees what this one sees: nothing is fused, the rate is 0 */
+#define @name@_MISSING 2       /* a reading was not finite: no fusion, the rate is 0 */
+#define @name@_ALONE 4         /* no other axis measures this component: no fusion, the rate is 0 */
 
-/* Of the rate vector, (deg/h)^2, if each reading is as uncertain as it was said to be. */
+/* Covariance of the rate vector, (deg/h)^2, for the stated uncertainty of the readings. */
 extern const double @name@_covariance[3][3];
 
 /* The rate vector in the axes of the fixture, from one compensated reading per axis, both in deg/h; and the sum of the
    squares of the parity vector. */
 int @name@_fuse(const double reading[@name@_AXES], double rate[3], double *statistic);
 
-@parity_declarations@/* Fuses a few known readings. 0 if what comes out is what it should be, else 1. */
+@parity_declarations@/* Fuses known readings. Returns 0 if all results are as expected, else 1. */
 int @name@_self_test(void);
 
 #ifdef __cplusplus
@@ -50,8 +50,8 @@ int @name@_self_test(void);
 )";
 
 constexpr const char* kParityNumbers =
-    R"(#define @name@_PARITIES @parities@ /* numbers in the parity vector: what the axes say against each other */
-#define @name@_LIMIT @limit@ /* of their squares; exceeded by chance with a probability of @probability@ */
+    R"(#define @name@_PARITIES @parities@ /* components of the parity vector */
+#define @name@_LIMIT @limit@ /* of the sum of their squares; exceeded by chance with a probability of @probability@ */
 )";
 
 constexpr const char* kParityDeclarations =

@@ -13,8 +13,8 @@ constexpr const char* kLagsNumber = R"(#define @name@_LAGS @lags@
 )";
 
 constexpr const char* kLagRing =
-    R"(  double followed[@name@_SECONDS][@name@_LAGS];          /* what each lag has followed to, as a ring */
-  int steps[@name@_SECONDS][@name@_LAGS];                /* lengths of time since it did; 0: never */
+    R"(  double followed[@name@_SECONDS][@name@_LAGS];          /* temperature of each lagging body, ring */
+  int steps[@name@_SECONDS][@name@_LAGS];                /* steps since its last value; 0: none */
 )";
 
 constexpr const char* kLagStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) {
@@ -26,12 +26,12 @@ constexpr const char* kLagStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) 
 )";
 
 constexpr const char* kLagsOf = R"(
-/* Of each lag: the thermometer that it follows, and its time constant in seconds. */
+/* Each lag: its thermometer and its time constant in seconds. */
 static const int lag_follows[@name@_LAGS] = {@follows@};
 static const double time_constant[@name@_LAGS] = {@time_constants@};
 
-/* By how much each lag is behind its thermometer, after a step that ends with these means. Where a mean is not finite
-   the next step is so much longer. */
+/* Computes the lag of each body behind its thermometer after a step that ends with these means. If a mean is not
+   finite, the next step is longer. */
 static void lags_of(@name@_stream *stream, const double means[], double lags[]) {
   for (int k = 0; k < @name@_LAGS; ++k) {
     double *const followed = &stream->followed[stream->at][k];
@@ -72,9 +72,8 @@ CPlaceholders lag_placeholders(const Model& model, std::string_view name,
                           {"time_constants", fmt::format("{}", fmt::join(time_constants, ", "))}};
   CPlaceholders placeholders{
       {"lags_number", c_fill(kLagsNumber, own)},
-      {"lag_order",
-       "\n   lag_k: by how much a body that follows a thermometer with a time constant lags behind it, K: " +
-           c_comment(fmt::format("{}", fmt::join(order, ", "))) + "."},
+      {"lag_order", "\n   lag_k: lag of a body behind the thermometer that it follows with a time constant, K: " +
+                        c_comment(fmt::format("{}", fmt::join(order, ", "))) + "."},
       {"lag_parameter", fmt::format("const double lag_k[{}_LAGS], ", name)},
       {"lag_ring", c_fill(kLagRing, own)},
       {"lag_input", "const double lag[], "},

@@ -10,22 +10,22 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kTold =
-    R"(  double told[@name@_SECONDS];                          /* predictions of the last seconds, as a ring */
-  int is_told[@name@_SECONDS];
+    R"(  double past_bias[@name@_SECONDS];                     /* predictions of the last seconds, as a ring */
+  int has_past[@name@_SECONDS];
 )";
 
 constexpr const char* kLead = R"(  {
     const double now = *bias_deg_per_h;
     const int is_known = result < @name@_MISSING;
-    if (is_known && stream->is_told[at]) *bias_deg_per_h = now + 0.5 * (now - stream->told[at]);
-    stream->told[at] = now;
-    stream->is_told[at] = is_known;
+    if (is_known && stream->has_past[at]) *bias_deg_per_h = now + 0.5 * (now - stream->past_bias[at]);
+    stream->past_bias[at] = now;
+    stream->has_past[at] = is_known;
   }
 )";
 
 constexpr const char* kLeadStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) {
-    stream->told[i] = 0.0;
-    stream->is_told[i] = 0;
+    stream->past_bias[i] = 0.0;
+    stream->has_past[i] = 0;
   }
 )";
 
@@ -33,8 +33,8 @@ constexpr const char* kLeadStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i)
 std::string latency_in_c(const Model& model, std::string_view name) {
   if (!is_led(model)) return fmt::format("the bias lags by half of\n   {}_SECONDS.", name);
   return fmt::format(
-      "means lag by half of\n   {}_SECONDS; the bias is extrapolated by as much, which leaves {:.2g} deg/h (rms, in "
-      "training)\n   where the lag would leave {:.2g}.",
+      "the means lag by half of\n   {}_SECONDS. The bias is extrapolated by the same time. Error in training, rms: "
+      "{:.2g} deg/h;\n   without the extrapolation {:.2g}.",
       name, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
 }
 

@@ -27,35 +27,35 @@ extern "C" {
 #define @name@_THERMOMETERS @thermometers@
 #define @name@_SECONDS @seconds@
 @lags_number@
-/* What a call returns: 0, or a sum of these. */
-#define @name@_OUTSIDE 1 /* an input was outside the trained range: the plane continues, all else is bounded */
-#define @name@_MISSING 2 /* a reading was not finite: nothing is predicted, the bias is 0 */
-#define @name@_NOT_YET 4 /* too few readings so far: nothing is predicted, the bias is 0 */
+/* Return value of each function: 0, or a sum of these. */
+#define @name@_OUTSIDE 1 /* an input was outside the trained range: the linear part continues, all other parts are bounded */
+#define @name@_MISSING 2 /* a reading was not finite: no prediction, the bias is 0 */
+#define @name@_NOT_YET 4 /* too few readings so far: no prediction, the bias is 0 */
 
-/* The bias that these temperatures make, in degrees per hour: subtract it from the gyro's. mean_c are the means of the
-   thermometers over the last @name@_SECONDS seconds, before_c over as many before those@before@,
-   both in degrees Celsius, in this order: @order@.@lag_order@ */
+/* Predicts the bias at these temperatures, in degrees per hour. Subtract it from the rate of the gyro. mean_c: means
+   of the thermometers over the last @name@_SECONDS seconds; before_c: means over the same time before@before@.
+   Both are in degrees Celsius, in this order: @order@.@lag_order@ */
 int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before_c[@name@_THERMOMETERS],
     @lag_parameter@double *bias_deg_per_h);
 
-/* How far the worst of the inputs that these make is outside the trained range, as a part of its range; 0 inside. */
+/* Returns the largest excess of an input over its trained range, as a fraction of that range; 0 inside. */
 double @name@_excess(const double mean_c[@name@_THERMOMETERS],
     const double before_c[@name@_THERMOMETERS]@lag_last@);
 
-/* The same from one reading a second. All that a gyro needs to remember is in its stream; @latency@ */
+/* Predicts from one reading per second. The stream contains the whole state of a gyro; @latency@ */
 typedef struct {
   double block[@name@_SECONDS][@name@_THERMOMETERS];    /* the readings of this block of seconds */
   double ends[@name@_SECONDS + 1][@name@_THERMOMETERS]; /* sums of the block before, from each second to its end */
   double begun[@name@_THERMOMETERS];                    /* sum of this block so far */
 @past@@told@@lag_ring@  int at;                                               /* seconds in this block */
-  int known;                                            /* seconds so far, as far as it matters */
-  double excess;                                        /* of the last second that was predicted */
+  int known;                                            /* seconds so far, at most the number needed */
+  double excess;                                        /* excess of the last predicted second */
 } @name@_stream;
 
 void @name@_start(@name@_stream *stream);
 int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOMETERS], double *bias_deg_per_h);
 
-@uncertainty@@tracking@/* Predicts for a few known temperatures. 0 if what comes out is what it should be, else 1. */
+@uncertainty@@tracking@/* Predicts for known temperatures. Returns 0 if all results are as expected, else 1. */
 int @name@_self_test(void);
 
 #ifdef __cplusplus
@@ -75,14 +75,14 @@ constexpr const char* kSource = R"(#include "@name@.h"
 
 #define INPUTS @inputs@
 
-/* Of each input: the range it was trained in, and its mean and standard deviation there. */
+/* Trained range of each input, and its mean and standard deviation in training. */
 @low@@high@@mean@@deviation@
-/* f(z) of the inputs less their means, in standard deviations. */
+/* Computes f(z). z: the inputs minus their means, in standard deviations. */
 @function@
 static void inputs_of(const double t[], const double before[], @lag_input@double x[]) {
 @terms@}
 
-/* How far the worst input is outside, as a part of its range. What a mean's rounding may amount to is not outside. */
+/* Returns the largest excess of an input, as a fraction of its range. Ignores the rounding of a mean. */
 static double excess_of(const double x[]) {
   double worst = 0.0;
   for (int k = 0; k < INPUTS; ++k) {
@@ -130,8 +130,8 @@ void @name@_start(@name@_stream *stream) {
   stream->excess = 0.0;
 @lead_start@}
 @lags_of@
-/* A window is the rest of the block before and the beginning of this one. Nothing is ever subtracted, so that nothing
-   drifts and a reading that was not finite leaves with its second. */
+/* Adds a reading. A window is the end of the previous block and the start of this one. No sum is ever reduced by
+   subtraction, so that sums do not drift and a reading that was not finite has no effect after its window. */
 int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOMETERS], double *bias_deg_per_h) {
   const int at = stream->at;
   double means[@name@_THERMOMETERS];
@@ -195,18 +195,19 @@ Result<void> check_is_finite(const Model& model, const KnownAnswers& answers) {
   const struct {
     bool is_finite;
     const char* what;
-  } parts[] = {
-      {model.input_min.allFinite() && model.input_max.allFinite(), "the trained range of its inputs"},
-      {scaling.mean.allFinite() && scaling.std.allFinite() && scaling.std.cwiseInverse().allFinite(),
-       "the scaling of its inputs"},
-      {std::isfinite(model.target_mean_deg_per_h) && std::isfinite(model.target_std_deg_per_h), "the target's scaling"},
-      {has_finite_constants(model.function), "its function"},
-      {answers.mean_c.allFinite() && answers.before_c.allFinite() && answers.lag_k.allFinite() &&
-           answers.bias_deg_per_h.allFinite() && std::isfinite(c_tolerance_deg_per_h(model)),
-       "what it predicts"}};
+  } parts[] = {{model.input_min.allFinite() && model.input_max.allFinite(), "the trained range of its inputs"},
+               {scaling.mean.allFinite() && scaling.std.allFinite() && scaling.std.cwiseInverse().allFinite(),
+                "the scaling of its inputs"},
+               {std::isfinite(model.target_mean_deg_per_h) && std::isfinite(model.target_std_deg_per_h),
+                "the scaling of the target"},
+               {has_finite_constants(model.function), "its function"},
+               {answers.mean_c.allFinite() && answers.before_c.allFinite() && answers.lag_k.allFinite() &&
+                    answers.bias_deg_per_h.allFinite() && std::isfinite(c_tolerance_deg_per_h(model)),
+                "its predictions"}};
   for (const auto& part : parts)
     if (!part.is_finite)
-      return failure(FaultKind::usage, "C export", fmt::format("of this model {} is not finite", part.what));
+      return failure(FaultKind::usage, "C export",
+                     fmt::format("the model contains a value that is not finite: {}", part.what));
   return {};
 }
 
@@ -244,7 +245,7 @@ CPlaceholders header_placeholders(const Model& model, std::string_view name, con
                        {"provenance", c_provenance(model)},
                        {"thermometers", fmt::format("{}", names.size())},
                        {"seconds", fmt::format("{}", rows_in_cluster(model))},
-                       {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
+                       {"before", rates ? " (for the rates)" : " (unused by this model: may be null)"},
                        {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
                        {"past", rates ? c_fill(kPast, {{"name", std::string(name)}}) : ""}});
   return placeholders;

@@ -25,8 +25,8 @@ std::string trained_on(const TrainingRecord& record) {
 
 std::string reduced(const ReducedSetSummary& reduction) {
   return fmt::format(
-      "Reduced from {} to {} vectors: changes of at most {:.3g} deg/h, rms {:.3g}, on {} training means, never more "
-      "than {:.3g}; the figures are those of the full function.",
+      "Reduced from {} to {} vectors: changes of at most {:.3g} deg/h, rms {:.3g}, on {} training means, bound {:.3g}; "
+      "the residuals below are those of the full function.",
       reduction.vectors_before, reduction.vectors, reduction.max_change_deg_per_h, reduction.rms_change_deg_per_h,
       reduction.clusters, reduction.bound_deg_per_h);
 }
@@ -43,14 +43,14 @@ std::string c_provenance(const Model& model) {
   std::vector<std::string> lines;
   lines.push_back("Compensation of a gyro's temperature bias, written by gyrotherm " + model.program_version + ".");
   const bool simulated = std::ranges::any_of(model.trained_on, &TrainingRecord::simulated);
-  if (simulated) lines.emplace_back("SIMULATED: no real gyro was measured for this model.");
+  if (simulated) lines.emplace_back("SIMULATED: the model was trained on data of a virtual gyro.");
   lines.push_back(fmt::format("Method {}, inputs {}; means of {:g} s.{}", model.method, model.inputs,
-                              model.cluster_length_s, model.quick ? " Tuned with a small swarm, for a try." : ""));
+                              model.cluster_length_s, model.quick ? " Tuned with a small swarm, for a trial." : ""));
   if (model.reduction) lines.push_back(reduced(*model.reduction));
   for (const TrainingRecord& record : model.trained_on) lines.push_back(trained_on(record));
   lines.push_back("Bias as trained: mean " +
                   fmt::format("{:.6g}, std {:.6g} deg/h.", model.target_mean_deg_per_h, model.target_std_deg_per_h));
-  lines.push_back("Residual in-sample (no verification): " + figures(model.in_sample) + ".");
+  lines.push_back("Residual in-sample (not a verification): " + figures(model.in_sample) + ".");
   lines.push_back(fmt::format("Residual held out, {}: {}.", model.folds, figures(model.leave_cycle_out)));
   for (const std::string& warning : model.warnings) lines.push_back("Warning: " + warning + ".");
   if (const auto block = trained_block(model.trained_on))

@@ -13,7 +13,7 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kBounding = R"(
-/* Moves the inputs towards their means, all by the same share, until each is in its range; products are made anew.
+/* Moves the inputs towards their means, all by the same share, until each is in its range; products are computed again.
    Factors of a product are numbers of inputs, -1 for none. */
 static void bound(double x[]) {
 @factors@  double share = 1.0;

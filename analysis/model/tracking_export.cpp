@@ -15,16 +15,16 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kDeclarations =
-    R"(/* What the compensation leaves of the bias, followed by a Kalman filter while the gyro is known to be at rest.
-   Of what is left it knows: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h,
+    R"(/* Tracks the residual bias by a Kalman filter while the gyro is known to be at rest.
+   Noise parameters of the residual: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h,
    rate random walk @K@ deg/h/sqrt(h), at the start +-@start@ deg/h. Its gain settles at @gain@.
-   All that it needs to remember is in its tracker. */
+   The tracker contains the whole state. */
 #define @name@_STATES @states@
 typedef struct {
   double state[@name@_STATES];                      /* parts of the bias: a random walk, Markov processes */
-  double covariance[@name@_STATES][@name@_STATES]; /* of their errors */
+  double covariance[@name@_STATES][@name@_STATES]; /* covariance of their errors */
   double sum;                                       /* of the rates in this block of seconds */
-  double left;                                      /* the bias in this block, foretold */
+  double left;                                      /* the predicted bias in this block */
   int seconds;                                      /* in this block */
   int rests;                                        /* in all of them so far */
   int begun;                                        /* a block has passed */

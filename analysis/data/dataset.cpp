@@ -310,12 +310,11 @@ Result<void> check_same_reference(const Dataset& one, std::string_view other_zer
   if (one.bias_zero == other_zero && one.bias_zero != kOwnReference) return {};
   if (one.bias_zero == other_zero)
     return failure(FaultKind::usage, one.path,
-                   fmt::format("counts its bias from a mean of its own ({}), and so does {}: an unknown constant lies "
-                               "between the two. Learn from one of them, or give the rig file a latitude",
+                   fmt::format("its bias reference is its own mean ({}), as in {}: the constant between the two is "
+                               "unknown. Train on one of them, or add the latitude to the rig file",
                                one.bias_zero, called));
   return failure(FaultKind::usage, one.path,
-                 fmt::format("counts its bias from another zero ({}) than {} ({}): what is learnt of both would have "
-                             "the difference in it",
+                 fmt::format("different bias reference ({}) than {} ({}): a model of both would contain the difference",
                              one.bias_zero, called, other_zero));
 }
 

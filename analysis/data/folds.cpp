@@ -147,7 +147,7 @@ Result<void> check(const FoldPlan& plan) {
   for (const Fold& fold : plan.folds) {
     if (!fold.training.empty()) continue;
     return failure(FaultKind::usage, "folds",
-                   plan.statement + ": nothing is left to learn from beside a held-out fold; take a shorter guard");
+                   plan.statement + ": no training data remain outside a held-out fold; use a shorter guard");
   }
   return {};
 }
@@ -223,9 +223,10 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   }
   const FoldKind kind = kind_for(records, options);
   if (kind == FoldKind::records && records.size() < 2) {
-    return failure(FaultKind::usage, "folds",
-                   "by records: a single record cannot be held out and learnt from as well; give more records, or hold "
-                   "out its cycles or blocks");
+    return failure(
+        FaultKind::usage, "folds",
+        "by records: a single record cannot be both held out and used for training; give more records, or hold "
+        "out its cycles or blocks");
   }
   const bool alone = records.size() == 1 && cycles_in_all == 1;
   FoldPlan plan;

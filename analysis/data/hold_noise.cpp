@@ -165,7 +165,7 @@ std::string summarise(const Dataset& dataset, const HoldNoise& noise, const char
 
 HoldNoise measure_raw_noise(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
   HoldNoise noise = measure_noise(dataset, bias_deg_per_h);
-  noise.statement = summarise(dataset, noise, "raw", "; what the temperature still does there is part of B, K and R");
+  noise.statement = summarise(dataset, noise, "raw", "; remaining effects of temperature are part of B, K and R");
   return noise;
 }
 

@@ -160,8 +160,7 @@ Result<ChangeDetector> ChangeDetector::make(const ChangeOptions& options) {
   constexpr double kFewest = 10, kMost = 1e9;
   const double run_length = kSecondsPerHour / (options.interval_s * options.false_alarms_per_h);
   if (!(run_length >= kFewest && run_length <= kMost))
-    return refuse(fmt::format("{:.3g} steps between false alarms; at least {} and at most {} can be had", run_length,
-                              kFewest, kMost));
+    return refuse(fmt::format("{:.3g} steps between false alarms, expected {} to {}", run_length, kFewest, kMost));
   const double slack = options.shift / 2;
   return ChangeDetector(options.dimension, slack, limit_for_run_length(options.dimension, slack, run_length));
 }

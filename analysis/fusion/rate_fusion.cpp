@@ -43,7 +43,7 @@ Result<FusedRate> fuse_without(const Gains& gains, const Eigen::Ref<const Eigen:
   const Eigen::Vector3d reach = gains.rate.col(axis);
   const double redundancy = square / (square + reach.dot(gains.covariance.llt().solve(reach)));
   if (redundancy < kLeastRedundancy)
-    return failure(FaultKind::numeric, fmt::format("axis {}", axis + 1), "no other axis sees what it sees");
+    return failure(FaultKind::numeric, fmt::format("axis {}", axis + 1), "no other axis measures this component");
   const double bias = effect.dot(gains.parity * readings_deg_per_h) / square;
   return FusedRate{.deg_per_h = gains.rate * readings_deg_per_h - bias * reach,
                    .covariance = gains.covariance + reach * reach.transpose() / square};

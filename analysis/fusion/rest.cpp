@@ -52,7 +52,7 @@ Result<void> check(const Geometry& geometry, const Attitude& attitude, const Bia
   constexpr double kRounding = 1e-6;
   if (const Eigen::Matrix3d& r = attitude.to_local;
       !r.allFinite() || !(r * r.transpose()).isIdentity(kRounding) || r.determinant() < 0)
-    return refuse("the attitude is no rotation");
+    return refuse("the attitude is not a rotation");
   return {};
 }
 
@@ -123,8 +123,8 @@ Result<RestEstimate> at_rest(const Geometry& geometry, const Eigen::Ref<const Ei
                         .iterations = iteration};
   }
   return failure(FaultKind::numeric, "axes at rest",
-                 fmt::format("the attitude did not settle in {} steps; it is last {:.3g} rad from what it should be",
-                             kMostIterations, angle.norm()));
+                 fmt::format("the attitude did not converge in {} steps; last correction {:.3g} rad", kMostIterations,
+                             angle.norm()));
 }
 
 Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior) {
@@ -162,7 +162,7 @@ Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt&
   const double seen = rate.deg_per_h.head<2>().norm();
   if (!(std::abs(seen - horizontal) <= kEnough * north_std))
     return failure(FaultKind::numeric, kWhere,
-                   fmt::format("{:.6g} °/h is seen about the horizontal, {:.6g} °/h expected", seen, horizontal));
+                   fmt::format("{:.6g} °/h measured about the horizontal, {:.6g} °/h expected", seen, horizontal));
   const double standard = east_std / horizontal * kDegrees;
   return North{.heading_deg = heading * kDegrees,
                .standard_deg = standard,

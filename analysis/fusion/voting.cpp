@@ -36,16 +36,16 @@ std::string make_reason(const Verdict& verdict, const FaultTest& test) {
   const std::string parts =
       fmt::format("axes {}, thermometers {}", describe(verdict.of_axes), describe(verdict.of_thermometers));
   if (!verdict.joint.fault) return parts;
-  if (!verdict.joint.isolation) return parts + "; nothing that is known explains it";
+  if (!verdict.joint.isolation) return parts + "; no known fault explains it";
   const Isolation& isolation = *verdict.joint.isolation;
   const char* unit = verdict.kind == VerdictKind::broken_thermometer ? "K" : "°/h";
   if (!verdict.who.empty())
     return fmt::format("{} is off by {:.3g} ± {:.2g} {} (k = 1), ahead of any other explanation by {:.3g}: {}",
                        verdict.who, verdict.size, verdict.size_std, unit, isolation.margin, parts);
   if (!isolation.explains)
-    return fmt::format("no fault of one alone explains it, {} least badly, which leaves χ² {:.3g}: {}",
+    return fmt::format("no single fault explains it; the best candidate is {}, with a residual χ² of {:.3g}: {}",
                        test.candidates[static_cast<std::size_t>(isolation.likeliest)], isolation.left, parts);
-  return fmt::format("one of {}, which cannot be told apart: {}", candidate_names(test, isolation), parts);
+  return fmt::format("one of {}, not distinguishable: {}", candidate_names(test, isolation), parts);
 }
 
 }  // namespace
@@ -62,8 +62,7 @@ Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen:
     return refuse(
         fmt::format("{} names and {} uncertainties for {} thermometers", names.size(), uncertainty_k.size(), count));
   if (modes < 1 || count - modes < kLeastLeft)
-    return refuse(fmt::format("{} thermometers, and {} ways in which they move together: {} more are needed", count,
-                              modes, kLeastLeft));
+    return refuse(fmt::format("{} thermometers with {} common modes: {} more are needed", count, modes, kLeastLeft));
   if (!(uncertainty_k.minCoeff() > 0) || !uncertainty_k.allFinite())
     return refuse("the uncertainty of a thermometer is not above 0");
   const std::vector<Eigen::Index> rows = data::finite_rows(temperature_c);

@@ -136,7 +136,7 @@ Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, c
                                         .b = machine->b},
              .effective_parameters = samples - diagonal.sum() / gamma,
              .particulars = fmt::format("leave-one-out RMSE, closed form: {:.3g} of the target's STD; a cluster's "
-                                        "neighbours stay in, which flatters",
+                                        "neighbours stay in the training set, which makes it too small",
                                         left_out)};
 }
 

@@ -33,12 +33,13 @@ tl::unexpected<Fault> refused(const data::Dataset& dataset, std::string what) {
 Result<void> check_axis(const CompensatedAxis& axis) {
   const data::Dataset& dataset = axis.dataset;
   if (!dataset.direction)
-    return refused(dataset, "the record does not say where it points: the rig file's axis needs a direction");
+    return refused(dataset,
+                   "the record contains no direction of the axis; add a direction to the axis in the rig file");
   if (dataset.has_own_reference)
     return refused(dataset,
-                   "the record does not say the Earth's rate on it: the rig file needs a [fixture] with its latitude");
+                   "the record contains no Earth rate on the axis; add a [fixture] with its latitude to the rig file");
   if (data::sample_interval_s(dataset) != 1) return refused(dataset, "samples are not one a second");
-  if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train it again");
+  if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train the model again");
   if (const auto* other = find_other_axis(axis.model, dataset.of))
     return refused(dataset, "its model is of another axis: it was trained on " + in_words(other->of));
   return {};

@@ -172,8 +172,8 @@ void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
                     .at_s = rest.end_s,
                     .since_s = rest.start_s,
                     .until_s = rest.end_s,
-                    .statement = fmt::format("χ² {:.3g} of {}, limit {:.3g}: at rest ({}) the axes are further from "
-                                             "the Earth's rotation than their models' budgets say",
+                    .statement = fmt::format("χ² {:.3g} of {}, limit {:.3g}: at rest ({}) the axes differ from the "
+                                             "Earth rate by more than the budgets of their models",
                                              rest.statistic, rest.bias_deg_per_h.size(), rest.limit, rest.name)});
 }
 

@@ -221,7 +221,7 @@ Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& da
   std::erase_if(plan.candidates, [&](const data::Term& term) { return contains(plan.fixed, term); });
   if (rule && plan.candidates.empty()) {
     return failure(FaultKind::usage, "--select",
-                   "there is nothing to select from: name gradients, temperatures or rates among the inputs");
+                   "no inputs to select from: name gradients, temperatures or rates among the inputs");
   }
   return plan;
 }

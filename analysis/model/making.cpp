@@ -36,9 +36,9 @@ std::optional<BlockRange> find_block_range(const data::Dataset& dataset, const d
 Result<void> check_records(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     if (jumps_by_turning(datasets[i], records[i]))
-      return failure(
-          FaultKind::usage, datasets[i].path,
-          "the unit is turned around in it, and the Earth's rate is not known: its bias jumps by twice that");
+      return failure(FaultKind::usage, datasets[i].path,
+                     "the unit is turned around in this record, and the Earth rate is unknown: the bias has a step of "
+                     "twice the Earth rate");
     for (std::size_t j = 0; j < i; ++j) {
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)

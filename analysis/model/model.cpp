@@ -153,15 +153,15 @@ std::vector<std::string> origin_warnings(const Model& model, const data::AxisCho
   };
   if (const auto other = std::ranges::find_if(model.trained_on, has_other_reference); other != model.trained_on.end())
     warnings.push_back(
-        fmt::format("the model was trained on a bias that is counted from another zero ({}) than this "
-                    "record's ({}): the constant between the two is left",
+        fmt::format("the model was trained with another bias reference ({}) than that of this record ({}): the "
+                    "constant between the two remains in the residual",
                     other->bias_zero, bias_zero));
   return warnings;
 }
 
 Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs) {
   if (!model.variance) {
-    return failure(FaultKind::usage, "standard deviation", fmt::format("a model of {} does not know it", model.method));
+    return failure(FaultKind::usage, "standard deviation", fmt::format("method {} does not estimate it", model.method));
   }
   const Eigen::VectorXd variance = variance_of(*model.variance, apply(model.scaling, inputs));
   return Prediction{predict(model, inputs), model.target_std_deg_per_h * variance.cwiseSqrt()};
@@ -182,7 +182,7 @@ Result<Outside> parse_outside(std::string_view text) {
   const auto* found = std::ranges::find_if(kPolicies, [&](Outside policy) { return text == name(policy); });
   if (found != kPolicies.end()) return *found;
   return failure(FaultKind::usage, "--outside",
-                 fmt::format("\"{}\" is no policy, expected continue, refuse or extrapolate", text));
+                 fmt::format("\"{}\" is not a policy, expected continue, refuse or extrapolate", text));
 }
 
 RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside) {

@@ -111,9 +111,9 @@ Result<void> Study::judge_all(const std::vector<Set>& sets) {
                               [&](std::size_t i) { judged[i] = judge(open[first + i]); });
     for (std::size_t i = 0; i < judged.size(); ++i) {
       if (!std::isfinite(judged[i].held_out.std)) {
-        return failure(FaultKind::usage, "placement",
-                       fmt::format("what {} leave of the bias held out is not a finite number",
-                                   fmt::join(names(open[first + i]), ", ")));
+        return failure(
+            FaultKind::usage, "placement",
+            fmt::format("held-out residual of {}: not a finite value", fmt::join(names(open[first + i]), ", ")));
       }
       judged_.emplace(open[first + i], std::move(judged[i]));
     }

@@ -187,7 +187,7 @@ bool was_learnt_from(const population::TypePrior& prior, const data::Dataset& da
 void warn(Model& model, const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
           const OwnClusters& own) {
   if (own.without_input > 0) {
-    model.warnings.push_back(fmt::format("clusters without all inputs were left out: {} of {}", own.without_input,
+    model.warnings.push_back(fmt::format("clusters without all inputs were excluded: {} of {}", own.without_input,
                                          own.without_input + own.all.start_s.size()));
   }
   for (const data::Dataset& dataset : datasets) {

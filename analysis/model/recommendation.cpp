@@ -46,19 +46,20 @@ JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candida
 /// Formats the statement. `unjudged` are the names of candidates without a finite error.
 std::string make_statement(const Recommendation& found, int within, const std::vector<std::string>& unjudged) {
   return fmt::format(
-      "the fewest stored numbers among {} of {} models within one standard error of the lowest expanded uncertainty "
-      "({}), on {} record{} of programs that {} not learnt from; the headline run had no part in it{}",
+      "the fewest stored parameters among {} of {} models within one standard error of the lowest expanded uncertainty "
+      "({}), on {} record{} of profiles that {} not used for training; the random run was not used for the choice{}",
       within, found.candidates.size(), found.lowest, found.records, found.records == 1 ? "" : "s",
       found.records == 1 ? "was" : "were",
       unjudged.empty() ? ""
-                       : fmt::format("; not judged, for they cannot learn from these: {}", fmt::join(unjudged, ", ")));
+                       : fmt::format("; not compared, because they cannot be trained on these records: {}",
+                                     fmt::join(unjudged, ", ")));
 }
 
 }  // namespace
 
 Recommendation recommend(const std::vector<Candidate>& candidates) {
   Recommendation found;
-  found.statement = "none: there is no record to choose on beside the one that the headline quotes";
+  found.statement = "none: no independent record for the choice; supply one with --further";
   std::vector<Candidate> finite;
   std::vector<std::string> unjudged;
   for (const Candidate& candidate : candidates) {
@@ -68,7 +69,7 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   }
   if (finite.empty()) {
     if (!candidates.empty() && !candidates.front().held_out_mse.empty())
-      found.statement = "none: no model can both be judged on the further records and learn from them";
+      found.statement = "none: no model can be both trained and compared on the further records";
     return found;
   }
   const auto by_error = [](const Candidate& c) { return std::tuple(mean_value(c.held_out_mse), c.stored_numbers); };

@@ -220,7 +220,7 @@ Selection select_by_correlation(const std::vector<data::Term>& candidates, const
 
 Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<data::Term>& fixed,
                                 const std::vector<data::Term>& candidates, const data::TrainingSet& training_set) {
-  if (candidates.empty()) return failure(FaultKind::usage, "selection", "there is nothing to select from");
+  if (candidates.empty()) return failure(FaultKind::usage, "selection", "no inputs to select from");
   switch (rule.kind) {
     case SelectionKind::forward: return select_forward(fixed, candidates, training_set, rule.most);
     case SelectionKind::redundancy: return select_independent(fixed, candidates, training_set.clusters, rule.tolerance);

@@ -240,7 +240,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
   if (context.without_input > 0) {
     model.warnings.push_back(
-        fmt::format("clusters without all inputs, as the first of a run has no rate, were left out: {} of {}",
+        fmt::format("clusters without all inputs (the first of a run has no rate) were excluded: {} of {}",
                     context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), choice_warnings.begin(), choice_warnings.end());
@@ -321,7 +321,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
   if ((*method)->uses_uncertainty && thermometers.assumed) {
-    choice->warnings.push_back("the record does not say how uncertain its thermometers are: 0.05 K is taken");
+    choice->warnings.push_back("the record contains no uncertainty of its thermometers: 0.05 K is assumed");
   }
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;

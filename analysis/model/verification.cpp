@@ -106,7 +106,7 @@ OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged
 
 const char* describe_policy(Outside policy) {
   constexpr const char* kDone[] = {"the plane continues there, all else is held at the range's end, and U is wider",
-                                   "such clusters are not compensated and left out of the figures",
+                                   "such clusters are not compensated and are excluded from the results",
                                    "the model is used there as it is"};
   return kDone[static_cast<std::size_t>(policy)];
 }
@@ -114,8 +114,8 @@ const char* describe_policy(Outside policy) {
 /// Returns the reason why no cluster is compensated. `known` clusters have all inputs; `outside` of these have one
 /// outside the range.
 const char* no_result_reason(std::size_t known, std::size_t outside) {
-  if (known == 0) return "no cluster has all inputs of the model (a rate wants the cluster before it)";
-  if (outside == known) return "every cluster that has all inputs has one outside the trained range: refused";
+  if (known == 0) return "no cluster has all inputs of the model (a rate needs the previous cluster)";
+  if (outside == known) return "all clusters with all inputs have an input outside the trained range: refused";
   return "the model predicts no finite bias";
 }
 
@@ -142,16 +142,17 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
                                        const data::Clusters& clusters) {
   std::vector<std::string> warnings;
   if (dataset.has_own_reference) {
-    warnings.push_back("the zero of the bias is fitted to this very record, " + dataset.bias_zero +
-                       ": its mean, RMSE and maximum hide what is constant; its STD does not depend on the zero");
+    warnings.push_back(
+        "the bias reference is computed from this record, " + dataset.bias_zero +
+        ": its mean, RMSE and maximum do not contain a constant error; its STD does not depend on the reference");
   }
   if (jumps_by_turning(dataset, clusters)) {
     warnings.push_back(
-        "the unit is turned around and the Earth's rate is not known: twice that lies between its two positions, and "
-        "is in every figure of both together");
+        "the unit is turned around and the Earth rate is unknown: results over both positions contain a step of twice "
+        "the Earth rate");
   }
   if (result.trained_on_this) {
-    warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
+    warnings.push_back("the model was trained on this record: the results are in-sample and not a verification");
   }
   std::ranges::move(origin_warnings(model, dataset.of, dataset.identity, dataset.bias_zero),
                     std::back_inserter(warnings));
@@ -274,7 +275,7 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
                              const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
   constexpr double kOff = 0.01;
   if (std::abs(data::sample_interval_s(dataset) - 1) > kOff)
-    return failure(FaultKind::usage, dataset.path, "rows are not one a second: there is nothing to be streamed");
+    return failure(FaultKind::usage, dataset.path, "the rows are not at intervals of one second: no streaming");
   auto stream = CompensationStream::open(model, dataset.thermometers, outside);
   if (!stream) return failure(stream.error());
   const data::SampleMatrix temperatures = dataset.temperature_c;

@@ -65,7 +65,7 @@ Result<Step> step_at(std::span<const UnitInformation> units, const Eigen::Matrix
   precision = 0.5 * (precision + precision.transpose()).eval();
   const Eigen::LLT<Eigen::MatrixXd> factor(precision);
   if (factor.info() != Eigen::Success || !precision.allFinite())
-    return failure(FaultKind::numeric, "type prior", "all units together do not tell the coefficients apart");
+    return failure(FaultKind::numeric, "type prior", "the data of all units do not determine the coefficients");
   step.mean = factor.solve(projection);
   step.mean_covariance = factor.solve(Eigen::MatrixXd::Identity(count, count));
   double twice = 2 * factor.matrixLLT().diagonal().array().log().sum() -
@@ -139,8 +139,9 @@ Result<PopulationFit> fit_population(std::span<const UnitInformation> units, con
                                      const PopulationOptions& options) {
   constexpr std::size_t kFewestUnits = 3;
   if (units.size() < kFewestUnits) {
-    return failure(FaultKind::usage, "type prior",
-                   fmt::format("{} units do not show how units differ: give at least {}", units.size(), kFewestUnits));
+    return failure(
+        FaultKind::usage, "type prior",
+        fmt::format("{} units are too few for the spread between units: give at least {}", units.size(), kFewestUnits));
   }
   PopulationFit fit;
   Eigen::MatrixXd covariance = start;

@@ -299,7 +299,7 @@ struct Learnt {
 Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const TypePriorOptions& options) {
   constexpr int kRounds = 4;
   const double left = least_squares_rms(units) / std::sqrt(2.0);
-  if (!(left > 0)) return refuse_units("least squares leaves nothing: no noise, no prior");
+  if (!(left > 0)) return refuse_units("the residual of least squares is zero: no noise, no prior");
   constexpr double kFirstClusters = 36;
   UnexplainedNoise noise{left, left, kFirstClusters * cluster_length_s, options.turn_on_deg_per_h};
   const Eigen::Index coefficients = units.front().front().design_and_bias.cols() - 1;

@@ -34,7 +34,7 @@ Result<BiasNoise> estimate_bias_noise(const Eigen::Ref<const Eigen::VectorXd>& r
   constexpr std::size_t kLeastTimes = 5;
   if (curve.size() < kLeastTimes) {
     return failure(FaultKind::usage, "bias tracking",
-                   fmt::format("{} means are too few, or too scattered, to tell their noise from their wander",
+                   fmt::format("{} means are too few or have too many gaps to separate white noise from drift",
                                residual_deg_per_h.size()));
   }
   using enum data::NoiseTerm;

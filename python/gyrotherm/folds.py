@@ -74,7 +74,7 @@ def _cuts(records: Sequence[Clusters], by: str, blocks: int, guard_minutes: floa
     if by == "auto":
         by = "records" if len(records) >= FEWEST_FOR_RECORDS and not any(cycles) else "cycles"
     if by == "records" and len(records) < 2:
-        raise RecordError("folds: by records: a single record cannot be held out and learnt from as well")
+        raise RecordError("folds: by records: a single record cannot be both held out and used for training")
     alone = len(records) == 1 and sum(cycles) == 1
     cuts = []
     for record, its_cycles in zip(records, cycles):
@@ -112,7 +112,7 @@ def folds(records: Sequence[Clusters] | Clusters, by: str = "auto", *, blocks: i
             far = _distance_to(record, held_out) >= cut.guard_s - 1e-6 * record.length_s
             learnt[first:first + len(record)] = far & ~held_out
             if not learnt.any():
-                raise RecordError("folds: nothing is left to learn from beside a held-out fold; take a shorter guard")
+                raise RecordError("folds: no training data remain outside a held-out fold; use a shorter guard")
             plan.append((np.flatnonzero(learnt), first + np.flatnonzero(held_out)))
         first += len(record)
     return plan

@@ -117,7 +117,7 @@ class Model:
         trained range the plane of the function continues and all else is taken at `bounded_inputs`; refuse: NaN;
         extrapolate: the whole function is used as it is."""
         if outside not in OUTSIDE:
-            raise ModelError(f'outside="{outside}" is no policy, expected {", ".join(OUTSIDE)}')
+            raise ModelError(f'outside="{outside}" is not a policy, expected {", ".join(OUTSIDE)}')
         known = np.isfinite(inputs).all(axis=1)
         if outside == "refuse":
             known &= self.excess_of_inputs(inputs) == 0
@@ -158,7 +158,7 @@ class Model:
         import pandas
 
         if self._variance is None:
-            raise ModelError(f"standard deviation: a model of {self.method} does not know it")
+            raise ModelError(f"standard deviation: method {self.method} does not estimate it")
         inputs, time = self.inputs_of(of)
         scaled = (inputs - self.mean) / self.std
         return pandas.Series(self.target_std_deg_per_h * np.sqrt(self._variance(scaled)), index=time,

@@ -173,9 +173,10 @@ TEST(HtmlReport, CitesEachSourceOnce) {
 TEST(HtmlReport, StatesRuleOfRecommendation) {
   Report report = SyntheticExperiment().report();
   EXPECT_GE(
-      tests::count_of(page_of(report), "Recommended by rule: <b>linear-seven-point</b>, the fewest stored numbers"), 1);
+      tests::count_of(page_of(report), "Recommended by rule: <b>linear-seven-point</b>, the fewest stored parameters"),
+      1);
   report.recommendation = model::recommend({});
-  EXPECT_GE(tests::count_of(page_of(report), "Recommended by rule: none: there is no record to choose on"), 1);
+  EXPECT_GE(tests::count_of(page_of(report), "Recommended by rule: none: no independent record for the choice"), 1);
 }
 
 TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {

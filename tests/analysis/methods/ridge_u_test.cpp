@@ -102,7 +102,7 @@ TEST(RidgeU, HasSmallWeightsForDependentTerms) {
   EXPECT_LT(std::get<LinearModel>(model->function).weights.lpNorm<Eigen::Infinity>(), 3);
 }
 
-constexpr const char* kAssumed = "the record does not say how uncertain its thermometers are: 0.05 K is taken";
+constexpr const char* kAssumed = "the record contains no uncertainty of its thermometers: 0.05 K is assumed";
 
 TEST(RidgeU, MatchesClosedFormOnRawTemperatures) {
   data::Dataset dataset = data::make_synthetic_run({});

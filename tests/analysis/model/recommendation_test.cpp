@@ -40,7 +40,7 @@ TEST(Recommendation, WithoutARecordToChooseOnIsNone) {
   for (const auto& candidates : {std::vector<Candidate>{}, {{"svr", 10, {}}, {"linear", 5, {}}}}) {
     const Recommendation found = recommend(candidates);
     EXPECT_TRUE(found.recommended.empty());
-    EXPECT_NE(found.statement.find("no record to choose on"), std::string::npos);
+    EXPECT_NE(found.statement.find("no independent record for the choice"), std::string::npos);
   }
 }
 

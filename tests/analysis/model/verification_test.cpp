@@ -111,16 +111,16 @@ TEST_F(VerificationOfALinearModel, SaysWhenItsBiasIsCountedFromAnotherZero) {
   const data::Clusters clusters = *make_clusters(unseen);
   const auto model = model_from_json(to_json(model_), "model.json");
   ASSERT_TRUE(model) << text(model.error());
-  EXPECT_FALSE(says(*verify(*model, unseen, clusters), "another zero"));
+  EXPECT_FALSE(says(*verify(*model, unseen, clusters), "another bias reference"));
   unseen.bias_zero = "nothing removed";
   EXPECT_TRUE(says(*verify(*model, unseen, clusters),
-                   "another zero (earth rate removed) than this record's (nothing removed)"));
+                   "another bias reference (earth rate removed) than that of this record (nothing removed)"));
 }
 
 TEST_F(VerificationOfALinearModel, SaysWhenItsBiasJumpsByTurningTheUnitAround) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
-  const char* jumps = "twice that lies between its two positions";
+  const char* jumps = "results over both positions contain a step of twice the Earth rate";
   unseen.earth_rate_deg_per_h.reset();
   EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps));
   unseen.segments.back().unit.turned = true;
@@ -179,7 +179,7 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
   EXPECT_LE(refused.compensated.max_abs, continued.compensated.max_abs);
   EXPECT_TRUE(std::isnan(refused.residual_deg_per_h(0)));
   EXPECT_EQ(refused.raw.count, continued.raw.count);
-  EXPECT_TRUE(says(refused, "left out of the figures"));
+  EXPECT_TRUE(says(refused, "excluded from the results"));
   EXPECT_TRUE(says(extrapolated, "used there as it is"));
 }
 
@@ -189,7 +189,7 @@ TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
   const auto result = verify(model_, dataset, *make_clusters(dataset), Outside::refuse);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, FaultKind::usage);
-  EXPECT_EQ(result.error().what, "every cluster that has all inputs has one outside the trained range: refused");
+  EXPECT_EQ(result.error().what, "all clusters with all inputs have an input outside the trained range: refused");
 }
 
 TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMissing) {
@@ -204,7 +204,7 @@ TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMiss
     const auto result = verify(of_rates, dataset, pick(clusters, {0}), outside);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().kind, FaultKind::usage);
-    EXPECT_EQ(result.error().what, "no cluster has all inputs of the model (a rate wants the cluster before it)");
+    EXPECT_EQ(result.error().what, "no cluster has all inputs of the model (a rate needs the previous cluster)");
   }
 }
 
@@ -238,7 +238,7 @@ TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
 }
 
 TEST_F(VerificationOfALinearModel, SaysWhereTheZeroIsFittedToTheRecord) {
-  constexpr const char* kWords = "the zero of the bias is fitted to this very record";
+  constexpr const char* kWords = "the bias reference is computed from this record";
   data::Dataset dataset = unseen_run();
   EXPECT_FALSE(says(verified(dataset), kWords));
   dataset.bias_zero = "mean of the first hold removed";

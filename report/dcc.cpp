@@ -341,7 +341,7 @@ Result<std::string> make_dcc(const CalibrationReport& report, const DccOptions& 
   const auto names = missing_data(report);
   if (!is_draft(report) && !names.empty())
     return failure(FaultKind::bad_file, kCalibrationFile,
-                   fmt::format("a report that is no draft must have {}", fmt::join(names, ", ")));
+                   fmt::format("a report that is not a draft must have {}", fmt::join(names, ", ")));
   return Certificate(report, options).write();
 }
 

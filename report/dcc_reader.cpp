@@ -19,7 +19,7 @@ class DccReader {
   Result<ReadDcc> read(std::string_view dcc, const std::string& file) {
     while (!xml_.atEnd()) take(xml_.readNext());
     if (xml_.hasError())
-      return failure(FaultKind::bad_file, fmt::format("{}:{}", file, xml_.lineNumber()), "is no XML, or not all of it");
+      return failure(FaultKind::bad_file, fmt::format("{}:{}", file, xml_.lineNumber()), "is not XML or is incomplete");
     if (written_ + "\n" != dcc)
       return failure(FaultKind::bad_file, fmt::format("{}:{}", file, line_of_difference(dcc)),
                      "is not in the form in which gyrotherm writes it");

@@ -38,7 +38,7 @@ Texts texts(const TomlTable& table, const char* key) {
 std::string day(const TomlTable& table, const char* key) {
   std::string text = table.text(key, "");
   if (!text.empty() && !record::parse_day(text))
-    table.mistake(key, fmt::format("\"{}\" is no day, expected one like \"2026-11-25\"", text));
+    table.mistake(key, fmt::format("\"{}\" is not a date, expected one like \"2026-11-25\"", text));
   return text;
 }
 
@@ -96,7 +96,7 @@ std::optional<Logo> logo(const TomlTable& table, const std::string& file) {
   }
   const bool is_png = bytes->starts_with("\x89PNG\r\n\x1a\n");
   if (is_png != (extension == ".png")) {
-    table.mistake("logo", fmt::format("\"{}\" is no {}", name, extension == ".png" ? "PNG" : "SVG"));
+    table.mistake("logo", fmt::format("\"{}\" is not a {} file", name, extension == ".png" ? "PNG" : "SVG"));
     return std::nullopt;
   }
   return Logo{is_png ? "image/png" : "image/svg+xml", plot::base64(*bytes)};
@@ -117,7 +117,7 @@ std::vector<OrderedUnit> units(const TomlTable& table) {
     all.push_back({one.text("name", ""), one.place(), item(one)});
     const auto same = [&](const OrderedUnit& unit) { return unit.name == all.back().name; };
     if (std::ranges::count_if(all, same) > 1)
-      one.mistake("name", fmt::format("unit \"{}\" is there twice", all.back().name));
+      one.mistake("name", fmt::format("duplicate unit \"{}\"", all.back().name));
   }
   return all;
 }
@@ -165,7 +165,9 @@ void check_is_result(const TomlTable& limit, const std::string& quantity) {
   const auto known = results_with_limits();
   if (quantity.empty() || std::ranges::find(known, quantity) != known.end()) return;
   if (quantity == kShare) {
-    limit.mistake("quantity", fmt::format("\"{}\" is the better the more it is, and a limit says at most", kShare));
+    limit.mistake(
+        "quantity",
+        fmt::format("\"{}\" cannot have a limit: limits are upper limits, and larger values of it are better", kShare));
     return;
   }
   const std::string near = nearest(quantity, known);
@@ -374,8 +376,8 @@ void list_missing(CalibrationReport& report) {
   require_key(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   require_key(!report.item.condition.empty(), kOrder, "unit.condition");
   require_key(!report.begun.empty(), "records",
-              "days; a foreign one has them where its map says since when its times count");
-  require_key(is_verified(report), "records", "one that the model has not seen");
+              "start times; an imported record has them only if its map states the start of its time");
+  require_key(is_verified(report), "records", "a record that the model was not trained on");
   require_key(has_role(report.people, "operator"), kOrder, "person with role \"operator\"");
   require_key(has_role(report.people, "authorising"), kLaboratory, "person with role \"authorising\"");
   append(report.missing, find_placeholders(report));
@@ -422,7 +424,7 @@ Result<void> check_may_authorise(const CalibrationReport& report, const std::str
   const std::string others = plain(fmt::format("\"{}\"", fmt::join(names, "\", \"")));
   return failure(FaultKind::usage, "--by",
                  fmt::format("\"{}\" does not have the role authorising; laboratory.toml gives it to {}", plain(by),
-                             names.empty() ? "nobody" : others));
+                             names.empty() ? "no person" : others));
 }
 
 namespace {
@@ -433,8 +435,8 @@ Result<void> check_unit(const OrderedUnit& ordered_unit, const CalibratedItem& i
                                           std::tuple("serial_number", &unit.serial_number, &item.serial_number)})
     if (!ordered->empty() && !own->empty() && *ordered != *own)
       return failure(FaultKind::bad_file, ordered_unit.place,
-                     fmt::format("the unit's {} is \"{}\", but {} has \"{}\"; an order says only what is not there",
-                                 key, *ordered, from, *own));
+                     fmt::format("the unit's {} is \"{}\", but {} contains \"{}\"; remove it from the order", key,
+                                 *ordered, from, *own));
   return {};
 }
 

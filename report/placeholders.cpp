@@ -40,8 +40,7 @@ bool has_separate_word(std::string_view text, std::string_view word) {
 class Placeholders {
  public:
   void check(const std::string& key, const std::string& text) {
-    if (is_placeholder(text))
-      found_.push_back(fmt::format("{}, which is \"{}\", a text of an example", key, plain(text)));
+    if (is_placeholder(text)) found_.push_back(fmt::format("{}, which is the example text \"{}\"", key, plain(text)));
   }
   void check(const std::string& key, const Texts& texts) {
     if (texts.en == texts.de) return check(key, texts.en);

@@ -82,7 +82,7 @@ Result<SignedDcc> split_certificate(std::string_view dcc, const std::string& fil
   const auto refused = [&](const char* what) { return failure(FaultKind::bad_file, file, what); };
   const auto begins = dcc.find(kBeforeDigest.substr(0, kBeforeDigest.find('>')));
   if (begins == std::string_view::npos) return refused("has no signature of the form that gyrotherm makes");
-  if (!dcc.ends_with(kRootEnd)) return refused("something stands after its signature");
+  if (!dcc.ends_with(kRootEnd)) return refused("it continues after its signature");
   const std::string_view signature = dcc.substr(begins, dcc.size() - kRootEnd.size() - begins);
   SignedDcc parts;
   parts.text = std::string(dcc.substr(0, begins)) + std::string(kRootEnd);
@@ -162,12 +162,12 @@ std::string usage_refusal(std::string_view extensions) {
   const auto usage = extension_values(extensions, "X509v3 Key Usage:");
   if (!usage || !has_any(*usage, kSigningUsages))
     return fmt::format(
-        "is no certificate for signing: its key usage is {}, expected digitalSignature or nonRepudiation",
+        "is not a certificate for signing: its key usage is {}, expected digitalSignature or nonRepudiation",
         usage ? plain(fmt::format("{}", fmt::join(*usage, ", "))) : "missing");
   const auto extended = extension_values(extensions, "X509v3 Extended Key Usage:");
   if (extended && !has_any(*extended, kDocumentUsages))
     return fmt::format(
-        "is no certificate for documents: its extended key usage is {}, expected emailProtection or documentSigning",
+        "is not a certificate for documents: its extended key usage is {}, expected emailProtection or documentSigning",
         plain(fmt::format("{}", fmt::join(*extended, ", "))));
   return {};
 }
@@ -219,7 +219,7 @@ Result<ProgramRun> run_trusting(const Trust& trust, const Strings& files) {
 Result<void> check_trust_file(const Trust& trust) {
   if (auto there = read_text_file(trust.certificates_file); !there) return failure(there.error());
   if (trust.on_day && !calendar_day(*trust.on_day))
-    return failure(FaultKind::usage, *trust.on_day, "is no day, expected one like 2026-11-25");
+    return failure(FaultKind::usage, *trust.on_day, "is not a date, expected one like 2026-11-25");
   return {};
 }
 
@@ -357,7 +357,7 @@ Result<Strings> signing_options(const std::string& path) {
   const bool plain_name = !field.empty() && std::ranges::all_of(field, [](unsigned char c) { return std::isalnum(c); });
   const bool is_empty = run->out.find("The signature form field is not signed.") != std::string::npos;
   if (plain_name && is_empty && count_occurrences(run->out, "Signature #") == 1) return Strings{"-sign", field};
-  return failure(FaultKind::bad_file, path, "is signed already, or is no PDF");
+  return failure(FaultKind::bad_file, path, "is already signed or is not a PDF");
 }
 
 std::optional<std::string> decode_hex(std::string_view hex) {

@@ -47,7 +47,7 @@ Result<CalibrationReport> report_to_sign(const std::string& json, const std::str
   auto report = calibration_from_json(json, path);
   if (!report) return report;
   if (report->state == ReportState::draft || !report->authorised)
-    return failure(FaultKind::bad_file, path, "is a draft; only a report that somebody has authorised is signed");
+    return failure(FaultKind::bad_file, path, "is a draft; authorise the report before signing it");
   if (report->state == ReportState::superseded)
     return failure(FaultKind::bad_file, path, "has been replaced; sign the report that replaces it");
   return report;
@@ -122,7 +122,7 @@ class FileChecks {
 
   Result<Check> check(const IssuedFile& file) const {
     using enum Check::Outcome;
-    if (file.name.find('/') != std::string::npos) return Check{file.name, fails, "is no name of a file"};
+    if (file.name.find('/') != std::string::npos) return Check{file.name, fails, "is not a file name"};
     const std::string path = folder_ + "/" + file.name;
     const auto bytes = read_text_file_if_any(path, kLargestTable);
     if (!bytes) return Check{file.name, fails, text(bytes.error())};

@@ -146,7 +146,7 @@ TEST(Order, IsRefusedWithEachErrorAndItsPosition) {
   ASSERT_FALSE(order);
   const std::string said = text(order.error());
   EXPECT_NE(said.find("order.toml:3:"), std::string::npos) << said;
-  EXPECT_NE(said.find("is no day"), std::string::npos) << said;
+  EXPECT_NE(said.find("is not a date"), std::string::npos) << said;
   EXPECT_NE(said.find("above 0"), std::string::npos) << said;
   for (const char* utc : {"order.toml:22:7: \"2026-11-20T10:00:00+01:00\"", "order.toml:25:7: \"2026-11-20\"",
                           "order.toml:28:7: \"2026-02-30T10:00:00Z\""})
@@ -161,14 +161,16 @@ TEST(Order, SkipsLimitsForInSampleResults) {
   ASSERT_EQ(report.conformity.size(), 1u);
   EXPECT_EQ(report.conformity[0].verdict, Verdict::not_known);
   add_order(report, std::nullopt, std::nullopt);
-  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
+            report.missing.end());
 }
 
 TEST(Order, RequiresUnseenRecordPerAxis) {
   CalibrationReport report = of_a_record();
   for (ResultTable& table : report.results) table.in_sample = table.axis == "u1.y" && table.stage == Stage::as_left;
   add_order(report, std::nullopt, std::nullopt);
-  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
+            report.missing.end());
 }
 
 TEST(Order, SuggestsResultForUnknownLimit) {
@@ -182,7 +184,8 @@ TEST(Order, SuggestsResultForUnknownLimit) {
   EXPECT_EQ(refused("stabilised_bias.bais"),
             "order.toml:18:12: no result is called \"stabilised_bias.bais\", did you mean \"stabilised_bias.bias\"?");
   EXPECT_EQ(refused("coverage.seen_share"),
-            "order.toml:18:12: \"coverage.seen_share\" is the better the more it is, and a limit says at most");
+            "order.toml:18:12: \"coverage.seen_share\" cannot have a limit: limits are upper limits, and larger values "
+            "of it are better");
   for (const char* quantity : {"nothing", "stabilised_bias", "bias.rmse", "heading.results", "."})
     EXPECT_NE(refused(quantity).find("no result is called"), std::string::npos) << quantity;
 }
@@ -197,9 +200,9 @@ TEST(Order, IsRefusedWhenUnitDiffersFromRecord) {
   };
   EXPECT_EQ(refused("", ""), "");
   EXPECT_EQ(refused("RLG-1", "0042"), "");
-  EXPECT_EQ(refused("RLG-1", "0043"),
-            "order.toml:10:1: the unit's serial_number is \"0042\", but rate.db has \"0043\"; an order says only what "
-            "is not there");
+  EXPECT_EQ(
+      refused("RLG-1", "0043"),
+      "order.toml:10:1: the unit's serial_number is \"0042\", but rate.db contains \"0043\"; remove it from the order");
   EXPECT_NE(refused("RLG-2", ""), "");
   CalibrationReport report = of_a_record();
   report.item.model = "RLG-2";

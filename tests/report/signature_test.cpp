@@ -524,7 +524,7 @@ TEST_F(Signed, VerifyReportsPdfOfOtherSigner) {
   authorise();
   const auto refused = signed_with(keys_->key("lab"));
   ASSERT_FALSE(refused);
-  EXPECT_EQ(text(refused.error()), at("report.pdf") + ": is signed already, or is no PDF");
+  EXPECT_EQ(text(refused.error()), at("report.pdf") + ": is already signed or is not a PDF");
   for (const char* name : {"report.html", "calibration.json", "authorisation.json"}) std::filesystem::remove(at(name));
   const auto dcc = make_dcc(sample_calibration(), {.files = {{"report.pdf", sha256(bytes("report.pdf"))}}});
   ASSERT_TRUE(dcc);

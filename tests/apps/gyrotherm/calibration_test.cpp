@@ -148,7 +148,8 @@ TEST_F(CalibrationOfAUnit, StatesTrainedRangeOfBlock) {
   ASSERT_TRUE(ranges[0].block);
   EXPECT_EQ(ranges[0].block->low_c, block["low_c"]);
   EXPECT_EQ(ranges[0].block->high_c, block["high_c"]);
-  EXPECT_NE(text_in(in("report/calibration.html")).find("The model was trained at block temperatures from "), std::string::npos);
+  EXPECT_NE(text_in(in("report/calibration.html")).find("The model was trained at block temperatures from "),
+            std::string::npos);
   EXPECT_NE(text_in(in("report/calibration.de.html")).find("Das Modell wurde bei Temperaturen des Blocks von "),
             std::string::npos);
 }
@@ -299,7 +300,8 @@ TEST_F(CalibrationOfAUnit, IsDraftThatListsMissingTextsWithoutOrder) {
   run("report " + in("rate.db") + " --model " + in("model.json") + " --out " + in("draft"));
   const auto report = filed("draft");
   EXPECT_NE(std::ranges::find(report.missing, "order.toml: customer.name"), report.missing.end());
-  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
+            report.missing.end());
   const auto refused = gyrotherm_with("report authorise " + in("draft") + " --by B");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("lacks"), std::string::npos) << refused.err;
@@ -404,7 +406,8 @@ cycle = true
                                    << "stage = \"as_left\"\nat_most = 0.1\n";
   run("report" + records + " --model " + in("starts.json") + files("starts.toml") + " --out " + in("starts"));
   const auto report = filed("starts");
-  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
+            report.missing.end());
   EXPECT_EQ(report.conformity.back().verdict, report::Verdict::not_known);
   int tables = 0;
   for (const report::ResultTable& table : report.results) {

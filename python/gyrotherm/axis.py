@@ -64,7 +64,7 @@ def calibrated(thermometer: Thermometer, reading_c: Numbers) -> Numbers:
 
 
 def choose_axis(info: RunInfo, unit: str = "", axis: str = "") -> Axis:
-    """The axis that is wanted: an empty name is that of the only one."""
+    """Returns the requested axis. An empty name selects the only one."""
     found = [a for a in info.axes if (not unit or a.unit == unit) and (not axis or a.name == axis)]
     if len(found) == 1:
         return found[0]
@@ -81,7 +81,7 @@ def choose_axis(info: RunInfo, unit: str = "", axis: str = "") -> Axis:
 
 
 def unit_of(info: RunInfo, axis: Axis) -> Unit:
-    """The unit under test that the axis is of."""
+    """Returns the unit under test of the axis."""
     return next(unit for unit in info.units if unit.name == axis.unit)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The uncertainty that a model says of itself: its budget, for means over any time."""
+"""Uncertainty budget of a model for means over any time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _EXPONENTS = {"angle random walk": -0.5, "thermometer noise": -0.5, "counting of
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Of a mean of compensated bias over `averaging_s`."""
+    """Uncertainty of a mean of compensated bias over `averaging_s`."""
 
     averaging_s: float
     standard_deg_per_h: float  #: u_c

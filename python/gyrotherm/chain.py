@@ -45,7 +45,7 @@ def link(head: bytes, table: str, values: Iterable[Any]) -> bytes:
 
 
 def description_head(database: sqlite3.Connection) -> bytes:
-    """What the chain of the rows begins with: the hash over all that the record knew before its first second."""
+    """Returns the start of the hash chain: the hash over all content written before the first second."""
     head = bytes(32)
     for table, query in _DESCRIPTION:
         for row in database.execute(query):
@@ -74,7 +74,7 @@ def rows_head(database: sqlite3.Connection, start: bytes) -> bytes | None:
 
 
 def is_as_written(database: sqlite3.Connection) -> bool:
-    """Whether description, rows and end of the file fit each other."""
+    """Returns true if description, rows and end of the file are consistent."""
     meta = dict(database.execute("SELECT key, value FROM meta").fetchall())
     start = description_head(database)
     if start.hex() != meta.get("chain_start"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Means over 100 s, on which models are trained and judged; their rates, and lags of the temperatures."""
+"""Means over 100 s for training and verification of models; their rates, and lags of the temperatures."""
 
 from __future__ import annotations
 

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What may go wrong, each as an exception of its own."""
+"""Exceptions of the package."""
 
 
 class GyrothermError(Exception):
-    """Any of the below: what was wrong, where, and what to do."""
+    """Base of all exceptions below. The text states cause, location and remedy."""
 
 
 class RecordError(GyrothermError):
-    """The file is no record, is damaged, or lacks what was asked for."""
+    """The file is not a record, is damaged, or does not contain the requested data."""
 
 
 class NoRecord(RecordError):
-    """The file is no record, or one of another version."""
+    """The file is not a record, or is a record of another version."""
 
 
 class BeingWritten(RecordError):
@@ -19,4 +19,4 @@ class BeingWritten(RecordError):
 
 
 class ModelError(GyrothermError):
-    """The file is no model of this version, or its inputs are not there."""
+    """The file is not a model of this version, or inputs of the model are missing."""

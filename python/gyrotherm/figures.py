@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The figures by which a residual is judged."""
+"""Statistics of a residual."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class _Cut:
-    """One record's clusters by the fold that holds each out."""
+    """Clusters of one record with the fold in which each is held out."""
 
     fold: Rows
     folds: int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every method ends in: one of four functions of the scaled inputs, and the variance of a Gaussian process."""
+"""Functions of the methods: four forms in the scaled inputs, and the variance of a Gaussian process."""
 
 from __future__ import annotations
 

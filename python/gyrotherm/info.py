@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a record knows before its first second: units under test, channels, segments."""
+"""Description of a record, written before its first second: units under test, channels, segments."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Value:
-    """Something that a unit tells of itself."""
+    """A value that a unit reports about itself."""
 
     name: str
     unit_of_value: str
@@ -77,7 +77,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What a record knows before its first second."""
+    """Description of a record, written before its first second."""
 
     id: str
     program_version: str

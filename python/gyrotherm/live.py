@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Follows a run while it goes on, by the live copy that stands beside its record."""
+"""Follows a run in progress through the live copy next to its record."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PATIENCE_S = 10.0  # for the record to be closed once its live copy is gone
 
 
 class _AnotherRun(RecordError):
-    """What lies there belongs to another run, which was there before or has taken the place of this one."""
+    """The file belongs to another run, earlier or later than this one."""
 
 
 def _run_at(record_path: Path) -> str:

@@ -55,20 +55,20 @@ class Model:
             self.function = function_from_json(content["function"], len(self.terms))
             self._variance = variance_from_json(content["variance"], len(self.terms)) if "variance" in content else None
         except (KeyError, TypeError, ValueError) as error:
-            raise ModelError(f"{file}: is no model that can be evaluated: {error!r}") from error
+            raise ModelError(f"{file}: cannot be evaluated as a model: {error!r}") from error
 
     def __repr__(self) -> str:
         return f"<gyrotherm model: {self.method} on {', '.join(map(str, self.terms))}>"
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The thermometers (and "self", "aux:NAME") that the model asks for."""
+        """Thermometers (and "self", "aux:NAME") that the model needs."""
         named = {name for term in self.terms for f in term.factors for name in (f.first, f.second) if name}
         return tuple(sorted(named))
 
     @property
     def axis(self) -> tuple[str, str]:
-        """Unit and axis that it was trained on; empty where the record had one."""
+        """Unit and axis of the training; empty if the record had only one."""
         first = self.json["trained_on"][0] if self.json.get("trained_on") else {}
         return first.get("unit", ""), first.get("axis", "")
 
@@ -200,7 +200,7 @@ def _columns(of: Any, model: Model) -> tuple[dict[str, Numbers], pandas.Index]:
 
 
 def _no_number(word: str) -> float:
-    raise ValueError(f"{word} is no number")
+    raise ValueError(f"{word} is not a number")
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:
@@ -212,5 +212,5 @@ def load_model(path: str | os.PathLike[str]) -> Model:
     except ValueError as error:
         raise ModelError(f"{path}: {error}, expected a model file") from None
     if not isinstance(content, dict):
-        raise ModelError(f"{path}: is no object, expected a model file")
+        raise ModelError(f"{path}: is not a JSON object, expected a model file")
     return Model(content, str(path))

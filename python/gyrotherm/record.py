@@ -68,7 +68,7 @@ class Continuation:
 
 
 def channel_columns(info: RunInfo) -> list[str]:
-    """The columns of `sample` that the channels of the run make."""
+    """Returns the columns of `sample` for the channels of the run."""
     names = [thermometer.name for thermometer in info.thermometers]
     for unit in info.units:
         names += [column_of(axis.label, "pulses") for axis in unit.axes]
@@ -103,14 +103,14 @@ def _samples(database: sqlite3.Connection, info: RunInfo, first: int) -> tuple[l
     try:
         flat = np.fromiter(itertools.chain.from_iterable(rows), dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise RecordError(f"a sample holds what is no number: {error}") from None
+        raise RecordError(f"a sample contains a value that is not a number: {error}") from None
     table = np.ascontiguousarray(flat.reshape(-1, len(expressions)).T)
     table[table == np.inf] = np.nan
     return [*taken, *numbers], table
 
 
 def record_of(database: sqlite3.Connection, first: int = 0) -> Record:
-    """What one open file holds, from a slot on."""
+    """Content of one open file from a slot on."""
     info = read_info(database)
     names, table = _samples(database, info, first)
     column = dict(zip(names, table))
@@ -188,7 +188,7 @@ def _numbers_beside(path: Path) -> list[int]:
 
 
 def run_told_of(path: Path) -> str:
-    """The run that the status file beside a record is of; empty: there is none."""
+    """Returns the run of the status file next to a record; empty if there is no file."""
     try:
         return str(json.loads(Path(f"{path}.status").read_text(encoding="utf-8"))["id"])
     except (OSError, ValueError, LookupError, TypeError):
@@ -196,7 +196,7 @@ def run_told_of(path: Path) -> str:
 
 
 def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordError | None]:
-    """The files that a record consists of, in order, and why its own file is not among them."""
+    """Returns the files of a record in order, and the reason if its own file is not one of them."""
     parts: list[tuple[Path, Continuation | None]] = []
     lost = damaged = None
     try:
@@ -241,7 +241,7 @@ def read_record(path: Path) -> Record:
     written, is passed over: what it held is in those after it, or is a gap. Raises `BeingWritten` or `RecordError`."""
     parts, lost = _parts(path)
     if not parts:
-        raise lost or RecordError(f"{path}: is no record")
+        raise lost or RecordError(f"{path}: is not a record")
     record: Record | None = None
     for name, continuation in parts:
         try:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """A run, read whole. Nothing of the file stays open."""
+    """A run, read completely. The file is closed."""
 
     def __init__(self, path: str | os.PathLike[str], record: Record) -> None:
         self.path = Path(path)
@@ -40,12 +40,12 @@ class Run:
 
     @property
     def info(self) -> RunInfo:
-        """What the record knew before its first second."""
+        """Description of the record, written before its first second."""
         return self.record.info
 
     @property
     def finished(self) -> bool:
-        """Whether the profile came to its end."""
+        """True if the profile was completed."""
         return self.record.finished
 
     @property
@@ -55,7 +55,7 @@ class Run:
 
     @property
     def events(self) -> pandas.DataFrame:
-        """What happened, in order: slot, time since the start, UTC, kind, …"""
+        """Events in order: slot, time since the start, UTC, kind, …"""
         import pandas
 
         frame = pandas.DataFrame(self.record.events, columns=list(EVENT_COLUMNS))
@@ -65,14 +65,14 @@ class Run:
 
     @property
     def faults(self) -> pandas.DataFrame:
-        """Why a value of a sample is NaN: slot, channel, kind, where, what."""
+        """Reasons of NaN values in samples: slot, channel, kind, where, what."""
         import pandas
 
         return pandas.DataFrame(self.record.faults, columns=list(FAULT_COLUMNS))
 
     @property
     def gaps(self) -> pandas.DataFrame:
-        """Slots that have no sample, and why."""
+        """Slots without a sample, and the reason."""
         import pandas
 
         rows = [(gap.first, gap.last, gap.cause) for gap in self.record.gaps]
@@ -110,11 +110,11 @@ class Run:
         """The inputs of a model and "bias", on the grid of seconds: NaN in gaps."""
         frame = self.axis(unit, axis).to_pandas()
         if self.info.imported:
-            raise RecordError(f"{self.path}: an imported record has rows at its own times; take its clusters")
+            raise RecordError(f"{self.path}: an imported record has rows at its own times; use its clusters")
         return frame.reindex(np.arange(int(frame.index[-1]) + 1, dtype=np.float64)).rename_axis("time_s")
 
     def clusters(self, unit: str = "", axis: str = "", length_s: float = 100) -> Clusters:
-        """The means of one axis over 100 s, on which models are trained and judged. They are made once."""
+        """Means of one axis over 100 s for training and verification of models. Computed once."""
         if not self.finished:
             raise RecordError(f'{self.path}: the run has not finished; "gyrotherm resume" ends it')
         key, info = (unit, axis, length_s), self.info

@@ -204,8 +204,8 @@ class Predictions(InAFolder):
         self.agree(self.path, file)
 
     def test_refuses_files_that_are_not_models(self):
-        for text, why in (("{", "expected a model file"), ("[]", "no object"), ('{"schema": "x"}', 'schema "x"'),
-                          ('{"schema": "gyrotherm-model/1"}', "cannot|no model")):
+        for text, why in (("{", "expected a model file"), ("[]", "not a JSON object"),
+                          ('{"schema": "x"}', 'schema "x"'), ('{"schema": "gyrotherm-model/1"}', "cannot|no model")):
             (self.folder / "bad.json").write_text(text)
             with self.assertRaisesRegex(module.ModelError, why):
                 module.load_model(self.folder / "bad.json")

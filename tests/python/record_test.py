@@ -68,7 +68,7 @@ class Record(InAFolder):
         (self.folder / "text.db").write_text("no record " * 100)
         sqlite3.connect(self.folder / "other.db").execute("CREATE TABLE a(b)").connection.close()
         for name, why in (("none.db", "No such file"), ("text.db", "not a database"), ("other.db", "not a gyrotherm"),
-                          (".", "no regular file")):
+                          (".", "not a regular file")):
             with self.assertRaisesRegex(module.RecordError, why):
                 module.open(self.folder / name)
         shutil.copy(self.path, self.folder / "journal.db")

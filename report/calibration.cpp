@@ -58,8 +58,7 @@ const char* name(ReportState state) {
 
 /// Requires a key of words.hpp; some members may be empty.
 void expect_known_key(auto& form, const char* at, std::string_view key, bool may_be_empty = false) {
-  form.expect(at, (may_be_empty && key.empty()) || has_text(key),
-              "unknown, expected a key that the report has words for");
+  form.expect(at, (may_be_empty && key.empty()) || has_text(key), "unknown, expected a key of the table of texts");
 }
 
 /// Returns true for KEY.QUANTITY of a result.
@@ -197,7 +196,7 @@ void describe(auto& form, Like<ReportedBudget> auto& budget) {
 void describe(auto& form, Like<Conformity> auto& conformity) {
   form("quantity", conformity.quantity);
   form.expect("quantity", is_result_quantity(conformity.quantity),
-              "unknown, expected KEY.QUANTITY of a result that the report has words for");
+              "unknown, expected KEY.QUANTITY with keys of the table of texts");
   form("axis", conformity.axis);
   form("stage", one_of(conformity.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
   form("run", conformity.run);

@@ -193,7 +193,7 @@ void warn(Model& model, const population::TypePrior& prior, const std::vector<da
   for (const data::Dataset& dataset : datasets) {
     if (was_learnt_from(prior, dataset)) {
       model.warnings.push_back(
-          fmt::format("{}: the prior was learnt from this gyro{} too: what it has shown counts twice", dataset.path,
+          fmt::format("{}: the prior was learnt from this gyro{} too: its contribution counts twice", dataset.path,
                       dataset.identity.empty() ? "" : fmt::format(" ({})", dataset.identity)));
     }
     if (dataset.simulated != prior.simulated) {

@@ -142,8 +142,8 @@ def opened(path: Path) -> Iterator[sqlite3.Connection]:
     if not stat.S_ISREG(mode):
         raise NoRecord(f"{path}: is not a regular file, expected a gyrotherm record")
     if os.path.lexists(f"{path}-journal"):
-        raise NoRecord(f"{path}: a journal exists next to it: another program was interrupted while it changed the record, "
-                          "and it is not played back here")
+        raise NoRecord(f"{path}: a journal exists next to it: another program was interrupted while it "
+                       "changed the record, and the journal is not played back here")
     try:
         with _writers_kept_out(path), _connected(path) as database:
             database.execute("BEGIN")  # all that is read is of one moment

@@ -32,9 +32,9 @@ PROFILE = {
 RIG = {
     "sequencer/rig/rig_file.cpp": {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
-        "read_link_words": ["chamber", "chamber.link"],
+        "read_link_keywords": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
-        "read_safe": ["safe"], "check_safe_air": [], "settle_simulated": [""],
+        "read_safe": ["safe"], "check_safe_air": [], "determine_simulated": [""],
     },
     "sequencer/rig/thermometer_settings.cpp": {
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],
@@ -45,7 +45,7 @@ RIG = {
     },
     "sequencer/rig/gyro_settings.cpp": {
         "read": [""], "read_axis_names": ["[gyro]"], "read_axis_names:axis": ["[gyro.axis]"],
-        "read_direction": ["[gyro.axis]"], "place_alone": _AXIS, "arcsec_per_count": _AXIS, "read_axis": _AXIS,
+        "read_direction": ["[gyro.axis]"], "read_single_direction": _AXIS, "arcsec_per_count": _AXIS, "read_axis": _AXIS,
         "read_unit": ["[gyro]"], "read_frames": ["[gyro]"], "begin_line": ["[gyro]"], "share_line": ["[gyro]"],
         "read_scales": _AXIS, "share_values": ["[gyro]"],
     },
@@ -53,7 +53,7 @@ RIG = {
     "sequencer/rig/analogue_settings.cpp": {
         "framing_in": ["[analogue_input]", "analogue_input.link"],
         "word_order_in": ["[analogue_input]", "analogue_input.link"], "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
-        "read_analogue_inputs": [""], "unit_named": ["[analogue_input.channel]"],
+        "read_analogue_inputs": [""], "find_unit": ["[analogue_input.channel]"],
         "read_channel": ["[analogue_input.channel]"],
     },
     "drivers/line/link_settings.cpp": {"read_link_settings": ["chamber.link", "analogue_input.link"]},
@@ -118,7 +118,7 @@ ORDER = {
 }  # fmt: skip
 SITE = {
     "apps/site/site_file.cpp": {
-        "passfile_at": ["store"], "store_of": ["store"], "archive_of": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
+        "passfile_at": ["store"], "read_store_address": ["store"], "read_archive": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
     },
     "apps/monitor/site_file.cpp": {
         "address_of": ["[notify.address]"], "rule_of": ["[notify.rule]"], "mail_of": ["notify.mail"],
@@ -138,8 +138,8 @@ _KINDS = {
     "read_temperature_if_any": "a temperature", "read_side": "a temperature", "read_rate_if_any": "a rate",
     "read_rates": "a list of rates", "read_band": "an amount in K", "read_rate_range": "[slowest, fastest]",
     "read_time_range": "[shortest, longest]", "read_temperature_ranges": "rows of [lowest, highest]",
-    "read_uncertainty": "a number", "uncertainty_of": "a number", "above_zero": "a number", "read_day": "a day",
-    "read_channels_of": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
+    "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "above_zero": "a number", "read_day": "a day",
+    "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
     "time_constant_s": "s, at least 1", "within": "a number", "each": "a number, or one for each thermometer",
     "each_or_none": "a number, or one for each thermometer", "day": "a day", "name_at": "a text", "line_at": "a text",
@@ -151,8 +151,8 @@ _KINDS = {
 }  # fmt: skip
 _LEFT_OUT = {
     "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
-    "uncertainty_of", "above_zero", "read_day", "day", "one_of_or_default", "one_of_link", "read_either", "texts", "numbers", "rates",
-    "read_rates", "read_channels_of", "read_choice", "tables", "read_range", "ignore", "table texts",
+    "read_axis_uncertainty", "above_zero", "read_day", "day", "one_of_or_default", "one_of_link", "read_either", "texts", "numbers", "rates",
+    "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"each_or_none": "0"}
 # What the line that reads a key does not show: another key has the say, or a check that follows wants it.

@@ -431,7 +431,7 @@ int randomness(sqlite3_vfs* /*vfs*/, int size, char* out) {
   return default_vfs().xRandomness(&default_vfs(), size, out);
 }
 
-int sleep_for(sqlite3_vfs* /*vfs*/, int microseconds) { return default_vfs().xSleep(&default_vfs(), microseconds); }
+int vfs_pause(sqlite3_vfs* /*vfs*/, int microseconds) { return default_vfs().xSleep(&default_vfs(), microseconds); }
 
 int current_time(sqlite3_vfs* /*vfs*/, double* day) { return default_vfs().xCurrentTime(&default_vfs(), day); }
 
@@ -451,7 +451,7 @@ const char* reader_vfs() {
     reader.xAccess = check_access;
     reader.xFullPathname = full_path;
     reader.xRandomness = randomness;
-    reader.xSleep = sleep_for;
+    reader.xSleep = vfs_pause;
     reader.xCurrentTime = current_time;
     reader.xGetLastError = last_error;
     return reader;

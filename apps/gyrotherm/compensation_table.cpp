@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kBias = "bias", kAtRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
 constexpr std::size_t kSlotColumn = 0;
 
-/// Split a title such as "A [°C]" into name and unit.
+/// Separates a title such as "A [°C]" into name and unit.
 std::string_view name_in(std::string_view title) { return title.substr(0, title.rfind(" [")); }
 std::string_view unit_in(std::string_view title) {
   const auto at = title.rfind(" [");

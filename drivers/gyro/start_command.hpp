@@ -88,7 +88,7 @@ struct StreamSetting {
   std::string note{};  ///< reason for `nothing`
 };
 
-/// Reads the tables [[setting]] of a stream. Evidence `reply` requires an answered command of `start`, `message` a
+/// Reads the tables [[setting]] of a stream. The evidence `reply` requires an answered command of `start`, `message` a
 /// field with a rule of the verdict `mismatch`, `pace` requires `rate_hz`, and `nothing` a note. Errors are noted in
 /// the tables.
 [[nodiscard]] std::vector<StreamSetting> read_settings(const TomlTable& root, const std::vector<GyroCommand>& start,

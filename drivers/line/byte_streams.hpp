@@ -52,7 +52,7 @@ struct SerialPortFound {
   std::string device;       ///< "/dev/ttyUSB0"
   std::string description;  ///< "FT232R USB UART - A50285BI"
   std::string serial;       ///< USB adapters only
-  /// Link under /dev/serial/by-id, or empty.
+  /// The path under /dev/serial/by-id, or empty.
   std::string stable_name;
   int vendor{}, product{};  ///< USB adapters only
 };

@@ -19,7 +19,7 @@
 
 namespace gyrotherm::drivers {
 
-/// Link parameters of one unit. A zero duration adds nothing to the minimum that the framing needs.
+/// Parameters of the link to one unit. A zero duration adds nothing to the minimum that the framing needs.
 struct ModbusLink {
   enum class Framing : std::uint8_t { tcp, rtu };  ///< rtu: serial, or over TCP
   Framing framing = Framing::tcp;

@@ -1,23 +1,28 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The page of keys, out of the readers themselves: which keys a file may have, what each is read as, and whether it may
-be left out, stand in the sources once, where they are read. What a key means is said by a comment of a shipped file,
-or of one in a page.
+"""Writes docs/reference/keys.md: every key of the files that people write.
 
-Here stands only which table each reading function reads; a function that reads a key and is not listed is an error, so
-that no key can be forgotten. Called as a program it writes docs/reference/keys.md, which tests/docs/keys_test.py holds
-against it, and against the shipped files."""
+The functions that read the files state which keys exist, the kind of each value, whether a key is required and most
+defaults. This program reads them in the C++ sources. docs/site/key_meanings describes each key: its meaning, and the
+unit, range or default that the reading function does not show. The program fails for a key without a meaning and for a
+meaning without a key.
+
+The tables below list the tables that each reading function reads. A function that reads a key and is not listed is an
+error, so that no key is omitted."""
 
 from __future__ import annotations
 
 import re
 import textwrap
-from dataclasses import dataclass
+import tomllib
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
+MEANINGS = Path(__file__).resolve().parent / "key_meanings"
 
-# Source → function, or function:variable → the tables that it reads. "" is the file itself.
+# Source → function or function:variable → tables that it reads. "" is the file itself.
 _SOAKS = ["defaults", "[segment] hold", "[segment] random"]
 _CALIBRATED = ["[thermometer]", "[thermometer.calibration]"]
 _AXIS = ["[gyro]", "[gyro.axis]"]
@@ -45,7 +50,7 @@ RIG = {
     },
     "sequencer/rig/gyro_settings.cpp": {
         "read": [""], "read_axis_names": ["[gyro]"], "read_axis_names:axis": ["[gyro.axis]"],
-        "read_direction": ["[gyro.axis]"], "read_single_direction": _AXIS, "arcsec_per_count": _AXIS, "read_axis": _AXIS,
+        "read_direction": _AXIS, "read_single_direction": _AXIS, "arcsec_per_count": _AXIS, "read_axis": _AXIS,
         "read_unit": ["[gyro]"], "read_frames": ["[gyro]"], "begin_line": ["[gyro]"], "share_line": ["[gyro]"],
         "read_scales": _AXIS, "share_values": ["[gyro]"],
     },
@@ -98,7 +103,8 @@ VIRTUAL = {
         "read_links:conduction": ["[virtual.network.conduction]"], "read_bias": [f"{_BIAS} reference"],
     },
 }  # fmt: skip
-_ORDER = "report/order.cpp"  # a laboratory's file, and that of an order, in part by the same functions
+# Reads laboratory files and orders, in part with the same functions.
+_ORDER = "report/order.cpp"
 LABORATORY = {
     _ORDER: {
         "texts": [], "country": [""], "party": [""], "people:table": [""], "people": ["[person]"],
@@ -125,8 +131,8 @@ SITE = {
         "check_names": [], "parse_site:notify": ["notify"], "parse_site": [""],
     },
 }  # fmt: skip
-# Reading function → what the value is. None: it reads no value. "table NAME": a function that is given the table, and
-# has the name of a method of tables.
+# Reading function → kind of the value; None: reads no value. "table NAME" is a free function that has the name of a
+# method of TomlTable.
 _KINDS = {
     "text": "a text", "texts": "a list of texts", "number": "a number", "numbers": "a list of numbers",
     "number_rows": "rows of numbers", "integer": "a whole number", "whole": "a whole number",
@@ -149,26 +155,30 @@ _KINDS = {
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,
     "has_role": None,
 }  # fmt: skip
+# Reading functions that accept a missing key.
 _LEFT_OUT = {
     "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
     "read_axis_uncertainty", "above_zero", "read_day", "day", "one_of_or_default", "one_of_link", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"each_or_none": "0"}
-# What the line that reads a key does not show: another key has the say, or a check that follows wants it.
+# Table → keys that are required under a condition. The line that reads them does not show it.
 _DEPENDS = {
     "[thermometer]": {"line"}, "thermometer.sensor": {"a", "b", "c", "offset", "scale"},
     "[gyro]": {"line", "latitude", "shares_line_with"}, "[gyro.axis]": {"latitude"},
     "virtual": {"thermal", "network"}, "virtual.spread": {"capacity", "film"}, "[virtual.unit.axis]": {"name"},
     "notify.mail": {"password_file"},
 }  # fmt: skip
+# Table → keys that a later check requires.
 _NEEDED = {
     "": {"thermometer", "gyro", "segment", "folders"}, "[segment] repeat": {"segment"}, "[thermometer]": {"channels"},
     "[thermometer] process": {"command"}, "[analogue_input]": {"channel"}, "virtual.network": {"nodes"},
     "[virtual.unit]": {"axis"}, "[virtual.bracket]": {"units"}, "[influence]": {"name"},
 }  # fmt: skip
-_FUNCTION = re.compile(r"^(?:  )?(?:static |\[\[nodiscard\]\] |constexpr )*[\w:<>,&* ]+?[ &*](\w+)\([^;]*$")
-# Reading function → how many of the arguments after the key are no default.
+_FUNCTION = re.compile(
+    r"^(?:  )?(?:static |\[\[nodiscard\]\] |constexpr )*[\w:<>,&* ]+?[ &*](\w+)\((?:[^;]*|[^;]*\) (?:const )?\{.*\})$"
+)
+# Reading function → number of arguments after the key that are not the default.
 _BOUNDS = {
     "choice": 1, "expect": 1, "within": 1, "each": 1, "each_or_none": 1, "table numbers": 2, "whole": 2,
     "read_named": 3, "read_either": 2,
@@ -177,6 +187,47 @@ _STATEMENT = re.compile(r"\s*(if|for|while|return|switch|else|case)\b")
 _CALL = re.compile(
     r'([\w:]+)(?:<[^()]*?>)?\((?:(?P<first>[\w:.]+), )?(?:(?P<table>[\w.\[\]*>-]+?), )?"(?P<key>[a-z_0-9]*)"'
 )
+# Suffix of a key's name → unit of its number, the longest first.
+_UNITS = [
+    ("deg_per_h_per_cm_per_s", "°/h per cm/s"), ("deg_per_h_per_sqrt_h", "°/h/√h"), ("deg_per_h_per_k2", "°/h per K²"),
+    ("deg_per_h_per_k", "°/h per K"), ("deg_per_sqrt_h", "°/√h"), ("deg_per_h", "°/h"), ("k_per_sqrt_day", "K/√day"),
+    ("k_per_year", "K/year"), ("k_per_min", "K/min"), ("j_per_k", "J/K"), ("w_per_k", "W/K"), ("_per_year", "1/year"),
+    ("_per_k4", "1/K⁴"), ("_per_k2", "1/K²"), ("_per_k", "1/K"), ("_cm_per_s", "cm/s"), ("_per_h", "1/h"),
+    ("arcsec_per_pulse", "arcsec"), ("_arcmin", "′"), ("_ohm", "Ω"), ("_ppm", "ppm"), ("_deg", "°"), ("_hz", "Hz"),
+    ("_gb", "GB"), ("_k", "K"), ("_s", "s"), ("_w", "W"),
+]  # fmt: skip
+# Kind → its name on the page, the unit of its numbers, and the bounds that the reading function keeps.
+_FORMS = {
+    "a text": ("text", "", ""), "a list of texts": ("list of texts", "", ""), "a number": ("number", "", ""),
+    "a list of numbers": ("list of numbers", "", ""), "a whole number": ("whole number", "", ""),
+    "rows of [lowest, highest]": ("list of [lowest, highest]", "", ""), "true or false": ("`true` or `false`", "", ""),
+    "a temperature": ("temperature", "°C", ""), "an amount in K": ("temperature difference", "K", ""),
+    "a time": ("duration", "", ""), "a list of times": ("list of durations", "", ""), "a rate": ("rate", "°C/min", ""),
+    "a list of rates": ("list of rates", "°C/min", ""), "[slowest, fastest]": ("[slowest, fastest]", "°C/min", ""),
+    "[shortest, longest]": ("[shortest, longest]", "", ""), "a table": ("table", "", ""),
+    "tables": ("array of tables", "", ""), "a file, by name or path": ("name or path", "", ""),
+    "a day": ("day, `\"YYYY-MM-DD\"`", "", ""), "names of channels": ("list of channels", "", ""),
+    "a number above 0": ("number", "", "above 0"), "a number, not below 0": ("number", "", "at least 0"),
+    "s, at least 1": ("number", "s", "at least 1"),
+    "a number, or one for each thermometer": ("number, or list of 9 for A to H and `shell`", "", ""),
+    "a text, or one for each of `en` and `de`": ("text, or table of `en` and `de`", "", ""),
+}  # fmt: skip
+_CHRONO = {"milliseconds": "ms", "seconds": "s", "minutes": "min", "hours": "h"}
+_LONGEST_MEANING = 120
+
+
+@dataclass
+class Meaning:
+    """The fields of an entry. key_meanings/README.md describes them."""
+
+    text: str = ""
+    unit: str = ""
+    range: str = ""
+    count: str = ""
+    pattern: str = ""
+    example: str = ""
+    default: str = ""
+    condition: str = ""
 
 
 @dataclass
@@ -186,25 +237,109 @@ class Key:
     kind: str
     required: bool
     default: str
-    place: str
+    position: str
+    meaning: Meaning = field(default_factory=Meaning)
+
+    @property
+    def unit(self) -> str:
+        """Returns the unit of the number or numbers."""
+        unit = self.meaning.unit or _form(self.kind)[1]
+        if unit or "number" not in self.kind:
+            return unit
+        return next((unit for suffix, unit in _UNITS if f"_{self.name}".endswith(suffix)), "")
+
+    @property
+    def range(self) -> str:
+        """Returns the permitted values in words."""
+        return ", ".join(part for part in (_form(self.kind)[2], self.meaning.range) if part)
+
+    @property
+    def is_required(self) -> bool:
+        """Returns whether the key is required without a condition."""
+        return self.required and not self.meaning.condition
+
+    def value_text(self) -> str:
+        """Returns the cell of the column "value"."""
+        parts = [_form(self.kind)[0], self.unit]
+        count = self.meaning.count
+        parts.append(re.sub(r"(\d)$", r"\1 elements", count).replace("least 1 elements", "least 1 element"))
+        parts.append(self.range)
+        text = ", ".join(part for part in parts if part)
+        return text + (f"; example: `{self.meaning.example}`" if self.meaning.example else "")
+
+    def default_text(self) -> str:
+        """Returns the cell of the column "default"."""
+        if self.is_required:
+            return "required"
+        if self.meaning.condition:
+            return f"required {self.meaning.condition}"
+        return self.meaning.default or f"`{self.default}`"
 
 
-def _words_of(constant: str) -> list[str]:
-    """The words of a Vocabulary, where it is defined."""
+@dataclass
+class FileKind:
+    """A kind of file that people write."""
+
+    title: str
+    schema: str
+    sources: dict[str, dict[str, list[str]]]
+    note: str
+
+
+FILES = {
+    "profile": FileKind("Profile", "gyrotherm-profile/1", PROFILE, "The temperature program of a run."),
+    "rig": FileKind(
+        "Rig", "gyrotherm-rig/1", RIG,
+        "The instruments, their connections and the limits of the interlocks. `profiles/gyro-streams/README.md` "
+        "describes the keys of `[gyro.frame]`. [Interlocks](../interlocks.md) describes each interlock and its key in "
+        "`[policy]`.",
+    ),
+    "virtual": FileKind(
+        "The virtual laboratory of a rig", "gyrotherm-rig/1", VIRTUAL,
+        "A rig whose lines are `\"virtual\"` has these tables. [The virtual gyro](../virtual-gyro.md) explains the "
+        "terms.",
+    ),
+    "laboratory": FileKind(
+        "Laboratory", "gyrotherm-laboratory/1", LABORATORY,
+        "The data of the laboratory in [calibration reports](../calibration-report.md). Without some keys a report "
+        "remains a draft, which lists them.",
+    ),
+    "order": FileKind(
+        "Order", "gyrotherm-order/1", ORDER,
+        "The data of one order in a [calibration report](../calibration-report.md). Without some keys the report "
+        "remains a draft, which lists them.",
+    ),
+    "site": FileKind(
+        "Site", "gyrotherm-site/1", SITE,
+        "One file for two programs. `gyrotherm-publish` reads all tables but `[notify]` ([The site](../site.md)). "
+        "`gyrotherm-monitor` reads `name` and `[notify]` ([The live page](../monitor.md)).",
+    ),
+}  # fmt: skip
+
+
+def _form(kind: str) -> tuple[str, str, str]:
+    return _FORMS.get(kind, (kind, "", ""))
+
+
+@cache
+def _text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def _terms_of(constant: str) -> list[str]:
+    """Returns the terms of a Vocabulary from its definition."""
     constant = constant.split("::")[-1]
-    if constant == "kThermometerDrivers":  # made of the table of kinds
-        text = (SOURCE / "drivers/thermometer/thermometer_kinds.hpp").read_text(encoding="utf-8")
-        return re.findall(r'\.name = "(\w+)"', text)
+    if constant == "kThermometerDrivers":  # made from the table of kinds
+        return re.findall(r'\.name = "(\w+)"', _text_of(SOURCE / "drivers/thermometer/thermometer_kinds.hpp"))
     for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("sequencer/rig/*.cpp"), *SOURCE.glob("simulator/*.cpp"),
                  SOURCE / _ORDER, SOURCE / "apps/monitor/site_file.cpp"]:  # fmt: skip
-        text = path.read_text(encoding="utf-8")
-        if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", text):
+        if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", _text_of(path)):
             return re.findall(r'"([^"]+)"', found[0])
     raise ValueError(f"{constant}: its definition is not found")
 
 
 def _arguments(rest: str) -> list[str]:
-    """Those that follow the key of a call, up to its closing bracket."""
+    """Returns the arguments after the key, up to the closing bracket of the call."""
     found, depth, text = [], 0, ""
     for mark in rest:
         depth += (mark in "([{") - (mark in ")]}")
@@ -218,31 +353,85 @@ def _arguments(rest: str) -> list[str]:
     return [argument for argument in found if argument]
 
 
-def _default_of(arguments: list[str]) -> str:
-    """The value that is taken where the key is left out, if it stands there."""
-    plain = arguments and re.fullmatch(r'"[^"]+"|-?[\d.]+|true|false', arguments[0])
-    return arguments[0] if plain else ""
+@cache
+def _initialisers_in(header: Path) -> dict[str, set[str]]:
+    """Returns member → its initialisers, of all structs of a header."""
+    found: dict[str, set[str]] = {}
+    for line in _text_of(header).splitlines():
+        line = line.split("//")[0].rstrip()
+        declared = re.match(r"  (?:const )?[\w:]+(?:<[\w:<>, ]*>)?\*? (\w.*);", line)
+        if not declared or "(" in declared[1].split("=")[0]:
+            continue
+        for name, assigned, braced in re.findall(r"(\w+)(?: = ([^,{}]+)|(\{[^{}]*\}))(?:, |$)", declared[1]):
+            found.setdefault(name, set()).add(assigned.strip() if assigned else braced)
+    return found
 
 
-def _kind_of(function: str, constant: str, rest: str, place: str) -> str | None:
+def _includes_of(path: Path) -> list[Path]:
+    names = re.findall(r'^#include "([^"]+)"', _text_of(path), re.M)
+    return [SOURCE / name for name in names if (SOURCE / name).exists()]
+
+
+@cache
+def _initialiser_of(source: Path, member: str) -> str:
+    """Returns the initialiser of a member in the nearest included header that has one; nothing where two differ."""
+    own = source.with_suffix(".hpp")
+    headers = [own] if own.exists() else _includes_of(source)
+    seen: set[Path] = set()
+    for _ in range(4):
+        found = {one for header in headers for one in _initialisers_in(header).get(member, ())}
+        if found:
+            return found.pop() if len(found) == 1 else ""
+        seen |= set(headers)
+        headers = [one for header in [source, *headers] for one in _includes_of(header) if one not in seen]
+    return ""
+
+
+def _literal(kind: str, initialiser: str) -> str:
+    """Returns a C++ initialiser as a value of a file; nothing where it is not a literal."""
+    if time := re.fullmatch(r"std::chrono::(\w+)\((\d+)\)", initialiser):
+        return f'"{time[2]} {_CHRONO[time[1]]}"'
+    if kind == "true or false" and initialiser == "{}":
+        return "false"
+    if re.fullmatch(r'"[^"]*"|true|false', initialiser):
+        return initialiser
+    number = re.fullmatch(r"(?:[A-Z]\w*)?\{?(-?[\d.]+(?:e-?\d+)?)f?\}?", initialiser)
+    if number is None and initialiser == "{}" and "number" in kind:
+        return "0"
+    if number is None:
+        return ""
+    unit = _form(kind)[1] if kind in ("a temperature", "an amount in K", "a rate") else ""
+    return f'"{number[1]} {unit}"' if unit else number[1]
+
+
+def _default_of(arguments: list[str], kind: str, source: Path) -> str:
+    """Returns the default of a call as a value of a file: a literal, or the initialiser of a member."""
+    if not arguments:
+        return ""
+    member = re.fullmatch(r"(?:\w+(?:\.|->))+(\w+)", arguments[0])
+    if member and re.fullmatch(r"[\d.]+", arguments[0]) is None:
+        return _literal(kind, _initialiser_of(source, member[1]))
+    return _literal(kind, arguments[0])
+
+
+def _kind_of(function: str, constant: str, rest: str, position: str) -> str | None:
     if function not in _KINDS:
-        raise ValueError(f"{place}: docs/site/keys.py does not know what {function} reads")
+        raise ValueError(f"{position}: docs/site/keys.py does not know what {function} reads")
     kind = _KINDS[function]
     if kind != "one of":
         return kind
     if function.startswith("one_of"):
-        words = _words_of(constant)
+        terms = _terms_of(constant) + (["default"] if function in ("one_of_link", "one_of_or_default") else [])
     else:
         braces = re.match(r", \{([^}]*)\}", rest)
-        words = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])
-    if not words:
+        terms = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])
+    if not terms:
         return "a text"
-    return "one of " + ", ".join(f"`{word}`" for word in words)
+    return "one of " + ", ".join(f"`{term}`" for term in terms)
 
 
 def _is_guarded(key: str, before: str, function: str) -> bool:
-    """Whether the reading, of which `before` is the line so far, is one that may not come to pass: a condition stands
-    before it, or the function has asked for the key."""
+    """Returns whether a key is read under a condition. `before` is the line before it, `function` the code above."""
     return re.match(r"\s*(if|else|case)\b", before) is not None or _is_chosen(before) or f'has("{key}")' in function
 
 
@@ -250,54 +439,67 @@ def _is_chosen(before: str) -> bool:
     return "?" in re.split("[,;]", before)[-1]
 
 
+def _is_more_precise(kind: str, known: str) -> bool:
+    """Returns whether a second call for a key shows more than the first."""
+    return known == _KINDS["ignore"] or (known == "a text" and kind.startswith(("one of", "a file")))
+
+
 def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
+    """Reads every key in the reading functions."""
     keys: dict[tuple[str, str], Key] = {}
     for source, functions in sources.items():
         function, above = "", ""
-        text = (SOURCE / source).read_text(encoding="utf-8")
-        lines = text.splitlines()
+        lines = _text_of(SOURCE / source).splitlines()
         for number, line in enumerate(lines, 1):
             begins = _FUNCTION.match(line)
             if begins and re.match(r" {0,2}\S", line) and not _STATEMENT.match(line):
                 function, above = begins[1], ""
             whole = line + " ".join(following.strip() for following in lines[number : number + 2])
             for call in _CALL.finditer(line):
-                place = f"{source}:{number}"
-                name = call[1].split("::")[-1].removeprefix("std::")
-                if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("make_vocabulary", "parse_day"):
-                    continue
-                if not call["key"] and name != "read_range":
-                    continue
-                rest = whole[call.end("key") + 1 :]
-                is_given = call["table"] or call["first"]
-                name = f"table {name}" if is_given and f"table {name}" in _KINDS else name
-                kind = _kind_of(name, call["first"] or "", rest, place)
-                if kind is None:
-                    continue
-                before = line[: call.start()]
-                owner = re.search(r"(\w+)(?:\.|->)$", before) if not call["table"] else None
-                variable = owner[1] if owner else (call["table"] or call["first"] or "").split(".")[0]
-                tables = functions.get(f"{function}:{variable}", functions.get(function))
-                if tables is None:
-                    raise ValueError(f"{place}: docs/site/keys.py does not know which table {function} reads")
-                names = [call["key"]]
-                if name == "read_range":
-                    names = [call["key"] + end for end in ("lowest", "highest")]
-                for one in names:
-                    guarded = _is_guarded(one, before, above)
-                    arguments = _arguments(rest)[_BOUNDS.get(name, 0) :]
-                    default = _DEFAULTS.get(name, "" if _is_chosen(before) else _default_of(arguments))
-                    required = not (arguments or guarded or default or name in _LEFT_OUT)
-                    for table in tables:
-                        known = keys.get((table, one))
-                        if known is None or _KINDS["ignore"] == known.kind:
-                            keys[table, one] = Key(table, one, kind, required, default, place)
+                for key in _keys_of_call(call, line, whole, function, above, functions, f"{source}:{number}"):
+                    known = keys.get((key.table, key.name))
+                    if known is None or _is_more_precise(key.kind, known.kind):
+                        keys[key.table, key.name] = key
             above += line + "\n"
-    return _as_a_whole(list(keys.values()))
+    return _complete(list(keys.values()))
 
 
-def _as_a_whole(keys: list[Key]) -> list[Key]:
-    """What no line shows by itself; and a table that is read in any case may be left out if each of its keys may."""
+def _keys_of_call(call: re.Match, line: str, whole: str, function: str, above: str, functions: dict[str, list[str]],
+                  position: str) -> list[Key]:  # fmt: skip
+    """Returns the keys that one call reads, one for each table that its function reads."""
+    name = call[1].split("::")[-1].removeprefix("std::")
+    if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("make_vocabulary", "parse_day"):
+        return []
+    if not call["key"] and name != "read_range":
+        return []
+    rest = whole[call.end("key") + 1 :]
+    is_given = call["table"] or call["first"]
+    name = f"table {name}" if is_given and f"table {name}" in _KINDS else name
+    kind = _kind_of(name, call["first"] or "", rest, position)
+    if kind is None:
+        return []
+    before = line[: call.start()]
+    owner = re.search(r"(\w+)(?:\.|->)$", before) if not call["table"] else None
+    variable = owner[1] if owner else (call["table"] or call["first"] or "").split(".")[0]
+    tables = functions.get(f"{function}:{variable}", functions.get(function))
+    if tables is None:
+        raise ValueError(f"{position}: docs/site/keys.py does not know which table {function} reads")
+    source = SOURCE / position.split(":")[0]
+    arguments = _arguments(rest)[_BOUNDS.get(name, 0) :]
+    if name == "read_range":
+        found = [(call["key"] + end, arguments[i : i + 1]) for i, end in enumerate(("lowest", "highest"))]
+    else:
+        found = [(call["key"], arguments)]
+    keys = []
+    for one, given in found:
+        default = _DEFAULTS.get(name, "" if _is_chosen(before) else _default_of(given, kind, source))
+        required = not (given or _is_guarded(one, before, above) or default or name in _LEFT_OUT)
+        keys += [Key(table, one, kind, required, default, position) for table in tables]
+    return keys
+
+
+def _complete(keys: list[Key]) -> list[Key]:
+    """Adds what no single line shows: later checks, and tables that are optional because all of their keys are."""
     for key in keys:
         key.required = key.required or key.name in _NEEDED.get(key.table, ())
         key.required = key.required and key.name not in _DEPENDS.get(key.table, ())
@@ -309,29 +511,69 @@ def _as_a_whole(keys: list[Key]) -> list[Key]:
     return keys
 
 
-def _comments_of(path: Path) -> dict[tuple[str, str], tuple[str, str]]:
-    """(table, key) → the value and the comment of a shipped file."""
-    found: dict[tuple[str, str], tuple[str, str]] = {}
-    table = ""
-    for line in path.read_text(encoding="utf-8").splitlines():
-        stripped = line.strip()
-        if stripped.startswith("```"):  # a block of a page
-            table = ""
-        if header := re.match(r"(\[\[?[\w.]+\]\]?)$", stripped.split("#")[0].strip()):
-            table = header[1].replace("[[", "[").replace("]]", "]") if header[1].startswith("[[") else header[1][1:-1]
-            table = re.sub(r"segment\.(segment\.)*segment", "segment", table)
-        elif entry := re.match(r"(?:# )?([a-z_0-9]+) += ((?:\"[^\"]*\"|\[[^#]*\]|[^#\"])+?)\s*# (.*)$", stripped):
-            found.setdefault((table, entry[1]), (entry[2], entry[3]))
-    return found
+def read_meanings(name: str) -> dict[str, dict[str, dict[str, str]]]:
+    """Reads table → key → fields of a file of key_meanings."""
+    with open(MEANINGS / f"{name}.toml", "rb") as file:
+        tables = tomllib.load(file)
+    return {
+        ("" if table == "file" else table): {
+            key: {"is": entry} if isinstance(entry, str) else entry for key, entry in entries.items()
+        }
+        for table, entries in tables.items()
+    }
 
 
-def _meanings(patterns: list[str]) -> dict[tuple[str, str], tuple[str, str]]:
-    found: dict[tuple[str, str], tuple[str, str]] = {}
-    for pattern in patterns:
-        for path in sorted(SOURCE.glob(pattern)):
-            for place, meaning in _comments_of(path).items():
-                found.setdefault(place, meaning)
-    return found
+def _fields_of(tables: dict[str, dict[str, dict[str, str]]], table: str, key: str) -> dict[str, str]:
+    """Returns the fields of an entry, with those of the entry that it is like."""
+    entry = tables.get(table, {}).get(key, {})
+    if "like" not in entry:
+        return entry
+    own = {name: value for name, value in entry.items() if name != "like"}
+    return _fields_of(tables, entry["like"], key) | own
+
+
+def faults_of(name: str, keys: list[Key], tables: dict[str, dict[str, dict[str, str]]]) -> list[str]:
+    """Compares the entries of key_meanings with the keys of the sources. Returns the faults with the names of keys."""
+    faults = []
+    read = {(key.table, key.name) for key in keys}
+    for table, entries in tables.items():
+        for key in entries:
+            if (table, key) not in read:
+                at = f"key_meanings/{name}.toml: [{table or 'file'}] {key}"
+                faults.append(f"{at} has a meaning, but no source reads it")
+    known = {"is", "unit", "range", "count", "pattern", "example", "default", "required"}
+    for key in keys:
+        at = f"{key.position}: [{key.table or 'file'}] {key.name}"
+        fields = _fields_of(tables, key.table, key.name)
+        if not fields.get("is"):
+            faults.append(f"{at} has no meaning in key_meanings/{name}.toml")
+            continue
+        if unknown := fields.keys() - known:
+            faults.append(f"{at}: unknown field {', '.join(sorted(unknown))}")
+        if len(fields["is"]) > _LONGEST_MEANING or fields["is"].endswith("."):
+            faults.append(f"{at}: the meaning is longer than {_LONGEST_MEANING} characters or ends with a point")
+        if key.required and "default" in fields:
+            faults.append(f"{at} is required and has a default")
+        if not key.required and not (key.default or fields.get("default") or fields.get("required")):
+            faults.append(f"{at} is optional and has no default")
+        if key.default and fields.get("default") == f"`{key.default}`":
+            faults.append(f"{at}: the source has the same default")
+    return faults
+
+
+def described_keys(name: str) -> list[Key]:
+    """Returns the keys of a kind of file with their meanings, in the order of key_meanings. Fails for any fault."""
+    keys, tables = keys_of(FILES[name].sources), read_meanings(name)
+    if faults := faults_of(name, keys, tables):
+        raise ValueError("\n".join(faults))
+    for key in keys:
+        fields = dict(_fields_of(tables, key.table, key.name))
+        key.meaning = Meaning(text=fields.pop("is"), condition=fields.pop("required", ""), **fields)
+        if key.kind == _KINDS["expect"]:
+            key.meaning = replace(key.meaning, range=f'`"{FILES[name].schema}"`')
+            key.kind = "a text"
+    order = [(table, key) for table, entries in tables.items() for key in entries]
+    return sorted(keys, key=lambda key: order.index((key.table, key.name)))
 
 
 def _title(table: str) -> str:
@@ -341,54 +583,42 @@ def _title(table: str) -> str:
     return f"`[{bare}]`" + (f", {of}" if of else "")
 
 
-def _chapter(title: str, sources: dict[str, dict[str, list[str]]], shipped: list[str], note: str) -> list[str]:
-    keys = keys_of(sources)
-    meanings = _meanings(shipped)
-    lines = [f"## {title}", "", textwrap.fill(note, 120, break_on_hyphens=False), ""]
-    for table in sorted({key.table for key in keys}, key=lambda t: (t != "", t.strip("[]"))):
-        lines += [f"### {_title(table)}", "", "| key | is | if it is left out | an example says |", "|---|---|---|---|"]
-        for key in sorted((k for k in keys if k.table == table), key=lambda k: not k.required):
-            absent = "a mistake" if key.required else (f"`{key.default}`" if key.default else "")
-            bare = table.split(" ")[0]
-            value, words = meanings.get((bare, key.name), meanings.get((bare.strip("[]"), key.name), ("", "")))
-            example = f"`{value}`: {words}" if value else ""
-            row = [f"`{key.name}`", key.kind, absent, example]
-            lines.append("| " + " | ".join(row).replace("|  |", "| |").rstrip() + " |")
+def _chapter(name: str) -> list[str]:
+    keys = described_keys(name)
+    note = textwrap.fill(FILES[name].note, 120, break_on_hyphens=False, break_long_words=False)
+    lines = [f"## {FILES[name].title}", "", note, ""]
+    for table in dict.fromkeys(key.table for key in keys):
+        lines += [f"### {_title(table)}", "", "| key | meaning | value | default |", "|---|---|---|---|"]
+        for key in (key for key in keys if key.table == table):
+            cells = [f"`{key.name}`", key.meaning.text, key.value_text(), key.default_text()]
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
         lines.append("")
     return lines
 
 
+_OPENING = """# Keys of the files that people write
+
+`docs/site/keys.py` writes this page from the functions that read the files and from `docs/site/key_meanings`. It lists
+every key that these functions read. [Files](../files.md) describes the files, [Import](../importing.md) the keys of a
+column map.
+
+- "Required" means that the program refuses a table without the key. A table that is absent needs none of its keys.
+- A duration is a text such as `"2 h"`, `"90 s"` or `"1 h 30 min"`. A temperature, a temperature difference and a rate
+  are a number in the unit of the column, or a text with the unit, such as `"-40 °C"`.
+- A name or path is the name of a shipped file, such as `"watlow_f4t"`, or a path that is relative to the file.
+- The program refuses an unknown key and suggests the most similar one.
+
+"""
+
+
 def page() -> str:
-    opening = (
-        "This page is made by `docs/site/keys.py` from the functions that read the files, so that it has every key of "
-        "these files that is read and no other; what an example says is a comment of a shipped file, or of one in these "
-        "pages. \"A mistake\": of the key, where its table is there. An empty third column: it depends on other keys, or "
-        "nothing is meant. [Files](../files.md) says what the files are for, [Import](../importing.md) has the keys of a "
-        "map. An unknown key is a mistake, and the program names the nearest one."
-    )
-    virtual = "profiles/rigs/virtual"
-    lines = ["# Keys of the files that people write", "", textwrap.fill(opening, 120), ""]
-    lines += _chapter("Profile", PROFILE, ["profiles/*.toml"], "`[metadata]` has keys of your own, `[accept]` figures of "
-                      "the report and their limits.")  # fmt: skip
-    lines += _chapter("Rig", RIG, ["profiles/rigs/example-f4t*.toml", "profiles/rigs/example*.toml", f"{virtual}.toml",
-                      "profiles/rigs/*.toml"], "Keys of `[gyro.frame]` are those of a gyro's stream, in "
-                      "`profiles/gyro-streams/README.md`. Defaults of `[limits]`, and what each interlock of `[policy]` "
-                      "does, are in [Interlocks](../interlocks.md).")  # fmt: skip
-    lines += _chapter("The virtual laboratory of a rig", VIRTUAL, [f"{virtual}.toml", f"{virtual}-hard.toml",
-                      f"{virtual}-*.toml"], "Of a rig whose lines are `\"virtual\"`. What the terms mean is "
-                      "explained in [The virtual gyro](../virtual-gyro.md).")  # fmt: skip
-    report = ["docs/calibration-report.md"]
-    lines += _chapter("Laboratory", LABORATORY, report, "Of a [calibration report](../calibration-report.md). Without "
-                      "some of those that may be left out a report is a draft, and says which.")  # fmt: skip
-    lines += _chapter("Order", ORDER, report, "Of a [calibration report](../calibration-report.md), likewise.")
-    lines += _chapter("Site", SITE, ["docs/site.md", "docs/monitor.md"], "One file for `gyrotherm-publish`, which reads "
-                      "all but `[notify]`, and for `gyrotherm-monitor`, which reads `name` and `[notify]` and "
-                      "lets the rest be left out: [The site](../site.md), [The live page](../monitor.md).")  # fmt: skip
-    return "\n".join(lines).rstrip() + "\n"
+    """Returns docs/reference/keys.md."""
+    lines = [line for name in FILES for line in _chapter(name)]
+    return _OPENING + "\n".join(lines).rstrip() + "\n"
 
 
 def written_keys(file: dict) -> set[tuple[str, str]]:
-    """Every (table, key) of a TOML file that was read; a segment's table is that of its kind."""
+    """Returns every (table, key) of a parsed TOML file. The table of each segment is "segment"."""
     found: set[tuple[str, str]] = set()
 
     def walk(table: dict, name: str) -> None:

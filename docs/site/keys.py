@@ -8,11 +8,12 @@ unit, range or default that the reading function does not show. The program fail
 meaning without a key.
 
 The tables below list the tables that each reading function reads. A function that reads a key and is not listed is an
-error, so that no key is omitted."""
+error, so that no key is omitted. key_schemas.py makes JSON schemas from the same data."""
 
 from __future__ import annotations
 
 import re
+import sys
 import textwrap
 import tomllib
 from dataclasses import dataclass, field, replace
@@ -608,6 +609,35 @@ column map.
 - A name or path is the name of a shipped file, such as `"watlow_f4t"`, or a path that is relative to the file.
 - The program refuses an unknown key and suggests the most similar one.
 
+## Checks and completion in an editor
+
+`docs/reference/schemas` contains a JSON schema (draft 07) of each kind of file: `profile.schema.json`,
+`rig.schema.json`, `laboratory.schema.json`, `order.schema.json` and `site.schema.json`. The Debian package installs
+them in `/usr/share/gyrotherm/schemas`. Editors with the language server Taplo use them to complete keys, to display the
+meaning of a key and to check a file while you type: Visual Studio Code with the extension Even Better TOML, and any
+editor that starts `taplo lsp stdio`. There are two ways to assign a schema:
+
+- The first line of a file names the schema of this file:
+
+```toml
+#:schema file:///usr/share/gyrotherm/schemas/rig.schema.json
+```
+
+- A file `.taplo.toml` in the folder that you open in the editor names the schemas of all files in it:
+
+```toml
+[[rule]]
+include = ["rigs/*.toml"]
+schema = { path = "/usr/share/gyrotherm/schemas/rig.schema.json" }
+
+[[rule]]
+include = ["profiles/*.toml"]
+schema = { path = "/usr/share/gyrotherm/schemas/profile.schema.json" }
+```
+
+A schema does not contain all checks: it does not compare values with each other and does not read other files.
+`gyrotherm check` does.
+
 """
 
 
@@ -635,5 +665,15 @@ def written_keys(file: dict) -> set[tuple[str, str]]:
     return found
 
 
+def main() -> None:
+    import key_schemas
+
+    reference = SOURCE / "docs/reference"
+    (reference / "keys.md").write_text(page(), encoding="utf-8")
+    for name, text in key_schemas.schema_texts().items():
+        (reference / "schemas" / name).write_text(text, encoding="utf-8")
+
+
 if __name__ == "__main__":
-    (SOURCE / "docs/reference/keys.md").write_text(page(), encoding="utf-8")
+    sys.modules["keys"] = sys.modules["__main__"]  # key_schemas imports this module under its name
+    main()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the page of keys for required and optional keys: left_out_test.py PROGRAMS.
+"""Compares docs/reference/keys.md and the schema of rigs with the program: left_out_test.py PROGRAMS.
 
-Removes each key of each shipped rig once and checks the rig."""
+Leaves out each key of each shipped rig once, and sets each number outside the range of its key, and checks the rig."""
 
 import json
 import subprocess
@@ -12,27 +12,33 @@ import tomllib
 import unittest
 from pathlib import Path
 
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None  # python3-jsonschema; the comparison with the program does not need it
+
 sys.dont_write_bytecode = True
 SOURCE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "docs/site"))
+import key_schemas  # noqa: E402
 import keys  # noqa: E402
 
 PROGRAM = Path(sys.argv.pop(1)).resolve() / "gyrotherm"
 RIGS = SOURCE / "profiles/rigs"
-# Keys required by every shipped rig, but not by every rig.
+# Optional keys that each shipped rig needs.
 OTHERS = {
-    ("thermometer", "line"),  # a process has no line
-    ("gyro", "line"),  # shared with another gyro
-    ("gyro.axis", "direction"),  # without a fixture
-    ("analysis", "gradients"),  # gradients per gyro
-    ("analogue_input.channel", "gyro"),  # only one gyro
-    ("virtual", "body"),  # default body
-    ("virtual.network", "conduction"),  # each node is coupled to the chamber
+    ("thermometer", "line"),  # optional for a process
+    ("gyro", "line"),  # optional if the line is shared
+    ("gyro.axis", "direction"),  # optional without a fixture
+    ("analysis", "gradients"),  # optional if units name their own
+    ("analogue_input.channel", "gyro"),  # optional with one unit
+    ("virtual", "body"),  # optional for the default body
+    ("virtual.network", "conduction"),  # optional if all nodes are connected
 }
 
 
 def written(value) -> str:
-    """Returns a value as TOML on one line. Paths relative to the rig become absolute."""
+    """Returns a TOML value on one line. Paths that are relative to the rig become absolute."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, dict):
@@ -45,7 +51,7 @@ def written(value) -> str:
 
 
 def tables_of(node: dict, name: str = ""):
-    """Yields each table with its name, first the file itself."""
+    """Yields each table with its name, the file itself first."""
     yield name, node
     for key, value in node.items():
         for inner in value if isinstance(value, list) else [value]:
@@ -58,20 +64,35 @@ def bare(table: str) -> str:
 
 
 def fault_of(rig: dict, folder: str) -> str:
-    """Returns the messages of the program about a rig; empty if it is valid."""
+    """Returns the error that the program prints for a rig; nothing for a valid one."""
     file = Path(folder) / "rig.toml"
     file.write_text("".join(f"{key} = {written(value)}\n" for key, value in rig.items()), encoding="utf-8")
     command = [PROGRAM, "check", "--rig", str(file)]
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False).stderr.strip()
 
 
-class LeftOut(unittest.TestCase):
+def wrong_values(key: keys.Key, value) -> list:
+    """Returns values outside the range of a key, in the form of its value."""
+    bounds = key_schemas.bounds_of(key.range)
+    wrong = [bounds[name] for name in ("exclusiveMinimum", "exclusiveMaximum") if name in bounds]
+    wrong += [bounds["minimum"] - 1] if "minimum" in bounds else []
+    wrong += [bounds["maximum"] + 1] if "maximum" in bounds else []
+    wrong += [bounds["not"]["const"]] if "not" in bounds else []
+    return [[one, *value[1:]] for one in wrong] if isinstance(value, list) else wrong
+
+
+class Rigs(unittest.TestCase):
     def setUp(self):
         first = ["virtual.toml", "virtual-hard.toml"]
         paths = sorted(RIGS.glob("*.toml"), key=lambda path: (path.name not in first, path.name))
         self.rigs = {path.name: tomllib.loads(path.read_text(encoding="utf-8")) for path in paths}
+        schema = json.loads((SOURCE / "docs/reference/schemas/rig.schema.json").read_text(encoding="utf-8"))
+        self.validator = jsonschema.Draft7Validator(schema) if jsonschema else None
 
-    def test_required_keys_match_page(self):
+    def schema_accepts(self, rig: dict) -> bool | None:
+        return self.validator.is_valid(rig) if self.validator else None
+
+    def test_each_is_as_the_page_says(self):
         said = {}
         for key in keys.keys_of(keys.RIG | keys.VIRTUAL):
             said.setdefault((bare(key.table), key.name), []).append(key.required)
@@ -89,15 +110,52 @@ class LeftOut(unittest.TestCase):
                     for key in [key for key in table if (name, key) in said.keys() - seen]:
                         seen.add((name, key))
                         value, order = table.pop(key), list(table.items())
-                        fault = fault_of(rig, folder)
+                        fault, accepts = fault_of(rig, folder), self.schema_accepts(rig)
                         table.clear()
                         table.update({key: value} | dict(order))
+                        at = f"{file}: [{name}] {key}"
                         if all(said[name, key]):
-                            self.assertNotEqual(fault, "", f"{file}: [{name}] {key} may be left out")
+                            self.assertNotEqual(fault, "", f"{at} is optional")
+                            self.assertIsNot(accepts, True, f"{at} is required, but not by the schema")
                         elif not any(said[name, key]):
                             needed = fault and (name, key) not in optional and (name, key) not in OTHERS
-                            self.assertFalse(needed, f"{file}: [{name}] {key} may not: {fault}")
+                            self.assertFalse(needed, f"{at} is required: {fault}")
+                        if not fault:
+                            self.assertIsNot(accepts, False, f"{at} is optional, but not by the schema")
         self.assertGreater(len(seen), 220)
+
+    def test_unknown_keys_are_refused(self):
+        seen = set()
+        with tempfile.TemporaryDirectory(prefix="gyrotherm-keys-") as folder:
+            for file, rig in self.rigs.items():
+                for name, table in tables_of(rig):
+                    if name in seen or name.startswith("gyro.frame"):
+                        continue
+                    seen.add(name)
+                    table["colour"] = 1
+                    self.assertNotEqual(fault_of(rig, folder), "", f"{file}: [{name}] colour")
+                    self.assertIsNot(self.schema_accepts(rig), True, f"{file}: [{name}] colour")
+                    del table["colour"]
+        self.assertGreater(len(seen), 40)
+
+    def test_each_range_is_that_of_the_program(self):
+        known = {}
+        for key in keys.described_keys("rig") + keys.described_keys("virtual"):
+            known.setdefault((bare(key.table), key.name), []).append(key)
+        seen = 0
+        with tempfile.TemporaryDirectory(prefix="gyrotherm-keys-") as folder:
+            for file, rig in self.rigs.items():
+                for name, table in tables_of(rig):
+                    for key in [key for key in table if len(known.get((name, key), [])) == 1]:
+                        value, described = table[key], known.pop((name, key))[0]
+                        for wrong in wrong_values(described, value):
+                            table[key] = wrong
+                            at = f"{file}: [{name}] {key} = {wrong}"
+                            self.assertNotEqual(fault_of(rig, folder), "", f"{at} is accepted, not {described.range}")
+                            self.assertIsNot(self.schema_accepts(rig), True, f"{at} is accepted by the schema")
+                            seen += 1
+                        table[key] = value
+        self.assertGreater(seen, 100)
 
 
 if __name__ == "__main__":

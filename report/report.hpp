@@ -227,7 +227,8 @@ struct Report {
 /// Returns "PASS", "FAIL" or "no limit".
 [[nodiscard]] std::string verdict_of(const Report& report);
 
-/// Returns "in-sample: the models were fitted to these data" or "not used to train any model" for texts next to a value.
+/// Returns "in-sample: the models were fitted to these data" or "not used to train any model" for texts next to a
+/// value.
 [[nodiscard]] const char* in_sample_text(const ReportedRun& run);
 
 /// Returns report.json, ending in a newline. Each top-level key is on its own line, so that reports can be compared

@@ -28,7 +28,7 @@ extern "C" {
 #define @name@_SECONDS @seconds@
 @lags_number@
 /* Return value of each function: 0, or a sum of these. */
-#define @name@_OUTSIDE 1 /* an input was outside the trained range: the linear part continues, all other parts are bounded */
+#define @name@_OUTSIDE 1 /* an input was outside the trained range: the linear part continues, the rest is bounded */
 #define @name@_MISSING 2 /* a reading was not finite: no prediction, the bias is 0 */
 #define @name@_NOT_YET 4 /* too few readings so far: no prediction, the bias is 0 */
 

@@ -53,7 +53,7 @@ def stopped_program_in_status(scene: Scene) -> None:
     except (ValueError, TypeError) as error:
         scene.expect(False, f"written = {status.get('written')}: {error}")
     words = scene.programs.finish([scene.programs.gyrotherm, "status", run.record], 10).text
-    scene.expect("answer" in words, f"its text does not say that the program does not answer: {words}")
+    scene.expect("respond" in words, f"its text does not state that the program does not respond: {words}")
     run.signal(signal.SIGCONT)
     for pid in guards:
         kill(pid, signal.SIGCONT)

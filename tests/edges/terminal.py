@@ -273,7 +273,7 @@ def back_after_ctrl_q(scene: Scene) -> None:
     expect_standstill(scene, run, terminal)
     shown = len(terminal.shown)
     terminal.press(CTRL_Q)
-    came = until(lambda: b"told" in terminal.shown[shown:] or b"missed" in terminal.shown[shown:])
+    came = until(lambda: b"request by" in terminal.shown[shown:] or b"missed" in terminal.shown[shown:])
     scene.expect(came, f"nothing of the note after Ctrl-Q: {bytes(terminal.shown[shown:])[-300:]!r}")
     later = len(terminal.shown)
     scene.expect(until(lambda: len(terminal.pictures(later)) > 2), "the panel does not move after Ctrl-Q")

@@ -87,7 +87,7 @@ TEST(Order, ListsEachMissingField) {
     return std::ranges::any_of(report.missing, [&](const std::string& one) { return one.starts_with(what); });
   };
   EXPECT_TRUE(lacks("order.toml: issued"));
-  EXPECT_TRUE(lacks("records: days")) << "an imported record may know none";
+  EXPECT_TRUE(lacks("records: start times")) << "an imported record may know none";
   EXPECT_TRUE(lacks("laboratory.toml: traceability"));
   EXPECT_FALSE(lacks("order.toml: customer.name"));
 }

@@ -66,8 +66,7 @@ Result<void> check_controller(const drivers::SetPointRange& limits, const profil
 Result<void> check_accept(const profile::Profile& profile, const std::string& file) {
   for (const profile::AcceptLimit& limit : profile.accept)
     if (const auto checked = report::check_limit(limit.key); !checked)
-      return failure(FaultKind::bad_file, file,
-                     fmt::format("[accept] \"{}\" is {}", limit.key, checked.error().what));
+      return failure(FaultKind::bad_file, file, fmt::format("[accept] \"{}\" is {}", limit.key, checked.error().what));
   return {};
 }
 

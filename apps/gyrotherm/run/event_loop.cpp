@@ -45,7 +45,8 @@ void handle_requests(const ActiveRun& run, std::optional<control::ControlSocket>
   if (!control_socket) return;
   control_socket->listen([&](const control::ControlRequest& request, const std::string& client) {
     auto answer = run.run_controller.carry_out(request, client);
-    run.console.print_message(fmt::format("{} by {}: {}", answer.done ? "request" : "refused request", client, answer.text));
+    run.console.print_message(
+        fmt::format("{} by {}: {}", answer.done ? "request" : "refused request", client, answer.text));
     return answer;
   });
 }

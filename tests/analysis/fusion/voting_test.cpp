@@ -62,7 +62,7 @@ TEST(ThermometerParity, RefusesWhatIsNotEnough) {
   };
   EXPECT_TRUE(learn_thermometer_parity(record, names, uncertainty, 2));
   EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 3), "2 more are needed"));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 0), "0 ways"));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 0), "0 common modes"));
   EXPECT_TRUE(says(learn_thermometer_parity(record, {"A"}, uncertainty, 2), "1 names"));
   EXPECT_TRUE(says(learn_thermometer_parity(record, names, 0 * uncertainty, 2), "not above 0"));
   record.topRows(170).col(1).setConstant(std::nan(""));

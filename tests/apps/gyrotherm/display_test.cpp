@@ -79,7 +79,7 @@ TEST(Display, ShowsHowToResumeHeldRun) {
   shown.standing.state = RunState::held;
   shown.standing.cause = "the profile asks: switch the unit on";
   EXPECT_NE(
-      shown.text().find("held: the profile asks: switch the unit on\n  goes on with \"gyrotherm tell RUN.db resume\""),
+      shown.text().find("held: the profile asks: switch the unit on\n  to continue: \"gyrotherm tell RUN.db resume\""),
       std::string::npos)
       << shown.text();
 }

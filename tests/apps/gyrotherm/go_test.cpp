@@ -57,7 +57,7 @@ TEST(Go, IsRequiredBeforeUploadWithOtherStart) {
   };
   const auto refused = upload("60");
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
-  EXPECT_NE(refused.err.find("\"gyrotherm go\" brings it there"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("ramp there first with \"gyrotherm go\""), std::string::npos) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "60"));
   const auto carried_out = upload("20");
   EXPECT_EQ(carried_out.exit_code, 0) << carried_out.err;

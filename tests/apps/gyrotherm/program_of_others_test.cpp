@@ -102,7 +102,7 @@ class ProgramOfOthers : public testing::Test {
 TEST_F(ProgramOfOthers, IsRunByCheckOnlyToConnect) {
   const auto checked = gyrotherm_with("check --rig " + rig);
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
-  EXPECT_NE(checked.out.find("shell: by the program ./acme.sh"), std::string::npos) << checked.out;
+  EXPECT_NE(checked.out.find("shell: read by the program ./acme.sh"), std::string::npos) << checked.out;
   const auto looked = gyrotherm_with("doctor --rig " + rig);
   EXPECT_NE(looked.out.find("acme.sh may be run"), std::string::npos) << looked.out << looked.err;
   EXPECT_TRUE(pids().empty()) << "neither has run it";
@@ -240,7 +240,7 @@ TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsConfirmed) {
   EXPECT_TRUE(continues(stopped, {"--accept"}, output)) << "what was trusted is confirmed: " << output;
   const auto confirmed = folder / "state/gyrotherm/confirmed-commands";
   std::filesystem::permissions(confirmed, std::filesystem::perms::all);
-  expect_refused("may be written by others");
+  expect_refused("is writable by users other than its owner");
   std::filesystem::permissions(confirmed, std::filesystem::perms::owner_all);
   for (const auto& file : list_folder(confirmed)) {
     std::filesystem::rename(file, folder / "moved");

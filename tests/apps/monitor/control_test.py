@@ -205,12 +205,12 @@ class Starts(unittest.TestCase):
         for options, why in (
             (("--listen", "127.0.0.1:0"), "--folder"),
             (("--folder", folder, "--listen", "0.0.0.0:0"), "users"),
-            (("--folder", folder, "--control"), "users first"),
-            (("--folder", "/nothing/there"), "no folder"),
+            (("--folder", folder, "--control"), "requires users"),
+            (("--folder", "/nothing/there"), "is not a folder"),
             (("--folder", folder, "--listen", "somewhere"), "ADDRESS:PORT"),
             (("--folder", folder, "--nonsense"), "--nonsense"),
             (("--folder", folder, "--certificate", "x"), "--key"),
-            (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "own address"),
+            (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "requires --listen on 127.0.0.1"),
         ):
             with self.subTest(options):
                 code, said = self.starts(*options)

@@ -333,7 +333,7 @@ TEST(GyroHousekeeping, AValueWithAUnitIsKeptByItsName) {
 TEST(GyroHousekeeping, NamesEachMistakeWithItsPlace) {
   const auto one = [](const std::string& keys) { return mistakes_of(kGyro + value_field(keys)); };
   EXPECT_EQ(one("name = \"current_1\"\nunit = \"mA\"\n"), "");
-  EXPECT_NE(one("name = \"current-1\"\nunit = \"mA\"\n").find("frame.toml:13:8: \"current-1\" is no name"),
+  EXPECT_NE(one("name = \"current-1\"\nunit = \"mA\"\n").find("frame.toml:13:8: \"current-1\" is not a name"),
             std::string::npos);
   EXPECT_NE(one("name = \"Strom °\"\nunit = \"mA\"\n").find("letters, digits"), std::string::npos);
   EXPECT_NE(one("name = \"\"\nunit = \"mA\"\n").find("letters, digits"), std::string::npos);

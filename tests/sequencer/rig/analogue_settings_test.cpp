@@ -106,7 +106,7 @@ TEST(AnalogueSettings, LinkSettingsReplaceThoseOfTheMap) {
 
 TEST(AnalogueSettings, AUnitWithoutChannelsIsAMistake) {
   auto text_of = read_text_file(kTriad).value();
-  const auto from = text_of.find("[[analogue_input.channel]]"), to = text_of.find("# Interlocks:");
+  const auto from = text_of.find("[[analogue_input.channel]]"), to = text_of.find("# Interlocks.");
   text_of.erase(from, to - from);
   const auto rig = parse_rig(text_of, kTriad);
   ASSERT_FALSE(rig);

@@ -55,7 +55,7 @@ TEST(AnalogueInputs, LeaveTheOtherColumnsAsTheyAre) {
     const auto at = plain.find(from);
     plain.erase(at, plain.find(to, at) - at);
   };
-  cut("[[analogue_input]]", "# Interlocks:");
+  cut("[[analogue_input]]", "# Interlocks.");
   cut("[[virtual.value]]", "# share:");
   with.file() = rig::parse_rig(plain, path).value();
   EXPECT_EQ(with.run(), RunOutcome::complete);

@@ -40,7 +40,7 @@ TEST(OperatorRequests, AMilderOneIsRefusedAndToldWhatComesFirst) {
   OperatorRequests requests;
   requests.add({OperatorCommand::abort, "ada (uid 1000)"});
   for (const auto milder : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
-    EXPECT_EQ(requests.objection(RunState::execute, milder), "abort by ada (uid 1000) comes first, within a second");
+    EXPECT_EQ(requests.objection(RunState::execute, milder), "abort by ada (uid 1000) has priority in the same second");
   EXPECT_EQ(requests.objection(RunState::execute, OperatorCommand::abort), "") << "it will be done";
 }
 

@@ -144,6 +144,8 @@ namespace {
 
 const toml::node* find(const toml::table* table, std::string_view key) { return table ? table->get(key) : nullptr; }
 
+bool is_empty_text(const toml::node* node) { return node != nullptr && node->value<std::string>() == ""; }
+
 std::optional<double> as_number(const toml::node& node) {
   const auto value = node.value<double>();
   return value && std::isfinite(*value) ? value : std::nullopt;
@@ -285,7 +287,8 @@ std::string TomlTable::text(std::string_view key, const std::optional<std::strin
 std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed,
                               std::string fallback) const {
   const auto value = text(key, fallback.empty() ? std::nullopt : std::optional(std::move(fallback)));
-  if (value.empty() || std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  if (value.empty() && !is_empty_text(find(node_->table, key))) return value;  // missing or no text, noted by text()
   const auto near = nearest(value, allowed);
   mistake(key, fmt::format("\"{}\" is not one of {}{}", value, fmt::join(allowed, ", "),
                            near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
@@ -294,9 +297,10 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
 
 void TomlTable::expect(std::string_view key, std::string_view value) const {
   const auto found = text(key);
-  if (found.empty() || found == value) return;
+  if (found == value) return;
+  if (found.empty() && !is_empty_text(find(node_->table, key))) return;  // missing or no text, noted by text()
   const auto kind = [](std::string_view schema) { return schema.substr(0, schema.find('/')); };
-  if (kind(found) == kind(value))
+  if (found.empty() || kind(found) == kind(value))
     return mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
   document_->other_kind = {Document::Rank::key_error, node_->at_key(key),
                            fmt::format("this is a file of {}, expected one of {}", found, value)};

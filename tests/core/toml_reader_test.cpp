@@ -110,6 +110,26 @@ TEST(TomlTable, AChoiceSuggestsTheNearest) {
   EXPECT_EQ(verdict(t), "f.toml:1:8: \"hodl\" is not one of ramp, hold; did you mean \"hold\"?");
 }
 
+TEST(TomlTable, ChoiceRefusesEmptyText) {
+  const auto t = parsed("kind = \"\"\non_stop = \"\"\n");
+  EXPECT_EQ(t.choice("kind", {"ramp", "hold"}), "ramp");
+  EXPECT_EQ(t.choice("on_stop", {"safe", "hold"}, "safe"), "safe");
+  EXPECT_EQ(verdict(t), "f.toml:1:8: \"\" is not one of ramp, hold\nf.toml:2:11: \"\" is not one of safe, hold");
+}
+
+TEST(TomlTable, ChoiceNotesMissingKeyOnce) {
+  const auto t = parsed("other = 1\n");
+  t.ignore("other");
+  EXPECT_EQ(t.choice("kind", {"ramp", "hold"}), "");
+  EXPECT_EQ(verdict(t), "f.toml:1:1: missing key \"kind\", expected text");
+}
+
+TEST(TomlTable, ExpectRefusesEmptyText) {
+  const auto t = parsed("schema = \"\"\n");
+  t.expect("schema", "b/1");
+  EXPECT_EQ(verdict(t), "f.toml:1:10: \"\" is not understood, expected \"b/1\"");
+}
+
 TEST(TomlTable, ASchemaMustBeTheOneExpected) {
   const auto t = parsed("schema = \"b/2\"\n");
   t.expect("schema", "b/1");

@@ -70,7 +70,7 @@ class ChildProcess {
 /// Limits the processor time of this process to `more` seconds from now on; SIGXCPU then ends it.
 void limit_processor_time(std::chrono::seconds more);
 
-/// Working directory and output files of a program that is started. An empty member keeps this process's own.
+/// Working directory and output files of a program that is started. An empty member keeps the setting of this process.
 struct LaunchSettings {
   std::string folder{};
   /// File for stdout; an existing file is overwritten.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Deadlines for waits. A deadline uses the steady clock, as the kernel's waits do, unless another clock is given: an
-/// in-memory connection moves a clock of its own.
+/// in-memory connection advances its own clock.
 #pragma once
 
 #include <poll.h>

@@ -110,8 +110,8 @@ namespace {
 constexpr mode_t kModeForAll = 0644;
 constexpr mode_t kModeForGroup = 0640;
 constexpr mode_t kModeForOwner = 0600;
-constexpr int kMostAttempts = 100;  ///< attempts while names are taken
-/// Bytes kept of the old name; a name may have 255 bytes.
+constexpr int kMostAttempts = 100;  ///< attempts to find a free name
+/// Number of bytes of the old name that are kept; a name may have 255 bytes.
 constexpr std::size_t kKeptNameBytes = 200;
 
 /// A path split into its open folder and the name in it.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Functions that open, read and replace files and list folders. A path may lead to anything, and another program may
-/// have put something there. Therefore no function here waits for a pipe, reads a device, or writes through a link that
-/// the user did not name.
+/// Functions that open, read and replace files and list folders. A path may lead to any kind of file, possibly created
+/// by another program. Therefore no function here waits for a pipe, reads a device, or writes through a link that the
+/// user did not name.
 #pragma once
 
 #include <unistd.h>

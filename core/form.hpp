@@ -21,8 +21,8 @@
 /// form.object_if_there(key, there, describe_members)
 ///     Does the same under the conditions of if_there().
 /// form.expect(key, holds, what)
-///     When reading, notes the error `what` at `key` if `holds` is false. It follows the members on which `holds`
-///     depends. Does nothing when writing.
+///     When reading, notes the error `what` at `key` if `holds` is false. Call it after the members on which
+///     `holds` depends. Does nothing when writing.
 ///
 /// Values are double (NaN is null), int, std::int64_t, std::uint64_t, bool, std::string, Celsius, Duration (whole
 /// nanoseconds), std::pair of doubles (an array of two), std::vector, std::optional (null if empty) and described

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Facts about this process and its surroundings: its signals, broken safety invariants, the programs that were
-/// installed with it, and user names.
+/// Functions for this process and its environment: they block signals, end the process on a broken safety invariant,
+/// find installed programs and describe users.
 #pragma once
 
 #include <csignal>
@@ -9,9 +9,9 @@
 
 namespace gyrotherm {
 
-/// Blocks all signals in the calling thread. Every thread except the main thread calls this first. Signals are handled
-/// by the main thread; elsewhere a signal would interrupt a poll in an instrument's library, which the library reports
-/// like an unplugged device.
+/// Blocks all signals in the calling thread. Every thread except the main thread calls this first. The main thread
+/// handles signals. In another thread a signal would interrupt poll() in an instrument's library, and the library would
+/// report an unplugged device.
 inline void block_signals() {
   sigset_t all;
   sigfillset(&all);

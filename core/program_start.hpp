@@ -12,9 +12,9 @@
 
 namespace gyrotherm {
 
-/// Opens those of stdin, stdout and stderr that the caller left closed, so that no file and no socket of the program
-/// gets their numbers. A closed stdin is then at its end, writing to a closed stdout fails, and a closed stderr
-/// discards its text. Every main() calls this first.
+/// Opens each of stdin, stdout and stderr that is closed at the start of the program. Otherwise a file or socket of the
+/// program would get its number. Afterwards, reading such a stdin returns end of file, writing to such a stdout fails,
+/// and such a stderr discards its text. Every main() calls this first.
 void open_standard_descriptors();
 
 /// Writes to stderr. The text is lost if it cannot be written, for example on a full disk.
@@ -27,18 +27,20 @@ void write_to_stderr(std::string_view text);
 
 /// Returns the reason for refusing the value of an option or of a positional argument, or an empty string. A value must
 /// not be empty. If `kind` is "INT", "UINT" or "FLOAT", CLI11's names of the number types, the whole value must be a
-/// decimal number of 64 bits: no blank, no "0x", no plus sign, no NaN and no infinity.
+/// decimal number that fits in 64 bits: no blank, no "0x", no plus sign, no NaN and no infinity.
 [[nodiscard]] std::string objection_to(std::string_view value, std::string_view kind);
 
-/// Returns the reason for refusing the first argument of a program with the commands `known`, or an empty string.
-/// Accepts every option.
+/// Returns the reason for refusing `word` as the first argument of a program that has the commands `known`, or an empty
+/// string. Accepts every option.
 [[nodiscard]] std::string command_refusal_reason(std::string_view word, std::span<const std::string> known);
 
-/// Returns the reason for refusing an option that the command does not have, with the nearest of `known`.
+/// Returns the reason for refusing the option `word`, which `command` does not have. Suggests the nearest option of
+/// `known`.
 [[nodiscard]] std::string option_refusal_reason(std::string_view word, const std::string& command,
                                                 std::span<const std::string> known);
 
-/// Returns CLI11's error message. Its message for an invalid number is replaced by this program's own.
+/// Returns CLI11's error message unchanged, except that this program's own message replaces the one for an invalid
+/// number.
 [[nodiscard]] std::string plain_error_message(const std::string& refusal);
 
 /// Returns the cause of an error of CLI11: the first unknown command or unknown option if there is one, otherwise the
@@ -75,8 +77,8 @@ std::string cause_of(const std::string& refusal, const App& program, std::span<c
   return cause.empty() ? plain_error_message(refusal) : cause;
 }
 
-/// Makes every option of the program and of its commands refuse the values that objection_to() refuses. CLI11 by itself
-/// takes "" for 0, "0x10" for 16, and a number that is too large for the largest one. Call this once, after all options
+/// Makes every option of the program and of its commands refuse the values that objection_to() refuses. CLI11 alone
+/// would accept "" as 0, "0x10" as 16, and a number above the maximum as the maximum. Call this once, after all options
 /// were added.
 template <class App>
 void refuse_invalid_values(App& app) {

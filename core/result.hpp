@@ -61,7 +61,7 @@ struct Fault {
   FaultKind kind{};
   /// Location of the fault: "chamber read holding 2782", "profile.toml:12:3".
   std::string where;
-  /// Event and expectation: "no reply in 500 ms".
+  /// Description of the fault: "no reply in 500 ms".
   std::string what;
 };
 

@@ -38,8 +38,8 @@ struct GyroCount {
   std::vector<double> values{};
 };
 
-/// Counts of a gyro's frames: received intact (`seen`), missing according to the stream's own counter (`lost`), and
-/// received intact but marked as bad by the gyro (`bad`).
+/// Counts of a gyro's frames: received intact (`seen`), missing (`lost`), and marked as bad by the gyro (`bad`). Bad
+/// frames are part of `seen`.
 struct FrameCount {
   std::uint64_t seen{};
   std::uint64_t lost{};
@@ -113,10 +113,10 @@ struct ProfilePosition {
   auto operator<=>(const ProfilePosition&) const = default;
 };
 
-/// State of the unit under test as the operators left it. By default it is switched on and in its normal mounting.
+/// State of a unit under test as set by the operators. By default the unit is switched on and in its normal mounting.
 struct UnitState {
   bool off{};  ///< power switched off
-  /// The input axis is reversed, so that the Earth rate has the opposite sign.
+  /// The input axis is reversed, and the Earth rate has the opposite sign.
   bool turned{};
   auto operator<=>(const UnitState&) const = default;
 };
@@ -143,7 +143,7 @@ inline constexpr std::initializer_list<RunState> kRunStates = {
     RunState::aborted, RunState::stopped,   RunState::complete};
 
 /// Readings of one unit under test in one second. One instrument sends the pulses of all axes and the housekeeping
-/// values, so they succeed or fail together. Each value from an analogue input succeeds or fails alone.
+/// values, so they succeed or fail together. Values from analogue inputs succeed or fail independently.
 struct UnitReading {
   Reading<GyroCount> count;
   /// Values from analogue inputs; in the record they follow the values that the unit sends.
@@ -155,14 +155,14 @@ struct UnitReading {
 
 /// One second of the whole rig. `thermometers` has the order of the rig's channels; the values are not calibrated.
 struct Sample {
-  /// Whole seconds since the run started. Each has one sample or belongs to one gap.
+  /// Whole seconds since the run started. Each second has one sample or belongs to one gap.
   std::int64_t slot{};
   Instant at;
   Reading<ChamberState> chamber;
   std::vector<Reading<Celsius>> thermometers;
   std::vector<UnitReading> units;  ///< in the order of the rig
   ProfilePosition progress;
-  RunState state{};  ///< result of judging this sample
+  RunState state{};  ///< after evaluating this sample
 };
 
 /// Status of a run for its displays.
@@ -170,7 +170,7 @@ struct RunOverview {
   RunState state{};
   /// Reason for a state other than execute; otherwise empty.
   std::string cause{};
-  /// Time to the end of the run if every soak counts from now on.
+  /// Time to the end of the run, assuming that no soak is interrupted from now on.
   std::optional<Duration> time_left{};
   /// Time that passed while the profile's clock was stopped.
   std::optional<Duration> behind_plan{};

@@ -31,8 +31,8 @@ enum class Blanks { escaped, kept };
 /// other content.
 [[nodiscard]] std::string_view detect_other_format(std::string_view bytes);
 
-/// Returns the element of `known` with the least edit distance to `word`. Returns "" if every distance exceeds a third
-/// of the length of `word`, and exceeds 2.
+/// Returns the element of `known` with the least edit distance to `word`. Returns "" if the least distance exceeds both
+/// 2 and a third of the length of `word`.
 [[nodiscard]] std::string nearest(std::string_view word, std::span<const std::string> known);
 
 }  // namespace gyrotherm

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads TOML and reports all errors of a file at once, each with file:line:column. TomlTable reads values. The
+/// Reads TOML and reports all errors of a file together, each with file:line:column. TomlTable reads values. The
 /// functions below it read keywords, bounded whole numbers, and files named in the text.
 #pragma once
 
@@ -45,7 +45,7 @@ class TomlTable {
                                    std::string fallback = "") const;
 
   /// Notes an error unless the text at `key`, such as the schema of the file, equals `value`. If the file is of another
-  /// kind ("gyrotherm-rig/1" instead of "gyrotherm-profile/1"), verdict() reports this error alone.
+  /// kind ("gyrotherm-rig/1" instead of "gyrotherm-profile/1"), verdict() reports only this error.
   void expect(std::string_view key, std::string_view value) const;
 
   /// Reads a duration in text form: "2 h", "90 s", "1 h 30 min", "500 ms".
@@ -70,7 +70,7 @@ class TomlTable {
   [[nodiscard]] std::vector<TomlTable> tables(std::string_view key) const;
   /// Returns every key of this table in the order of the file, and marks all of them as read.
   [[nodiscard]] std::vector<std::string> keys() const;
-  /// Marks a key as read: another parser reads it.
+  /// Marks a key as read, for a key that another parser reads.
   void ignore(std::string_view key) const;
 
   /// Returns "file:line:column" of a key, or of this table if the key is absent or empty.
@@ -96,7 +96,7 @@ class TomlTable {
   std::shared_ptr<Node> node_;
 };
 
-/// Keywords of a file and their values.
+/// Keywords that a file may contain, each with its value.
 template <class T, std::size_t N>
 using Vocabulary = std::array<std::pair<const char*, T>, N>;
 

@@ -44,7 +44,7 @@ class Scanner {
 
   /// Returns whether the next character may be outside ASCII.
   [[nodiscard]] bool accepts_non_ascii() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
-  /// Returns whether a quoted text lacks its closing quote at the end of its line.
+  /// Returns whether the closing quote of a text is missing at the end of its line.
   [[nodiscard]] bool is_unterminated() const { return unterminated_; }
   [[nodiscard]] Inside inside() const { return inside_; }
 
@@ -73,7 +73,7 @@ class Scanner {
   char quote_{};
   /// The last character was a backslash.
   bool escaped_{};
-  /// Reading the blanks after a backslash at a line's end.
+  /// The scanner is within the blanks after a backslash at the end of a line.
   bool continued_{};
   bool unterminated_{};
 };

@@ -34,8 +34,8 @@ struct TextFlaw {
 /// - a character outside ASCII that is not in a quoted text or a comment (TOML 1.0.0, "Keys");
 /// - a character outside ASCII at the start of a line that continues a text after a backslash, for which the behaviour
 ///   of toml++ 3.3.0 is undefined;
-/// - a character that exceeds one of the limits.
-/// The check ends at a line that lacks its closing quote. The grammar fails there, so nothing after it is parsed.
+/// - a character that exceeds one of the limits. The check ends at a line whose closing quote is missing. The parser
+///   fails there and reads nothing after it.
 [[nodiscard]] std::optional<TextFlaw> find_flaw(std::string_view text);
 
 /// Returns the text as a TOML basic string on one line, with quotation marks. The text must be UTF-8.

@@ -40,7 +40,7 @@ std::vector<std::string> names_at(const TomlTable& table, const char* key) {
   return {table.text(key)};
 }
 
-/// Assigns the status registers of that name to the inputs from `first` on, one to each.
+/// Assigns the status registers of that name to the inputs, one to each, starting with the input at index `first`.
 void add_status(const TomlTable& table, const std::string& status, std::size_t first, AnalogueMap& map) {
   const auto states = items_named(map.registers, table, "status", status);
   const auto inputs = map.inputs.size() - first;
@@ -108,7 +108,7 @@ std::string describe_confidence(const AnalogueMap& map) {
 
 namespace {
 
-/// Limit of a reading; the caller does not wait longer.
+/// Maximum duration of a reading. The caller does not wait longer.
 constexpr Duration kLongestLook = std::chrono::milliseconds(900);
 
 /// Joins adjacent spans up to a length of `at_most`.
@@ -225,7 +225,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     return value ? value : failure(here(std::move(value.error())));
   }
 
-  /// Replaces "chamber", the location of an item's fault, by this unit's name.
+  /// Replaces "chamber" in the location of an item's fault by this unit's name.
   [[nodiscard]] Fault here(Fault fault) const {
     constexpr std::string_view kChamber = "chamber ";
     if (fault.where.starts_with(kChamber)) fault.where = place_ + " " + fault.where.substr(kChamber.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Modbus units with analogue inputs: the register map, a TOML file under profiles/analogue-inputs, and the driver for
-/// every unit with such a map. The virtual unit uses the map too, at the other end of the line.
+/// every unit with such a map. The virtual unit uses the same map.
 #pragma once
 
 #include <cstddef>
@@ -39,9 +39,9 @@ inline constexpr const char* kNormalStatus = "normal";
 
 /// Parses schema gyrotherm-analogue-inputs/1. The keys name, vendor, source, [link], [[register]] and [identity] are
 /// those of a chamber's map (docs/chamber-maps.md). Each [[input]] names its `register`, a readable number, and the
-/// `unit` of measure. It may name `status` registers, which must have a code "normal". If the registers were made by
-/// `count`, so are the inputs: register "current" is "current_1", "current_2", … Fails with bad_file and lists every
-/// error with its position. `word_order` overrides the map's order, for a unit with a different setting.
+/// `unit` of measure. It may name `status` registers, which must have a code "normal". If `count` made several
+/// registers, it makes as many inputs: register "current" is "current_1", "current_2", … Fails with bad_file and lists
+/// every error with its position. `word_order` overrides the map's order, for a unit with a different setting.
 [[nodiscard]] Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 

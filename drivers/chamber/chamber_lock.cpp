@@ -162,7 +162,7 @@ Descriptor new_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK
 
 constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare name
 
-/// Returns a random spare name, which no process can have bound in advance.
+/// Returns a spare name. It is random, so no process can have bound it in advance.
 std::string spare_name(const std::string& place) {
   std::random_device device;
   return fmt::format("{}{}{:08x}{:08x}", name_of(place), kSpareMark, device(), device());
@@ -201,7 +201,8 @@ bool has_open(const std::filesystem::path& process, const std::string& socket) {
   });
 }
 
-/// Finds the process that holds an unresponsive socket, as far as this user may inspect other processes.
+/// Finds the process that holds a socket that does not respond. The result is unknown if this user may not inspect the
+/// process.
 NameOwner owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
   for (const auto& process : list_folder("/proc")) {
@@ -228,8 +229,8 @@ std::string as_file_name(const std::string& text) {
   return name;
 }
 
-/// Returns the candidate folders in order of preference. None is on a disk, because a disk may hang. The last one is in
-/// a folder that every user may write; if another user made it first, it is not this user's and is not used.
+/// Returns the candidate folders in order of preference. None is on a disk, because a disk may hang. Every user may
+/// write to the parent of the last one. If another user created that folder first, it is not used.
 std::vector<std::string> folders() {
   std::vector<std::string> all{"/run/gyrotherm"};
   if (const char* own = std::getenv("XDG_RUNTIME_DIR"); own && *own == '/')
@@ -242,7 +243,8 @@ bool is_own(const struct stat& found) {
   return found.st_uid == ::geteuid() && (found.st_mode & kWritableByOthers) == 0;
 }
 
-/// Opens a folder that this user owns and no other user may write, and makes it if necessary. Does not follow a link.
+/// Opens a folder that this user owns and that no other user may write. Creates it if necessary. Does not follow a
+/// link.
 Descriptor own_folder(const std::string& path) {
   ::mkdir(path.c_str(), kOwnFolder);
   Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
@@ -285,7 +287,7 @@ void sign(int file, const std::string& record) {
     const auto written = ::pwrite(file, text.data(), text.size(), 0);
 }
 
-/// Returns the record for a message if process `pid` signed the lock file, otherwise an empty text.
+/// Returns ", record PATH" for a message if process `pid` signed the lock file, otherwise an empty text.
 std::string record_of(const std::string& signature, std::int64_t pid) {
   return value_of(signature, "pid") == std::to_string(pid) ? ", record " + value_of(signature, "record") : "";
 }
@@ -316,8 +318,8 @@ tl::expected<Descriptor, int> bind_name(const std::string& name) {
   return socket;
 }
 
-/// Returns process and user of a listening socket with space in its queue. For other sockets, the user is read from
-/// sock_diag, and the process is searched for in the open files of other processes.
+/// Returns the process and user of a named socket. If its queue has space, connecting to it returns both. Otherwise
+/// sock_diag returns the user, and the process is found by its open files.
 NameOwner owner_of(const NamedSocket& named) {
   const auto address = address_of(named.name);
   const auto socket = new_socket();
@@ -338,7 +340,7 @@ std::uint64_t inode_of(const Descriptor& socket) {
 
 /// Processes that hold a name of the chamber.
 struct Holders {
-  std::optional<ChamberHolder> rightful{};  ///< first one of a permitted user
+  std::optional<ChamberHolder> rightful{};  ///< first holder with a permitted user
   std::vector<ChamberHolder> strangers{};
 };
 

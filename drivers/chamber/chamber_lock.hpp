@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Locks that let one program at a time drive a chamber. There are two locks of the operating system; both end with the
-/// program that holds them, however it ends.
+/// Locks that let one program at a time drive a chamber. There are two locks. The operating system releases both when
+/// the program that holds them ends, even if it crashes.
 ///
 /// The first is a name in the abstract namespace of Unix sockets. Every program in the machine's network namespace sees
 /// it, regardless of user, folder and mount namespace; it cannot be removed, and the kernel reports its holder. Any
-/// process can bind it, so it counts only if its holder's user may drive chambers (may_drive_chambers). If another
-/// user's process holds the name, a program takes a random spare name, "NAME#…"; every program checks the spare names
-/// too. The second is a lock file in a folder that the user owns, for programs of one user in two network namespaces;
-/// it also contains the path of the record. Neither lock excludes programs on other machines: the run detects them by a
-/// changed set point.
+/// process can bind the name. Therefore the name is honoured only if its holder runs as a user who may drive chambers
+/// (may_drive_chambers). If another user's process holds the name, a program takes a random spare name, "NAME#…"; every
+/// program checks the spare names too. The second is a lock file in a folder that the user owns, for programs of one
+/// user in two network namespaces; it also contains the path of the record. Neither lock excludes programs on other
+/// machines: a run detects such a program when it changes the set point.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ namespace gyrotherm::drivers {
 /// Groups whose members may drive chambers: the package's own group, and the group that owns serial ports.
 inline constexpr const char* kChamberGroups[] = {"gyrotherm", "dialout"};
 
-/// Returns true for this user, root, and members of one of kChamberGroups according to /etc/passwd and /etc/group.
-/// Directory services are not queried. An unknown user (a negative number) counts as permitted.
+/// Returns true for the current user, root, and members of one of kChamberGroups according to /etc/passwd and
+/// /etc/group. Directory services are not queried. An unknown user (a negative number) is permitted.
 [[nodiscard]] bool may_drive_chambers(std::int64_t uid);
 
 /// Returns the user who created the Unix socket with that inode in this network namespace (sock_diag(7)). Returns
@@ -46,9 +46,9 @@ struct NameOwner {
 /// Returns the holder of the name, or nothing if no process holds it.
 [[nodiscard]] std::optional<NameOwner> find_name_owner(const std::string& place);
 
-/// Returns an identifier of the chamber at the end of a line, independent of how the line is written.
+/// Returns an identifier of the chamber at the end of a line. It does not depend on the notation of the line's address.
 /// "tcp-10.0.0.7-502-1" ends with the unit number, because one address may serve several chambers.
-/// "tcp-this.machine-502-1" stands for every address of this machine. "serial-dev-ttyUSB0" names the device behind a
+/// "tcp-this.machine-502-1" is used for every address of this machine. "serial-dev-ttyUSB0" names the device behind a
 /// link.
 [[nodiscard]] std::string chamber_lock_name(const Line& line, std::uint16_t usual_port, std::uint8_t unit);
 
@@ -64,8 +64,8 @@ class ChamberLock {
  public:
   /// Takes the lock without waiting. `record` is the record that this program writes, for the messages of refused
   /// programs. Fails with refused if another program holds the lock and its user may drive chambers; the message names
-  /// both. Fails with storage if neither lock can be made. If two programs start while another user's process holds the
-  /// name, both may be refused.
+  /// the process and its user. Fails with storage if neither lock can be made. If two programs start while another
+  /// user's process holds the name, both may be refused.
   [[nodiscard]] static Result<ChamberLock> take(const std::string& place, const std::string& record);
   /// Returns the program that holds the lock, or nothing if there is none whose user may drive chambers.
   [[nodiscard]] static std::optional<ChamberHolder> holder(const std::string& place);

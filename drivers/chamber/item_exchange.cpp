@@ -38,9 +38,9 @@ Result<bool> fahrenheit_of(const RegisterItem& item, const ValueOf& value_of) {
 constexpr double kSameStep = 0.75;
 /// Time between two reads of a register that is waited for.
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
-/// Lifetime of settings that were read: about the second in which they were read.
+/// Time for which settings are not read again: about one second.
 constexpr Duration kKnownFor = std::chrono::milliseconds(1500);
-/// Time in which a unit cannot be replaced by another one.
+/// Within this time a unit cannot be replaced by another one.
 constexpr Duration kRecognisedFor = std::chrono::seconds(2);
 
 Fault at(const RegisterItem& item, Fault fault) {
@@ -377,8 +377,8 @@ Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
-/// Writes to a unit that was identified a moment ago, or that does not answer. On a line that loses every second
-/// exchange, each query would cost the following write.
+/// Writes the words, also to a unit that does not answer. Does not query a unit that was identified recently: on a line
+/// that loses every second exchange, the query would succeed and the write would be lost.
 Result<void> ItemExchange::write_safe_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
   const bool is_recent = !recognised_.empty() && pauses_.now() - recognised_at_ < kRecognisedFor;
   if (!is_recent && trust() == Trust::another) return not_sent(item);

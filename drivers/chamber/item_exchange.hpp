@@ -37,7 +37,7 @@ using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 /// Returns a short text that matches `pattern`.
 [[nodiscard]] std::string example_of(std::string_view pattern);
 
-/// Identity of a unit, and the properties that were compared with the map.
+/// Identity of a unit, with the properties that were compared with the map and those that could not be compared.
 struct IdentityFound {
   /// Make, model, and the values of identifying registers. The text is always equal for the same unit with the same
   /// settings.
@@ -55,9 +55,9 @@ class ItemExchange {
   ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses);
 
   /// Accepts the unit on the present connection as the one to write to. After a broken connection another unit may
-  /// answer. Therefore, before the next write, a unit that was identified before is identified again, and the write
-  /// fails with disconnected unless its identity is unchanged. write_persistently() is less strict: it also writes to a
-  /// unit that was identified within the last two seconds, or that does not answer.
+  /// answer. Therefore the next write first identifies the unit again, if it was identified before, and fails with
+  /// disconnected unless the identity is unchanged. write_persistently() is less strict: it also writes to a unit that
+  /// was identified within the last two seconds, or that does not answer.
   void trust_line() { trusted_ = registers_.breaks(); }
 
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;
@@ -71,15 +71,15 @@ class ItemExchange {
 
   /// Returns the items for decimals and units that `items` depend on.
   [[nodiscard]] std::vector<const RegisterItem*> find_context_items(std::span<const RegisterItem* const> items) const;
-  /// Keeps a snapshot for 1.5 s; contexts in it are not read again in this time.
+  /// Keeps a snapshot for 1.5 s. Units and decimals in the snapshot are not read again in this time.
   void know(const Snapshot& found);
-  /// Keeps the units and decimals in the snapshot as the latest ones.
+  /// Stores the units and decimals in the snapshot as the latest known values.
   void confirm(const Snapshot& found);
   [[nodiscard]] const ControllerSettings& confirmed() const { return confirmed_; }
-  /// Sets the latest units and decimals, as another program has read them.
+  /// Sets the latest units and decimals to values that another program has read.
   void assume(const ControllerSettings& settings) { confirmed_ = settings; }
-  /// Uses the latest value of a unit or number of decimals that cannot be read, from now on. One unreadable register
-  /// must not keep a hot chamber from being made safe.
+  /// From now on, uses the latest known value of a unit or number of decimals that cannot be read. One unreadable
+  /// register must not keep a hot chamber from being made safe.
   void fall_back() { falls_back_ = true; }
   /// Returns true if the span may be skipped when it cannot be read: it contains only units and decimals with a known
   /// latest value.
@@ -92,7 +92,7 @@ class ItemExchange {
 
   /// Reads a number together with its context. Fails as Registers::read() and decode() do.
   [[nodiscard]] Result<double> read(const RegisterItem& item);
-  /// Returns the item with the controller's present scale and unit, which are read if necessary. Fails as read() does.
+  /// Returns the item with the controller's present scale and unit. Reads these if necessary. Fails as read() does.
   [[nodiscard]] Result<RegisterItem> in_its_context(const RegisterItem& item);
   [[nodiscard]] Result<std::string> read_text(const RegisterItem& item);
   [[nodiscard]] Result<CivilTime> read_date(const RegisterItem& item);
@@ -101,8 +101,8 @@ class ItemExchange {
   /// value. Fails with out_of_range, without writing, if the register cannot hold the value, and with mismatch if
   /// another value is read back.
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value) { return write(item, value, 1); }
-  /// Writes on a bad line. An unacknowledged write is repeated immediately, because repetition has no further effect.
-  /// Succeeds without acknowledgement if the value is read back.
+  /// Writes as write() does, for a bad line. Repeats an unacknowledged write immediately, because writing the same
+  /// value twice does no harm. Succeeds without an acknowledgement if the value is read back.
   [[nodiscard]] Result<void> write_persistently(const RegisterItem& item, double value) {
     return write(item, value, 3);
   }
@@ -114,7 +114,8 @@ class ItemExchange {
   struct Parameters {
     int program = 0, step = 0;
   };
-  /// Executes a command. Fails at the first step that fails, or with timeout if a wait was not met in time.
+  /// Executes a command. Fails at the first step that fails, or with timeout if the condition of a wait is not met in
+  /// time.
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
 
  private:
@@ -151,7 +152,7 @@ class ItemExchange {
   Pauses& pauses_;
   Snapshot known_;
   Duration known_since_{};
-  /// Number of breaks when the connection was accepted.
+  /// Number of broken connections at the time when the present one was accepted.
   std::uint64_t trusted_ = 0;
   Duration recognised_at_{};
   /// Latest identity; empty if the unit was never identified.

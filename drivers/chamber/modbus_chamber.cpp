@@ -41,7 +41,8 @@ struct ChamberStatus {
   bool must_stop{};
 };
 
-/// Returns the value of an item by name, or nothing if it is unknown; its rules do not apply then.
+/// Returns the value of the item with this name, or nothing if the value is unknown. Rules about an unknown value do
+/// not apply.
 using ItemValue = std::function<std::optional<double>(const std::string&)>;
 
 ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
@@ -78,18 +79,18 @@ std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
   return items;
 }
 
-/// Limit of a reading; the caller does not wait longer.
+/// Maximum duration of a reading. The caller does not wait longer.
 constexpr Duration kLongestReading = std::chrono::milliseconds(900);
-/// Exchanges at least this long make a line slow. On a slow line, units and decimals that were read in this second are
-/// not read again for a set point sent in the same second.
+/// A line is slow if an exchange takes at least this long. On a slow line, units and decimals are not read again for a
+/// set point that is sent in the same second.
 constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
-/// Maximum number of meaningless zeros in a row that a unit sends.
+/// Maximum number of stray zeros in a row. A further zero is accepted as a value.
 constexpr int kMostStrayZeros = 6;
-/// Maximum change of the air temperature in a few seconds.
+/// A zero or tiny value this close to the previous air temperature is accepted.
 constexpr double kNearZeroK = 2;
-/// Limits of every chamber with registers. A value outside has another word order or unit, or is damaged.
+/// Limits for every chamber. A value outside them has a different word order or unit, or is corrupted.
 constexpr double kColdestAirC = -120, kWarmestAirC = 250;
-/// A smaller value is the trace of a wrong word order.
+/// A smaller non-zero value indicates a wrong word order.
 constexpr double kNextToNothingC = 1e-4;
 /// Maximum instantaneous change of the air temperature, and its maximum rate; sufficient for thermal shock chambers.
 constexpr double kJumpK = 10, kFastestKPerS = 5;
@@ -136,7 +137,7 @@ class ModbusChamber final : public Chamber {
     return state;
   }
 
-  /// Retries lost pieces a few times. After a stray zero it waits a second, as in a run.
+  /// Retries lost pieces of the status a few times. Waits a second after a stray zero, as a run does.
   Result<ChamberState> inspect() override {
     constexpr int kTries = 3;
     unhurried_ = true;
@@ -169,8 +170,8 @@ class ModbusChamber final : public Chamber {
     return done;
   }
 
-  /// Starts temperature control and restores the set point, which a finished program may have changed. The activity
-  /// "off" is outdated then; on a slow line its next query takes a while.
+  /// Starts temperature control and restores the set point, which a finished program may have changed. The stored
+  /// activity "off" is discarded, because on a slow line the next query takes a while.
   Result<void> start() override {
     items_.trust_line();
     turns_.begin_anew();
@@ -314,8 +315,8 @@ class ModbusChamber final : public Chamber {
     return core;
   }
 
-  /// Returns the air temperature. A zero that is far from the previous value may be a stray zero; the 0 °C of a ramp or
-  /// soak is near it.
+  /// Returns the air temperature. A zero far from the previous value may be a stray zero; a genuine 0 °C of a ramp or
+  /// soak is close to the previous value.
   [[nodiscard]] Result<double> air_in(const Snapshot& core) {
     const auto air = items_.value_in(core, air_);
     if (!air) return air;
@@ -442,7 +443,8 @@ class ModbusChamber final : public Chamber {
     return {};
   }
 
-  /// Fails if the controller rounds more than its map states. Its set points would seem to come from another program.
+  /// Fails if the controller rounds more coarsely than its map states. A rounded set point would seem to come from
+  /// another program.
   [[nodiscard]] Result<void> check_step() {
     if (set_point_.decimals.empty()) return {};
     const auto as_set = items_.in_its_context(set_point_);
@@ -456,7 +458,7 @@ class ModbusChamber final : public Chamber {
                                kept, expected));
   }
 
-  /// Verifies the word order, which is a setting of some controllers that only their values reveal.
+  /// Verifies the word order. In some controllers it is a setting that can only be inferred from the values.
   [[nodiscard]] Result<void> check_word_order(IdentityFound& found) {
     if (word_count(air_) < 2 || word_count(set_point_) < 2) return {};
     if (!set_point_.readable) {
@@ -485,7 +487,7 @@ class ModbusChamber final : public Chamber {
     return {};
   }
 
-  /// Ends a program that this program started, or that the controller reported in its latest status.
+  /// Ends the controller's program if this driver started it or if the latest status reports one.
   [[nodiscard]] Result<void> end_known_program() {
     const bool foreign = status_known_ && carries_out_program(status_.activity);
     if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
@@ -510,16 +512,16 @@ class ModbusChamber final : public Chamber {
   const RegisterItem* identity_;
   std::vector<ReadSpan> core_plan_;
   StatusTurns turns_{{}, 0};
-  /// Including the items for their decimals and units.
+  /// Items in state and alarm rules, and the items for their decimals and units.
   std::vector<const RegisterItem*> status_items_;
   ChamberStatus status_;
   IdentityReport verification_;
   bool is_new_ = true;                ///< never identified
   std::vector<std::string> missing_;  ///< names of missing status items
-  /// Reason why the latest piece of the status is missing.
+  /// Fault of the latest piece of the status that could not be read.
   std::string lost_;
   bool unhurried_ = false;  ///< outside a tick
-  /// The status was read after the latest silence.
+  /// The status was read completely since the last failed reading.
   bool status_known_ = false;
   Duration exchange_{};  ///< duration of one exchange
   /// Limits in the controller; empty before they are read.

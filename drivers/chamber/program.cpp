@@ -220,7 +220,7 @@ Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
   return step;
 }
 
-/// Sets the target of each ramp to the start of the next step. For memories that hold starts and no targets.
+/// Sets the target of each ramp to the start of the next step, for a memory that stores starts but no targets.
 void close_ramps(std::vector<ProgramStep>& steps) {
   for (std::size_t i = 0; i + 1 < steps.size(); ++i)
     if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
@@ -409,7 +409,7 @@ Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from,
   }
   if (!has_starts) return program;
   close_ramps(steps);
-  // The last counted step is an end step: it only holds the final set point.
+  // The last of the counted steps is an end step, which only maintains the final set point.
   const bool is_counted = header->step_count < memory.steps_at_most;
   if (memory.end_step && is_counted && std::ssize(steps) == header->step_count) steps.pop_back();
   return program;

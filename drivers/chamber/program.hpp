@@ -20,7 +20,7 @@ struct ProgramStep {
   Celsius start;
   Celsius target;
   Duration duration{};
-  /// The time counts only while the air is within the program's soak band.
+  /// The step's time passes only while the air is within the program's soak band.
   bool guaranteed_soak{};
 };
 
@@ -57,7 +57,7 @@ using ContextOf = std::function<ItemContext(const RegisterItem&)>;
                                                               const ChamberProgram& program,
                                                               const ContextOf& context_of = {});
 
-/// Returns the words of a block for a step index, or for the header and footer with -1.
+/// Returns the words of a block. `step` is the index of a step, or -1 for the header and footer.
 using BlockWords = std::function<Result<std::vector<std::uint16_t>>(const MemoryBlock&, int step)>;
 
 /// Decodes the program in the memory, without its end step. `from` is the set point before its first step. Fails at the

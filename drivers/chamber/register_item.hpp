@@ -20,8 +20,8 @@ enum class RegisterType { u16, s16, u32, s32, f32, bits, text, date_time };
 /// Order of the bytes in two registers, written for the value ABCD: −40.25 is C221 0000 in abcd and 0000 C221 in cdab.
 enum class WordOrder { abcd, cdab, badc, dcba };
 
-/// Source of a fact in the map: tried on the instrument, the vendor's manual, a public source or an excerpt, or no
-/// better than one contradicted source.
+/// Source of a fact in the map: a test on the instrument, the vendor's manual, a public source or an excerpt, or
+/// nothing better than one contradicted source.
 enum class Confidence { verified, manual, secondary, unverified };
 
 /// Padded ASCII text with one or two characters per register.
@@ -45,7 +45,7 @@ struct DateForm {
   };
   std::vector<Word> words;
   std::uint16_t stride = 1;
-  int century = 0;  ///< added to years of two digits
+  int century = 0;  ///< added to two-digit years
 };
 
 struct CivilTime {
@@ -77,7 +77,7 @@ struct RegisterItem {
   double resolution = 1;
   /// The register holds °F; the program's values are in °C.
   bool fahrenheit{};
-  /// The value is a difference, so that °F are converted without the offset of 32.
+  /// The value is a difference: °F are converted without the offset of 32.
   bool step{};
   /// Item whose value is the number of decimals of the raw value.
   std::string decimals;
@@ -103,17 +103,17 @@ struct RegisterItem {
   Duration seen_within{};
   /// The next reading of the chamber verifies the write, which saves an exchange.
   bool seen_later{};
-  /// Items that are given the same value before this one.
+  /// Items to which the same value is written before this one.
   std::vector<std::string> also;
-  /// Written in the same block, in the registers that follow.
+  /// Item that is written in the same block, in the registers after this one.
   std::optional<Companion> companion;
 
-  /// Codes by their meaning; the first code of a meaning is the one written.
+  /// Codes, keyed by their meaning. To write a meaning, its first code is used.
   std::map<std::string, std::vector<std::int64_t>> codes;
-  std::map<std::string, std::uint8_t> flags;  ///< bits by their meaning
+  std::map<std::string, std::uint8_t> flags;  ///< bit numbers, keyed by their meaning
   /// Meaning of an unlisted code; unknown if empty.
   std::string otherwise;
-  /// Raw values that mean that there is no value, by their reason.
+  /// Raw values that mark a missing value, keyed by the reason.
   std::map<std::string, double> sentinels;
   /// The instrument sends zeros without a meaning.
   bool stray_zeros{};
@@ -133,8 +133,8 @@ struct ItemContext {
 [[nodiscard]] RegisterItem in_context(RegisterItem item, const ItemContext& context);
 
 /// Returns the one or two words of a number on the wire. The type must not be text or date_time, and `value` must be
-/// finite. Rounds to the nearest value of the type and saturates at its range. In the word of a bit field the other
-/// bits are 0.
+/// finite. The value is rounded to the nearest one of the type and saturates at the limits of the type. In the word of
+/// a bit field the other bits are 0.
 [[nodiscard]] std::vector<std::uint16_t> encode(const RegisterItem& item, double value);
 /// Returns the value of `words`, which must have the item's count. Fails with corrupted (not finite) or out_of_range (a
 /// sentinel, which is named, or an impossible value).

@@ -86,7 +86,7 @@ const char* name(Confidence confidence) { return word_of(kConfidences, confidenc
 
 namespace {
 
-/// Every item in use, each once, in the order of the map.
+/// Items in use, in the order of the map, without repetition.
 std::vector<const RegisterItem*> items_in_use(const RegisterMap& map) {
   std::vector<std::string> names{"air_temperature", "set_point", map.limits.lowest_item, map.limits.highest_item};
   if (map.identity) names.push_back(map.identity->item);

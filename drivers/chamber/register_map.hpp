@@ -34,7 +34,7 @@ struct Condition {
 /// Returns whether `value`, a finite result of decode(), meets the condition.
 [[nodiscard]] bool holds(const Condition& condition, double value);
 
-/// Activity of the chamber if a condition holds. The first rule that holds applies.
+/// Activity of the chamber if a condition holds. The first rule whose condition holds applies.
 struct StateRule {
   ChamberActivity activity = ChamberActivity::unknown;
   Condition when;
@@ -136,7 +136,7 @@ struct ProfileMemory {
   Duration pause{};  ///< between writes
   /// Wait after a failed write before the whole program is sent again.
   Duration recovery{};
-  /// Item with the program number that the controller assigned; if empty, the driver chooses it.
+  /// Item that contains the program number assigned by the controller. If empty, the driver chooses the number.
   std::string number_from;
   std::vector<MemoryBlock> header, step, footer;
   Confidence confidence = Confidence::unverified;
@@ -187,7 +187,8 @@ struct Verification {
   std::vector<std::string> not_verified;
 };
 
-/// Switching of temperature control: a code written to one item, with its effect shown by another item or by the same.
+/// Items and codes that switch temperature control. A code is written to one item; another item, or the same one, shows
+/// the effect.
 struct ControlMode {
   std::string commanded;
   std::string active;
@@ -195,14 +196,14 @@ struct ControlMode {
   std::int64_t off{};
 };
 
-/// One way of wiring the output that switches the chamber's power. The rig file names the one of its chamber.
+/// One way of wiring the output that switches the chamber's power. The rig file names the one that its chamber uses.
 struct PowerSwitch {
   std::string name;  ///< such as "event_1"
   Condition is_on;
   Sequence on, off;
 };
 
-/// Set points that the controller accepts: numbers, or the items that hold them.
+/// Limits of the set points that the controller accepts: as numbers, or as the items that contain the numbers.
 struct SetPointLimits {
   std::optional<Celsius> lowest, highest;
   std::string lowest_item, highest_item;
@@ -312,8 +313,8 @@ struct OrderFinding {
 };
 
 /// Decodes two items in all four word orders, starting with their own. Empty for items of one register. A non-zero
-/// value below 0.05 °C is taken for the trace of a wrong order, unless no order gives a larger one; below 10⁻⁴ °C
-/// always.
+/// value below 0.05 °C is considered the result of a wrong order, unless no order gives a larger value. A non-zero
+/// value below 10⁻⁴ °C is always considered wrong.
 [[nodiscard]] std::vector<OrderFinding> probe_word_order(const RegisterItem& air,
                                                          std::span<const std::uint16_t> air_words,
                                                          const RegisterItem& set_point,

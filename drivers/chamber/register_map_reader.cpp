@@ -465,7 +465,8 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
     link.mistake("serial", format.error().what);
 }
 
-/// Reads the keys that [link] and the table of a single link have in common; the latter overrides the former.
+/// Reads the keys that [link] and the table of a single link have in common. The table of the single link has
+/// precedence.
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
   modbus = with_settings(std::move(modbus), read_link_settings(link));
   modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);

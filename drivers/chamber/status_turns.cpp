@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Less than the timeout of InstrumentIo.
+/// Maximum duration of a reading, less than the timeout of InstrumentIo.
 constexpr Duration kReading = milliseconds(850);
 constexpr Duration kSecondsWork = milliseconds(950);
 constexpr int kExchangesOfASetPoint = 2;

@@ -59,41 +59,41 @@ class StatusTurns {
 
   /// Begins a reading of the chamber.
   void begin_reading();
-  /// Returns the piece to read now, or null for none in this reading. `spent` is the time used in this reading, and
-  /// `exchange` the duration of one exchange. Time is reserved for sending and reading back a set point in the same
-  /// second, except that every fifth reading reads one piece in any case.
+  /// Returns the piece to read now, or null if no further piece is to be read in this reading. `spent` is the time used
+  /// in this reading, and `exchange` the duration of one exchange. Time is reserved for sending and reading back a set
+  /// point in the same second, except that every fifth reading reads one piece in any case.
   [[nodiscard]] const ReadSpan* next(Duration spent, Duration exchange);
   /// Stores the words of the piece that next() returned.
   void found(std::vector<std::uint16_t> words);
-  /// Notes that the unit refused the piece as non-existent. It is not read again, unless it was read successfully
-  /// before. Returns whether the next piece can be read.
+  /// Notes that the unit refused the piece as non-existent. The piece is not read again, unless it was read
+  /// successfully before. Returns true if it was removed; next() then returns the following piece.
   bool refused();
-  /// Notes that the piece could not be read. `spent` is the time used in this reading. A piece that delayed a reading
-  /// is then tried only at every fifth reading, so that the others remain on time.
+  /// Notes that the piece could not be read. `spent` is the time used in this reading. If the piece delayed the
+  /// reading, it is retried only at every fifth reading. The readings in between remain on time.
   void lost(Duration spent);
 
   /// Returns whether the round is complete. take() then returns its snapshot once.
   [[nodiscard]] bool is_complete() const { return under_way_ && at_ == pieces_.size(); }
   [[nodiscard]] Snapshot take();
 
-  /// Returns whether a completed round is overdue by more than 60 readings.
+  /// Returns whether the completion of a round is overdue by more than 60 readings.
   [[nodiscard]] bool is_overdue() const;
   [[nodiscard]] int pieces() const { return static_cast<int>(pieces_.size()); }
 
  private:
   std::vector<ReadSpan> pieces_;
-  /// Per piece: it was read successfully before.
+  /// True for each piece that was read successfully before.
   std::vector<bool> had_ = std::vector<bool>(pieces_.size());
   int every_;
   std::size_t at_ = 0;
   /// Words read in the current round.
   Snapshot so_far_;
-  /// Readings until the next round begins, since a round was completed, and since a piece was read.
+  /// Number of readings until the next round begins, since a round was completed, and since a piece was read.
   int until_round_ = 0;
   int since_round_ = 0;
   int since_piece_ = 0;
   bool under_way_ = false;  ///< a round is in progress
-  /// The next reading reads all pieces; the current one does.
+  /// The next reading (`at_once_`) or the current one (`unhurried_`) reads all pieces, regardless of time.
   bool at_once_ = false;
   bool unhurried_ = false;
   /// The next piece delayed a reading.

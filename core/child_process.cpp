@@ -63,7 +63,7 @@ int keep_only_pipe(int to_parent) {
   return kLine;
 }
 
-/// Unblocks all signals and lets these end the process, regardless of the parent's signal settings.
+/// Unblocks all signals and restores the default action of the signals that this program may ignore.
 void reset_signals() {
   sigset_t none;
   sigemptyset(&none);

@@ -23,7 +23,7 @@ struct Crc {
   /// Bytes are processed lowest bit first.
   bool reflected{};
   std::uint32_t final_xor{};
-  /// The result is bit-reversed; if empty, the value of `reflected` applies.
+  /// True if the result is bit-reversed. If empty, the value of `reflected` applies.
   std::optional<bool> reflected_out{};
 };
 [[nodiscard]] std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes);

@@ -25,26 +25,26 @@ struct SetPointRange {
 class Identified {
  public:
   virtual ~Identified() = default;
-  /// Returns make, model, serial number and the settings that change the meaning of its values, as far as the
-  /// instrument reports them. The text is always equal for the same instrument with the same settings. Empty if the
+  /// Returns make, model, serial number and the settings that change the meaning of the instrument's values, as far as
+  /// the instrument reports them. The text is always equal for the same instrument with the same settings. Empty if the
   /// instrument cannot be queried. Fails with timeout, disconnected, refused or corrupted, and with mismatch if the
   /// instrument differs from its description.
   [[nodiscard]] virtual Result<std::string> identify() = 0;
-  /// Returns make, model and serial number alone: the start of the text of identify(). This is enough to send the safe
-  /// set point to an instrument whose settings were changed. Fails as identify() does.
+  /// Returns only make, model and serial number, which are the start of the text that identify() returns. This is
+  /// enough to send the safe set point to an instrument whose settings were changed. Fails as identify() does.
   [[nodiscard]] virtual Result<std::string> recognise() { return identify(); }
   /// Returns the number of connections that broke so far, including connections that the driver replaced within one
   /// call.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
-/// Properties from an instrument's description: those that identify() compared with its answers, and those that none of
-/// its answers contains. Each is a text for people.
+/// Properties in an instrument's description. `verified` were compared with the instrument's answers by identify();
+/// `not_verified` are not in any answer. Each is a text for people.
 struct IdentityReport {
   std::vector<std::string> verified, not_verified;
 };
 
-/// Latest settings of a controller on which the meaning of its values depends (unit, decimals), by register name.
+/// Latest settings of a controller that determine the meaning of its values (unit, decimals), keyed by register name.
 using ControllerSettings = std::map<std::string, double>;
 
 /// Number and duration of the exchanges with a chamber, as far as the driver can measure them.
@@ -73,14 +73,14 @@ class Chamber : public Identified {
   [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
   /// Starts temperature control at the present set point. Verified by the state register if the map has one.
   [[nodiscard]] virtual Result<void> start() = 0;
-  /// Stops temperature control. Verified in the same way.
+  /// Stops temperature control. Verified as in start().
   [[nodiscard]] virtual Result<void> stop() = 0;
-  /// Returns zeros for unknown values.
+  /// Returns the exchanges that the driver needs. Zero means unknown.
   [[nodiscard]] virtual ChamberEffort effort() const { return {}; }
-  /// Returns the status values and alarms that the controller reports as missing; the driver no longer reads them.
+  /// Returns the status values and alarms that do not exist in the controller. The driver no longer reads them.
   /// Complete after inspect().
   [[nodiscard]] virtual std::vector<std::string> missing() const { return {}; }
-  /// Returns the settings read last. Empty if there are none or none was read.
+  /// Returns the settings that were read last. Empty if the controller has none or none was read.
   [[nodiscard]] virtual ControllerSettings settings() const { return {}; }
   /// Executes another command of the instrument: "acknowledge" (its alarms), "pause", "resume" (its program), … Fails
   /// with refused if the instrument has no such command.
@@ -119,12 +119,12 @@ class Chamber : public Identified {
 /// One instrument with one or more temperature inputs.
 class Thermometer : public Identified {
  public:
-  /// Returns one reading per input, in the instrument's order. If the instrument does not answer, every input has its
-  /// fault; an open or over-range input has a fault of its own.
+  /// Returns one reading per input, in the instrument's order. If the instrument does not answer, every reading is the
+  /// fault of the exchange. An open or over-range input has its own fault.
   [[nodiscard]] virtual std::vector<Result<Celsius>> read() = 0;
 };
 
-/// An instrument with inputs for voltages and currents. It measures values of gyros that their frames do not contain.
+/// An instrument with inputs for voltages and currents. It measures values of a gyro that are not in the gyro's frames.
 class AnalogueInputs : public Identified {
  public:
   /// Returns one reading per configured input, in their order, within one second plus one exchange. Each is in the unit
@@ -143,11 +143,12 @@ class Gyro : public Identified {
   /// Waits for the first frame, which is the origin of the count. Called once, before the first read(). Fails as read()
   /// does. The default does nothing.
   [[nodiscard]] virtual Result<void> wait_for_origin() { return {}; }
-  /// Returns the pulses since the last successful read, over the interval measured by the gyro's own clock, or by the
-  /// host's if the gyro has none. Waits until `expected` of the gyro's time has passed (at least half of it by the
-  /// host's clock), or until the driver's limit. Fails with timeout, disconnected or corrupted if frames were lost or
-  /// the count starts again after a silence or a broken line. The pulses in between are then unknown, and the next read
-  /// counts from there. Fails with mismatch if the gyro's settings differ from its description.
+  /// Returns the pulses since the last successful read, and the interval in which they were counted. The interval is
+  /// measured by the gyro's own clock, or by the host's if the gyro has none. Waits until `expected` of the gyro's time
+  /// has passed (at least half of it by the host's clock), or until the driver's limit. Fails with timeout,
+  /// disconnected or corrupted if frames were lost, or if the count starts again after a silence or a broken line. The
+  /// pulses since the last successful read are then unknown, and the next read counts from the new start. Fails with
+  /// mismatch if the gyro's settings differ from its description.
   [[nodiscard]] virtual Result<GyroCount> read(Duration expected) = 0;
   /// Returns the frame counts of all reads so far; zero for a gyro without frames.
   [[nodiscard]] virtual FrameCount frames() const { return {}; }

@@ -32,13 +32,13 @@ class Registers {
   /// is named in the text.
   [[nodiscard]] virtual Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address,
                                                                 std::uint16_t count) = 0;
-  /// Writes words. Fails as read() does, at the first exchange that fails. An acknowledged write may not be in effect
-  /// yet: read it back.
+  /// Writes words. Fails as read() does, at the first exchange that fails. An acknowledged write may not have taken
+  /// effect yet; read it back to verify it.
   [[nodiscard]] virtual Result<void> write(WriteFunction function, std::uint16_t address,
                                            std::span<const std::uint16_t> words) = 0;
   /// Makes the next call try immediately, even if the line is in its rest period after failures. For urgent commands.
   virtual void end_rest() {}
-  /// Returns the number of connections that broke so far. Another instrument may answer on the next one.
+  /// Returns the number of connections that broke so far. Another instrument may answer on the next connection.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
@@ -48,8 +48,8 @@ class ByteStream {
   virtual ~ByteStream() = default;
   /// Reads the available bytes, waiting for at least one. Fails with timeout (no byte arrived) or disconnected.
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> buffer, Duration within) = 0;
-  /// Returns the arrival time of the newest byte of the last read, on the steady clock. Empty if the bytes were read on
-  /// arrival.
+  /// Returns the arrival time of the newest byte of the last read, on the steady clock. Empty if bytes are always read
+  /// when they arrive.
   [[nodiscard]] virtual std::optional<Duration> came() const { return {}; }
   /// Writes all bytes. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;

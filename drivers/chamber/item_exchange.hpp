@@ -78,7 +78,7 @@ class ItemExchange {
   [[nodiscard]] const ControllerSettings& confirmed() const { return confirmed_; }
   /// Sets the latest units and decimals to values that another program has read.
   void assume(const ControllerSettings& settings) { confirmed_ = settings; }
-  /// From now on, uses the latest known value of a unit or number of decimals that cannot be read. One unreadable
+  /// Makes later calls use the latest known value of a unit or number of decimals that cannot be read. One unreadable
   /// register must not keep a hot chamber from being made safe.
   void fall_back() { falls_back_ = true; }
   /// Returns true if the span may be skipped when it cannot be read: it contains only units and decimals with a known

@@ -34,7 +34,7 @@ std::vector<std::string_view> words_between(const LineFormat& format, std::strin
   return words;
 }
 
-/// Splits a line into its tokens. Returns none if the header has another number of tokens.
+/// Splits a line into its tokens. Returns no tokens if the header does not have the described number of tokens.
 std::vector<std::string_view> words_of(const LineFormat& format, std::string_view line) {
   if (format.header_words == 0) return words_between(format, line);
   const auto end = line.find(format.header_end);
@@ -54,8 +54,8 @@ std::optional<std::size_t> find_terminator(const LineFormat& format, std::span<c
   return static_cast<std::size_t>(found - bytes.begin());
 }
 
-/// Splits a line without its terminator. Returns nothing if it has another start or number of tokens, or fails the
-/// check. The tokens refer to `line`.
+/// Splits a line without its terminator. Returns nothing if its start or number of tokens differs from the format, or
+/// if the check fails. The tokens refer to `line`.
 std::optional<std::vector<std::string_view>> split_line(const LineFormat& format, const FrameCheck& check,
                                                         std::string_view line) {
   if (!line.starts_with(format.starts_with)) return std::nullopt;

@@ -12,7 +12,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// Joins tokens to a line, with its check and terminator.
+/// Makes a line from tokens, with its check and terminator.
 std::string join_line(const LineFormat& format, const FrameCheck& check, const std::vector<std::string>& words) {
   std::string line;
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -50,7 +50,7 @@ enum class FieldRole {
   status,
   /// In °C after scaling.
   temperature,
-  /// Irrelevant to the bias, such as an acceleration; housekeeping if it has a unit.
+  /// Value irrelevant to the bias, such as an acceleration; recorded as housekeeping if it has a unit.
   value,
   /// Belongs to an axis that is not in use; not a keyword of files.
   other_axis,
@@ -152,7 +152,7 @@ struct RawValue {
 /// Returns whether the field is an exact count: an integer that wraps at its width.
 [[nodiscard]] bool is_counted(const FrameField& field);
 
-/// Returns whether message `id` contains the field. A field that names no message is in all.
+/// Returns whether message `id` contains the field. A field without ids is in every message.
 [[nodiscard]] bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id);
 /// Returns the position of the field in a frame of `length` bytes, or nothing if it does not fit.
 [[nodiscard]] std::optional<std::size_t> place_of(const FrameField& field, std::size_t length);

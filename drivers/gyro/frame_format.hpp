@@ -32,7 +32,7 @@ struct FrameCheck {
   std::ptrdiff_t to{};
   bool big_endian{};
   Crc model{};  ///< crc only
-  /// For the computation, the covered bytes are padded with zeros to a multiple of this.
+  /// For the computation, zeros are appended to the covered bytes until their number is a multiple of this.
   std::size_t padded_to = 1;
   /// Parity: bit of the byte at `offset`.
   unsigned bit{};
@@ -97,7 +97,7 @@ struct FrameFormat {
   std::optional<HeadNumber> id{};
   /// All messages of a stream with an id. If the head contains the length, other messages may occur too.
   std::vector<FrameVariant> variants{};
-  /// Number in the head that, plus `length_plus`, is the length of the frame.
+  /// Number in the head from which the length of the frame follows, by adding `length_plus`.
   std::optional<HeadNumber> length_at{};
   std::size_t length_plus{};
   std::vector<std::byte> tail{};  ///< optional bytes after a frame
@@ -106,13 +106,13 @@ struct FrameFormat {
   /// Set for a stream of text lines.
   std::optional<LineFormat> line{};
   double rate_hz{};  ///< nominal; 0 if unknown
-  /// Time is the number of frames at the nominal rate.
+  /// The device's time is computed from the number of frames and the nominal rate.
   bool clocked_by_sequence{};
 
   /// Returns the first field with this role, or null. Fields of axes that are not in use have the role `other_axis`.
   [[nodiscard]] const FrameField* find(FieldRole role) const;
-  /// Returns the gyro fields, one for each of `axes`, in their order. For an axis in several messages it is the first
-  /// field. A format that was read without errors has at least one. The pointers refer to `fields`.
+  /// Returns the gyro fields, one for each of `axes`, in their order. If several messages contain an axis, its first
+  /// field is returned. A format that was read without errors has at least one. The pointers refer to `fields`.
   [[nodiscard]] std::vector<const FrameField*> gyros() const;
   /// Returns the first gyro field, or null.
   [[nodiscard]] const FrameField* gyro() const;
@@ -201,8 +201,8 @@ inline constexpr auto kFieldRoles = make_vocabulary<FieldRole::pulse_count, Fiel
 void settle_roles(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
                   FrameFormat& format);
 
-/// Decodes frames from bytes that arrive in pieces. After a false sync it resynchronises from the next byte, in text at
-/// the next line. The first line may be incomplete and is rejected, unless it begins with `starts_with` and has a
+/// Decodes frames from bytes that arrive in pieces. After a false sync it resynchronises at the next byte, or in text
+/// at the next line. The first line may be incomplete and is rejected, unless it begins with `starts_with` and has a
 /// check.
 class FrameDecoder {
  public:
@@ -241,11 +241,11 @@ class FrameDecoder {
 };
 
 /// Encodes a frame for the virtual gyro and for tests, as the message with the most axes and, among those, with the
-/// most housekeeping. Counts wrap at the width of their fields; housekeeping saturates. Missing values are zero in
-/// their unit, or are left out if the format allows it. Bytes outside all fields are zero.
+/// most housekeeping. Counts wrap at the width of their fields; housekeeping saturates. A value that `frame` does not
+/// contain is encoded as zero in its unit, or omitted if the format allows it. Bytes outside all fields are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
-/// Encodes the message `id` of the format with the settings of the description. With `differs`, each setting breaks its
-/// first rule.
+/// Encodes the message `id` of the format with the settings that the description requires. With `differs`, each setting
+/// breaks its first rule instead.
 [[nodiscard]] std::vector<std::byte> encode_settings(const FrameFormat& format, std::uint32_t id, bool differs);
 
 }  // namespace gyrotherm::drivers

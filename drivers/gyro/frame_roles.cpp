@@ -67,7 +67,7 @@ void number_housekeeping(FrameFormat& format) {
   }
 }
 
-/// Returns whether a message, by its ids, contains both fields.
+/// Returns whether any message contains both fields, according to their ids.
 bool may_share_message(const FrameField& one, const FrameField& other) {
   if (one.ids.empty() || other.ids.empty()) return true;
   return std::any_of(one.ids.begin(), one.ids.end(), [&](auto id) { return is_in_message(other, id); });

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kArcsecPerCount = 1e-6;  // for fields that are not integers
 constexpr double kFarthestCount = 9.2e18, kMostSeconds = 1e6;
-/// More than half of so many sequence numbers cannot be lost at once.
+/// In a sequence of at least this many values, a forward step of more than half the range is a backward step.
 constexpr std::uint64_t kWideSequence = 1 << 16;
 
 /// Returns the forward distance of a counter with `range` values (0: 2^64).
@@ -52,8 +52,8 @@ void StepWatch::add(double step) {
   ++all_;
 }
 
-/// Returns whether the step differs from the described one. Time stamps differ if a lost frame would be miscounted:
-/// above 1.25 or below 0.8 steps.
+/// Returns whether the step differs from the described one. For time stamps, a step above 1.25 or below 0.8 differs,
+/// because lost frames would be miscounted.
 bool StepWatch::is_other() const { return step_ > 0 && (exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
 
 std::optional<double> StepWatch::other_step() const {
@@ -141,7 +141,8 @@ Duration FrameSum::since_last_round() const {
   return Duration::zero();
 }
 
-/// Returns whether missing frames are detected by the device's time, and it resolves the time between two frames.
+/// Returns whether the device's time must change from frame to frame: there is no sequence, and the resolution of the
+/// time is finer than half the time between frames.
 bool FrameSum::tells_each_frame_by_time() const {
   return rate_hz_ > 0 && !sequence_format_ && time_ && !time_->is_real && 2 * rate_hz_ * time_->unit_s < 1;
 }

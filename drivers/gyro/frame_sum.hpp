@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sums of frames over one interval, separately for each axis: sums of increments (all of them), means of rates,
-/// wrapped differences of counts and angles. They include the losses of the interval, and the means of the
-/// housekeeping.
+/// Evaluation of the frames of one interval. For each axis, increments are added, rates are averaged, and differences
+/// of counts and angles are formed across their wraps. Lost frames are counted, and housekeeping values are averaged.
 #pragma once
 
 #include <cstddef>
@@ -27,29 +26,29 @@ struct AxisTally {
   double arcsec_per_s{};   ///< sum over `frames`
 };
 
-/// Sums since the last read. A round contains every axis once: it is one frame, or several messages. Only whole rounds
+/// Sums since the last read. A round is one frame, or the messages that together contain every axis. Only whole rounds
 /// are counted, so that all axes cover the same interval.
 struct FrameTally {
   std::uint64_t rounds{};  ///< after the first one ever
-  /// Lost frames, from a jump of the sequence; without a sequence, from a jump of the device's time at the nominal
-  /// rate.
+  /// Number of lost frames, computed from jumps of the sequence. Without a sequence, it is computed from jumps of the
+  /// device's time and the nominal rate.
   std::uint64_t lost{};
   std::uint64_t bad{};  ///< frames the gyro marked bad
   /// A frame arrived twice, or the sequence went backwards.
   bool disordered{};
-  /// Times by the device's clock (time or sequence); zero if the format has none. Of all rounds, of the last round, and
-  /// of the longest round.
+  /// Duration of all rounds, of the last round and of the longest round, by the device's clock (time or sequence). Zero
+  /// if the format has no clock.
   Duration interval{};
   Duration round{};
   Duration longest{};
   std::vector<AxisTally> axes{};  ///< in the order of FrameFormat::axes
 };
 
-/// Observes the steps between consecutive frames, as multiples of the described step. A unit with another rate setting
-/// makes constant steps; lost frames do not.
+/// Observes the steps between consecutive frames, as multiples of the described step. If a unit is set to another rate,
+/// all steps differ by the same factor; if frames are lost, only some steps differ.
 class StepWatch {
  public:
-  /// Steps of a sequence are `exact` whole numbers; steps of time stamps vary.
+  /// `exact` selects the comparison of steps: those of a sequence must be equal, those of time stamps may vary by 20 %.
   explicit StepWatch(bool exact) : exact_(exact) {}
   void add(double step);
   /// Returns the constant step if it differs from the described one. It is constant if the last eight steps agree, or
@@ -72,12 +71,13 @@ class FrameSum {
   /// Adds a frame. If it completes a round, the sums since the previous round are added to `tally`. The first round is
   /// the origin.
   void add(const GyroFrame& frame, FrameTally& tally);
-  /// Discards the current incomplete round after lost or bad frames. Its end is the new origin.
+  /// Discards the incomplete round after lost or bad frames. The end of this round is the new origin.
   void drop_round();
   [[nodiscard]] bool has_origin() const { return origin_; }
-  /// Returns the steps of the sequence, or of the device's time without a sequence, of all frames since the origin.
+  /// Returns the steps of the sequence between the frames so far. Without a sequence, returns the steps of the device's
+  /// time between rounds.
   [[nodiscard]] const StepWatch& steps() const { return steps_; }
-  /// Returns whether the format has a clock of the device.
+  /// Returns whether the format contains a device clock.
   [[nodiscard]] bool has_clock() const { return clocked_by_sequence_ || time_.has_value(); }
   /// Returns the sum of each axis in counts (see arcsec_per_count()). `interval` is needed for rates.
   [[nodiscard]] std::vector<std::int64_t> counts(const FrameTally& tally, Duration interval) const;
@@ -133,7 +133,7 @@ class FrameSum {
 class FrameMeans {
  public:
   explicit FrameMeans(const FrameFormat& format) : sums_(format.values().size()) {}
-  /// Adds a frame. A frame that the gyro marks as bad is not averaged; it may still count as flagged.
+  /// Adds a frame. A frame that the gyro marks as bad is not averaged, but it is counted as flagged if it is flagged.
   void add(const GyroFrame& frame);
   /// Returns, in the order of list_housekeeping(), the means (NaN if no frame had the value), the number of averaged
   /// frames, and the number of flagged frames. Empty if the format has no housekeeping.

@@ -65,13 +65,13 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
 namespace {
 
 constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
-/// Maximum wait for the line at a time; a write is delayed by up to this time.
+/// Maximum duration of one read from the line. A write is delayed by up to this time.
 constexpr Duration kTurn = std::chrono::milliseconds(20);
 
-/// Returns the steady time including suspended time, in which the gyro's time passes too.
+/// Returns the steady time including suspended time, because a gyro's clock runs while the host is suspended.
 [[nodiscard]] Duration steady_time() { return since_boot(); }
 
-/// A write for the reader's thread, and its result.
+/// A write that the reading thread executes, and its result.
 struct Errand {
   std::span<const std::byte> bytes;
   Duration within;
@@ -168,7 +168,7 @@ class PumpedStream final : public ByteStream {
   std::vector<std::byte> waiting_;
   Duration newest_{};             ///< arrival of the newest byte
   std::optional<Duration> came_;  ///< used by the caller only
-  /// Not yet reported; the line is not used before.
+  /// Fault that is not reported yet. The line is not read until it is reported.
   std::optional<Fault> fault_;
   Errand* errand_ = nullptr;
   std::jthread thread_;  ///< last member: uses the others
@@ -183,7 +183,7 @@ std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> lin
 namespace {
 
 constexpr std::size_t kChunk = 4096;
-/// Maximum difference between the gyro's and the host's time from one frame to the next.
+/// Maximum excess of the gyro's time between two rounds over the host's time between two reads.
 constexpr Duration kMostAhead = std::chrono::seconds(1);
 
 /// The bytes received in one read.
@@ -268,7 +268,7 @@ class FramedGyro final : public Gyro {
     return sent;
   }
 
-  /// Pulses of a read; empty if its frames only provide the origin.
+  /// Count of a read; empty if the frames of the read only provide the origin.
   using MaybeCount = std::optional<GyroCount>;
 
   [[nodiscard]] Result<MaybeCount> take(Duration expected) {
@@ -298,7 +298,7 @@ class FramedGyro final : public Gyro {
         const auto what = more.error().kind == FaultKind::timeout ? without_frames(frames_.seen - seen) : std::string();
         start_afresh();
         if (what.empty()) return failure(more.error());
-        open_ = false;  // possibly restarted with default settings
+        open_ = false;  // the gyro may have restarted
         return failure(FaultKind::corrupted, place(), what);
       }
       enough = first ? sum_.has_origin() : covers(tally, expected);
@@ -312,8 +312,8 @@ class FramedGyro final : public Gyro {
     }
   }
 
-  /// Describes the bytes of a read without counts; empty if they are fewer than a frame. `frames` is the number of
-  /// frames in it.
+  /// Explains why a read produced no count: no frame has all axes, or the bytes are not frames. Returns an empty text
+  /// if fewer bytes than a frame arrived and none was rejected. `frames` is the number of frames in the read.
   [[nodiscard]] std::string without_frames(std::uint64_t frames) const {
     const auto wait_s = to_seconds(within_);
     if (frames > 0)
@@ -352,16 +352,17 @@ class FramedGyro final : public Gyro {
     return *size == kChunk;
   }
 
-  /// Returns whether the read is long enough. By the device's clock, half a frame may be missing, because the next
-  /// frame would overshoot by as much. By the host's clock, half of `expected` is enough: a read soon after a late one
-  /// compensates for it, and no interval is so short that the line's delays dominate it.
+  /// Returns whether the read is long enough. If the device has a clock, up to half a round may be missing, because the
+  /// next round would exceed `expected` by at least as much. If not, half of `expected` by the host's clock is enough.
+  /// A short read can then compensate for a late one before it, and every interval is long compared with the delays of
+  /// the line.
   [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const {
     if (tally.rounds == 0) return false;
     if (sum_.has_clock()) return tally.interval + tally.round / 2 >= expected;
     return arrivals_.passed(came_) >= expected / 2;
   }
 
-  /// Findings about the frames of one read.
+  /// Properties of the frames of one read.
   struct Findings {
     std::string other_rate{};
     /// The device's time jumped ahead of the host's.
@@ -375,8 +376,8 @@ class FramedGyro final : public Gyro {
     [[nodiscard]] bool has_gap() const { return lost > 0 || may_have_restarted(); }
   };
 
-  /// Ends a read: evaluates its frames, sets the state from which the next read counts, and returns the count or the
-  /// fault. `first` means that the frames contain the origin. Sets `tally.lost` to the number of lost frames.
+  /// Ends a read: evaluates its frames, prepares the next read, and returns the count or the fault. `first` means that
+  /// the frames contain the origin. Sets `tally.lost` to the number of lost frames.
   [[nodiscard]] Result<MaybeCount> conclude(FrameTally& tally, bool first) {
     const auto found = judge(tally, first);
     tally.lost = found.lost;
@@ -391,13 +392,13 @@ class FramedGyro final : public Gyro {
                    .is_disordered = tally.disordered,
                    .lost = tally.lost,
                    .bad = tally.bad};
-    // Other rates, gaps before the origin, and a jump of the only clock that shows gaps are not losses.
+    // No losses: another frame rate, a gap before the origin, a jump of the only clock that shows gaps.
     const bool jump_hides_losses = found.time_jumped && !format_.find(FieldRole::sequence);
     if (!found.other_rate.empty() || takes_origin_ || jump_hides_losses) found.lost = 0;
     return found;
   }
 
-  /// Sets the state from which the next read counts.
+  /// Sets the origin of the next read. If the gyro may have restarted, the next read sends the start commands.
   void prepare_next_read(const Findings& found, const FrameTally& tally, bool first) {
     came_before_ = came_;
     const bool is_doubtful = found.has_gap() || found.bad > 0;
@@ -432,8 +433,8 @@ class FramedGyro final : public Gyro {
     return std::nullopt;
   }
 
-  /// Returns the count of frames without a fault, or nothing if they only provide the origin. Without a clock of the
-  /// device, the first read has no interval: the host knows the arrival time of the newest frame only.
+  /// Returns the count of frames without a fault, or nothing if they only provide the origin. Without a device clock,
+  /// the first read has no interval, because the host only knows the arrival time of the newest frame.
   [[nodiscard]] Result<MaybeCount> count_frames(const FrameTally& tally, bool first) {
     if (tally.rounds == 0) return std::nullopt;
     if (sum_.has_clock()) return count_of(tally, tally.interval);
@@ -456,8 +457,9 @@ class FramedGyro final : public Gyro {
         rate_hz, format_.rate_hz);
   }
 
-  /// Describes a difference between the gyro's and the host's time; empty if they agree. Units of time differ by a
-  /// factor of ten and more; a simulated gyro may stamp its frames as if each had been on time.
+  /// Describes a difference between the gyro's and the host's time; empty if they agree. For time stamps, a factor of
+  /// two or more is a difference. A wrong unit changes the time by a factor of ten or more, and a simulated gyro may
+  /// deviate by less.
   [[nodiscard]] std::string other_time() const {
     constexpr double kOtherUnit = 2;
     const auto pace = pace_.other_pace();
@@ -507,7 +509,7 @@ class FramedGyro final : public Gyro {
   const Clock* clock_;
   bool open_ = false;
   bool takes_origin_ = false;
-  bool has_identity_ = false;  ///< answered at least once
+  bool has_identity_ = false;  ///< has sent its identity before
   std::uint64_t breaks_ = 0;
   HeardBytes heard_;  ///< in this read
   /// Rejected bytes before this read.
@@ -521,9 +523,9 @@ class FramedGyro final : public Gyro {
   Duration came_{};
   /// Arrival of the last round of the previous read.
   Duration came_before_{};
-  /// Used without a clock of the device.
+  /// Used if the format has no device clock.
   HostInterval arrivals_;
-  /// Used with a clock of the device.
+  /// Used if the format has a device clock.
   FramePace pace_;
   FrameCount frames_;
 };

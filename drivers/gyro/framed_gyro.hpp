@@ -43,14 +43,15 @@ struct GyroStream {
                                                    const std::vector<std::string>& axes = {},
                                                    std::optional<double> rate_hz = {});
 
-/// Returns a stream that reads `line` continuously in its own thread, from the first use on. A gyro's bytes between two
-/// readings would otherwise overflow the system's buffers; that of a serial port holds a tenth of a second of a
-/// thousand frames per second. For one caller at a time. If 1 MiB is unread, it is discarded and the next read fails
-/// with corrupted. A fault of the line is reported once all earlier bytes were read; the line is tried again
-/// afterwards. came() returns the arrival time, independent of the time of reading.
+/// Returns a stream that reads `line` continuously in its own thread, from the first use on. The bytes that a gyro
+/// sends between two reads would otherwise overflow the system's buffers: at a thousand frames per second, the buffer
+/// of a serial port lasts for a tenth of a second. Only one thread may call it at a time. If more than 1 MiB is unread,
+/// all of it is discarded and the next read fails with corrupted. A fault of the line is reported after all earlier
+/// bytes were read; only then is the line read again. came() returns the time when the bytes arrived, not when they
+/// were read.
 [[nodiscard]] std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> line);
 
-/// Commands for a gyro before its frames are read, and for the end.
+/// Commands that are sent to a gyro before its frames are read, and at the end.
 struct GyroCommands {
   std::vector<GyroCommand> start{}, stop{};
   std::optional<GyroQuestion> identity{};
@@ -60,18 +61,18 @@ struct GyroCommands {
 /// clock and must be that of the line and outlive the gyro; null means the steady clock.
 ///
 /// Start commands: `commands.start` is sent when the gyro is opened, by the first read at the latest, and again before
-/// the read that follows a silence or a broken line. Each command takes its wait, or less if its answer arrives
+/// the read that follows a silence or a broken line. Each command lasts for its `wait`, or until its answer arrives
 /// (send_command()). A missing answer or a refusal fails the read: the frames of a gyro that did not confirm its
-/// settings are not counted. If a message shows other settings than the description, every read fails with mismatch
-/// until a message agrees. `commands.stop` is sent to an open gyro by the destructor.
+/// settings are not counted. If a message shows settings that differ from the description, every read fails with
+/// mismatch until a later message agrees. `commands.stop` is sent to an open gyro by the destructor.
 ///
 /// Count: pulses, in the order of FrameFormat::axes, are counts of the axis's field; for a rate or a real number, one
 /// count is 1e-6 arcsec (arcsec_per_count() in frame_sum.hpp). If several messages are needed for all axes, whole
-/// rounds of them are counted. The interval lies between the last frame of the previous read and the newest frame. It
-/// is measured by the device's clock; without one, by the times of arrival, smoothed if there is a nominal rate
-/// (HostInterval). Values, in the order of list_housekeeping(), are averaged over the frames of this read; in the first
-/// read, over those after its origin. A read that covers less than `expected` returns its pulses with their exact
-/// interval.
+/// rounds of them are counted. The interval extends from the last frame of the previous read to the newest frame. The
+/// device's clock measures it. If there is no such clock, it is computed from the arrival times, which are smoothed if
+/// there is a nominal rate (HostInterval). Housekeeping values, in the order of list_housekeeping(), are averaged over
+/// the frames of this read; in the first read, over the frames after the origin. A read that covers less than
+/// `expected` returns its pulses with their exact interval.
 ///
 /// Identity: identify() sends `commands.identity` if there is one. Frames that arrive meanwhile are not counted. A gyro
 /// that never answered has an empty identity; a gyro that answered before and does not answer now fails with timeout.
@@ -82,12 +83,12 @@ struct GyroCommands {
 ///
 /// - corrupted, if bytes arrived but no frame. The fault contains the number of bytes and the first of them, and the
 ///   next read sends the start commands again.
-/// - corrupted, if there is only one frame and none before it, except in wait_for_origin(). Without a clock of the
-/// device,
-///   also if there are several frames and none before them, because the arrival time of the first is unknown.
+/// - corrupted, if there is only one frame and none before it, except in wait_for_origin(). Without a device clock,
+/// also
+///   if there are several frames and none before them, because the arrival time of the first is unknown.
 /// - corrupted, if frames were lost. Losses are a jump of the sequence; without a sequence, a jump of the device's time
 ///   at the nominal rate; without both, or if `lock_frames` replaces a sync, bytes that are not a frame. Without a
-///   clock of the device, frames that do not fit the host's time count as a loss too, and the count starts again.
+///   device clock, frames that do not fit the host's time count as a loss too, and the count starts again.
 /// - corrupted, without lost frames, if a frame arrived twice, the sequence went backwards, or the device's time jumped
 ///   by more than a second ahead of the host's.
 /// - out_of_range, if the gyro marked frames as bad. The next read counts from the newest frame.

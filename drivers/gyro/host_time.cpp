@@ -10,7 +10,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr int kInstants = 60;  // one per second
-// Maximum delay by a line, compared with its usual delay.
+// Maximum deviation of a line's delay from its usual delay.
 constexpr double kMostLate_ns = 2e8;
 
 constexpr double kPaceMemory_s = 30;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Commands for a gyro before its frames are read, and the verification of the settings that determine the meaning of
-/// its frames.
+/// Commands that are sent to a gyro before its frames are read, and verification of the settings that determine the
+/// meaning of the frames.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct GyroCommand {
   std::string refusal{};
   /// Message ids, one of which must arrive.
   std::vector<std::uint32_t> messages{};
-  /// For the simulator: the gyro then stops or resumes sending frames; no change if empty.
+  /// For the simulator: after the command, the gyro is silent (true) or sends frames (false). Empty for no change.
   std::optional<bool> then_silent{};
 };
 
@@ -59,12 +59,12 @@ struct GyroQuestion {
 
 /// Sends a command and waits for its answer, or for the whole of `wait` if no answer is required. An echo of the
 /// command is not an answer, unless the answer is the start of the command. Fails with timeout if no answer arrives
-/// (the fault contains the bytes that arrived), refused if the gyro refuses, mismatch if a required message shows other
-/// settings than the description, or with the fault of the line. `within` limits the write.
+/// (the fault contains the bytes that arrived), refused if the gyro refuses, mismatch if a required message shows
+/// settings that differ from the description, or with the fault of the line. `within` limits the write.
 [[nodiscard]] Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line,
                                         Duration within, const Clock* clock);
 
-/// Ways to verify that a setting has the described value.
+/// Evidence that a setting has the described value.
 enum class SettingEvidence {
   /// The answer to a start command.
   reply,
@@ -88,9 +88,9 @@ struct StreamSetting {
   std::string note{};  ///< reason for `nothing`
 };
 
-/// Reads the tables [[setting]] of a stream. The evidence `reply` requires an answered command of `start`, `message` a
-/// field with a rule of the verdict `mismatch`, `pace` requires `rate_hz`, and `nothing` a note. Errors are noted in
-/// the tables.
+/// Reads the tables [[setting]] of a stream. The evidence `reply` requires a command of `start` with an answer,
+/// `message` requires a field that has a rule with the verdict `mismatch`, `pace` requires `rate_hz`, and `nothing`
+/// requires a note. Errors are noted in the tables.
 [[nodiscard]] std::vector<StreamSetting> read_settings(const TomlTable& root, const std::vector<GyroCommand>& start,
                                                        const FrameFormat& format);
 

@@ -59,7 +59,8 @@ class DescriptorStream : public ByteStream {
     return open_line();
   }
 
-  /// Closes the line at once and reports why: the descriptor of a device that is gone would remain ready forever.
+  /// Closes the line and returns the fault. If the line remained open after its device was removed, poll() would always
+  /// report it as ready.
   [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
     line_.close();
     backoff_.failed();
@@ -201,7 +202,7 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
   return {};
 }
 
-/// Keeps the modem lines unchanged when the port is closed; some instruments treat their drop as a reset.
+/// Keeps the modem lines unchanged when the port is closed. Some instruments reset when these lines drop.
 void keep_modem_lines(int descriptor) {
   termios settings{};
   if (tcgetattr(descriptor, &settings) != 0) return;

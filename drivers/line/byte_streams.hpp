@@ -18,8 +18,8 @@
 
 namespace gyrotherm::drivers {
 
-/// Configures a socket to detect a dead peer: keep-alive probes every second after 5 s of silence, and a broken
-/// connection after 5 s without acknowledgement, idle or not. Small writes are sent immediately.
+/// Configures a socket to detect a dead peer: it sends keep-alive probes every second after 5 s of silence, and the
+/// connection breaks after 5 s without an acknowledgement of data or probes. Small writes are sent immediately.
 inline void enable_dead_peer_detection(int socket) {
   constexpr int kGiveUpUnacknowledgedMs = 5000;
   const auto set = [socket](int level, int option, int value) {
@@ -33,19 +33,20 @@ inline void enable_dead_peer_detection(int socket) {
   set(IPPROTO_TCP, TCP_NODELAY, 1);
 }
 
-/// Returns a stream that connects at first use and again after the connection broke. Connecting may take
-/// `connect_within`. After the second consecutive failure, uses fail immediately for 0.5 s, then for longer periods up
+/// Returns a stream that connects at first use and again after the connection broke. Connecting may take up to
+/// `connect_within`. After the second consecutive failure, calls fail immediately for 0.5 s, then for longer periods up
 /// to 10 s.
 [[nodiscard]] std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within);
 
-/// Opens `device` exclusively (by an advisory lock and by the kernel), without waiting for a carrier. Sets `format` and
-/// reads it back. Reads and writes do not block. Fails with disconnected.
+/// Opens `device` without waiting for a carrier. Excludes other processes by an advisory lock and by the kernel. Sets
+/// `format` and reads it back. Reads and writes do not block. Fails with disconnected.
 [[nodiscard]] Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format);
 
 /// Returns the link to `device` under /dev/serial/by-id, which does not depend on the order in which adapters are
 /// plugged in. Empty if there is none.
 [[nodiscard]] std::string stable_name(const std::string& device);
-/// Returns whether the number in a device name depends on the order of plugging in, as in /dev/ttyUSB0.
+/// Returns whether a device name, such as /dev/ttyUSB0, has a number that depends on the order in which devices are
+/// plugged in.
 [[nodiscard]] bool has_unstable_name(const std::string& device);
 
 struct SerialPortFound {
@@ -61,14 +62,14 @@ struct SerialPortFound {
 /// Returns a stream that opens `device` exclusively at first use, and again after it was unplugged. A link is resolved
 /// at each opening, and earlier input is discarded. The settings are read back: a port that does not support `format`
 /// fails with disconnected and reports its actual settings; a pseudo-terminal has none. After the second consecutive
-/// failure, uses fail immediately for 0.5 s, then for longer periods up to 10 s.
+/// failure, calls fail immediately for 0.5 s, then for longer periods up to 10 s.
 [[nodiscard]] std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format);
 
 /// Wraps `line`, whose adapter echoes everything that is sent, as two-wire RS-485 adapters with an active receiver do.
-/// Each write reads its echo and compares it, so that reads return only bytes from other devices. Up to eight stray
+/// Each write reads its echo and compares it. Therefore reads return only bytes from other devices. Up to eight stray
 /// bytes before the echo are ignored, because no answer can precede the echo. A write fails as `line` does, with
-/// timeout if no byte returns within 250 ms, and with corrupted if other bytes return; an answer may still follow.
-/// `clock` must be the clock of `line` and outlive the stream; null means the steady clock.
+/// timeout if no byte returns within 250 ms, and with corrupted if the bytes that return differ. An answer may still
+/// follow in these cases. `clock` must be the clock of `line` and outlive the stream; null means the steady clock.
 [[nodiscard]] std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line,
                                                            const Clock* clock = nullptr);
 

@@ -17,14 +17,14 @@ struct HidKind {
   const char* name = "";
 };
 
-/// Returns the device of one of these kinds with that serial number; if `serial` is empty, the only device of these
-/// kinds. It is opened at first use, and searched for at all ports after it was unplugged. Opening discards input
-/// reports of earlier queries. After the second consecutive failure, uses fail immediately for 0.5 s, then for longer
-/// periods up to 10 s.
+/// Returns the device with that serial number among the devices of these kinds; if `serial` is empty, the only such
+/// device. It is opened at first use. After it was unplugged, it is searched for at all ports. Opening discards input
+/// reports that answer earlier queries. After the second consecutive failure, calls fail immediately for 0.5 s, then
+/// for longer periods up to 10 s.
 [[nodiscard]] std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial);
 
 struct HidDeviceFound {
-  /// "/dev/hidraw0"; changes with each plugging in.
+  /// Path such as "/dev/hidraw0". It may change when the device is plugged in again.
   std::string path;
   std::uint16_t vendor{}, product{};
   /// Texts that the device reports.

@@ -28,8 +28,8 @@ struct SerialFormat {
 };
 
 /// Parses "9600,7O1": baud rate, data bits, parity (N, O, E) and stop bits, with ",rtscts" for hardware flow control.
-/// Fails with bad_file on other text, or if the baud rate is not one of the usual ones from 300 to 921600. The caller
-/// sets `where`.
+/// Fails with bad_file on other text, or if the baud rate is not a standard one from 300 to 921600. The caller sets
+/// `where`.
 [[nodiscard]] Result<SerialFormat> parse_serial_format(std::string_view text);
 [[nodiscard]] std::string text(const SerialFormat& format);
 /// Returns the duration of one character on the line, including its start bit.
@@ -47,8 +47,8 @@ struct SerialLine {
   std::string device;
   std::optional<SerialFormat> format;
 };
-/// An HID device by its serial number; empty for the only one of its kind. The driver has its vendor and product
-/// numbers.
+/// An HID device with this serial number; if the number is empty, the only device of its kind. The driver contains the
+/// vendor and product numbers.
 struct HidLine {
   std::string serial;
 };
@@ -73,9 +73,9 @@ struct LineDefaults {
   SerialFormat serial;
 };
 
-/// Returns a stream that opens at first use and again after the line broke. A TCP connection may take `connect_within`.
-/// After the second consecutive failure, uses fail immediately for 0.5 s, then for longer periods up to 10 s. `line`
-/// must satisfy carries_bytes().
+/// Returns a stream that opens at first use and again after the line broke. Connecting by TCP may take up to
+/// `connect_within`. After the second consecutive failure, calls fail immediately for 0.5 s, then for longer periods up
+/// to 10 s. `line` must satisfy carries_bytes().
 [[nodiscard]] std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& defaults,
                                                       Duration connect_within);
 

@@ -10,7 +10,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr int kMostReadAtOnce = 125;
-/// Three timeouts are shorter than the watchdog's patience.
+/// Maximum timeout. The watchdog acts later than after three such timeouts.
 constexpr Duration kLongestTimeout = std::chrono::seconds(2);
 
 template <class T>

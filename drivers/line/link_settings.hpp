@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Settings of a Modbus link that depend on the installation and not on the model: the unit number, a slow gateway, an
-/// echoing adapter, deviations from the standard. They replace those of the instrument's map.
+/// echoing adapter, deviations from the standard. They replace the settings in the instrument's map.
 #pragma once
 
 #include <cstdint>

@@ -25,8 +25,8 @@ constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
 /// 200 ms.
 constexpr Duration kPieceGapOverTcp = milliseconds(250);
 
-/// Returns the limit of an exchange. Without transaction numbers, a try may have to wait first for twice the timeout,
-/// in case an older answer arrives.
+/// Returns the limit of an exchange. Without transaction numbers, an attempt may first have to wait for twice the
+/// timeout, because an answer to an older request may arrive.
 Duration whole_exchange(const ModbusLink& link) {
   const bool waits = link.framing == ModbusLink::Framing::rtu || link.returns_other_transaction;
   const auto one_try = (waits ? 3 : 1) * link.timeout + link.gap;
@@ -70,8 +70,9 @@ class GuardedRegisters final : public Registers {
  private:
   using Words = std::vector<std::uint16_t>;
 
-  /// Repeats the request while there is time: until a busy unit has finished, and at most `most_tries` times if the
-  /// line fails. Of several failures it reports the first, because later ones may have run out of time.
+  /// Sends the request, and repeats it while there is time: a read while the unit is busy, and any request after a
+  /// failure of the line, with at most `most_tries` attempts. Returns the first of several failures, because a later
+  /// one may only result from too little remaining time.
   [[nodiscard]] Result<ModbusAnswer> request_with_retries(ModbusRequest& request, int most_tries) {
     const Deadline deadline(whole_exchange(link_), clock_);
     auto rest = kFirstRestOfABusyUnit;
@@ -95,7 +96,7 @@ class GuardedRegisters final : public Registers {
     if (is_closed || fault.kind == FaultKind::disconnected) ++breaks_;
   }
 
-  /// Performs an exchange, updates the rest period and adds the location to a fault.
+  /// Performs an exchange and updates the rest period. Adds the location to a fault.
   [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
     if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.words());
     auto answer = request_with_retries(request, most_tries);
@@ -131,9 +132,9 @@ class GuardedRegisters final : public Registers {
             fmt::format("exception {}, {}", exception, is_own ? own->second : exception_meaning(exception))};
   }
 
-  /// Returns the kind of an exception. A busy unit, or a gateway that did not reach the unit, has not refused anything:
-  /// timeout. A read is refused only by exceptions 1 and 2 (no such function or register); any other means that the
-  /// unit has no value at present.
+  /// Returns the kind of an exception. If the unit is busy, or if a gateway did not reach it, the kind is timeout,
+  /// because nothing was refused. For a read, only exceptions 1 and 2 (no such function or register) are refused; any
+  /// other exception means that the unit has no value at present.
   [[nodiscard]] FaultKind kind_of(const ModbusRequest& request, std::uint8_t exception, bool is_own) const {
     constexpr std::uint8_t kNoAddress = 2, kFailure = 4, kAcknowledged = 5, kBusy = 6, kNoPath = 10, kNoAnswer = 11;
     if (link_.busy_exceptions.contains(exception)) return FaultKind::timeout;

@@ -30,7 +30,7 @@ struct ModbusLink {
   /// Default format of a SerialLine.
   SerialFormat serial;
 
-  /// Limit of one try, from the end of the request to the end of the reply.
+  /// Maximum time from the end of the request to the end of the reply, in one attempt.
   Duration timeout = std::chrono::milliseconds(500);
   /// Minimum time from the start of one exchange to the start of the next.
   Duration minimum_period{};
@@ -38,9 +38,9 @@ struct ModbusLink {
   Duration after_write{};
   /// RTU: silence before a request; 0 means 3.5 characters.
   Duration gap{};
-  /// RTU: a reply ends after a silence of this length. Operating systems and gateways deliver replies in pieces, so it
-  /// is longer than the standard's 1.5 characters. The effective value is at least four characters, and at least 250 ms
-  /// over TCP.
+  /// RTU: a reply ends after a silence of this length. It is longer than the standard's 1.5 characters, because
+  /// operating systems and gateways deliver replies in pieces. The effective value is at least four characters, and at
+  /// least 250 ms over TCP.
   Duration piece_gap = std::chrono::milliseconds(30);
 
   /// Maximum number of registers in one exchange.
@@ -72,11 +72,12 @@ struct ModbusLink {
 /// Returns the registers of the link's unit at the end of `line`, which must satisfy carries_bytes(). The line is
 /// opened at first use.
 ///
-/// A read has up to three tries within one limit: 1.0 s for TCP, and 1.5 s for RTU and for TCP without transaction
-/// numbers. The limit is longer only if the link's own times would not allow one try after a lost answer. A busy unit
-/// is queried again within the limit. A write has one try: if it fails, its effect is unknown until the register is
-/// read. After the second consecutive failure, uses fail immediately for 0.5 s, then for longer periods up to 10 s. An
-/// exception is an answer, not a failure of the line. Counts must be within the link's limits.
+/// A read is attempted up to three times within a time limit: 1.0 s for TCP, and 1.5 s for RTU and for TCP without
+/// transaction numbers. The limit is longer only if the link's own times would otherwise not allow an attempt after a
+/// lost answer. Within the limit, a read is repeated while the unit is busy. A write is attempted once: if it fails,
+/// its effect is unknown until the register is read. After the second consecutive failure, calls fail immediately for
+/// 0.5 s, then for longer periods up to 10 s. An exception is an answer, not a failure of the line. Counts must be
+/// within the link's limits.
 ///
 /// modbus_lines.hpp describes how a reply is matched to its request.
 [[nodiscard]] std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link);
@@ -85,12 +86,12 @@ struct ModbusLink {
 class ModbusLine {
  public:
   virtual ~ModbusLine() = default;
-  /// Tries once, at the pace of the link, and ends by `deadline`. After any failure, the line is left so that late
-  /// bytes are never accepted as a later answer. Fails with timeout, disconnected or corrupted.
+  /// Makes one attempt, at the pace of the link, and ends by `deadline`. Bytes that arrive after a failed attempt are
+  /// never accepted as the answer to a later request. Fails with timeout, disconnected or corrupted.
   [[nodiscard]] virtual Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) = 0;
   /// Waits for `time`. Bytes that arrive meanwhile are never accepted as an answer.
   virtual void rest(Duration time) = 0;
-  /// Makes the next try immediate, even if the line below is in its rest period after failures.
+  /// Makes the next call try immediately, even if the underlying line is in its rest period after failures.
   virtual void end_rest() {}
   /// Returns the address for messages: "modbus 10.0.0.7:502".
   [[nodiscard]] virtual std::string place() const = 0;

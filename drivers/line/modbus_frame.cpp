@@ -134,7 +134,7 @@ void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes)
   for (const auto word : request.words) append_word(bytes, word);
 }
 
-/// Returns whether `function`, the first byte of a reply without exception, fits `request`.
+/// Returns whether `function`, the first byte of a reply that is not an exception, matches `request`.
 bool answers(const ModbusRequest& request, std::uint8_t function) {
   if (function == code(request.function)) return true;
   const bool registers = reads(request.function) && !reads_bits(request.function);
@@ -232,7 +232,7 @@ std::vector<std::byte> with_length(std::vector<std::byte> frame) {
   return frame;
 }
 
-/// Reports a wrong number and names the key for units whose replies always have another one.
+/// Reports a wrong number. Names the setting for units that always reply with a different number.
 tl::unexpected<Fault> wrong_number(const char* field, std::size_t found, std::size_t expected, const char* key) {
   return failure(FaultKind::corrupted, "",
                  fmt::format("{} of the reply is {}, expected {}, or {} = true in the link table of the rig file",

@@ -38,9 +38,9 @@ struct ModbusRequest {
   std::uint16_t count{};  ///< registers or bits
   /// Words to write; exactly one for a coil or a loop-back.
   std::vector<std::uint16_t> words{};
-  /// Accepts function 4 in answer to a read by function 3, and the reverse. Not on the wire.
+  /// Accepts an answer by function 4 to a read by function 3, and the reverse. Not sent.
   bool either_read_function{};
-  // Accept any length after a write, any transaction number, any unit number. Not on the wire.
+  // Accept any length in the reply to a write, any transaction number, any unit number. Not sent.
   bool miscounted_reply{};
   bool any_transaction{};
   bool any_unit{};
@@ -64,9 +64,9 @@ struct ModbusAnswer {
 
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);
 
-/// Decodes a reply after comparing every field with the request, except those that the request exempts: transaction,
-/// protocol 0, length, unit, function and byte count; for writes address and count or value. Fails with corrupted,
-/// naming the field.
+/// Decodes a reply. First compares its fields with the request, except those that the request exempts: transaction,
+/// protocol 0, length, unit, function and byte count; for a write also address and count or value. Fails with
+/// corrupted, naming the field.
 [[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
 
 /// Server: returns the length of the first whole frame in `bytes`, or nothing if more bytes are needed. Fails with
@@ -83,12 +83,12 @@ inline constexpr std::size_t kLongestRtuFrame = 256;
 [[nodiscard]] std::vector<std::byte> encode_rtu_request(const ModbusRequest& request);
 
 /// Returns the size of the answer at the start of `bytes`, or nothing if more bytes are needed. Fails with corrupted as
-/// soon as unit, function or byte count differ from those of an answer to `request`.
+/// soon as unit, function or byte count cannot belong to an answer to `request`.
 [[nodiscard]] Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request,
                                                                  std::span<const std::byte> bytes);
 /// Decodes an answer after comparing every field with its request: unit, function, byte count and size, for writes
-/// address and count or value, and the CRC. Fails with corrupted, naming the field. The frame of a read contains
-/// neither the address of its words nor a number of the request, so these cannot be checked.
+/// address and count or value, and the CRC. Fails with corrupted, naming the field. The reply to a read contains
+/// neither the address of its words nor a transaction number, so these cannot be checked.
 [[nodiscard]] Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<const std::byte> frame);
 
 inline constexpr std::size_t kShortestRtuAnswer = 5;  ///< an exception
@@ -98,7 +98,7 @@ struct RtuFinding {
   /// The answer in the first matching frame, and the position of that frame.
   std::optional<ModbusAnswer> answer{};
   std::size_t begin = 0, end = 0;
-  /// The bytes end within a frame, and its first three bytes match.
+  /// The bytes end within a frame that matches in its first three bytes.
   bool begun = false;
   /// Reason for rejecting the most likely frame, if there is no answer.
   Fault fault{FaultKind::corrupted, "", ""};

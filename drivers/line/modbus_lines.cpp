@@ -106,7 +106,7 @@ class LibmodbusConnection final : public FrameConnection {
   }
 
   TcpLine line_{"127.0.0.1", 0};
-  /// If empty, `line_` is connected.
+  /// Socket provider; if empty, `line_` is connected.
   Connect connect_;
   std::unique_ptr<modbus_t, FreeContext> context_;
 };
@@ -149,9 +149,9 @@ class ModbusTcp final : public ModbusLine {
     return connection_->open(std::min(timeout_, deadline.left()));
   }
 
-  /// Opens a connection on which no answer to an older request can arrive. Without transaction numbers, time separates
-  /// answers: after a failure or unsolicited bytes, a new connection must have been silent for a whole timeout, and
-  /// twice the timeout must have passed since the last request.
+  /// Opens a connection on which no answer to an older request can arrive. Without transaction numbers, answers are
+  /// distinguished by time: after a failure or unsolicited bytes, a new connection must be silent for a whole timeout,
+  /// and twice the timeout must pass after the last request.
   [[nodiscard]] Result<void> open_silent(const Deadline& deadline) {
     while (true) {
       if (connection_->is_open() && !connection_->silent_for(Duration::zero())) drop();
@@ -262,7 +262,7 @@ class ModbusRtu final : public ModbusLine {
     while (!deadline.over()) {
       const auto size = stream_->read(stale, deadline.left());
       if (size) answer_may_come_late_ = true;
-      if (!size && size.error().kind != FaultKind::timeout) return;  // the next try reports it
+      if (!size && size.error().kind != FaultKind::timeout) return;  // the next attempt reports it
     }
   }
 
@@ -395,7 +395,7 @@ class ModbusRtu final : public ModbusLine {
   std::uint8_t unit_;
   Duration timeout_, piece_gap_, silence_;
   bool loop_back_;
-  /// The stream reads the echo.
+  /// The stream removes the echo.
   bool echo_is_read_;
   /// An answer proved that the line does not echo.
   bool has_no_echo_;

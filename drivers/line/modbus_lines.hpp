@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Modbus TCP and RTU lines that match every reply to its request. The implementation is the only user of libmodbus.
+/// Modbus TCP and RTU lines that match every reply to its request. Only this implementation uses libmodbus.
 #pragma once
 
 #include <functional>
@@ -25,18 +25,19 @@ class FrameConnection {
   /// Reads the next frame, unverified, into `frame`, which must have 260 bytes; returns its size. Fails with timeout,
   /// corrupted or disconnected.
   [[nodiscard]] virtual Result<std::size_t> receive(std::span<std::byte> frame, Duration within) = 0;
-  /// Waits, and returns false as soon as a byte arrives.
+  /// Waits for `time` and returns true, or returns false as soon as a byte arrives.
   [[nodiscard]] virtual bool silent_for(Duration time) = 0;
 };
 
 /// Returns a Modbus TCP line. Every field of a reply is compared with its request, in particular the transaction
 /// number, which continues counting across connections. After any anomaly (no reply, a wrong reply, a broken
-/// connection) the connection is closed, because a late answer may still arrive on it; the next try opens a new one.
+/// connection) the connection is closed, because a late answer may still arrive on it; the next attempt opens a new
+/// one.
 ///
-/// If the link has `returns_other_transaction`, answers are distinguished by time, as in RTU. There is one exchange at
-/// a time, and no byte may be waiting on the connection. After a failure, the new connection must first be silent for a
-/// whole timeout, and until twice the timeout has passed since the request. The ambiguities of RTU frames (below) then
-/// apply too.
+/// If the link has `returns_other_transaction`, answers are distinguished by time, as in RTU. Only one exchange is in
+/// progress at a time, and no unread byte may be on the connection when it begins. After a failure, the new connection
+/// must first be silent for a whole timeout, and at least until twice the timeout has passed since the request. The
+/// ambiguities of RTU frames (below) then apply too.
 [[nodiscard]] std::unique_ptr<ModbusLine> make_modbus_tcp(std::unique_ptr<FrameConnection> connection,
                                                           std::string place, const ModbusLink& link,
                                                           const Clock* clock = nullptr);
@@ -56,8 +57,8 @@ using Connect = std::function<Result<Descriptor>()>;
 ///   corresponding size, and a correct CRC. All bytes that arrive within the timeout, at most 768, are searched for it;
 ///   an idle bus and other units add bytes before and after it, which are ignored.
 /// - The request itself is not a reply. A line that echoes it is refused, unless `echo` makes the stream read the echo.
-///   The reply to a write by function 5 or 6 equals its request. Therefore, until another reply since the opening has
-///   proved that the line does not echo, a read of the same address must prove it.
+///   The reply to a write by function 5 or 6 equals its request. Therefore a read of the same address must prove that
+///   the line does not echo, unless another reply has proved it since the line was opened.
 /// - After a request without such a reply, or after five or more unsolicited bytes (the shortest reply), the next
 ///   request waits until the line was silent for a whole timeout and twice the timeout has passed since the request. A
 ///   unit that answers within twice its timeout has answered by then, and its bytes were discarded. With `loop_back`,
@@ -65,10 +66,10 @@ using Connect = std::function<Result<Descriptor>()>;
 ///   can follow.
 ///
 /// These cases cannot be distinguished: without loop_back, an answer that arrives later than twice the timeout while an
-/// answer of equal form is expected; a copy of an earlier answer of that form that arrives while the next is expected;
-/// an answer of a second unit with the same number; the echo of a write by function 5 or 6 on a line that began to echo
-/// while it was open. Protection against them is to read back written values, to compare values with other instruments,
-/// and to choose a timeout that suits the unit.
+/// answer of the same form is expected; a copy of an earlier answer of the same form that arrives while the next answer
+/// is expected; an answer of a second unit with the same number; the echo of a write by function 5 or 6 on a line that
+/// began to echo while it was open. To protect against them, read back written values, compare values with other
+/// instruments, and choose a timeout that suits the unit.
 [[nodiscard]] std::unique_ptr<ModbusLine> make_modbus_rtu(std::unique_ptr<ByteStream> stream, std::string place,
                                                           const ModbusLink& link, const Clock* clock = nullptr);
 

@@ -23,7 +23,7 @@ class Backoff {
   explicit Backoff(const Clock* clock = nullptr) : clock_(clock), next_(Duration::zero(), clock) {}
   void succeeded() { rest_ = Duration::zero(), failures_ = 0; }
   void failed();
-  /// Allows the next try immediately. If it fails, the line rests as after a second failure.
+  /// Ends the rest period. If the next attempt fails too, the rest period is the one after a second failure.
   void end_rest() { rest_ = Duration::zero(); }
   /// Returns the remaining rest period; zero if the line may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
@@ -37,7 +37,7 @@ class Backoff {
   Deadline next_;
 };
 
-/// A clock and pauses measured by it.
+/// A clock, and pauses that are measured by this clock.
 class Pauses {
  public:
   virtual ~Pauses() = default;
@@ -50,11 +50,11 @@ class Pauses {
 /// Returns a counter that each pause advances, for virtual instruments. A pause returns immediately.
 [[nodiscard]] std::unique_ptr<Pauses> virtual_pauses();
 
-/// Measures the time since a line was last active. One call may take many exchanges, which together may take many
-/// seconds on a bad line; only a line without any exchange hangs. One thread writes, any thread reads.
+/// Measures the time since a line was last active. On a bad line, one call may make many exchanges and last for many
+/// seconds. A line hangs only if no exchange ends. One thread calls note(); any thread may call quiet_for().
 class LineActivity {
  public:
-  /// Notes the end of an exchange, successful or not, or of a part of a pause.
+  /// Notes the end of an exchange, even a failed one, or the end of a part of a pause.
   void note() { last_ = now(); }
   /// Returns the time since the last note().
   [[nodiscard]] Duration quiet_for() const { return now() - last_.load(); }
@@ -64,10 +64,10 @@ class LineActivity {
   std::atomic<Duration> last_{now()};
 };
 
-/// Returns registers that note the end of each call in `activity`.
+/// Returns registers that call activity->note() at the end of each call.
 [[nodiscard]] std::unique_ptr<Registers> noting(std::unique_ptr<Registers> registers,
                                                 std::shared_ptr<LineActivity> activity);
-/// Returns pauses that note every half second in `activity`.
+/// Returns pauses that call activity->note() every half second and at their end.
 [[nodiscard]] std::unique_ptr<Pauses> noting(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity);
 
 }  // namespace gyrotherm::drivers

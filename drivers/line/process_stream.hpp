@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A third-party program as a byte stream: written bytes go to its standard input, and its standard output is read. It
-/// is a separate process, so that it may crash, hang or leak memory without harm to the process that drives a chamber.
+/// is a separate process: if it crashes, hangs or leaks memory, the process that drives a chamber is not affected.
 #pragma once
 
 #include <memory>
@@ -26,13 +26,14 @@ struct ProgramCommand {
 [[nodiscard]] Result<std::string> find_program(const ProgramCommand& command);
 
 /// The stream of a program; not thread-safe. The program is started at first use, and again after it ended. After it
-/// ended twice in a row, uses fail immediately for 0.5 s, then for longer periods up to 10 s. It is started with its
+/// ended twice in a row, calls fail immediately for 0.5 s, then for longer periods up to 10 s. It is started with its
 /// three standard streams only, in its own process group. When it ends, calls fail with disconnected; the message
 /// contains its exit status and the last line that it wrote to stderr.
 class ProcessStream final : public ByteStream {
  public:
   explicit ProcessStream(ProgramCommand command);
-  /// Closes the program's standard input, waits half a second for it to end, and kills its process group.
+  /// Closes the program's standard input, waits up to half a second for the program to end, and kills its process
+  /// group.
   ~ProcessStream() override;
   ProcessStream(const ProcessStream&) = delete;
   ProcessStream& operator=(const ProcessStream&) = delete;

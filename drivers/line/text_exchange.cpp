@@ -98,7 +98,7 @@ Result<std::string> TextExchange::ask(std::string_view question, const ResyncQue
     answer = failure(FaultKind::corrupted, "", "answer to an earlier command");
   resync_is_lost_ = !answer;
   if (!answer && resync_is_owed_) rest_.emplace(kRest, options_.clock);
-  if (answer && !is_resync) resync_is_owed_ = false;  // answered earlier, or never
+  if (answer && !is_resync) resync_is_owed_ = false;  // no answer to resync can follow
   if (!answer && is_resync) resync_is_owed_ = options_.alone;
   return answer;
 }

@@ -20,14 +20,14 @@ struct TextExchangeOptions {
   Duration within{};  ///< for a whole answer
   /// Required silence before a question.
   Duration pause{};
-  /// No other instrument is on the line, so that all answers arrive in order.
+  /// No other instrument is on the line; all answers arrive in order.
   bool alone = false;
   /// Clock of the line, which outlives the exchange; null means the steady clock.
   const Clock* clock = nullptr;
 };
 
-/// A question whose answer cannot be confused with another. An instrument answers in order: after this answer, no
-/// answer to an earlier question can arrive.
+/// A question with an answer that cannot be confused with any other answer. An instrument answers in order: after this
+/// answer, no answer to an earlier question can arrive.
 struct ResyncQuery {
   std::string question;
   std::string answer_begins;
@@ -37,13 +37,14 @@ class TextExchange {
  public:
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
-  /// Sends `question` and returns its one-line answer. Bytes that wait on the line are discarded first. After an
-  /// unanswered question, `resync` must be answered first, so that a late answer is not accepted for the next question.
-  /// Before that, the line must be silent for `within`, unless its instrument is alone on the line and has no
-  /// outstanding answer to an earlier `resync`. If `resync` is lost, or a question while its answer is outstanding, all
-  /// questions fail for 3.25 s. Fails with timeout, disconnected or corrupted (no silence, no end within 256 bytes, or
-  /// bytes after the end, which are two answers to one question). Without `resync`, an answer later than twice `within`
-  /// is accepted for the next question.
+  /// Sends `question` and returns its one-line answer. First discards unread bytes on the line. After an unanswered
+  /// question, sends `resync` before `question` and requires its answer, so that a late answer is not accepted for
+  /// `question`. Before `resync` is sent, the line must be silent for `within`, unless the instrument is alone on the
+  /// line and no answer to an earlier `resync` is outstanding. If `resync` is not answered, all questions fail for the
+  /// next 3.25 s; the same applies to a question that is not answered while an answer to `resync` is outstanding. Fails
+  /// with timeout, disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end, which are
+  /// two answers to one question). Without `resync`, an answer that arrives later than twice `within` is accepted for
+  /// the next question.
   [[nodiscard]] Result<std::string> ask(std::string_view question, const ResyncQuery& resync = {});
 
  private:

@@ -165,7 +165,8 @@ std::shared_ptr<TextExchange> exchange_on(std::unique_ptr<ByteStream> line, cons
 
 class DconThermometer final : public Thermometer {
  public:
-  /// Modules on one line share its exchange, so that a late answer of one is not accepted for another.
+  /// Exchange shared by all modules on the line, so that a late answer of one module is not accepted for another
+  /// module.
   DconThermometer(std::shared_ptr<TextExchange> exchange, std::string place, DconOptions options)
       : exchange_(std::move(exchange)), place_(std::move(place)), options_(options) {}
 
@@ -198,7 +199,7 @@ class DconThermometer final : public Thermometer {
   /// Sends a question and returns the answer without its checksum.
   [[nodiscard]] Result<std::string> ask(std::string_view question) {
     const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
-    // Readings have no address, names have one.
+    // Readings contain no address; names do.
     const ResyncQuery resync{.question = sealed(dcon_query(options_.address, "M")),
                              .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};
     auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
@@ -273,7 +274,7 @@ class DconThermometer final : public Thermometer {
   std::vector<std::uint8_t> types_;
 };
 
-/// Several modules on one line.
+/// Driver for several modules on one line.
 class DconModules final : public Thermometer {
  public:
   struct Module {
@@ -317,7 +318,7 @@ class DconModules final : public Thermometer {
   }
 
  private:
-  /// After so many silences another module may answer. Other modules on the line may have answered all the time.
+  /// After this number of silences in a row, the module may have been replaced, even if the line never broke.
   static constexpr int kSilencesInDoubt = 2;
   std::vector<Module> modules_;
   std::uint64_t breaks_ = 0;

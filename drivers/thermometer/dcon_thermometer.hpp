@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// DCON thermocouple modules (ADAM-4018/4018+, ICP DAS I-7018, ADLINK 6018), each with eight thermometers: the encoding
-/// for host and module (I-7018 user's manual rev. B1.0, chapters 1.10 and 2; ADAM-4000 manuals), and the driver.
+/// for the host and for the module (I-7018 user's manual rev. B1.0, chapters 1.10 and 2; ADAM-4000 manuals), and the
+/// driver.
 ///
-/// A line ends with CR, which is not part of the texts here. `address` is that of a module, 0 to 255. A module does not
-/// answer after a syntax error, and an address without a module gives no answer.
+/// A line ends with CR, which is not part of the texts here. `address` is the address of a module, 0 to 255. A module
+/// does not answer a command with a syntax error, and no module answers a wrong address.
 #pragma once
 
 #include <chrono>
@@ -69,9 +70,10 @@ struct DconConfiguration {
 [[nodiscard]] std::optional<TemperatureRange> dcon_range(std::uint8_t type);
 
 /// Decodes ">+05.123+04.153…", a line without its checksum in engineering units, to one reading per range. A value
-/// consists of a sign, digits and a point, at most eight characters. All values of a line have equal length, so that an
-/// unexpected checksum is not taken for decimals. "+9999" (over range), "-0000" (under range) and values outside their
-/// range are faults (out_of_range) of their input, "input 0" to "input 7". Fails with refused ("?AA") or corrupted.
+/// consists of a sign, digits and a point, at most eight characters. All values of a line must have equal length;
+/// otherwise an unexpected checksum could be decoded as decimals. "+9999" (over range), "-0000" (under range) and
+/// values outside their range are decoded as the fault out_of_range of their input, "input 0" to "input 7". Fails with
+/// refused ("?AA") or corrupted.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line, std::uint8_t address,
                                                                         std::span<const TemperatureRange> ranges);
 
@@ -86,7 +88,7 @@ struct DconOptions {
   DconChecksum checksum = DconChecksum::off;
   /// Required type of all inputs; any type if empty.
   std::optional<std::uint8_t> type{};
-  /// Limit for a whole answer. A wrong address gives no answer.
+  /// Limit for a whole answer.
   Duration within = std::chrono::milliseconds(500);
   /// Required silence before a question.
   Duration pause = std::chrono::milliseconds(10);
@@ -95,15 +97,15 @@ struct DconOptions {
 };
 
 /// Returns the driver of the only module on a line. The module's settings are read before the first reading and after
-/// each missing answer. Other settings than engineering units and thermocouples J, K, T or E (or `type`, if it is
-/// given) are a mismatch. `place` names the instrument in its faults.
+/// each missing answer. Settings other than engineering units and thermocouples J, K, T or E (or `type`, if it is
+/// given) cause a mismatch. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                                  DconOptions options = {});
 
 /// Returns one thermometer for the modules at these addresses of one line: the inputs of the first module, then those
 /// of the next, and so on. They are queried in turn. A module that does not answer twice in a row is skipped for 0.5 s,
-/// then for longer periods up to 10 s; its inputs have faults meanwhile. Each try delays the readings of the other
-/// modules by up to twice `within`.
+/// then for longer periods up to 10 s; its inputs have faults meanwhile. Each attempt to query it delays the readings
+/// of the other modules by up to twice `within`.
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line, const std::string& place,
                                                              const std::vector<std::uint8_t>& addresses,
                                                              const DconOptions& options = {});

@@ -459,11 +459,12 @@ class MccUsbTemp final : public Thermometer {
       auto ready = make_ready();
       if (ready) return reports_->open();
       if (stage_ != Stage::calibrating || reads == kMostStatusReads) return failure(std::move(ready.error()));
-      (void)reports_->read(stray, kStatusEvery);  // a pause without expected reports
+      (void)reports_->read(stray, kStatusEvery);  // a pause; no report is expected
     }
   }
 
-  /// Forces identification after a disconnect, because another device may be plugged in.
+  /// Makes the next call identify the instrument again after a disconnect, because another device may have been plugged
+  /// in.
   const Fault& seen(const Fault& fault) {
     if (fault.kind == FaultKind::disconnected) stage_ = Stage::unknown;
     return fault;

@@ -3,8 +3,8 @@
 /// library uldaq 1.2.1 and of the USB-TEMP specification), the supported sensors, and the driver.
 ///
 /// A request is one output report whose byte 0 is its command; a reply is one input report with the same byte 0.
-/// Integers are little-endian; numbers are IEEE-754 binary32, little-endian. Both may have additional bytes, because
-/// some systems pad reports. Reports that write memory or firmware are not supported.
+/// Integers are little-endian; numbers are IEEE-754 binary32, little-endian. Requests and replies may have additional
+/// bytes, because some systems pad reports. Reports that write memory or firmware are not supported.
 #pragma once
 
 #include <array>
@@ -77,7 +77,7 @@ struct MccRequest {
 [[nodiscard]] MccRequest mcc_request(MccCommand command, std::initializer_list<std::uint8_t> arguments = {});
 [[nodiscard]] MccRequest mcc_read_input(std::uint8_t input, MccUnits units = MccUnits::celsius);
 [[nodiscard]] MccRequest mcc_scan(std::uint8_t first, std::uint8_t last, MccUnits units = MccUnits::celsius);
-/// Requests `count` bytes, at most 62, of the user memory of 256 bytes.
+/// Requests `count` bytes, at most 62, of the 256-byte user memory.
 [[nodiscard]] MccRequest mcc_read_memory(std::uint8_t address, std::uint8_t count);
 [[nodiscard]] MccRequest mcc_read_item(std::uint8_t input, MccItem item);
 [[nodiscard]] MccRequest mcc_set_item(std::uint8_t input, MccItem item, std::uint8_t value);
@@ -85,7 +85,8 @@ struct MccRequest {
 /// Requests the date of the last calibration.
 [[nodiscard]] inline MccRequest mcc_read_calibration_date() { return mcc_read_memory(0xF0, 6); }
 
-/// Encodes a request in its shortest form. hidraw refuses reports of one byte; its caller must append a zero.
+/// Encodes a request in its shortest form. hidraw refuses one-byte reports; a caller that uses hidraw must append a
+/// zero to them.
 [[nodiscard]] std::vector<std::byte> encode_mcc_request(const MccRequest& request);
 /// Instrument: decodes a request, which may be followed by zeros. Fails with corrupted (unknown command, wrong length)
 /// or refused (an argument that the instrument does not support).
@@ -115,7 +116,7 @@ inline constexpr TemperatureRange kMccWidest{{-273.15}, {1820}};
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_mcc_temperatures(
     const MccRequest& request, std::span<const std::byte> report, const MccRanges& ranges = mcc_widest_ranges());
 
-/// Returns whether a calibration is in progress. Readings are frozen then, and items cannot be set.
+/// Returns whether a calibration is in progress. Meanwhile the readings do not change, and items cannot be set.
 [[nodiscard]] constexpr bool mcc_calibrating(std::uint8_t status) { return (status & 1) != 0; }
 
 /// Decodes six bytes of memory: year − 2000, month, day, hour, minute, second, in an unknown time zone. Fails with
@@ -131,7 +132,7 @@ enum class MccWires : std::uint8_t { two_wire_one_sensor, two_wire_two_sensors, 
 enum class MccThermocoupleType : std::uint8_t { j, k, t, e, r, s, b, n };
 
 /// Platinum resistance thermometer after Callendar and Van Dusen (IEC 60751): R/R0 = 1 + A t + B t² + C (t − 100 °C)
-/// t³, with C only for t < 0. The default is the standard's sensor of 100 Ω.
+/// t³, with C only for t < 0. The default is the standard 100 Ω sensor.
 struct MccRtd {
   MccWires wires = MccWires::two_wire_two_sensors;
   float r0_ohm = 100, a_per_k = 3.9083e-3f, b_per_k2 = -5.775e-7f, c_per_k4 = -4.183e-12f;
@@ -173,8 +174,8 @@ struct MccOptions {
 
 /// Returns the driver. After each opening, before the first reading, the instrument's settings are compared with
 /// `sensors`. If they differ, they are set and the instrument calibrates itself for some seconds; meanwhile read()
-/// returns a timeout for every input, and identify() waits. The settings are compared again afterwards, with a mismatch
-/// if they still differ. `place` names the instrument in its faults.
+/// returns a timeout for every input, and identify() waits. The settings are compared again afterwards; if they still
+/// differ, the fault is a mismatch. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string place,
                                                              MccOptions options = {});
 

@@ -22,7 +22,7 @@ struct TemperatureRange {
   auto operator<=>(const TemperatureRange&) const = default;
 };
 
-/// Returns `reading`, or out_of_range at `where`. NaN is outside every range.
+/// Returns `reading`, or the fault out_of_range at `where` if it is outside `range`. NaN is outside every range.
 [[nodiscard]] inline Result<Celsius> within(const TemperatureRange& range, Celsius reading, std::string where) {
   if (reading >= range.lowest && reading <= range.highest) return reading;
   return failure(
@@ -48,8 +48,8 @@ struct TemperatureRange {
   return fault;
 }
 
-/// Returns the readings, with the location prepended to their faults. If `answer` is a fault, each of the `inputs` has
-/// it.
+/// Returns the readings, with the location prepended to their faults. If `answer` is a fault, returns this fault for
+/// each of the `inputs`.
 [[nodiscard]] inline std::vector<Result<Celsius>> with_locations(const std::string& place, std::size_t inputs,
                                                                  Result<std::vector<Result<Celsius>>> answer) {
   if (!answer) return {inputs, failure(with_location(place, std::move(answer.error())))};

@@ -50,9 +50,10 @@ struct NumberedLine {
 [[nodiscard]] Result<ProcessGreeting> decode_process_greeting(std::string_view text);
 [[nodiscard]] std::string encode_process_greeting(const ProcessGreeting& greeting);
 
-/// Decodes "23.456 -": one token per input, a decimal number in °C with an optional exponent, or "-" without a reading.
-/// A missing reading, a value below absolute zero or one above 3000 °C is out_of_range. Inputs are named "input 1" and
-/// so on. Fails with corrupted for any other token, or if the number of tokens is not `inputs`.
+/// Decodes "23.456 -": one token per input, which is a decimal number in °C with an optional exponent, or "-" if the
+/// input has no reading. An input without a reading, or with a value below absolute zero or above 3000 °C, is
+/// out_of_range. Inputs are named "input 1" and so on. Fails with corrupted for any other token, or if the number of
+/// tokens is not `inputs`.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_process_readings(std::string_view text, std::size_t inputs);
 [[nodiscard]] std::string encode_process_readings(std::span<const std::optional<double>> celsius);
 
@@ -70,7 +71,7 @@ struct ProcessThermometerOptions {
 };
 
 /// Returns the driver. The program is greeted before the first reading, and again after its line broke. A late answer
-/// is discarded because of its earlier number. `place` names the instrument in its faults.
+/// is recognised by its number and discarded. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_process_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                                     ProcessThermometerOptions options);
 

@@ -22,9 +22,9 @@ namespace gyrotherm::drivers {
 inline constexpr std::size_t kPt12Inputs = 12;
 
 /// Decodes "25.38095, 25.26928, NaN, …", the answer to `T?`, to twelve readings. Numbers are in standard or scientific
-/// notation; blanks around them are ignored. NaN, in any case, is an input without a probe. It is out_of_range, as is a
-/// temperature outside the range of platinum thermometers (IEC 60751: −200 to 850 °C). Inputs are named "T1" to "T12".
-/// Fails with corrupted if the line is not twelve numbers.
+/// notation; blanks around them are ignored. NaN, in upper or lower case, means an input without a probe. Such an input
+/// is out_of_range, and so is a temperature outside the range of platinum thermometers (IEC 60751: −200 to 850 °C).
+/// Inputs are named "T1" to "T12". Fails with corrupted if the line is not twelve numbers.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view line);
 
 /// Instrument: encodes readings; an empty one is an input without a probe.

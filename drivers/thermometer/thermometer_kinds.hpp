@@ -37,9 +37,10 @@ struct ThermometerKindRow {
   const char* name = "";
   /// Inputs of one instrument, or of one module on a line.
   std::size_t inputs{};
-  /// Default for a line without a format: the delivery setting, or the one fixed by the manual.
+  /// Format of a serial line for which the rig file does not specify one: the factory setting, or the only one of the
+  /// instrument.
   SerialFormat serial{};
-  /// Null for a kind with settings of its own, which the rig file's reader makes.
+  /// Null for a kind that has its own settings. The reader of rig files makes such an instrument.
   MakeOnLine make = nullptr;
 };
 

@@ -53,7 +53,7 @@ class VirtualClock final : public Clock {
 inline constexpr Duration kVirtualEpoch = std::chrono::seconds(1767225600);
 
 /// Return the time since the machine was started, including suspended time, and an identifier of that start. Two
-/// processes with the same identifier can compare their times even if the system clock is set meanwhile.
+/// processes with the same identifier can compare their times even if the system clock is changed.
 [[nodiscard]] Duration since_boot();
 [[nodiscard]] std::string boot_id();
 

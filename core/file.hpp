@@ -113,7 +113,7 @@ struct FileState {
 
 /// Returns the state of the file at `path`, following links. Returns an empty state if the file does not exist.
 [[nodiscard]] FileState read_file_state(const std::string& path);
-/// Returns the state without time and size, so that it remains equal while the file grows.
+/// Returns the state without time and size. The result remains equal while the file grows.
 [[nodiscard]] FileState read_file_identity(const std::string& path);
 
 /// Returns the folder that contains `path`: "." for "rig.toml".

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads a JSON document key by key. On an error the reader keeps the first one with its path and returns a neutral
-/// value, so that a parser reads to its end and calls verdict() once.
+/// Reads a JSON document key by key. On an error the reader keeps the first error with its path and returns a neutral
+/// value. A parser therefore reads to its end and calls verdict() once.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Random numbers that are identical on every machine. The generator is the standard library's; the distributions are
-/// implemented here, because those of the standard libraries differ.
+/// implemented here, because each standard library implements them differently.
 #pragma once
 
 #include <cmath>
@@ -27,8 +27,8 @@ namespace gyrotherm {
   return x ^ (x >> 31U);
 }
 
-/// Purposes of the random streams of the virtual laboratory. A number is never reused for another purpose, so that a
-/// simulated record can be reproduced from its seed.
+/// Purposes of the random streams of the virtual laboratory. A number is never reused for another purpose: a simulated
+/// record must remain reproducible from its seed.
 enum class RandomPurpose : std::uint64_t {
   capacity_spread = 1,
   film_spread = 2,
@@ -61,8 +61,8 @@ enum class RandomPurpose : std::uint64_t {
   own_values = 29,
 };
 
-/// The random numbers of one purpose under one seed. Each purpose has its own stream, so that a new purpose leaves the
-/// numbers of the others unchanged.
+/// The random numbers of one purpose under one seed. Each purpose has its own stream. A new purpose therefore does not
+/// change the numbers of existing purposes.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, RandomPurpose purpose)

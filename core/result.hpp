@@ -80,7 +80,7 @@ using Result = tl::expected<T, Fault>;
 
 /// Called repeatedly by a long computation, with the name of its stage and the completed fraction (0…1). If it returns
 /// false, the computation stops cleanly and fails with FaultKind::interrupted. It may be called from any thread, but
-/// never from two at once.
+/// never from two threads at the same time.
 using ProgressSink = std::function<bool(std::string_view stage, double fraction)>;
 
 /// Reports progress to a sink, which may be empty. Returns whether the computation is to continue.

@@ -39,7 +39,7 @@ struct TomlTable::Document {
     bool operator==(const Mistake&) const = default;
   };
 
-  /// The first errors, and whether there were more.
+  /// The first kMostMistakes errors, and a flag for further ones.
   class Mistakes {
    public:
     void note(Mistake mistake) {
@@ -50,7 +50,7 @@ struct TomlTable::Document {
     [[nodiscard]] bool is_full() const { return noted_.size() == kMostMistakes; }
     [[nodiscard]] bool more() const { return more_; }
     [[nodiscard]] bool empty() const { return noted_.empty(); }
-    /// Removes the error of a missing key after a misspelt form of the key was found.
+    /// Removes the error about a missing key. Called when a misspelt form of the key was found.
     void drop_missing(toml::source_position table, std::string_view key) {
       const auto start = missing_key(key);
       std::erase_if(noted_, [&](const Mistake& one) { return one.at == table && one.what.starts_with(start); });
@@ -86,7 +86,7 @@ struct TomlTable::Document {
 struct TomlTable::Node {
   const toml::table* table = nullptr;  ///< null for an absent table
   toml::source_position at{};
-  /// "chamber". An absent table inside an absent one has the path of the outer one.
+  /// "chamber". If an absent table is inside another absent table, both have the path of the outer one.
   std::string path{};
   /// The absence of this table is noted already; further errors in it are dropped.
   bool is_reported{};

@@ -97,7 +97,8 @@ std::string describe(Excess excess) {
 /// Follows the scanner and counts keys, values, nesting depth and lengths.
 class Measure {
  public:
-  /// Counts one step of the scanner over `text`. `before` and `after` are the elements around it.
+  /// Counts one step of the scanner over `text`. `before` and `after` are the lexical elements before and after the
+  /// step.
   Excess step(Inside before, Inside after, std::string_view text) {
     const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
     if (quotes(before) || quotes(after)) return take_text(text.size());
@@ -166,7 +167,7 @@ class Measure {
   /// Number of dots in the key before each open bracket.
   std::array<std::size_t, TomlBounds::kDepth + 1> bracket_dots_{};
   std::size_t brackets_{};  ///< open brackets
-  /// Sum of the dots in the keys before the open brackets.
+  /// Sum of `bracket_dots_` over the open brackets.
   std::size_t around_{};
   std::size_t header_{};  ///< dots in the latest table header
   /// Dots in the key or number being read.

@@ -47,7 +47,7 @@ const ByteTable& table_of(std::uint32_t polynomial) {
 }  // namespace
 
 std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
-  // The register occupies the top of 32 bits, so that one loop serves every width.
+  // The register occupies the top of 32 bits. Therefore the same loop is used for every width.
   static const ByteTable kMirrored = mirrored_bytes();
   const int spare = 32 - model.width;
   const auto& table = table_of(model.polynomial << spare);

@@ -37,21 +37,22 @@ struct AnalogueMap {
 /// Code of a status register for a valid input.
 inline constexpr const char* kNormalStatus = "normal";
 
-/// Parses schema gyrotherm-analogue-inputs/1. The keys name, vendor, source, [link], [[register]] and [identity] are
-/// those of a chamber's map (docs/chamber-maps.md). Each [[input]] names its `register`, a readable number, and the
-/// `unit` of measure. It may name `status` registers, which must have a code "normal". If `count` made several
-/// registers, it makes as many inputs: register "current" is "current_1", "current_2", … Fails with bad_file and lists
-/// every error with its position. `word_order` overrides the map's order, for a unit with a different setting.
+/// Parses schema gyrotherm-analogue-inputs/1. The keys name, vendor, source, [link], [[register]] and [identity] have
+/// the same meaning as in a chamber's map (docs/chamber-maps.md). Each [[input]] names its `register`, a readable
+/// number, and the `unit` of measure. It may name `status` registers, which must have a code "normal". If `count` made
+/// several registers, it makes as many inputs: register "current" is "current_1", "current_2", … Fails with bad_file
+/// and lists every error with its position. `word_order` overrides the map's order, for a unit with a different
+/// setting.
 [[nodiscard]] Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 
 /// Returns a line for people: "8 inputs: from the manual", and the uncertain facts.
 [[nodiscard]] std::string describe_confidence(const AnalogueMap& map);
 
-/// Returns the driver. `registers` must be those of the map's selected link. `wanted` are the inputs that read()
-/// returns, in this order, as indices into the map; at least one. Adjacent registers are read by one exchange, up to
-/// the limit of the link; with `holes`, the registers between them are read too. Spans without a requested input are
-/// not read.
+/// Returns the driver. `registers` must belong to the map's selected link. `wanted` contains the indices in the map of
+/// at least one input; read() returns these inputs in this order. Adjacent registers are read by one exchange, up to
+/// the limit of the link. If the map has `holes`, registers with gaps between them are also read by one exchange. Spans
+/// without a requested input are not read.
 ///
 /// An input is out_of_range if its register has a sentinel or an impossible value, if one of its status registers is
 /// not "normal", or if the unit has no value at present. After an exchange without answer, the remaining exchanges of

@@ -29,7 +29,8 @@ bool holds_soak(const ProfileMemory& memory) {
   });
 }
 
-/// Splits a step into parts that the memory can hold; each duration is a multiple of its resolution.
+/// Splits a step into parts that the memory can store. The duration of each part is a multiple of the memory's
+/// resolution.
 void append_parts(const ProfileMemory& memory, const ProgramStep& step, std::vector<ProgramStep>& parts) {
   const auto count =
       std::max<std::int64_t>(1, (step.duration + memory.longest_step - Duration(1)) / memory.longest_step);
@@ -181,7 +182,7 @@ Result<FoundStep> find_step(const ProfileMemory& memory, int index, const BlockW
 struct FoundHeader {
   std::string name;
   Kelvins soak_band{};
-  int step_count{};  ///< steps_at_most without a cell
+  int step_count{};  ///< steps_at_most if no cell contains it
 };
 
 Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context) {
@@ -203,8 +204,9 @@ Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& w
 /// Returns true for an end step in a memory without start set points.
 bool marks_end(const FoundStep& found) { return !found.start && found.kind == word(StepKind::end); }
 
-/// Makes a step from its cells. `before` is the set point after the previous steps. The kind is that of its cell, with
-/// an end treated as a soak; without a cell the set points decide. Fails with corrupted for an unknown kind.
+/// Makes a step from its cells. `before` is the set point after the previous steps. The kind is read from the step's
+/// kind cell; an end is treated as a soak. If there is no such cell, the kind follows from the set points. Fails with
+/// corrupted for an unknown kind.
 Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
   ProgramStep step;
   step.start = found.start ? Celsius{*found.start} : before;

@@ -104,7 +104,7 @@ struct MemoryCell {
 
 /// Registers written in one exchange.
 struct MemoryBlock {
-  /// Address on the wire; in a block of steps, that of the first step.
+  /// Address on the wire; in a block of steps, the address for the first step.
   std::uint16_t address{};
   std::uint16_t count{};
   std::optional<WriteFunction> function;

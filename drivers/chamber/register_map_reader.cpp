@@ -15,7 +15,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// Defaults for the keys of an item.
+/// Default values for keys that an item does not have.
 struct ItemDefaults {
   WordOrder order = WordOrder::abcd;
   std::int64_t address_base = 0;
@@ -24,7 +24,7 @@ struct ItemDefaults {
 };
 
 constexpr double kFinestOfFloat = 0.001;
-/// Typical step of a controller whose number of decimals is read from it.
+/// Assumed resolution if the number of decimals is read from the controller.
 constexpr double kUsualDecimal = 0.1;
 constexpr std::int64_t kMostOfOneKind = 256;
 

@@ -132,9 +132,9 @@ struct HousekeepingValue {
   bool is_temperature{};
 };
 
-/// Returns the names and units of GyroCount::values, in their order. They are those of FrameFormat::values(). If there
-/// are any, "frames" (the number of averaged frames) and "flagged" (the number of frames with a status that is not good
-/// or broke a rule) follow.
+/// Returns the names and units of GyroCount::values, in their order. They correspond to FrameFormat::values(). If there
+/// are any, two more follow: "frames" (the number of averaged frames) and "flagged" (the number of frames with a status
+/// that was not good or broke a rule).
 [[nodiscard]] std::vector<HousekeepingValue> list_housekeeping(const FrameFormat& format);
 
 /// Values of one axis in a frame; empty if the frame does not contain them.

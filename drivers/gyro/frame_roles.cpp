@@ -79,7 +79,7 @@ bool may_share_turn(const FrameField& one, const FrameField& other) {
   return one.turn % common == other.turn % common;
 }
 
-/// Returns whether an integer exists at their position for which both fields are present.
+/// Returns whether both fields can be present at the same time, according to the integers that contain them.
 bool may_share_word(const FrameField& one, const FrameField& other) {
   const auto where = [](const FrameField& field) {
     return std::tuple(field.offset, field.bytes, field.big_endian, field.bits_per_byte);
@@ -92,14 +92,14 @@ bool collide(const FrameField& one, const FrameField& other) {
   return may_share_message(one, other) && may_share_turn(one, other) && may_share_word(one, other);
 }
 
-/// Returns whether both fields fill the same member of a GyroFrame.
+/// Returns whether both fields are stored in the same member of a GyroFrame.
 bool fill_same_slot(const FrameField& one, const FrameField& other) {
   if (is_gyro(one.role)) return is_gyro(other.role) && one.slot == other.slot;
   if (is_housekeeping(one)) return is_housekeeping(other) && one.slot == other.slot;
   return one.role == other.role && (one.role == FieldRole::sequence || one.role == FieldRole::timestamp);
 }
 
-/// Returns whether a count or angle of one field may follow that of the other.
+/// Returns whether values of both fields are comparable: their units, scales, zeros and ranges are equal.
 bool have_same_meaning(const FrameField& one, const FrameField& other) {
   const auto meaning = [](const FrameField& field) {
     return std::tuple(field.unit, is_counted(field), field.scale.of(1), field.zero, field.wraps_at,

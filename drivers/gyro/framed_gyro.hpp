@@ -58,7 +58,7 @@ struct GyroCommands {
 };
 
 /// Returns the driver for a gyro with frames described by `format`. `within` limits one read. `clock` is the host's
-/// clock and must be that of the line and outlive the gyro; null means the steady clock.
+/// clock. It must be the clock of the line and outlive the gyro; null means the steady clock.
 ///
 /// Start commands: `commands.start` is sent when the gyro is opened, by the first read at the latest, and again before
 /// the read that follows a silence or a broken line. Each command lasts for its `wait`, or until its answer arrives

@@ -136,7 +136,8 @@ class ProcessStream::Child {
     return (dead ? how_it_ended(status) : "the program was killed but has not ended yet") +
            (said.empty() ? said : fmt::format("; it said \"{}\"", said));
   }
-  /// Waits for output of the program; returns false at the deadline. Reads its stderr meanwhile.
+  /// Waits for output of the program and returns true, or returns false at the deadline. Reads the program's stderr
+  /// while waiting.
   [[nodiscard]] bool wait(const Deadline& deadline) {
     while (!deadline.over()) {
       std::array<pollfd, 2> lines{{{line(), POLLIN, 0}, {complaints_.number(), POLLIN, 0}}};
@@ -148,7 +149,7 @@ class ProcessStream::Child {
     }
     return false;
   }
-  /// Reads what the program wrote to stderr, up to a limit, so that the program never blocks on it.
+  /// Reads the available stderr output of the program, up to a limit. Otherwise the program would block on a full pipe.
   void listen() {
     constexpr int kMostPieces = 64;
     std::array<char, 4096> some{};

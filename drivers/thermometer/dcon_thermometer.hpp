@@ -102,10 +102,10 @@ struct DconOptions {
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                                  DconOptions options = {});
 
-/// Returns one thermometer for the modules at these addresses of one line: the inputs of the first module, then those
-/// of the next, and so on. They are queried in turn. A module that does not answer twice in a row is skipped for 0.5 s,
-/// then for longer periods up to 10 s; its inputs have faults meanwhile. Each attempt to query it delays the readings
-/// of the other modules by up to twice `within`.
+/// Returns one thermometer for the modules at these addresses of one line: the inputs of the first module, then the
+/// inputs of the next, and so on. The modules are queried in turn. A module that does not answer twice in a row is
+/// skipped for 0.5 s, then for longer periods up to 10 s; its inputs have faults meanwhile. Each attempt to query it
+/// delays the readings of the other modules by up to twice `within`.
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line, const std::string& place,
                                                              const std::vector<std::uint8_t>& addresses,
                                                              const DconOptions& options = {});

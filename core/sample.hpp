@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One second of the rig and its parts. Plain structs: one function makes each of them and nothing changes it
-/// afterwards.
+/// The data of one second of the rig, as plain structs. One function makes each struct; it is not modified afterwards.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +27,8 @@ template <class T>
   return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
 }
 
-/// Pulses of a gyro in one second, for all its axes, with the exact duration of the count by the gyro's own clock, and
-/// the gyro's housekeeping values. Empty for a unit that was dropped from the run.
+/// Pulses of all axes of a gyro in one second, the exact duration of the count, and the gyro's housekeeping values.
+/// Empty for a unit that was dropped from the run.
 struct GyroCount {
   std::vector<std::int64_t> pulses;  ///< one count per axis
   Duration interval{};
@@ -220,7 +219,7 @@ enum class EventKind {
   dropped,
   /// A dropped unit returned to the run.
   returned,
-  /// An operator acknowledged an alarm; the text has the operator's name and comment.
+  /// An operator acknowledged an alarm; the text contains the operator's name and comment.
   acknowledged,
   /// A notification of an alarm was sent; the text names recipient and rule.
   told,
@@ -232,9 +231,9 @@ enum class EventKind {
       kind);
 }
 
-/// Object of an event, if the event concerns a single one.
+/// Object that an event concerns, if there is exactly one.
 struct EventSubject {
-  /// Identifier of the interlock, and its reaction.
+  /// Identifier and reaction of the interlock.
   std::string interlock{};
   std::string reaction{};
   /// Segment of the profile, if the event belongs to a run.

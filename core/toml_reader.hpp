@@ -60,7 +60,7 @@ class TomlTable {
   [[nodiscard]] CelsiusPerMinute positive_rate(std::string_view key,
                                                std::optional<CelsiusPerMinute> fallback = {}) const;
 
-  /// Reads a list or a table, which is empty if the key is absent.
+  /// Reads a list or a table. The result is empty if the key is absent.
   [[nodiscard]] std::vector<double> numbers(std::string_view key) const;
   [[nodiscard]] std::vector<std::string> texts(std::string_view key) const;
   [[nodiscard]] std::vector<std::vector<double>> number_rows(std::string_view key) const;
@@ -79,10 +79,10 @@ class TomlTable {
   /// absence is noted.
   void mistake(std::string_view key, std::string what) const;
 
-  /// Fails with bad_file if any table of the file has an error. `where` is the location of the first error. `what` has
-  /// all errors, one per line, each further line in the form "file:line:column: what, what was expected"; at most 100
-  /// are listed. Errors in the text of the file come first, in its order; missing keys follow. A missing key is not
-  /// reported if a misspelt form of it was found.
+  /// Fails with bad_file if any table of the file has an error. `where` is the location of the first error. `what`
+  /// lists up to 100 errors, one per line. Each line after the first begins with "file:line:column: ". Errors in the
+  /// text of the file come first, in its order; missing keys follow. A missing key is not reported if a misspelt form
+  /// of it was found.
   [[nodiscard]] Result<void> verdict() const;
 
  private:

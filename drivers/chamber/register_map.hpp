@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The register map of a Modbus chamber, a TOML file under profiles/chambers. The driver uses it, and so does the
-/// virtual chamber at the other end of the line. docs/chamber-maps.md describes the format.
+/// The register map of a Modbus chamber, a TOML file under profiles/chambers. The driver and the virtual chamber both
+/// use it. docs/chamber-maps.md describes the format.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace gyrotherm::drivers {
 
-/// A condition on an item: one of some codes, one of some bits, or a value above a number.
+/// A condition on the value of an item: it is one of `codes`, it has one of `bits`, or it is above a number.
 struct Condition {
   std::string item;
   std::vector<std::string> meanings;  ///< for messages
@@ -82,7 +82,7 @@ enum class CellSource {
   target,
   /// Magnitude of the rate, K/min.
   rate,
-  /// The duration split into hours, minutes and seconds, or in seconds altogether.
+  /// The duration, split into hours, minutes and seconds, or as a total number of seconds.
   hours,
   minutes,
   seconds,
@@ -110,7 +110,7 @@ struct MemoryBlock {
   std::optional<WriteFunction> function;
   /// The block is written only for steps of these kinds; for every step if empty.
   std::vector<StepKind> kinds;
-  /// Selects a program or step: written before reading too, and not read itself.
+  /// The block selects a program or step. It is also written before a read, and is not read itself.
   bool select{};
   /// The written registers can be read back.
   bool read_back = true;
@@ -134,7 +134,7 @@ struct ProfileMemory {
   /// Resolution of durations.
   Duration finest{};
   Duration pause{};  ///< between writes
-  /// Wait after a failed write before the whole program is sent again.
+  /// Waiting time between a failed write and the repetition of the whole upload. If zero, there is no repetition.
   Duration recovery{};
   /// Item that contains the program number assigned by the controller. If empty, the driver chooses the number.
   std::string number_from;
@@ -207,7 +207,7 @@ struct PowerSwitch {
 struct SetPointLimits {
   std::optional<Celsius> lowest, highest;
   std::string lowest_item, highest_item;
-  /// Minimum time between set points; 0 for no minimum.
+  /// Minimum time between two set points; 0 for no minimum.
   Duration every{};
   /// Write endurance of the memory in which the controller stores each set point; 0 if it does not store them, or if
   /// this is unknown.

@@ -46,7 +46,7 @@ enum class FieldRole {
   sequence,
   /// Device time.
   timestamp,
-  /// Status bits: they must equal `good` under `mask` and follow the field's rules.
+  /// Status bits. The frame is good if they equal `good` under `mask` and satisfy the field's rules.
   status,
   /// In °C after scaling.
   temperature,
@@ -70,9 +70,9 @@ enum class StatusMeaning {
   invalid,
   /// The frame is flagged.
   warning,
-  /// The bytes are not this frame.
+  /// The bytes are rejected as not being a frame.
   reject,
-  /// The unit has another setting.
+  /// A setting of the unit differs from the description.
   mismatch,
 };
 struct StatusRule {
@@ -110,7 +110,7 @@ struct FrameField {
   /// Index of the axis or of the housekeeping value, as in FrameFormat.
   std::size_t slot{};
 
-  /// The value in `unit` is raw · scale + zero.
+  /// The scaled value, in `unit`, is raw · scale + zero.
   ExactScale scale{};
   double zero{};
   std::string unit{};  ///< empty: pulses or counts

@@ -17,12 +17,12 @@
 
 namespace gyrotherm::drivers {
 
-/// Kinds of check values. sum16 adds 16-bit words in the byte order of the check. Parity includes all covered bits and
-/// the parity bit.
+/// Kinds of check values. For sum16, the words that are added have the byte order of the check. Parity includes all
+/// covered bits and the parity bit.
 enum class CheckKind { none, sum8, sum16, xor8, crc, odd_parity, even_parity };
 
-/// A check value of a frame. Positions count from the start of the frame, or from its end if negative. In a line of
-/// text, the check is the hexadecimal digits after `LineFormat::mark`; it covers the text before the mark and has no
+/// A check value of a frame. Positions are counted from the start of the frame, or from its end if negative. In a line
+/// of text, the check is the hexadecimal digits after `LineFormat::mark`; it covers the text before the mark and has no
 /// position.
 struct FrameCheck {
   CheckKind kind = CheckKind::none;
@@ -186,7 +186,7 @@ struct GyroFrame {
 ///     final_xor = 0
 ///
 /// `axes` selects the axes in use, in this order, from FrameFormat::all_axes. If it is empty, the file's key `axis`
-/// selects one, and otherwise the first axis is used. `rate_hz` replaces the nominal rate in the table.
+/// selects one axis; without this key, the first axis is used. `rate_hz` replaces the nominal rate in the table.
 [[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {},
                                             std::optional<double> rate_hz = {});
 
@@ -233,7 +233,7 @@ class FrameDecoder {
   std::uint64_t rejected_{};
   /// The format has a rule with the verdict `mismatch`.
   bool has_settings_{};
-  /// The preceding bytes were a valid frame or a whole line.
+  /// The bytes before `begin_` were a valid frame or a whole line.
   bool locked_{};
   std::optional<std::uint32_t> sequence_{};
   GyroFrame frame_;  ///< the latest

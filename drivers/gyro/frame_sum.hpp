@@ -83,7 +83,7 @@ class FrameSum {
   [[nodiscard]] std::vector<std::int64_t> counts(const FrameTally& tally, Duration interval) const;
 
  private:
-  /// Summation of one axis, its latest value, and its sums in the incomplete round.
+  /// Settings of one axis, its latest value, and its sums in the incomplete round.
   struct Axis {
     FieldRole role{};
     bool is_counted{};
@@ -133,7 +133,7 @@ class FrameSum {
 class FrameMeans {
  public:
   explicit FrameMeans(const FrameFormat& format) : sums_(format.values().size()) {}
-  /// Adds a frame. A frame that the gyro marks as bad is not averaged, but it is counted as flagged if it is flagged.
+  /// Adds a frame. A frame that the gyro marks as bad is not averaged, but it may be counted as a flagged frame.
   void add(const GyroFrame& frame);
   /// Returns, in the order of list_housekeeping(), the means (NaN if no frame had the value), the number of averaged
   /// frames, and the number of flagged frames. Empty if the format has no housekeeping.

@@ -262,7 +262,7 @@ void read_meaning(const TomlTable& table, double rate_hz, FrameField& field) {
     table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
 }
 
-/// Reads one field of `format`. All other keys of the format were read before.
+/// Reads one field of `format`. All keys of the format except its fields must have been read before.
 FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   FrameField field{.role = one_of(kFieldRoles, table, "role")};
   read_place(table, format, field);

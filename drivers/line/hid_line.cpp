@@ -25,7 +25,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestReport = 64;
-/// A read may fail while the device is still present, for example after a signal.
+/// Number of failed reads after which the device is closed. A read may fail although the device is present, for example
+/// after a signal.
 constexpr int kMostOddFailures = 3;
 
 /// Returns the lock for hidapi, whose listing, opening and closing is not thread-safe.

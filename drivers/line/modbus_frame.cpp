@@ -146,7 +146,7 @@ bool answers_by_exception(const ModbusRequest& request, std::uint8_t function) {
 }
 
 /// Decodes the PDU of a reply after comparing every field with its request: function, byte count and size; for a write
-/// address and count or value. Fails with corrupted, naming the field.
+/// also address and count or value. Fails with corrupted, naming the field.
 Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
   const auto function = byte_at(reply, 0);

@@ -19,10 +19,10 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// The two inputs of a converter share the items below.
+/// The two inputs of a converter share the items with a number below this one.
 constexpr unsigned kSharedItems = 0x10;
 constexpr unsigned kItems = 0x1C;
-/// Bytes per request, by microcontroller.
+/// Maximum number of bytes per request, for each microcontroller.
 constexpr std::size_t kLongestMemory[] = {62, 60};
 constexpr std::size_t kMemory = 256;
 
@@ -30,7 +30,7 @@ constexpr std::size_t kMemory = 256;
 struct Layout {
   MccCommand command;
   std::size_t arguments;
-  /// Minimum; the reply to a scan, memory or item may be longer.
+  /// Minimum size. The reply to a scan, or to a read of memory or of an item, may be longer.
   std::size_t reply;
 };
 constexpr Layout kLayouts[] = {

@@ -42,8 +42,9 @@ enum class MccCommand : std::uint8_t {
   calibrate = 0x4B,
 };
 
-/// Settings of an input. The two inputs of a converter (0 and 1, 2 and 3, …) share the first four items; `thermocouple`
-/// and the following items exist for each input. `reference_v` and the coefficients are numbers, the others are bytes.
+/// Settings of an input. The two inputs of a converter (0 and 1, 2 and 3, …) share the items before `thermocouple`;
+/// `thermocouple` and the following items exist for each input. `reference_v` and the coefficients are numbers, the
+/// others are bytes.
 enum class MccItem : std::uint8_t {
   sensor = 0x00,
   connection = 0x01,

@@ -23,7 +23,7 @@ bool is_nan(std::string_view text) {
   return std::ranges::equal(text, std::string_view("nan"), same);
 }
 
-/// Parses a number in standard or scientific notation, or NaN. The whole text must be one number.
+/// Parses a text that is one number in standard or scientific notation, or NaN.
 std::optional<double> parse_number(std::string_view text) {
   if (is_nan(text)) return std::numeric_limits<double>::quiet_NaN();
   const bool negative = text.starts_with('-');

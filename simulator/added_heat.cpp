@@ -78,7 +78,8 @@ Celsius bracket_at_rest(double share, Celsius air, const std::function<Celsius(C
   constexpr double kSettledK = 1e-10;
   Celsius bracket = air;
   for (int round = 0; round < kMostRounds; ++round) {
-    // The excess of a cabinet over its effective air hardly depends on that air: each round reduces the error by 100.
+    // The excess of a cabinet over its effective air hardly depends on that air, so each round reduces the error by a
+    // factor of about 100.
     const auto seen = mixed(share, air, bracket);
     const double above_k = (cabinets(seen).value - seen.value) / (1 - share);
     const double step_k = air.value + above_k - bracket.value;

@@ -13,7 +13,7 @@
 
 namespace gyrotherm::simulator {
 
-/// Limit of the wind. Below it the film of each side stays above 0 at any output of heater and cooler.
+/// Limit of each wind parameter. Within it the film of each side remains positive at any output of heater and cooler.
 inline constexpr double kMostWind = 0.45;
 
 /// [virtual.thermal.side_wind]: the film of the cabinet's left half is 1 + w times the model's, the film of the right
@@ -26,20 +26,21 @@ struct SideWind {
   /// Added to w at full heating, and at full cooling.
   double heating{};
   double cooling{};
-  /// Distance of each half from the mean of both at w = 1, as a share of (air − cabinet); 0 … 1.
+  /// Final temperature difference of each half from the mean of both halves at w = 1, as a share of (air − cabinet); 0
+  /// … 1.
   double share{};
-  /// Time constant of that distance; 1 or more.
+  /// Time constant of this difference; 1 or more.
   double time_constant_s = 1;
   /// Conductance from one half of the cabinet to the block on its side.
   double gap_w_per_k{};
 };
 
-/// Limit of the growth: no power is below 0 between −60 and 80 °C.
+/// Limit of each coefficient. Within it no power is negative between −60 and 80 °C.
 inline constexpr double kMostPowerGrowthPerK = 0.01;
 
-/// [virtual.thermal.power_growth]: P = P₀ (1 + α (T − 20 °C)), T the temperature of the heat source (for the ballasts
-/// the block's), and a shift of power from the right gain arm to the left. All values are in −kMostPowerGrowthPerK …
-/// kMostPowerGrowthPerK.
+/// [virtual.thermal.power_growth]: P = P₀ (1 + α (T − 20 °C)), where T is the temperature of the heat source (for the
+/// ballasts, that of the block), and a shift of power from the right gain arm to the left. All values are in
+/// −kMostPowerGrowthPerK … kMostPowerGrowthPerK.
 struct PowerGrowth {
   /// α of the gain arms, of the preamplifier and of the ballasts.
   double gain_per_k{};
@@ -49,10 +50,10 @@ struct PowerGrowth {
   double split_per_k{};
 };
 
-/// The heat that is added to the powers of the model. Let θ be the distance of each half of the cabinet from their
-/// mean. The wind drives it: τ dθ/dt = s w (T_air − T_cabinet) − θ. The left side of the block receives G θ, half of it
-/// at the gain arm and half at the ballast; the right side loses as much. The loss of θ through G is included in s and
-/// τ.
+/// The heat that is added to the powers of the model. Let θ be the temperature difference of each half of the cabinet
+/// from the mean of both halves. The wind drives it: τ dθ/dt = s w (T_air − T_cabinet) − θ. The left side of the block
+/// receives G θ, half of it at the gain arm and half at the ballast; the right side loses the same heat. The values of
+/// s and τ already include the loss of θ through G.
 class AddedHeat {
  public:
   /// Takes the powers at 20 °C as `powers_w`.
@@ -81,9 +82,10 @@ class AddedHeat {
 /// Upper limit of a bracket's share. At a share of 1 no heat would reach the air.
 inline constexpr double kMostBracketShare = 0.9;
 
-/// [[virtual.bracket]]: `share` of each cabinet's film leads to the bracket, the remainder to the air. The bracket
-/// gives heat to nothing else: it follows the mean of the cabinets, and the heat that one body loses to it reaches the
-/// others. With equal films hA of n bodies, time_constant_s is its heat capacity over n · share · hA.
+/// [[virtual.bracket]]: the fraction `share` of each cabinet's film leads to the bracket, the remainder to the air. The
+/// bracket exchanges heat only with the cabinets. It follows their mean temperature, so the heat that one body loses to
+/// the bracket reaches the others. If n bodies have equal films hA, time_constant_s is the heat capacity of the bracket
+/// divided by n · share · hA.
 struct BracketParameters {
   /// Indices of the units. All axes of a unit are on the bracket.
   std::vector<std::size_t> units;
@@ -104,13 +106,13 @@ class Bracket {
 
  private:
   double share_;
-  /// Share of the difference that is closed in one second.
+  /// Share of its difference from the cabinets that the bracket closes in one second.
   double closing_share_;
   Celsius at_;
 };
 
-/// Returns the temperature of a bracket at rest in air of this temperature. `cabinets` returns the mean temperature of
-/// its bodies' cabinets at rest in a given effective air.
+/// Returns the steady-state temperature of a bracket in air of this temperature. `cabinets` converts an effective air
+/// temperature to the steady-state mean temperature of the cabinets on the bracket.
 [[nodiscard]] Celsius bracket_at_rest(double share, Celsius air, const std::function<Celsius(Celsius)>& cabinets);
 
 }  // namespace gyrotherm::simulator

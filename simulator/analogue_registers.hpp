@@ -32,7 +32,7 @@ struct WiredInput {
 
 struct VirtualAnalogueInput {
   drivers::AnalogueMap map;
-  /// If two are on one input, the first one counts.
+  /// If two are wired to the same input, the first one is used.
   std::vector<WiredInput> inputs;
 };
 
@@ -40,13 +40,13 @@ struct VirtualAnalogueInput {
 /// input without a wired value shows the value of a zero register. All registers are read-only.
 class AnalogueRegisters final : public ServedRegisters {
  public:
-  /// Creates the registers. `laboratory` must outlive them. Fails with usage if the laboratory does not know a unit or
-  /// a value, or if the map does not have an input.
+  /// Creates the registers. `laboratory` must outlive them. Fails with usage if the laboratory does not have a named
+  /// unit or value, or if the map does not have a wired input.
   [[nodiscard]] static Result<AnalogueRegisters> make(VirtualAnalogueInput wired, const VirtualLaboratory& laboratory);
 
   [[nodiscard]] const drivers::RegisterMap& map() const override { return map_.registers; }
-  /// Reads registers. Each item is served by the read function that its map states. If the map has `holes`, registers
-  /// between its items read 0.
+  /// Reads registers. Each item can be read only by the read function that the map states for it. If the map has
+  /// `holes`, registers between its items read 0.
   [[nodiscard]] tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
                                                          std::uint16_t count,
                                                          std::vector<std::uint16_t>& words) const override;
@@ -54,7 +54,7 @@ class AnalogueRegisters final : public ServedRegisters {
                                                           std::span<const std::uint16_t>) override {
     return tl::unexpected(ModbusException::illegal_address);
   }
-  /// Replaces the laboratory after it was moved.
+  /// Changes the observed laboratory after the laboratory object was moved.
   void watch(const VirtualLaboratory& laboratory) { laboratory_ = &laboratory; }
 
  private:

@@ -13,8 +13,9 @@
 
 namespace gyrotherm::simulator {
 
-/// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller. Its integral
-/// stops while the output is at its limit. Integrated by explicit Euler with a step of 1 s. Has no noise.
+/// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller. The controller's
+/// integral does not grow further while the output is at its limit. Integrated by explicit Euler with a step of 1 s.
+/// Has no noise.
 class ChamberPlant {
  public:
   explicit ChamberPlant(const PlantParameters& parameters)
@@ -23,7 +24,8 @@ class ChamberPlant {
         wall_c_(parameters.start_c),
         sensed_c_(parameters.start_c) {}
 
-  /// Advances by one second. While it is off, heater and cooler run down, and air and wall drift towards the room.
+  /// Advances by one second. While the chamber is off, heater and cooler run down, and air and wall drift towards the
+  /// room.
   void step(Celsius set_point, bool on) {
     const auto& p = parameters_;
     if (!on) integral_ = 0;
@@ -48,7 +50,7 @@ class ChamberPlant {
   void hold_output(std::optional<double> output) { held_output_ = output; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
-  /// Returns the air temperature behind the sensor's lag, or the value that a fault makes the sensor show.
+  /// Returns the air temperature that the sensor shows, including the sensor's lag and faults.
   [[nodiscard]] Celsius sensed() const { return {faults_.sensor_c.value_or(sensed_c_ + faults_.sensor_error_k)}; }
   /// Returns the output: −100 (full cooling) … 100 (full heating).
   [[nodiscard]] double output_percent() const { return 100 * output_; }

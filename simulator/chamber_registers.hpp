@@ -55,7 +55,7 @@ struct SimulatedUnit {
 /// has errors.
 [[nodiscard]] Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const std::string& file);
 
-/// Coils and registers have separate addresses. In an image the addresses of coils are this much higher.
+/// Offset of coil addresses in an image. Modbus addresses coils and registers separately.
 inline constexpr int kCoils = 0x10000;
 [[nodiscard]] inline int image_address(const drivers::RegisterItem& item) {
   const bool coil =
@@ -157,7 +157,7 @@ class MemoryImage {
  private:
   struct Range {
     int first{}, last{};
-    /// Shows the selected step.
+    /// The range shows only the selected step.
     bool windowed{};
   };
   /// Step (0 outside a window) and address.
@@ -193,7 +193,7 @@ class ProgramRun {
  public:
   enum class Stage { none, ramping, soaking, held, done };
 
-  /// Starts at step `first`, counted from 0. If the program does not have this step it is done at once.
+  /// Starts at step `first`, counted from 0. If the program does not have this step, the run is done immediately.
   void start(drivers::ChamberProgram program, int first) {
     program_ = std::move(program);
     enter(static_cast<std::size_t>(first < 0 ? 0 : first));
@@ -214,8 +214,8 @@ class ProgramRun {
   [[nodiscard]] bool runs() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
   [[nodiscard]] int step() const { return static_cast<int>(step_); }
 
-  /// Returns the set point of the second that begins and advances by that second. A guaranteed soak does not advance
-  /// while the air is outside its band. Requires runs().
+  /// Returns the set point for the second that begins now, and advances by one second. A guaranteed soak does not
+  /// advance while the air is outside its band. Requires runs().
   [[nodiscard]] Celsius next_set_point(Celsius air) {
     assert(runs());
     while (runs() && elapsed_ >= program_.steps[step_].duration) enter(step_ + 1);
@@ -303,7 +303,7 @@ class ChamberRegisters final : public ServedRegisters {
   ProgramRun run_;
   std::vector<Live> live_;
   std::map<int, bool> served_;
-  /// Range of the map's one block, or of all its items; empty if holes are not readable.
+  /// Range of addresses in which holes are readable; empty if they are not.
   int hole_begin_{}, hole_end_{};
   std::int64_t seconds_{};
 };

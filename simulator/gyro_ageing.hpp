@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Changes of a gyro and its thermometers between runs: coefficients age, thermometers drift by the calendar, and the
-/// block is stored warm and cold. The gyro's seed and the day determine all of them, so a run 30 days later lies on the
-/// path to a run one year later.
+/// block is stored warm and cold. The gyro's seed and the day determine all of them, so the state after 30 days lies on
+/// the path to the state after one year.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace gyrotherm::simulator {
 
-/// Returns the seed of everything that each run draws independently. A run on another day is another run.
+/// Returns the seed of all values that each run draws independently. It differs between days.
 [[nodiscard]] std::uint64_t noise_seed(LaboratorySeed seed);
 
-/// Returns the drawn gyro `seed.days_later` days older. Each ageing coefficient is multiplied by 1 + its yearly change
-/// · days/365. The random walk of each thermometer advances by one step a day. If the thermometers drift by the
-/// calendar, the walk up to day 0 belongs to the gyro and a run draws none of it; otherwise the gyro of day 0 is
+/// Returns the drawn gyro aged by `seed.days_later` days. Each ageing coefficient is multiplied by 1 + its yearly
+/// change · days/365. The random walk of each thermometer advances by one step a day. If drift_by_calendar is set, the
+/// walk from the calibration to day 0 is added too, and a run does not draw its own; otherwise the gyro of day 0 is
 /// unchanged.
 [[nodiscard]] LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed);
 
@@ -26,8 +26,8 @@ namespace gyrotherm::simulator {
 [[nodiscard]] EachThermometer calendar_drift_k(const EachThermometer& drift_k_per_sqrt_day, std::uint64_t gyro,
                                                std::uint64_t from_day, std::uint64_t to_day);
 
-/// Returns the storage history of the gyro before the run of that day, and the seed of the run. Each turning point of
-/// the storage temperature is uniform between lowest and highest.
+/// Returns the storage history of the gyro before its run on day `seed.days_later`, and the seed of that run. Each
+/// turning point of the storage temperature is uniform between lowest and highest.
 [[nodiscard]] GyroPast make_past(const Storage& storage, LaboratorySeed seed);
 
 }  // namespace gyrotherm::simulator

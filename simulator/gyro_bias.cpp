@@ -22,7 +22,8 @@ std::array<double, 4> mirrors_c(InnerTemperatures inner_c) {
           at(inner_c, thermal::ThermalOutput::mirror_f), at(inner_c, thermal::ThermalOutput::mirror_h)};
 }
 
-/// Returns the temperature that determines the length of the light's path: the mean of block and mirrors, half each.
+/// Returns the temperature that determines the length of the light's path: the mean of the block's temperature and the
+/// mirrors' mean temperature.
 double light_path_c(InnerTemperatures inner_c) {
   const auto mirrors = mirrors_c(inner_c);
   const double mirror_mean = (mirrors[0] + mirrors[1] + mirrors[2] + mirrors[3]) / 4;

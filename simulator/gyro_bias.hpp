@@ -26,14 +26,14 @@ struct GasFlow {
   double exponent{};
   /// Relative unbalance of the arms' currents and bores: (left − right) / mean.
   double unbalance{};
-  /// Change of the unbalance with the temperature of the current control, above 20 °C.
+  /// Change of the unbalance per kelvin of the current control's temperature above 20 °C.
   double unbalance_per_k{};
 };
 
 /// One periodic contribution of the mirrors' backscatter. Its phase follows the length of the light's path.
 struct BackscatterWave {
   double deg_per_h{};
-  /// Period in the temperature of the path.
+  /// Change of the path's temperature in one period.
   double period_k{};
   double phase_deg{};
 };
@@ -41,11 +41,12 @@ struct BackscatterWave {
 /// One play operator: friction between parts that expand differently.
 struct HysteresisPlay {
   double half_width_k{};
-  /// Contribution while the temperature rises beyond the half-width; the opposite while it falls.
+  /// Contribution after a rise of the temperature by more than the half-width. After such a fall it has the opposite
+  /// sign.
   double deg_per_h{};
 };
 
-/// Steps of the path-length control from one longitudinal mode to the next. Off while kelvin_per_mode is 0.
+/// Steps of the path-length control from one longitudinal mode to the next. Disabled if kelvin_per_mode is 0.
 struct ModeHops {
   /// Change of the path's temperature that lengthens the path by one wavelength.
   double kelvin_per_mode{};
@@ -53,7 +54,8 @@ struct ModeHops {
   double reach_modes{};
   /// Step of the bias per mode.
   double step_deg_per_h{};
-  /// Wavelengths from a mode at 20 °C, −½ … ½. If empty, the actuator starts in its middle.
+  /// Distance of the path from the nearest mode at 20 °C, in wavelengths, −½ … ½. If empty, the actuator starts in the
+  /// middle of its range.
   std::optional<double> phase_modes{};
   /// Range of the duration of a hop, drawn for each hop. 0: a hop is instantaneous.
   double shortest_s{}, longest_s{};
@@ -61,8 +63,8 @@ struct ModeHops {
   double transient_deg_per_h{};
 };
 
-/// Change of coefficients with the block's mean: each is multiplied by 1 + γ (T̄ − 20 °C)/40 K. A model in the
-/// thermometers can represent it only by products of its inputs.
+/// Change of coefficients with the block's mean temperature T̄: each is multiplied by 1 + γ (T̄ − 20 °C)/40 K. A model
+/// that is linear in thermometer readings cannot represent this; it needs products of its inputs.
 struct CoefficientGrowth {
   double gas_flow{};
   std::array<double, 4> mirrors{};
@@ -77,7 +79,8 @@ struct HiddenLag {
 };
 
 /// One exponential of the glass-ceramic's structural relaxation. Its length depends on temperature and on time
-/// (Zerodur: Jedamzik et al., Proc. SPIE 7739, 2010): a change of temperature adds a term at once, which decays.
+/// (Zerodur: Jedamzik et al., Proc. SPIE 7739, 2010): a change of temperature immediately adds a term, which then
+/// decays.
 struct Relaxation {
   double time_constant_s{};
   /// Per kelvin of the block's mean above the temperature to which the material has relaxed.
@@ -117,12 +120,13 @@ struct GyroPast {
   /// Turning points of the block's temperature, the oldest first. If empty, the block has rested at its start
   /// temperature.
   std::vector<double> turning_points_c{};
-  /// Seed of everything that each run draws independently.
+  /// Seed of all values that each run draws independently.
   std::uint64_t run{};
 };
 
 /// The play operator (Krasnosel'skii & Pokrovskii, Systems with Hysteresis, 1989, section 2). Its output follows the
-/// input only after the input has moved by the half-width. It is independent of rate: only turning points count.
+/// input only after the input has moved by the half-width. The output does not depend on the rate of change, only on
+/// the turning points of the input.
 class Play {
  public:
   /// Starts in the middle of the play. `half_width_k` must be ≥ 0.
@@ -152,7 +156,8 @@ class ModeLock {
 
   /// Advances by one second to the path temperature `path_c`.
   void follow(double path_c);
-  /// Returns the whole wavelengths from the mode at the start (or, with a phase, from the mode nearest at 20 °C).
+  /// Returns the number of modes between the present mode and the mode at the start (or, with a phase, the mode nearest
+  /// at 20 °C).
   [[nodiscard]] double mode() const { return mode_; }
   [[nodiscard]] bool is_hopping() const { return passed_s_ < transient_s_; }
   [[nodiscard]] double deg_per_h() const;
@@ -207,27 +212,27 @@ class RelaxingBias {
 using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;
 
 /// Returns the bias from Langmuir flow. In each arm the discharge drives the gas along the light at v₀ (T/293.15 K)^p,
-/// T the arm's temperature. The flows of the two arms oppose each other, and their difference drags the light
-/// (Aronowitz & Lim, Opt. Eng. 18, 1979): k {(1 + u/2) v_left − (1 − u/2) v_right}. One arm being 1 K warmer at 20 °C
-/// changes the bias by k v₀ p / 293.15.
+/// where T is the arm's temperature. The flows of the two arms oppose each other, and their difference drags the light
+/// (Aronowitz & Lim, Opt. Eng. 18, 1979): k {(1 + u/2) v_left − (1 − u/2) v_right}. A difference of 1 K between the
+/// arms at 20 °C changes the bias by k v₀ p / 293.15.
 [[nodiscard]] double gas_flow_deg_per_h(const GasFlow& flow, double left_c, double right_c);
 
-/// Returns k v u': v is the mean velocity of the two arms, u' the unbalance per kelvin times the temperature above 20
-/// °C of the electronics that control the currents.
+/// Returns k v u'. v is the mean gas velocity of the two arms. u' is the unbalance per kelvin, multiplied by the excess
+/// over 20 °C of the temperature of the electronics that control the currents.
 [[nodiscard]] double electronics_deg_per_h(const GasFlow& flow, InnerTemperatures inner_c);
 
-/// Returns Σ_m g_m (1 + γ_m (T_block − 20 °C)/40 K) (T_m − T_block) over the mirrors. A cavity that expands unevenly
-/// differs for the two beams.
+/// Returns Σ_m g_m (1 + γ_m (T_block − 20 °C)/40 K) (T_m − T_block) over the mirrors. An unevenly expanded cavity
+/// affects the two beams differently.
 [[nodiscard]] double deformation_deg_per_h(const BiasPhysics& physics, InnerTemperatures inner_c);
 
-/// Returns k₁ x + k₂ x², x the block's mean minus 20 °C.
+/// Returns k₁ x + k₂ x², where x is the block's mean temperature minus 20 °C.
 [[nodiscard]] double temperature_deg_per_h(const BiasPhysics& physics, double block_c);
 
-/// Returns Σ u sin(2π x/period + phase), x the path's temperature minus 20 °C.
+/// Returns Σ u sin(2π x/period + phase), where x is the path's temperature minus 20 °C.
 [[nodiscard]] double backscatter_deg_per_h(const std::vector<BackscatterWave>& waves, double path_c);
 
-/// Returns Σ a_i exp(−t/τ_i), t the time since the gyro was switched on. Three terms represent the phases of a ring
-/// laser's warm-up: discharge, cavity and cabinet.
+/// Returns Σ a_i exp(−t/τ_i), where t is the time since the gyro was switched on. Three terms represent the phases of a
+/// ring laser's warm-up: discharge, cavity and cabinet.
 [[nodiscard]] double warm_up_deg_per_h(const std::vector<WarmUp>& phases, double seconds_on);
 
 /// Contributions to the bias, °/h each. The bias is their sum.
@@ -243,10 +248,11 @@ struct BiasParts {
   double warm_up{};
 };
 
-/// All contributions together, with the state of hysteresis, mode hops and slow effects.
+/// The sum of all contributions, with the state of hysteresis, mode hops and slow effects.
 class GyroBias {
  public:
-  /// Starts at rest after `past`, locked to the mode at that temperature, at the moment of switching on.
+  /// Starts at the moment of switching on: at rest at `start_c` after the history `past`, and locked to the nearest
+  /// mode.
   GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroPast& past = {});
 
   /// Advances by one second to these temperatures.

@@ -47,9 +47,9 @@ class Flicker {
 /// at the temperature below which the dither sags.
 [[nodiscard]] double half_width_deg_per_h(const DeadBand& band, Celsius block);
 
-/// Returns the rate that a gyro shows at the true rate Ω when it locks in below `half_width` = Ω_L: 0 up to Ω_L,
-/// sign(Ω) √(Ω² − Ω_L²) beyond. This is the mean beat of two coupled oscillators (Adler, Proc. IRE 34, 1946; for the
-/// laser gyro Aronowitz, Laser Applications 1, 1971). Far beyond Ω_L the loss is Ω_L² / 2Ω.
+/// Returns the rate that a gyro shows at the true rate Ω when it locks in below `half_width` = Ω_L: 0 for |Ω| up to
+/// Ω_L, otherwise sign(Ω) √(Ω² − Ω_L²). This is the mean beat of two coupled oscillators (Adler, Proc. IRE 34, 1946;
+/// for the laser gyro Aronowitz, Laser Applications 1, 1971). If |Ω| is much larger than Ω_L, the loss is Ω_L² / 2Ω.
 [[nodiscard]] DegreesPerHour locked(DegreesPerHour rate, double half_width_deg_per_h);
 
 /// The read-out. Each second angle += rate + 60·N·white (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle /
@@ -68,7 +68,7 @@ class GyroReadout {
   /// Draws another turn-on offset: the gyro is switched on again.
   void restart() { turn_on_deg_per_h_ = turn_on(); }
 
-  /// Returns the sum of everything added to bias and Earth rate in the next second.
+  /// Returns the sum of all terms that are added to bias and Earth rate in the next second.
   [[nodiscard]] DegreesPerHour drift() const;
   [[nodiscard]] std::int64_t pulses() const { return pulses_; }
   [[nodiscard]] std::int64_t device_time_us() const;
@@ -86,7 +86,7 @@ class GyroReadout {
   RandomStream losses_;
   RandomStream turn_ons_;
   Flicker instability_;
-  /// Memory of the Markov drift per second.
+  /// Factor by which the Markov drift decays in one second.
   double drift_memory_;
   double drift_deg_per_h_;
   double walk_deg_per_h_{};

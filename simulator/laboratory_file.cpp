@@ -103,7 +103,7 @@ FailingThermometer read_failing(const TomlTable& table, const std::vector<std::s
   FailingThermometer failing{.place = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
                              .how = one_of(kFailings, table, "how"),
                              .from_s = to_seconds(table.duration("from"))};
-  // The choice was invalid and is reported.
+  // The choice was invalid and has been reported.
   if (failing.place == names.size()) failing.place = 0;
   if (failing.how == Failing::offset || failing.how == Failing::spikes) failing.error_k = table.number("error_k");
   if (failing.how == Failing::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");

@@ -52,30 +52,31 @@ struct LaboratoryFaults {
 
 // Pieces of the reader of a rig file's [virtual] table.
 
-/// Read a number with a condition. They report an error at the key if the condition is broken.
+/// Read a number and check its sign. Report an error at the key if the check fails.
 [[nodiscard]] double positive(const TomlTable& table, const char* key);
 [[nodiscard]] double not_negative(const TomlTable& table, const char* key, std::optional<double> fallback = {});
 /// Reads a time constant. It must be at least the step of one second.
 [[nodiscard]] double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback = {});
-/// Reads `count` numbers, none below `least`. Reports an error at the key and returns `count` numbers otherwise.
+/// Reads `count` numbers, none below `least`. If the list is invalid, reports an error at the key and still returns
+/// `count` numbers.
 [[nodiscard]] std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t count, double least);
 
 /// Returns whether a [virtual] table contains [[virtual.unit]].
 [[nodiscard]] bool has_units(const TomlTable& table);
 
-/// Reads [[virtual.unit]], [[virtual.bracket]], [virtual.own_temperature] and [[virtual.value]] into `laboratory`. Its
-/// read-out must have been read before.
+/// Reads [[virtual.unit]], [[virtual.bracket]], [virtual.own_temperature] and [[virtual.value]] into `laboratory`.
+/// `laboratory.gyro` must have been read before.
 void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
 
-/// Distributes failing thermometers to the axes that carry them, in a world of units. Their indices count over all of
-/// list_thermometer_names.
+/// In a world of units, distributes failing thermometers to the axes that carry them. Before the call their `place` is
+/// an index in list_thermometer_names(); afterwards it is an index in the axis' own thermometers.
 void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
 /// Reads [virtual.network] and [virtual.bias] of a rig with the body "reference".
 [[nodiscard]] LumpedGyroParameters read_lumped_gyro(const TomlTable& table);
 
-/// Reads [virtual.thermal] with its spread, and [virtual.bias] of a rig with the body "twin". The model remains empty:
-/// it is in another file.
+/// Reads [virtual.thermal] with its spread, and [virtual.bias] of a rig with the body "twin". The model remains empty,
+/// because it is in another file.
 [[nodiscard]] ReducedGyroParameters read_reduced_gyro(const TomlTable& table);
 
 }  // namespace gyrotherm::simulator

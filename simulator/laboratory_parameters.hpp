@@ -112,7 +112,8 @@ struct Ageing {
 
 /// [virtual.bias.storage]: storage temperatures of the gyro before a run, as turning points.
 struct Storage {
-  /// Turning points before day 0; each later day adds one. 0: the block has always rested at the start temperature.
+  /// Number of turning points before day 0; each later day adds one. If 0, the block has always rested at the start
+  /// temperature.
   int turns{};
   double lowest_c{};
   double highest_c{};
@@ -139,7 +140,7 @@ struct ReducedGyroParameters {
   int seconds_per_update = 10;
 };
 
-/// Limit of the growth: the angle random walk is above 0 up to 80 °C.
+/// Limit of `walk_growth`. Within it the angle random walk is positive up to 80 °C.
 inline constexpr double kMostWalkGrowth = 0.9;
 
 /// Block temperature at which terms that grow in the cold are specified.
@@ -148,7 +149,7 @@ inline constexpr double kColdC = -40;
 /// [virtual.gyro.dead_band]: where the dither sags, a rate below the remaining lock-in is lost (gyro_readout.hpp). Off
 /// while the half-width is 0.
 struct DeadBand {
-  /// Half-width with the block at −40 °C. It rises linearly from 0 at `sags_below_c`.
+  /// Half-width with the block at −40 °C. Between `sags_below_c` (half-width 0) and −40 °C it is linear in temperature.
   double half_width_deg_per_h{};
   /// Block temperature below which the dither sags; above −40.
   double sags_below_c{};
@@ -157,7 +158,7 @@ struct DeadBand {
 /// [virtual.gyro]: rotation, noise and read-out (gyro_readout.hpp).
 struct ReadoutParameters {
   double arcsec_per_pulse = 1;
-  /// Component on the input axis.
+  /// Component of the Earth rate along the input axis.
   double earth_rate_deg_per_h{};
   double angle_random_walk_deg_per_sqrt_h{};
   /// First-order Markov drift: standard deviation and correlation time.
@@ -170,7 +171,7 @@ struct ReadoutParameters {
   double rate_random_walk_deg_per_h_per_sqrt_h{};
   /// Constant offset of this gyro.
   double turn_on_deg_per_h{};
-  /// Standard deviation from turn-on to turn-on; drawn for each run.
+  /// Standard deviation of the turn-on offset, which is drawn at each switch-on.
   double turn_on_repeatability_deg_per_h{};
   /// Skew of the gyro's clock; a positive skew runs fast.
   double clock_skew_ppm{};
@@ -179,7 +180,7 @@ struct ReadoutParameters {
   /// Change of the scale factor and tilt of the input axis at 60 °C, relative to 20 °C; linear in temperature.
   double scale_factor_ppm{};
   double tilt_arcmin{};
-  /// Component at right angles to the input axis, in the direction of the tilt.
+  /// Component of the Earth rate perpendicular to the input axis, in the direction of the tilt.
   double crosswise_earth_rate_deg_per_h{};
   double lost_pulses_per_h{};
   DeadBand dead_band{};
@@ -198,7 +199,7 @@ struct FailingThermometer {
   double from_s{};
   /// Added to every reading (offset), or to single readings with either sign (spikes).
   double error_k{};
-  /// Mean rate.
+  /// Mean rate of spikes.
   double spikes_per_h{};
 };
 
@@ -214,9 +215,9 @@ struct ThermometerParameters {
   EachThermometer gain{};
   /// Random walk since the calibration.
   EachThermometer drift_k_per_sqrt_day{};
-  /// Age of the calibration at the start of each run of day 0.
+  /// Age of the calibration at the start of a run on day 0.
   double days_since_calibration{};
-  /// The drift before a run belongs to the thermometer; otherwise each run draws its own.
+  /// If true, the drift before a run is fixed by the gyro's seed; otherwise each run draws its own.
   bool drift_by_calendar = false;
   /// Self-heating at 20 °C.
   EachThermometer self_heating_k{};
@@ -260,7 +261,7 @@ struct OutputHop {
   std::optional<double> for_s{};
 };
 
-/// [[virtual.unit.axis]]: parameters of one axis. All others are those of the type, drawn for each axis.
+/// [[virtual.unit.axis]]: parameters of one axis. All other parameters are those of the type, drawn for each axis.
 struct AxisParameters {
   /// Empty only for the single axis of a unit.
   std::string name{};
@@ -277,8 +278,7 @@ struct UnitParameters {
   std::vector<AxisParameters> axes;
 };
 
-/// [virtual.own_temperature]: a sensor inside each unit that follows the mean temperature of the block of the first
-/// axis.
+/// [virtual.own_temperature]: a sensor inside each unit that follows the mean block temperature of the first axis.
 struct OwnThermometer {
   double time_constant_s = 1;  ///< 1 or more
   /// Standard deviation of the white noise.
@@ -289,8 +289,8 @@ struct OwnThermometer {
   double offset_k{};
 };
 
-/// [[virtual.value]]: a value that each unit reports in addition to its rate. It is linear in the mean temperature of
-/// the block of the first axis.
+/// [[virtual.value]]: a value that each unit reports in addition to its rate. It is linear in the mean block
+/// temperature of the first axis.
 struct OwnValue {
   std::string name;
   double at_20_c{};
@@ -305,7 +305,7 @@ struct LaboratoryParameters {
   ReadoutParameters gyro;
   ThermometerParameters thermometers;
   SpreadParameters spread;
-  /// Before a run, chamber and gyro have rested at the profile's first set point.
+  /// The run starts with chamber and gyro at rest at the profile's first set point.
   bool soaked = false;
   /// Empty for the plain world: one gyro with the parameters of the type.
   std::vector<UnitParameters> units{};

@@ -47,9 +47,9 @@ class ThermalNetwork final {
 };
 
 /// Returns the bias of the reference simulation: b = s·{ k1·x + k2·x² + Σ_{X=B…H} g_X (T_A − T_X) + arm·(T_B + T_D −
-/// T_C − T_E)/2·(1 + growth·x) + u·sin(2πx/period) }, x = block mean − 20 °C. Gradients do not contain the terms k1, k2
-/// and u. The gradient terms are linear. The arm term is the unequal gas flow of the two discharge arms, which grows
-/// with temperature.
+/// T_C − T_E)/2·(1 + growth·x) + u·sin(2πx/period) }, x = block mean − 20 °C. The terms with k1, k2 and u depend only
+/// on the block mean, so temperature differences do not contain them. The gradient terms are linear. The arm term
+/// represents the unequal gas flow of the two discharge arms, which grows with temperature.
 [[nodiscard]] DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures block_c);
 
 class LumpedGyro final : public VirtualGyro {

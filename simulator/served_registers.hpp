@@ -26,8 +26,8 @@ class ServedRegisters {
   [[nodiscard]] virtual tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
                                                                  std::uint16_t count,
                                                                  std::vector<std::uint16_t>& words) const = 0;
-  /// Writes all registers or none. Fails with illegal_address if a register is not writable or belongs to an item of
-  /// which only a part is written, or with illegal_value if the unit does not accept a value.
+  /// Writes all registers or none. Fails with illegal_address if a register is not writable or if only a part of an
+  /// item is written, or with illegal_value if the unit does not accept a value.
   [[nodiscard]] virtual tl::expected<void, ModbusException> write(drivers::WriteFunction function,
                                                                   std::uint16_t address,
                                                                   std::span<const std::uint16_t> words) = 0;

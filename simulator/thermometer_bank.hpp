@@ -47,7 +47,7 @@ class ThermometerBank {
   RandomStream drift_noise_;
   RandomStream spikes_;
   double seconds_{};
-  /// Share of the difference closed in one second.
+  /// Share of its difference from the location that each thermometer closes in one second.
   EachThermometer follow_{};
   EachThermometer drift_per_sqrt_s_{};  ///< K
   bool drifts_ = false;

@@ -15,7 +15,7 @@
 
 namespace gyrotherm::simulator {
 
-/// Locations on the block, A…H, and with "shell", the cabinet or the air in it.
+/// Number of locations on the block (A…H), and their number with "shell", the cabinet or the air in it.
 inline constexpr std::size_t kBlockLocations = 8;
 inline constexpr std::size_t kThermalLocations = 9;
 
@@ -46,8 +46,8 @@ class VirtualGyro {
 // The reduced finite-element gyro with the physics of its bias. The default virtual rig uses it.
 
 /// Returns the model with unequal halves: redistributed powers, and for each lead, with conductance g from gain arm to
-/// shell, K₀ + g (l − s)(l − s)ᵀ, l and s their rows of the outputs. Heat leaves the arm with the distribution with
-/// which its own power enters it. A symmetric positive definite K₀ remains so.
+/// shell, K₀ + g (l − s)(l − s)ᵀ, where l and s are the output rows of arm and shell. Heat leaves the arm with the same
+/// spatial distribution as its own power. A symmetric positive definite K₀ remains so.
 [[nodiscard]] thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms);
 
 /// The reduced gyro. The thermometers measure A…H and the shell; the bias depends only on gain arms, mirrors and block.

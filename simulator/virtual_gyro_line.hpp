@@ -25,8 +25,9 @@ enum class FramePace {
   full_rate,
 };
 
-/// The content of a line. A value of a unit is sent in the field of its name, or of "UNIT_NAME". A plain name refers to
-/// the first unit. The first unit's own temperature is also sent in a temperature field of any other name.
+/// The content of a line. A value is sent in the field "UNIT_NAME", where NAME is the name of the value, or for the
+/// first unit also in the field "NAME". A temperature field with any other name contains the first unit's own
+/// temperature.
 struct VirtualGyroLine {
   /// An axis of the laboratory. An axis without a name matches any name.
   struct Axis {
@@ -54,13 +55,13 @@ struct GyroLineSources {
   std::vector<std::size_t> units;
 };
 
-/// Finds the sources of a line. Fails with usage if the laboratory does not have an axis, or if the frame has another
-/// number of axes.
+/// Finds the sources of a line. Fails with usage if an axis is not in the laboratory, or if the number of axes differs
+/// from that of the frame.
 [[nodiscard]] Result<GyroLineSources> find_sources(const VirtualGyroLine& line, const VirtualLaboratory& laboratory);
 
 class PacedGyroLine {
  public:
-  /// Creates the line. `sources` must belong to it.
+  /// Creates the line. `sources` must be the result of find_sources() for it.
   PacedGyroLine(VirtualGyroLine line, GyroLineSources sources, FramePace pace, double arcsec_per_pulse,
                 Descriptor listener);
 
@@ -72,9 +73,9 @@ class PacedGyroLine {
   /// Record the counts at the beginning and at the end of a second.
   void begin_second(const VirtualLaboratory& laboratory) { before_ = read_counts(laboratory); }
   void end_second(const VirtualLaboratory& laboratory) { after_ = read_counts(laboratory); }
-  /// Sends the next frame at fraction `share` of the second. If all units of the line are silent the frame is lost. If
-  /// some are silent their counts do not change, and their pulses of that time are lost. Nothing is sent while the
-  /// units have no power.
+  /// Sends the next frame at fraction `share` of the second. If all units of the line are silent, the frame is lost. If
+  /// only some units are silent, their counts do not change and the pulses of that time are lost. Nothing is sent while
+  /// the units have no power.
   void send(const VirtualLaboratory& laboratory, double share);
   /// Skips a frame at the end of a second; nothing is sent.
   void skip(const VirtualLaboratory& laboratory);

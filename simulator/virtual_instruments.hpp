@@ -40,8 +40,8 @@ struct VirtualInstrumentsOptions {
   std::uint16_t first_port = 0;
   /// Applies to all gyros.
   FramePace frames{};
-  /// Also serves all instruments except HID devices on pseudo-terminals. There chamber and analogue inputs use Modbus
-  /// RTU with the unit and registers of the map's link.
+  /// Also serves all instruments except HID devices on pseudo-terminals. On pseudo-terminals, chamber and analogue
+  /// inputs use Modbus RTU with the unit number and the registers of the map's link.
   bool ptys = false;
   /// Opens no port and starts no thread. The single client in this process uses line() and connect().
   bool attended = false;
@@ -73,9 +73,9 @@ class VirtualInstruments {
                                                                          VirtualInstrumentsOptions options);
   virtual ~VirtualInstruments() = default;
 
-  /// Advances by `time`. The gyros send all due frames to the connected clients. The laboratory advances in whole
-  /// seconds, each with its first frame; the frames of a second add up exactly to its pulses. Without gyros a second
-  /// advances at its end.
+  /// Advances by `time`. The gyros send all due frames to the connected clients. The laboratory advances by a whole
+  /// second when the first frame of that second is due, or without gyros at the end of the second. The frames of a
+  /// second add up exactly to its pulses.
   virtual void pass(Duration time) = 0;
   void advance(int seconds) { pass(std::chrono::seconds(seconds)); }
   /// Replays seconds of a recorded run without sending.
@@ -85,13 +85,13 @@ class VirtualInstruments {
   /// Returns the last requested state, also during a replay.
   [[nodiscard]] virtual UnitState unit() = 0;
 
-  /// Returns an in-memory line to an attended instrument. Requests are answered at once; gyros send when time passes.
-  /// The line must not outlive this object.
+  /// Returns an in-memory line to an attended instrument. Requests are answered immediately; gyros send when time
+  /// passes. The line must not outlive this object.
   [[nodiscard]] virtual std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index = 0) = 0;
   /// Returns a non-blocking connection to an attended chamber or analogue input with Modbus TCP, for a client that
   /// needs a descriptor. Fails with disconnected.
   [[nodiscard]] virtual Result<Descriptor> connect(InstrumentKind kind, std::size_t index = 0) = 0;
-  /// Answers the requests on such connections. Call it after sending.
+  /// Answers the requests on connections from connect(). Call it after sending a request.
   virtual void attend() = 0;
 
   /// Makes a unit stop or resume sending (VirtualLaboratory::silence).
@@ -100,7 +100,7 @@ class VirtualInstruments {
   /// Returns the names of the units and of their axes (VirtualLaboratory). Other functions use their indices.
   [[nodiscard]] virtual const std::vector<std::string>& units() const = 0;
   [[nodiscard]] virtual const std::vector<std::string>& axes(std::size_t unit = 0) const = 0;
-  /// Returns the true bias of each axis of a unit (VirtualLaboratory::true_bias). No instrument's line carries it.
+  /// Returns the true bias of each axis of a unit (VirtualLaboratory::true_bias). No instrument transmits it.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(std::size_t unit = 0) = 0;
 
   /// Return ports on 127.0.0.1. 0: the thermometer is not a server (USB-TEMP), or the instruments are attended.

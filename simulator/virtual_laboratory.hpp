@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The virtual laboratory, advanced one second at a time: a chamber's air and in it one or more units under test. Each
-/// axis of a unit is a gyro with a thermal body, bias, read-out and thermometers. Reading has no side effects: each
-/// random number belongs to a step. Seed and set points therefore reproduce a run exactly.
+/// axis of a unit is a gyro with a thermal body, bias, read-out and thermometers. Random numbers are drawn only when a
+/// step is made, so reading has no side effects. The same seed and set points therefore reproduce a run exactly.
 #pragma once
 
 #include <cstdint>
@@ -96,7 +96,8 @@ class VirtualLaboratory {
   void bring_unit_to(const UnitState& state);
   /// Marks a unit as silent or sending. The server of its line obeys the mark; nothing else changes.
   void silence(std::size_t unit, bool silent);
-  /// Applies the faults and removes all others: the chamber's from the next step on, the thermometers' at once.
+  /// Applies these faults and removes all others. Faults of the chamber apply from the next step on, faults of
+  /// thermometers immediately.
   void inject(const LaboratoryFaults& faults);
   /// Advances by one second.
   void step();
@@ -104,13 +105,13 @@ class VirtualLaboratory {
   [[nodiscard]] Celsius set_point() const;
   [[nodiscard]] bool is_on() const;
   [[nodiscard]] bool holds_output() const;
-  /// State of all units.
+  /// Returns the state of all units.
   [[nodiscard]] const UnitState& unit() const;
-  /// Reading of the chamber's own sensor, with noise and resolution.
+  /// Returns the reading of the chamber's own sensor, with noise and resolution.
   [[nodiscard]] Celsius air_as_measured() const;
-  /// −100 (full cooling) … 100 (full heating).
+  /// Returns the output: −100 (full cooling) … 100 (full heating).
   [[nodiscard]] double output_percent() const;
-  /// Readings in the order of thermometer_names(). NaN is an open input.
+  /// Returns the readings in the order of thermometer_names(). NaN is an open input.
   [[nodiscard]] std::span<const double> thermometers_as_measured_c() const;
   /// Names of the thermometers. The plain world has "A" … "H" and "shell". Otherwise each axis has these with its name
   /// in front: "UNIT.A" if the axis has no name, or "UNIT.AXIS.A".
@@ -120,9 +121,9 @@ class VirtualLaboratory {
   /// Names of a unit's axes. A single axis may have the name "".
   [[nodiscard]] const std::vector<std::string>& axes(std::size_t unit = 0) const;
   [[nodiscard]] bool is_silent(std::size_t unit = 0) const;
-  /// Accumulated count of each axis.
+  /// Returns the accumulated count of each axis.
   [[nodiscard]] std::span<const std::int64_t> pulses(std::size_t unit = 0) const;
-  /// Time of the unit's clock, with its skew.
+  /// Returns the time of the unit's clock, with its skew.
   [[nodiscard]] std::int64_t device_time_us(std::size_t unit = 0) const;
   /// Equal for all axes.
   [[nodiscard]] double arcsec_per_pulse() const;

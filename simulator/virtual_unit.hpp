@@ -30,7 +30,7 @@ namespace gyrotherm::simulator {
 [[nodiscard]] std::vector<std::string> list_thermometer_names(const std::vector<UnitParameters>& units);
 
 /// Returns the seed of the unit or axis with this name. It does not depend on other units. The gyro's seed is mixed
-/// with the 64-bit FNV-1a hash of the name, so each name has another gyro, also with seed 0.
+/// with the 64-bit FNV-1a hash of the name, so each name has a different gyro, even with seed 0.
 [[nodiscard]] LaboratorySeed seed_of(LaboratorySeed seed, std::string_view name);
 
 /// Drawn parameters of one axis.
@@ -59,7 +59,8 @@ class VirtualAxis {
   [[nodiscard]] const GyroReadout& readout() const { return readout_; }
   /// Returns the true bias of the past second.
   [[nodiscard]] DegreesPerHour true_bias() const { return true_bias_; }
-  /// Returns everything added to bias and Earth rate in the next second: the read-out's drift and the hop.
+  /// Returns the sum of all terms that are added to bias and Earth rate in the next second: the read-out's drift and
+  /// the hop.
   [[nodiscard]] DegreesPerHour drift() const { return readout_.drift() + hopped(); }
 
  private:

@@ -16,7 +16,7 @@
 
 namespace gyrotherm::simulator {
 
-/// Returns the format at one frame per second. The virtual gyro of a dry run and its driver use it.
+/// Returns the format with a rate of one frame per second. In a dry run the virtual gyro and its driver use it.
 [[nodiscard]] drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format);
 
 /// Writes consecutive frames. Increments and rates are chosen so that the sum of all sent values, rounded as in the
@@ -33,14 +33,15 @@ class StreamWriter {
   [[nodiscard]] std::vector<std::byte> lead_in() const;
   /// Returns the next frame. `pulses` is the count of each axis (fractions occur within a second) and `device_time_us`
   /// the gyro's clock, both since the start; `seconds` is the time since the last frame. `values` is the housekeeping
-  /// in the order of list_housekeeping(), without its last two. A missing or non-finite value is sent as 25 °C for a
-  /// temperature and as 0 otherwise.
+  /// in the order of list_housekeeping(), without the last two entries. A missing or non-finite value is sent as 25 °C
+  /// for a temperature and as 0 otherwise.
   [[nodiscard]] std::vector<std::byte> next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                                             std::span<const double> values = {});
-  /// Multiplies increments and rates of later frames by `factor`: the device is configured to another unit of measure.
+  /// Multiplies increments and rates of later frames by `factor`, as if the device were configured to another unit of
+  /// measure.
   void set_factor(double factor) { factor_ = factor; }
   [[nodiscard]] const drivers::FrameFormat& format() const { return format_; }
-  /// Skips a frame. Increments count from here.
+  /// Skips a frame. The next increments start from `pulses`.
   void skip(std::span<const double> pulses);
 
  private:
@@ -89,7 +90,8 @@ class GyroServer {
  public:
   static constexpr std::size_t kMostClients = 16;
 
-  /// Creates a server. `commands` start the stream and have the replies. A closed listener accepts no clients.
+  /// Creates a server. `commands` are those that start the stream, with their replies. A closed listener accepts no
+  /// clients.
   GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {},
              GyroUnitFaults faults = {});
   void add(Pty line);

@@ -38,7 +38,8 @@ struct MemoryConnection {
   bool open = true;
 };
 
-/// Makes the instrument's end of a new connection. Called at the first use of a line and after it broke.
+/// Makes the instrument's end of a new connection. Called at the first use of a line, and again after the line has
+/// broken.
 using ConnectInMemory = std::function<std::shared_ptr<MemoryConnection>()>;
 
 /// Returns a line to an instrument that sends and receives when time passes. Reading does not wait: missing bytes

@@ -32,7 +32,8 @@ struct Run {
   std::uint16_t address{}, count{};
 };
 
-/// Returns `count` registers from `address` on as such runs, or nothing if the link does not have one of them.
+/// Splits `count` registers from `address` on into runs. Returns nothing if one of the registers does not exist on the
+/// link.
 std::optional<std::vector<Run>> split_runs(const LinkAddresses& addresses, std::uint16_t address, std::uint16_t count) {
   if (address + count > 0x10000) return std::nullopt;
   std::vector<Run> runs;
@@ -61,7 +62,7 @@ tl::expected<void, ModbusException> read_registers(const ServedRegisters& regist
   return {};
 }
 
-/// Writes all registers or none. Registers that are not consecutive in the map in use cannot be written at once.
+/// Writes all registers or none. Registers that are not consecutive in the map in use cannot be written together.
 tl::expected<void, ModbusException> write_registers(ServedRegisters& registers, const LinkAddresses& addresses,
                                                     drivers::WriteFunction function,
                                                     const drivers::ModbusRequest& request) {
@@ -79,7 +80,7 @@ LinkAddresses::LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind 
   link_ = link->modbus;
   if ((link->kind == drivers::LinkKind::tcp) == (map.link.kind == drivers::LinkKind::tcp)) return;
   for (const auto& item : map.items) {
-    // The address of the other link kind, whichever is in use.
+    // Here rtu_address is the address on the link that is not in use, be it RTU or TCP.
     if (!item.rtu_address) continue;
     for (std::uint16_t i = 0; i < word_count(item); ++i) {
       moved_[static_cast<std::uint16_t>(*item.rtu_address + i)] = static_cast<std::uint16_t>(item.address + i);

@@ -16,20 +16,22 @@ namespace gyrotherm::simulator {
 
 class LinkAddresses {
  public:
-  /// Creates the addresses of one link. `map` is the map with its link in use; its registers have the addresses of that
-  /// link. `kind` is the served link. If the map does not describe that link, the addresses in use are served.
+  /// Creates the addresses for a served link of this kind. The registers of `map` have the addresses of the link in
+  /// use, which is the link that the map has selected. If the map does not describe a link of this kind, the addresses
+  /// of the link in use are served.
   LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind kind);
 
   [[nodiscard]] std::uint8_t unit() const { return link_.unit; }
   [[nodiscard]] std::uint16_t read_at_most() const { return link_.read_at_most; }
-  /// Returns the address in use of the register that this link has at `address`, or nothing if there is none.
+  /// Converts an address on this link to the address of the same register on the link in use. Returns nothing if this
+  /// link has no register at `address`.
   [[nodiscard]] std::optional<std::uint16_t> in_use(std::uint16_t address) const;
 
  private:
   drivers::ModbusLink link_;
-  /// Address on this link → address in use.
+  /// Address on this link → address on the link in use.
   std::map<std::uint16_t, std::uint16_t> moved_;
-  /// Addresses in use that differ on this link.
+  /// Addresses on the link in use whose registers have other addresses on this link.
   std::set<std::uint16_t> away_;
 };
 
@@ -59,9 +61,9 @@ class ModbusSession final : public Session {
   std::vector<std::uint16_t> words_;
 };
 
-/// A Modbus RTU session. A function of bytes has no pauses to separate frames, so the function code determines the
-/// length of a frame. If the bytes are not a frame or their check fails, they are dropped together with all bytes that
-/// arrived with them.
+/// A Modbus RTU session. A session receives bytes without the pauses that separate frames on a serial line, so it
+/// determines the length of a frame from the function code. If the bytes are not a frame or their check fails, they are
+/// dropped together with all bytes that arrived with them.
 class ModbusRtuSession final : public Session {
  public:
   /// Creates a session with the unit and addresses of the link `kind`.

@@ -13,8 +13,8 @@
 namespace gyrotherm::simulator {
 
 /// The server. A pseudo-terminal is a line with one permanent client. Each listener accepts at most kMostClients at the
-/// same time and closes further ones at once. A client that closes, violates its protocol or does not accept its
-/// replies is dropped.
+/// same time and closes further connections immediately. A client that closes, violates its protocol or does not accept
+/// its replies is dropped.
 class ReplyServer {
  public:
   static constexpr std::size_t kMostClients = 16;

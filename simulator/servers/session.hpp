@@ -64,7 +64,7 @@ inline constexpr std::string_view kBlanks = " \r\n";
 [[nodiscard]] Descriptor accept_client(const Descriptor& listener);
 /// Returns the two ends of a connection within this process. Fails with disconnected.
 [[nodiscard]] Result<std::pair<Descriptor, Descriptor>> connect_here();
-/// Sends all bytes at once. Returns false if the client has closed or is too slow.
+/// Sends all bytes without waiting. Returns false if the client has closed or is too slow.
 [[nodiscard]] bool send_now(const Descriptor& client, std::span<const std::byte> bytes);
 
 /// A pseudo-terminal: bytes written to one end are read at the other.

@@ -23,8 +23,8 @@
 namespace gyrotherm::simulator {
 
 /// The virtual Lake Shore 218 (user's manual pp. 6-10 to 6-29). Answers *IDN?, CRDG? and KRDG? (no argument or 0: all
-/// eight inputs; 1…8: one), three decimals. Anything else has no reply, as on the instrument. An input without a
-/// thermometer reads 0 K.
+/// eight inputs; 1…8: one), with three decimals. Like the real instrument, it does not reply to anything else. An input
+/// without a thermometer reads 0 K.
 class Lakeshore218Session final : public TextSession {
  public:
   using Inputs = simulator::Inputs<drivers::kLakeshore218Inputs>;
@@ -70,7 +70,7 @@ class DconSession final : public TextSession {
 };
 
 /// The virtual RH Systems PT12 (manual of 7/20/2021, chapter 5). Answers ID?, SN?, T?, T1? to T12? and CONNECTED?, in
-/// any letter case, five decimals. Anything else has no reply. An input without a thermometer reads NaN.
+/// any letter case, with five decimals. Does not reply to anything else. An input without a thermometer reads NaN.
 class Pt12Session final : public TextSession {
  public:
   using Inputs = simulator::Inputs<drivers::kPt12Inputs>;
@@ -87,8 +87,8 @@ class Pt12Session final : public TextSession {
   Inputs inputs_;
 };
 
-/// The server side of a process driver (docs/adding-an-instrument.md). Answers hello and read with their numbers. Any
-/// other command has no reply.
+/// The server side of a process driver (docs/adding-an-instrument.md). Answers the commands hello and read; each reply
+/// repeats the number of its command. Any other command has no reply.
 class ProcessSession final : public TextSession {
  public:
   /// Creates a session. `inputs` are indices of the laboratory's thermometers. `laboratory` must outlive it.
@@ -114,7 +114,7 @@ class VirtualUsbTemp final : public drivers::HidReports {
 
   [[nodiscard]] Result<std::string> open() override { return std::string("USB-TEMP 0VIRTUAL"); }
   [[nodiscard]] Result<void> write(std::span<const std::byte> report) override;
-  /// Returns the next reply. Without one it times out at once, because no reply can arrive later.
+  /// Returns the next reply. Without one, fails with timeout immediately, because no reply can arrive later.
   [[nodiscard]] Result<std::size_t> read(std::span<std::byte> report, Duration within) override;
 
  private:

@@ -28,11 +28,11 @@ namespace gyrotherm::watchdog {
 namespace {
 
 enum class MakeSafeExit : int {
-  /// The chamber has confirmed it, or no action was necessary.
+  /// The chamber has confirmed the safe state, or no action was necessary.
   safe = 0,
   /// The command line is wrong.
   usage = 2,
-  /// The chamber did not confirm, or was not reachable.
+  /// The chamber did not confirm the safe state, or was not reachable.
   not_confirmed = 3,
   /// The safe-state file is invalid, or the record does not exist.
   file = 4,
@@ -91,7 +91,7 @@ SafeStateChamber for_service(SafeStateChamber chamber) {
   return chamber;
 }
 
-/// Continues while the chamber answers and may still become safe.
+/// Repeats attempts while the chamber answers and may still become safe.
 Rescued watch_to_the_end(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
   while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_out_of_means() && !rescue.is_lost()) {
     if (trail.leave(rescued)) voice.say(trail.describe());
@@ -194,7 +194,7 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
                     safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
   const auto chamber = chamber_of(*safe_state);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
-  // If nothing reads it, the line has closed.
+  // If the program has ended, watch() detects the closed line.
   [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
@@ -232,7 +232,7 @@ MakeSafeExit run(int argc, char** argv) {
     return std::puts("gyrotherm-make-safe " GYROTHERM_VERSION) < 0 ? MakeSafeExit::usage : MakeSafeExit::safe;
   std::signal(SIGPIPE, SIG_IGN);
   if (first == "--guard") {
-    // Drops locks and lines of the watched program.
+    // Closes the inherited locks and connections of the watched program.
     ::close_range(STDERR_FILENO + 1, ~0U, 0);
     survive();
   }

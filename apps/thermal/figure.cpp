@@ -24,7 +24,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// 0.5 mm each.
+/// Columns of the image, 0.5 mm each.
 constexpr std::size_t kColumns = 228;
 constexpr double kCubicMetres = 1e-9;  ///< m³ per mm³
 

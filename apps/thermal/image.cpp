@@ -42,7 +42,7 @@ struct FitArguments {
   double ambient_c = 20;
 };
 
-/// Returns the value of each parameter, varied alone, for a required difference.
+/// Describes the fits of a required difference: the value of each parameter if only this parameter is varied.
 std::string describe(const std::vector<thermal::FittedDifference>& family, double wanted_k) {
   auto text = fmt::format(
       "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm-thermal program: the finite-element model of a gyro, its image, its calibration, its reduction.
+/// The gyrotherm-thermal program: images, calibration and reduction of the finite-element model of a gyro.
 #include "apps/console/command.hpp"
 #include "core/program_start.hpp"
 

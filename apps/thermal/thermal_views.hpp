@@ -19,7 +19,7 @@ struct ThermalView {
 };
 
 /// Returns three views: the block's top face with the thermometers, the plane of the bores, and the upright section
-/// from G to A. The block and its parts are coloured, on one scale in all views. Air is white. The cabinet and its
+/// from G to A. The block and its parts are coloured on a scale that all views share. Air is white. The cabinet and its
 /// parts are drawn as outlines. `columns` is the number of samples from left to right.
 [[nodiscard]] std::vector<ThermalView> make_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
                                                   const thermal::SteadyState& state, std::size_t columns = 900);

@@ -20,7 +20,7 @@ struct BrickWeight {
   double capacity{};
 };
 
-// Number of points of the doubled grid at most two away along each axis.
+// Number of points of the doubled grid that are at most two steps from a point along each axis.
 constexpr int kReach = 125;
 using Reached = std::bitset<kReach>;
 

@@ -19,7 +19,7 @@ namespace gyrotherm::thermal {
 /// empty. Needs about 1.8 kB per node.
 [[nodiscard]] ThermalSystem assemble(const GyroModel& model, const GyroMesh& mesh);
 
-/// Returns C, J/K, consistent. A lumped matrix would have negative entries at the corners.
+/// Returns the consistent capacity matrix C, J/K. A lumped matrix would have negative entries at the corners.
 [[nodiscard]] SparseMatrix assemble_capacity(const GyroModel& model, const GyroMesh& mesh);
 /// Returns B₀, n × 6. A source is distributed evenly over the volume of its part.
 [[nodiscard]] Eigen::MatrixXd assemble_inputs(const GyroMesh& mesh);
@@ -28,8 +28,9 @@ namespace gyrotherm::thermal {
 /// Returns L, 18 × n.
 [[nodiscard]] SparseMatrix assemble_outputs(const GyroModel& model, const GyroMesh& mesh);
 
-/// Conductivity of a brick class, W/(m·K), affine in the coefficients: Σ f k along the face that cuts the brick,
-/// 1/Σ(f/k) across the face. The latter is linearised at 0.03 W/(m·K) of the air.
+/// Conductivity of a brick class, W/(m·K), affine in the coefficients: Σ f k along the face that cuts the brick and
+/// 1/Σ(f/k) across it, where f is the share and k the conductivity of each part. The latter is linearised at an air
+/// conductivity of 0.03 W/(m·K).
 struct Conductivity {
   double xx{}, yy{}, zz{}, xy{};
 };
@@ -58,7 +59,8 @@ class ThermalField {
   /// Returns the temperature interpolated by the elements, °C; NaN outside the mesh.
   [[nodiscard]] double temperature_at(double x, double y, double z) const;
 
-  /// Returns the part by its true shape instead of its bricks, or nothing outside all parts.
+  /// Returns the part at a point, or nothing outside all parts. Uses the true shapes of the parts instead of the
+  /// bricks.
   [[nodiscard]] std::optional<GyroPart> part_at(double x, double y, double z) const;
 
  private:

@@ -36,8 +36,8 @@ struct LineOf<double> {
   using Line = double __attribute__((vector_size(kLineBytes)));
 };
 
-/// Copy a vector at any address. A cast to a type of lesser alignment would not help: template arguments lose the
-/// alignment attribute.
+/// Read, write and add to a vector in memory at any address. A cast to a type of lesser alignment would not help:
+/// template arguments lose the alignment attribute.
 template <class Line, class Real>
 GYROTHERM_BRICK_INLINE void load(const Real* from, Line& line) {
   __builtin_memcpy(&line, from, sizeof line);
@@ -80,9 +80,9 @@ struct Conducting {
 };
 
 /// Coefficients of adjacent bricks, or the forces on them. `x[q]`, `y[q]`, `z[q]`: P₂ along that axis times odd factors
-/// in the other two axes, given by the bits of q in the order of the axes. `odd[p]`: the odd factors alone, given by
-/// the bits of p. The functions below write t for the coefficients of P₂, w for the coefficients of the odd factors
-/// alone, and g for the forces on either.
+/// in the other two axes, given by the bits of q in the order of the axes. `odd[p]`: only the odd factors given by the
+/// bits of p, without P₂. The functions below write t for the coefficients with P₂, w for the coefficients without P₂,
+/// and g for the forces on either.
 template <class Line>
 struct Polynomials {
   Line x[4], y[4], z[4], odd[8];
@@ -101,8 +101,8 @@ constexpr Real kEdge = Real(1) / 144;
 template <class Real>
 constexpr Real kCorner = Real(1) / 576;
 
-/// Computes 12 times the coefficients of P₂, and 24 times the coefficients of the odd factors alone. For a corner sum c
-/// and an edge sum e of the same parity these are t = c − 2e and w = 3c − 2Σt.
+/// Computes 12 times the coefficients with P₂, and 24 times the coefficients without P₂. For a corner sum c and an edge
+/// sum e of the same parity these are t = c − 2e and w = 3c − 2Σt.
 template <class Line>
 GYROTHERM_BRICK_INLINE void find_coefficients(const NodeSums<Line>& sums, Polynomials<Line>& found) {
   const auto& [corner, on_x, on_y, on_z] = sums;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Multiplies the conduction matrix of a mesh of bricks by a field without storing the matrix. In products of Legendre
 /// polynomials the matrix of a brick is diagonal if its conductivity lies along the axes. A product then costs little
-/// more than the conversion between nodes and polynomials: some 250 operations per brick instead of 800, and 4 numbers
-/// of memory instead of 230.
+/// more than the conversion between nodes and polynomials: about 250 operations per brick instead of 800, and 4 stored
+/// numbers per brick instead of 230.
 #pragma once
 
 #include <Eigen/Core>
@@ -68,7 +68,7 @@ struct BrickWeights {
     int face;
     Real film;  ///< W/K
   };
-  /// Distance between rows of bricks.
+  /// Distance between rows of bricks, in elements.
   int stride{};
   std::vector<Real> x, y, z, xy;
   /// Rows with a brick of non-zero k_xy.
@@ -94,7 +94,7 @@ void each_weighted_brick(const FieldLayout& places, const BrickWeights<Real>& we
         visit(i, j, k, weights.row(j, k, places.ny()) + static_cast<std::size_t>(i));
 }
 
-/// Computes product = K field, both of padded() numbers. Elements behind the last position must be finite.
+/// Computes product = K field. Both vectors have padded() elements. Elements behind the last position must be finite.
 template <class Real>
 void multiply(const FieldLayout& places, const BrickWeights<Real>& weights, const Real* field, Real* product);
 

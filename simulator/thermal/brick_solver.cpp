@@ -188,8 +188,8 @@ void BrickSolver::Parts::weigh(const GyroModel& model, const GyroMesh& mesh, con
 void BrickSolver::Parts::smooth(bool update_residual) {
   constexpr int kDegree = 3;
   // Upper bound of the eigenvalues of D⁻¹K: the largest of D⁻¹K of any single brick. It occurs for a brick that
-  // conducts in one direction alone, 45° to its edges (8.51). It is 6.07 for a brick that conducts along its edges and
-  // 4.5 for a film.
+  // conducts only in one direction, at 45° to its edges (8.51). It is 6.07 for a brick that conducts along its edges
+  // and 4.5 for a film.
   constexpr float kLargest = 8.6F;
   step.setZero();
   for (int i = 1; i <= kDegree; ++i) {

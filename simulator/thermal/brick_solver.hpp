@@ -19,9 +19,9 @@
 namespace gyrotherm::thermal {
 
 struct BrickSolverOptions {
-  /// 2-norm of the residual over that of the right-hand side.
+  /// Limit of the residual's 2-norm divided by that of the right-hand side.
   double tolerance = 1e-9;
-  /// Two levels need tens.
+  /// The two-level preconditioner usually needs some tens.
   int most_iterations = 1000;
 };
 
@@ -46,7 +46,8 @@ class BrickSolver {
   /// Solves with the starting point `guess`, both vectors by node. Fails with numeric if the tolerance is not reached.
   [[nodiscard]] Result<Solution> solve(const Eigen::VectorXd& right, const Eigen::VectorXd& guess);
 
-  /// Changes the coefficients of the same model and mesh. Keeps the lower level of the first coefficients.
+  /// Changes the coefficients; model and mesh must be the same as before. The lower level remains that of the first
+  /// coefficients.
   void replace(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients);
 
  private:

@@ -68,8 +68,8 @@ class Session {
       const SignalHandlers handlers;
       // Prevents MPI from starting a daemon that needs a network.
       const Setting alone("OMPI_MCA_ess_singleton_isolated", "1");
-      // Use no session folder that all processes of a user share: a process that ends removes it while another one
-      // begins.
+      // Prevents MPI from using a session folder that all processes of a user share: one process could remove it at its
+      // end while another process starts.
       const Setting folders("OMPI_MCA_orte_create_session_dirs", "0");
       const Setting transport("OMPI_MCA_btl", "self");
       const Setting messages("OMPI_MCA_pml", "ob1");
@@ -79,7 +79,7 @@ class Session {
     HYPRE_Init();
   }
   ~Session() {
-    // A forked child must not end it.
+    // A forked child must not end the message passing of its parent.
     if (!ours_ || getpid() != process_) return;
     const SignalHandlers handlers;
     HYPRE_Finalize();

@@ -13,9 +13,9 @@
 namespace gyrotherm::thermal {
 
 struct ConjugateGradientsOptions {
-  /// 2-norm of the residual over that of the right-hand side.
+  /// Limit of the residual's 2-norm divided by that of the right-hand side.
   double tolerance = 1e-10;
-  /// Multigrid needs tens.
+  /// The multigrid preconditioner usually needs some tens.
   int most_iterations = 20'000;
 };
 

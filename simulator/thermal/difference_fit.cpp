@@ -49,7 +49,7 @@ class Search {
       last = tried(logarithmic ? std::exp(at) : at);
       if (!last || fits(*last)) return outcome(last);
       const bool replaces_a = last->error_k * a.error_k > 0;
-      // Illinois: the retained end counts half.
+      // Illinois method: the error at the retained end is halved.
       weight_a = replaces_a ? 1 : weight_a / 2;
       weight_b = replaces_a ? weight_b / 2 : 1;
       (replaces_a ? a : b) = *last;

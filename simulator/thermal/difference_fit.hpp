@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Finds the value of a parameter for which the temperature difference between gain and non-gain areas has a required
-/// value. This is a calibration: one observation fits a whole family of parameters and does not determine the true one.
+/// value. This is a calibration: several parameters can be adjusted to the same observation, which does not show the
+/// true one.
 #pragma once
 
 #include <array>
@@ -43,7 +44,7 @@ struct FittedDifference {
   /// Difference at this value.
   double difference_k{};
   bool reached = false;
-  /// Warmest of A…H: the level, which the difference does not determine.
+  /// Temperature of the warmest location of A…H. The difference does not determine this level.
   double warmest_location_c{};
   /// Number of computed steady states.
   int steps{};
@@ -56,7 +57,8 @@ struct FittedDifference {
                                                       const FitOptions& options = {},
                                                       const ProgressSink& progress = {});
 
-/// Fits each parameter that affects the model's mode separately: the alternatives that fit equally well.
+/// Fits separately each parameter that has an effect in the model's mode. The results are alternatives that fit equally
+/// well.
 [[nodiscard]] Result<std::vector<FittedDifference>> fit_family(const GyroModel& model, double wanted_k,
                                                                const FitOptions& options = {},
                                                                const ProgressSink& progress = {});

@@ -91,7 +91,7 @@ struct GyroGeometry {
   double mirror_thickness = 6;
   /// The bores run through (±half, ±half).
   double ring_side = 80;
-  /// Both gain arms together. Each is half the top and half a lateral side of the ring.
+  /// Volume of both gain arms together. Each arm is half the top and half a lateral side of the ring.
   double gain_volume = 1126;
   /// Volume of each ballast, a cube, and v of its upper side.
   double ballast_volume = 295;
@@ -103,7 +103,7 @@ struct GyroGeometry {
   std::array<double, 3> preamplifier{70, 50, 10};
   double dither_height = 30;
   double hub_diameter = 20;
-  /// w of its upper end. Its lower end is on the base.
+  /// w of the hub's upper end. The lower end is on the base.
   double hub_top = 15;
   std::array<double, 3> cabinet{150, 150, 80};
   double wall = 3;
@@ -114,12 +114,12 @@ struct GyroGeometry {
 /// Returns the side of a ballast, mm.
 [[nodiscard]] double ballast_side(const GyroGeometry& geometry);
 
-/// Interpretation of the table's contradictory row of the ballast resistors.
+/// Interpretation of the contradictory row for the ballast resistors in the paper's Table 2.
 enum class BallastReading { rate_times_volume, printed_each, printed_both, none };
 inline constexpr std::array<std::string_view, 4> kBallastReadingNames{"rate x volume", "printed, each",
                                                                       "printed, both together", "none"};
 
-/// In its cabinet, or the block alone in a film.
+/// The gyro in its cabinet, or only its block in a film.
 enum class GyroMode { full, block };
 inline constexpr std::array<std::string_view, 2> kGyroModeNames{"full", "block"};
 
@@ -133,7 +133,8 @@ struct GyroModel {
   /// Powers of a switched-on gyro.
   ThermalPowers powers_w{};
   CabinetAir air;
-  /// Films on the cabinet in free convection on a bench and under the chamber's fan, and on the block alone.
+  /// Film coefficients on the cabinet in free convection on a bench and under the chamber's fan, and on the block in
+  /// block mode.
   double still_film_w_per_m2_k{};
   double chamber_film_w_per_m2_k{};
   double block_film_w_per_m2_k{};

@@ -15,8 +15,8 @@ class AffineMatrix final {
   /// Finds the positions. `system` must outlive this; its matrices must be compressed with sorted columns.
   explicit AffineMatrix(const ThermalSystem& system);
 
-  /// Returns capacity·C + conduction·(K₀ + Σ_m c_m K_m). The result is the same object each time, valid until the next
-  /// call.
+  /// Returns capacity·C + conduction·(K₀ + Σ_m c_m K_m). The result is an internal matrix that the next call
+  /// overwrites.
   const SparseMatrix& sum(double capacity, double conduction, const ThermalCoefficients& c);
 
  private:
@@ -46,7 +46,7 @@ using Hex20Vector = Eigen::Matrix<double, kHex20, 1>;
 using Hex20Matrix = Eigen::Matrix<double, kHex20, kHex20>;
 
 [[nodiscard]] Hex20Vector hex20_shape(double xi, double eta, double zeta);
-/// Returns the slopes of the shape functions; rows ξ, η, ζ.
+/// Returns the derivatives of the shape functions with respect to ξ, η and ζ, one row each.
 [[nodiscard]] Eigen::Matrix<double, 3, kHex20> hex20_slopes(double xi, double eta, double zeta);
 
 /// Integrals over the reference brick by Gauss's rule with 3 × 3 × 3 points, over its faces with 3 × 3. For a brick

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The gyro as a structured grid of 20-node bricks with grid lines on the faces of its boxes. A brick cut by a slanted
-/// or round face contains each part with its share of the brick's volume. It stores the direction across the face, so
-/// that its conductivity is that of parallel parts along the face and of parts in series across it (Farjadpour and
-/// others, Opt. Lett. 31, 2006, 2972, for permittivity). Shares and directions are rounded, so that bricks form classes
-/// of one material each. SI units.
+/// or round face contains each part with its share of the brick's volume. It also stores the direction across the face:
+/// its conductivity is that of parallel parts along the face and of parts in series across the face (Farjadpour and
+/// others, Opt. Lett. 31, 2006, 2972, for permittivity). Shares and directions are rounded to few values, so bricks
+/// form classes with one material each. SI units.
 ///
-/// In block mode bricks with less than a quarter of solid are dropped. Their content is assigned to a neighbour (its
-/// shares then add up to more than one). The film on a slanted face is distributed over the nearby brick faces so that
-/// its total area is exact. The empty part of a remaining brick does not conduct along the face, and adds no resistance
-/// across it, towards the film.
+/// In block mode bricks with less than a quarter of solid are dropped. Their content is assigned to a neighbour, whose
+/// shares then add up to more than one. The film on a slanted face is distributed over the nearby brick faces so that
+/// its total area is exact. The empty part of a remaining brick neither conducts along the face nor adds resistance
+/// between solid and film.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,7 +47,7 @@ inline constexpr int kBrickFaces = 6;
 struct FilmFace {
   std::size_t brick{};
   int face{};
-  /// True area over the brick face's area.
+  /// True area divided by the area of the brick face.
   double factor = 1;
 };
 
@@ -144,7 +144,7 @@ struct CalculixOptions {
   double ambient_c = 20;
   /// For example the final coefficients of steady_state().
   ThermalCoefficients coefficients{};
-  /// Empty: the default of CalculiX.
+  /// If empty, CalculiX uses its default solver.
   std::string solver = "ITERATIVE CHOLESKY";
 };
 

@@ -70,7 +70,7 @@ double density(const GyroModel& model, const BrickClass& brick) {
 
 void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std::size_t number,
                const std::vector<Element>& elements, const ThermalCoefficients& coefficients) {
-  // A line of the format contains at most 16 numbers.
+  // The first line has the element number and 11 nodes; at most 16 numbers fit.
   constexpr int kOnFirstLine = 11;
   const auto& brick = mesh.classes[number];
   writer.put("** class {}:", number);

@@ -29,8 +29,8 @@ std::vector<double> evenly(double first, double last, int count) {
   return values;
 }
 
-/// Returns 0 and rates spaced evenly on a logarithmic scale, from the slowest mode of such a gyro to rates that its
-/// thermometers hardly follow.
+/// Returns 0 and `count` rates spaced evenly on a logarithmic scale from `slowest` to `fastest`. They should cover the
+/// slowest mode of the gyro and rates that its thermometers hardly follow.
 std::vector<double> rates(double slowest, double fastest, int count) {
   std::vector<double> values{0};
   for (const double exponent : evenly(std::log(slowest), std::log(fastest), count))
@@ -38,8 +38,8 @@ std::vector<double> rates(double slowest, double fastest, int count) {
   return values;
 }
 
-/// Range of the conductivity of equal gaps: from the lowest of any gap at −60 °C to the lowest of any gap at 80 °C, at
-/// least up to 0.06 W/(m·K).
+/// Range of the conductivity if all gaps have the same one: from the lowest conductivity of any gap at −60 °C to the
+/// lowest of any gap at 80 °C, or to 0.06 W/(m·K) if that is larger.
 struct Interval {
   double lowest;
   double highest;
@@ -87,7 +87,7 @@ std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
   return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
 }
 
-/// Returns points that neither choice nor compression uses.
+/// Returns points that neither the greedy choice nor the compression uses.
 std::vector<ThermalPoint> check_points(const ReducedModel& about) {
   return {gaps_alike(about, 0.05, GyroFilm::still, 0),
           gaps_alike(about, 0.9, GyroFilm::chamber, 0),
@@ -97,9 +97,9 @@ std::vector<ThermalPoint> check_points(const ReducedModel& about) {
           {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
 }
 
-/// Relative spread of a squared norm: sqrt(2 / 1024), 4 %.
+/// Number of sums in a sketch. The relative standard deviation of a sketched squared norm is sqrt(2 / 1024), about 4 %.
 constexpr std::uint64_t kSums = 1024;
-/// A field with a smaller relative part outside the basis is dependent.
+/// A field is dependent if its part outside the basis, relative to the field, is smaller than this.
 constexpr double kNewest = 1e-6;
 
 void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
@@ -113,7 +113,7 @@ using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
 
 /// Share of the worst input's error at a point above which another input is solved there.
 constexpr double kWorthSolving = 0.25;
-/// Share of the goal for the errors within the reduction, which add up over time.
+/// Share of the goal that each step of the reduction may use. It is small because errors add up over time.
 constexpr double kMargin = 0.01;
 constexpr int kFewestStates = 8;
 /// Range of the ambient in a chamber's programs.
@@ -294,8 +294,8 @@ Grams compute_grams(const ReducedModel& rich, const std::vector<ThermalPoint>& p
 }
 
 /// Returns orthonormal directions, the most important first. An output's error is the product of the missing parts of
-/// the response to the input and of the response to the output, so both count. Their weights were found by trial
-/// (errors in time at equal numbers of states).
+/// the response to the input and of the response to the output, so both responses are included. Their weights were
+/// chosen by comparing errors in time at equal numbers of states.
 Eigen::MatrixXd principal_directions(const ReducedModel& rich, const std::vector<ThermalPoint>& points,
                                      const Loads& loads) {
   constexpr double kOutputShare = 1e-4;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reduces the full heat equation to few states with nearly equal responses. The model is valid at all air coefficients
-/// from −60 to 80 °C under both films, and for gaps of equal conductivity between the lowest conductivity of any gap
-/// and the larger of 0.06 W/(m·K) and the lowest of any gap at 80 °C.
+/// Reduces the full heat equation to one with few states and nearly equal responses. The reduced model is valid under
+/// both films, for the air coefficients at all temperatures from −60 to 80 °C. It is also valid if all gaps have the
+/// same conductivity. This conductivity may range from the lowest one of any gap at −60 °C up to 0.06 W/(m·K), or up to
+/// the lowest one of any gap at 80 °C if that is larger.
 ///
-/// The basis are rational Krylov fields (K(c) + s C)⁻¹ B(c) with one-sided projection (A. C. Antoulas, Approximation of
-/// Large-Scale Dynamical Systems, ch. 11): symmetry is kept, so the small system is stable. The points to solve are
-/// chosen greedily: the coefficients, rate and inputs with the largest error of the present basis. The basis is then
-/// compressed by proper orthogonal decomposition over a dense grid of responses at imaginary rates, to the inputs and
-/// to the outputs' adjoints, in the norm of the heat capacity.
+/// The basis consists of rational Krylov fields (K(c) + s C)⁻¹ B(c) with one-sided projection (A. C. Antoulas,
+/// Approximation of Large-Scale Dynamical Systems, ch. 11): symmetry is kept, so the small system is stable. The points
+/// to solve are chosen greedily: the coefficients, rate and inputs with the largest error of the present basis. The
+/// basis is then compressed by proper orthogonal decomposition over a dense grid of responses at imaginary rates, to
+/// the inputs and to the outputs' adjoints, in the norm of the heat capacity.
 #pragma once
 
 #include <functional>
@@ -39,10 +40,10 @@ class ReducedBasis final {
   /// Makes the fields orthonormal and adds the independent ones. Returns their number.
   Eigen::Index grow(Eigen::MatrixXd fields);
 
-  /// Returns an estimate, within some per cent, of sqrt(rᵀ W r) for each column u of `loads` (inputs × columns), r the
-  /// residual B u − (K + s C) V x. The residual is sketched by random signs into few sums (Charikar, Chen &
-  /// Farach-Colton 2004; for reduced bases Balabanov & Nouy 2019), so the cost depends on the states and not on the
-  /// unknowns.
+  /// Returns an estimate, within some per cent, of sqrt(rᵀ W r) for each column u of `loads` (inputs × columns), where
+  /// r is the residual B u − (K + s C) V x. The residual is sketched by random signs into few sums (Charikar, Chen &
+  /// Farach-Colton 2004; for reduced bases Balabanov & Nouy 2019), so the cost depends on the number of states and not
+  /// on the number of unknowns.
   [[nodiscard]] Eigen::VectorXd residuals(const ThermalPoint& point, const Eigen::MatrixXd& loads) const;
 
   [[nodiscard]] const ReducedModel& model() const { return model_; }
@@ -70,8 +71,8 @@ class ReducedBasis final {
   Eigen::VectorXd sketched_film_;
 };
 
-/// Sufficient ratio of residual to right-hand side. The solution is a correction of the present response, for which
-/// four digits suffice.
+/// Largest ratio of residual to right-hand side in a solution. A solution only corrects the present response, so four
+/// digits suffice.
 inline constexpr double kSolved = 1e-4;
 
 /// Solves A X = R, A symmetric positive definite, column by column, to kSolved or better.
@@ -82,13 +83,13 @@ struct ReductionOptions {
   int states = 84;
   /// Upper limit of solved fields before the compression.
   int most_fields = 200;
-  /// Largest error of an output for 50 K of ambient or the powers.
+  /// Largest permitted error of an output for an ambient of 50 K, or for the powers.
   double goal_k = 5e-3;
 };
 
 struct ReducedSystem {
   ReducedModel model;
-  /// V, n × r, VᵀCV = I: the field of a state x is V x.
+  /// V, n × r, with VᵀCV = I. The field of a state x is V x.
   Eigen::MatrixXd basis;
 };
 
@@ -99,9 +100,9 @@ struct ReducedSystem {
                                            const ReductionOptions& options, const SolveColumns& solve,
                                            const ProgressSink& progress = {});
 
-/// Returns the loads for judging responses, 6 × 6, one per column: 100 K of ambient; the powers of both gain arms, of
-/// the preamplifier and of both ballasts; and the powers of the arms, and of the ballasts, with opposite signs. A weak
-/// source counts with at least a tenth of the total power.
+/// Returns the loads for which the errors of responses are compared, 6 × 6, one per column: 100 K of ambient; the
+/// powers of both gain arms, of the preamplifier and of both ballasts; and the powers of the arms, and of the ballasts,
+/// with opposite signs. The power of a weak source is raised to a tenth of the total power.
 [[nodiscard]] Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about);
 
 // Converts a gyro file's model to its reduced model: mesh, matrices, reduction, errors measured on the same mesh.

@@ -12,7 +12,7 @@ namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kStart_c = 20;
-// Relative to the change in a step; the errors of a thousand steps add up.
+// Tolerance relative to the change in a step. It is small because the errors of a thousand steps add up.
 constexpr double kTolerance = 1e-7;
 
 struct Knot {
@@ -119,10 +119,10 @@ Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, 
   return error_k;
 }
 
-/// Returns the full model's field at rest. The ambient's part is the constant field.
+/// Returns the full model's field at rest. The ambient contributes a constant field.
 Result<Eigen::VectorXd> full_rest(const ThermalSystem& system, const ThermalCoefficients& c,
                                   const ThermalInputValues& u, const SolveColumns& solve) {
-  // Each round adds the digits of kSolved.
+  // Each round adds as many correct digits as kSolved has.
   constexpr int kRounds = 3;
   AffineMatrix matrices(system);
   const auto& matrix = matrices.sum(0, 1, c);

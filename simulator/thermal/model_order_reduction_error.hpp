@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures the error of a reduced model in time, compared with the full one, in the two programs of its file's
-/// [error].
+/// Measures the error of a reduced model in time, compared with the full model, in two programs. The file of a reduced
+/// model contains the results in [error].
 #pragma once
 
 #include <optional>
@@ -65,10 +65,10 @@ struct ReductionTrial {
 };
 
 /// Runs the two programs. Ramps: the switched-on gyro rests at 20 °C; +5 °C/min to 60, 30 min there, −1 °C/min to −40,
-/// 20 min there. Switch-on: the gyro rests at 20 °C, switched off; all powers are switched on at once, 1 h. Both models
-/// use the trapezoidal rule on the same steps, damped at changes of length, so their difference is only due to the
-/// reduction. Returns the largest differences over A…H after any step as ramp_k and switch_on_k. Fails with numeric,
-/// like `solve`, or with interrupted.
+/// 20 min there. Switch-on: the gyro rests at 20 °C, switched off; then all powers are switched on together for 1 h.
+/// Both models use the trapezoidal rule on the same steps, damped at changes of length, so their difference is only due
+/// to the reduction. Returns the largest differences over A…H after any step as ramp_k and switch_on_k. Fails with
+/// numeric, like `solve`, or with interrupted.
 [[nodiscard]] Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem& reduced,
                                              const ReductionTrial& trial, const SolveColumns& solve,
                                              const ProgressSink& progress = {});

@@ -17,9 +17,9 @@ namespace gyrotherm::thermal {
 
 struct SteadyOptions {
   double ambient_c = 20;
-  /// Default: the model's still film, or in block mode its block film.
+  /// Default: the model's film coefficient in still air, or in block mode that of the block.
   std::optional<double> film_w_per_m2_k{};
-  /// Fixed coefficients, which make the problem linear. Default: they follow the temperatures.
+  /// Fixed coefficients, which make the problem linear. If empty, the coefficients depend on the temperatures.
   std::optional<ThermalCoefficients> coefficients{};
   /// Tolerance of the air temperature between two rounds.
   double tolerance_k = 1e-4;
@@ -35,18 +35,18 @@ struct ExtremePoint {
 struct SteadyState {
   /// Temperature of each node.
   Eigen::VectorXd field_c;
-  /// The ambient temperature for a part that the mesh lacks.
+  /// Outputs; the ambient temperature for a part that is not in the mesh.
   std::array<double, kThermalOutputs> outputs_c{};
   ThermalCoefficients coefficients{};
-  /// Mean of block and shell, at which the air conductivity was taken.
+  /// Mean temperature of block and shell, for which the air conductivity was computed.
   double air_c{};
   double power_in_w{};
   /// Heat flow through the film.
   double power_out_w{};
-  /// Extremes of all solids, without gas and air.
+  /// Hottest and coldest points of all solids; gas and air are excluded.
   ExtremePoint hottest, coldest;
   ExtremePoint block_hottest, block_coldest;
-  /// Iterations of the air temperature, and of the linear solver in all of them.
+  /// Rounds that adjust the air temperature, and iterations of the linear solver in all rounds together.
   int rounds{};
   int iterations{};
   std::size_t unknowns{};

@@ -20,7 +20,8 @@ constexpr std::string_view kSchema = "gyrotherm-reduced-gyro/1";
 constexpr std::array<const char*, kThermalCoefficients> kCoefficientNames{"air_lid", "air_side", "air_base", "film"};
 constexpr Eigen::Index kMostStates = 200;
 
-/// Formats a number as a TOML float. A point or exponent distinguishes it from an integer, which has no −0.
+/// Formats a number as a TOML float. A point or an exponent marks it as a float, because an integer could not represent
+/// −0.
 std::string number(double value) {
   auto text = fmt::format("{}", value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
@@ -287,7 +288,7 @@ ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, R
   for (double* w : {&ballast_left, &ballast_right}) *w *= ballast;
   split(gain_left, gain_right, random.log_normal(spread.arms));
   split(ballast_left, ballast_right, random.log_normal(spread.arms));
-  // A larger capacity is 1 in the basis of the states, so all other matrices become smaller.
+  // The capacity is the identity in the basis of the states, so a larger capacity makes all other matrices smaller.
   other.conduction *= pace;
   for (auto& matrix : other.conduction_per) matrix *= pace;
   other.inputs *= pace;

@@ -17,11 +17,11 @@ namespace gyrotherm::thermal {
 
 /// Error compared with the full model, measured when the model was made; K, over A…H.
 struct ReductionError {
-  /// At rest and at s > 0 of points that the reduction did not use; every output.
+  /// Largest error of any output at rest and at rates s > 0, at points that the reduction did not use.
   double transfer_k{};
   /// On the ramps of model_order_reduction_error.hpp.
   double ramp_k{};
-  /// After all powers were switched on at once.
+  /// After all powers were switched on together.
   double switch_on_k{};
 };
 
@@ -75,7 +75,7 @@ inline constexpr double kHottestGapAir_c = 130;
 
 // Draws one gyro of a type: the reduced model of another specimen, without its finite elements.
 
-/// Sigmas of ln of factors with a median of 1.
+/// Standard deviations of the logarithms of log-normal factors with a median of 1.
 struct ThermalSpread {
   /// One factor for all heat capacities.
   double capacity{};
@@ -85,12 +85,12 @@ struct ThermalSpread {
   double film{};
   /// One factor for the gain arms, one for the preamplifier and one for the ballasts.
   double power{};
-  /// Left gain arm's power over the right's, with a constant sum; another factor for the ballasts.
+  /// One factor for the ratio of left to right gain-arm power, with a constant sum, and one for that of the ballasts.
   double arms{};
 };
 
 /// Returns a perturbed model. Always draws the same number of values from `random`, whatever the spread. Symmetric
-/// positive definite matrices remain so. Left and right need not remain equal.
+/// positive definite matrices remain so. The left and right halves need not remain equal.
 [[nodiscard]] ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random);
 
 }  // namespace gyrotherm::thermal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The working gyro as a thermal body, advanced one second at a time: the reduced finite-element model. The
-/// conductivity of its air follows its temperature.
+/// conductivity of the gap air follows the temperature of the gap air.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,8 +50,8 @@ struct ModalSecond {
   Eigen::MatrixXd per_watt;
 
   ModalSecond(const ReducedModel& model, const ThermalCoefficients& c);
-  /// Advances the amplitudes. `added_w` are powers in addition to the model's: all of them, or empty. `on` switches the
-  /// model's own.
+  /// Advances the amplitudes. `added_w` contains a power for each source, in addition to the model's, or is empty. `on`
+  /// switches the model's own powers.
   void step(Eigen::VectorXd& amplitudes, double from_c, double to_c, std::span<const double> added_w = {},
             bool on = true) const;
 };
@@ -64,7 +64,8 @@ class StepTable final {
   /// Selects the step for a gap air of `air_c`. Outside the table the nearer end applies.
   void update(double air_c);
   /// Advances by one second while the outside air changes linearly from `from_c` to `to_c`. Requires update().
-  /// `added_w` are powers in addition to the model's: all of them, or empty. `on` switches the model's own.
+  /// `added_w` contains a power for each source, in addition to the model's, or is empty. `on` switches the model's own
+  /// powers.
   void step(Eigen::VectorXd& states, double from_c, double to_c, std::span<const double> added_w = {}, bool on = true);
 
  private:

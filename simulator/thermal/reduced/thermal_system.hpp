@@ -2,7 +2,8 @@
 /// The gyro's discretised heat equation, affine in the coefficients that depend on temperature and on the air around
 /// the cabinet:
 ///   C dT/dt + (K₀ + Σ_m c_m K_m) T = (B₀ + Σ_m c_m B_m) u,   y = L T,   T in °C.
-/// Adding a constant to u's ambient and to every T changes no other value: K_m·1 equals the ambient column of B_m.
+/// Adding a constant to the ambient in u and to every T leaves dT/dt unchanged, because K_m·1 equals the ambient column
+/// of B_m.
 #pragma once
 
 #include <Eigen/Core>
@@ -77,7 +78,7 @@ struct ThermalSystem {
 
 /// One gap, between the block (or a part on it) and the cabinet's wall.
 struct AirGap {
-  /// Transported heat over conducted heat.
+  /// Nusselt number: transported heat divided by conducted heat.
   double nusselt = 1;
   /// Effective emissivity of the two faces.
   double emissivity{};

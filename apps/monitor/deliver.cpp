@@ -214,7 +214,7 @@ Result<void> deliver(const Site& site, const NotifyAddress& address, const Lette
   return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliverWithin);
 }
 
-/// A proxy in front of a dead monitor answers with an error status, so only 200 counts.
+/// Accepts only status 200, because a proxy in front of a dead monitor answers with an error status.
 bool monitor_answers(const std::string& url, Duration within) {
   const auto curl = new_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
   if (!curl) return false;

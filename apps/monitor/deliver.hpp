@@ -34,7 +34,7 @@ struct Letter {
 
 [[nodiscard]] Result<void> deliver(const Site& site, const NotifyAddress& address, const Letter& letter, Duration utc);
 
-/// Returns whether another monitor answers. Any answer of a monitor counts, including the request to log in.
+/// Returns whether another monitor answers GET /api/v1/session with status 200. This needs no login.
 [[nodiscard]] bool monitor_answers(const std::string& url, Duration within);
 
 }  // namespace gyrotherm::monitor

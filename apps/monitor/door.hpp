@@ -23,7 +23,7 @@ struct DoorOptions {
 
 /// The sender of a request.
 struct Guest {
-  /// Empty for a guest without login. A guest may only view runs.
+  /// Empty for a guest without login, who may only view runs.
   std::optional<Identity> identity{};
   /// A browser's session. Scripts have none.
   std::optional<Sessions::Session> session{};

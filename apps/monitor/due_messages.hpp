@@ -50,7 +50,7 @@ struct RunSeen {
 struct Situation {
   /// Readable runs.
   std::vector<RunSeen> runs;
-  /// By URL.
+  /// Whether each watched monitor answers, by URL.
   std::map<std::string, bool> monitors_answer;
 };
 
@@ -67,11 +67,11 @@ struct DueMessage {
   std::optional<std::int64_t> alarm;
 };
 
-/// Progress of the messages about a matter.
+/// Progress of the messages about a matter: an alarm or another event that a rule reports.
 struct ToldMatter {
   /// Number of addresses of the rule that were notified or given up.
   std::int64_t steps{};
-  /// Time of the last one, UTC.
+  /// Time of the last message, UTC.
   Duration at{};
   /// Beginning of the matter, UTC.
   Duration since{};
@@ -106,11 +106,11 @@ class ToldMemory {
   friend void describe(auto& form, Like<ToldMemory> auto& memory);
   /// By key.
   std::vector<std::pair<std::string, ToldMatter>> matters_;
-  /// Ids of runs that were seen active and not seen to end.
+  /// Ids of runs that have been seen active, except those not seen for a day.
   std::vector<std::string> running_;
-  /// The runs among them that were active when last seen, by id.
+  /// Data of those runs in `running_` that were active when last seen, by id.
   std::vector<std::pair<std::string, RunGoingOn>> going_on_;
-  /// Time since when they cannot be seen, UTC; not kept over a restart.
+  /// Time since when each run in `running_` cannot be seen, UTC. Lost in a restart.
   std::map<std::string, Duration> gone_;
 
   void see(const Situation& now);
@@ -121,12 +121,12 @@ class ToldMemory {
   [[nodiscard]] ToldMatter& matter(const std::string& key, Duration now);
 };
 
-/// Deliveries to one address before the next one follows.
+/// Failed deliveries to an address after which the next address is notified.
 inline constexpr int kMostTries = 3;
 
 /// Returns the messages that are due at `utc`. Runs that had ended when first seen, and their alarms, cause no
 /// messages. Ended matters are removed from the memory; matters of a run that cannot be seen are removed after a day.
-/// An active run that disappears is silent. If the clock was set back, waiting times start at the new time.
+/// An active run that disappears is treated as silent. If the clock was set back, waiting times start at the new time.
 [[nodiscard]] std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
                                                    ToldMemory& memory);
 

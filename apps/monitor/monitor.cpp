@@ -78,8 +78,8 @@ Result<Address> parse_address(const std::string& option, const std::string& text
   return address;
 }
 
-/// Returns the command that adds a user in this monitor's state folder. Under systemd that is not the folder of the
-/// reader of the message.
+/// Returns the command that adds a user in this monitor's state folder. Under systemd this folder differs from the
+/// default of the user who reads the message.
 std::string adding_a_user(const std::string& state_folder, const char* role) {
   return fmt::format("gyrotherm-monitor user add NAME --role {} --state {}", role, state_folder);
 }

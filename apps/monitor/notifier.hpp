@@ -37,7 +37,7 @@ class Notifier {
   std::function<void(const Fault&)> complain_;
   ToldMemory memory_;
   std::string saved_;
-  /// State of other monitors at `asked_`.
+  /// Whether the other monitors answered at the time `asked_`, by URL.
   std::map<std::string, bool> answers_;
   Duration asked_{-std::chrono::hours(1)};
 };

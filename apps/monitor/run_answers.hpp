@@ -15,7 +15,7 @@
 
 namespace gyrotherm::monitor {
 
-/// Limit for the 32 threads. Further watchers are asked to retry later.
+/// Limit of watchers, each of which occupies one of the 32 threads. Further watchers are asked to retry later.
 inline constexpr int kMostWatchers = 20;
 
 /// The answers. Usable from any thread.

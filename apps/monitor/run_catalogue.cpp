@@ -35,7 +35,7 @@ void drop_unused_texts(record::RunInfo& info) {
   }
 }
 
-/// Reads from the rig file how an end of the run leaves the chamber.
+/// Reads from the rig file the states of the chamber after a stop and after an abort.
 void read_ends(FoundRun& run, const record::RunInfo& info) {
   run.when_stopped = run.when_aborted = "the chamber is made safe";
   const auto rig = TomlTable::parse(info.rig_text, "rig");
@@ -82,7 +82,7 @@ std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
   return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// Removes duplicate folders, also in another spelling: two threads must not read one record.
+/// Removes duplicate folders, even if their paths are spelled differently: two threads must not read one record.
 std::vector<std::string> each_once(std::vector<std::string> folders) {
   for (auto& folder : folders)
     while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
@@ -185,8 +185,8 @@ void RunCatalogue::look(const std::function<bool()>& is_stopping) {
   for (const auto& folder : folders_) look_in(folder, is_stopping);
 }
 
-/// Returns the run with its present age. The upper bits of the version count changes; its last bit is set if the run
-/// has become silent since the last check.
+/// Returns the run with its present age. The last bit of its version is set if the run has become silent since the last
+/// check; the other bits are a counter of changes.
 FoundRun RunCatalogue::as_of_now(FoundRun run) {
   const bool was_silent = run.is_silent();
   run.age_s = age_s_of(run);

@@ -29,7 +29,7 @@ struct FoundRun {
   record::RunStatus status;
   /// Time since the status was written; empty if no program writes it.
   std::optional<double> age_s;
-  /// Free space on its disk at the last check; empty: unknown.
+  /// Free space on the record's disk at the last check; empty if unknown.
   std::optional<std::uint64_t> free_bytes;
   /// Reason why the status cannot be read; empty if it can.
   std::string trouble;
@@ -76,7 +76,7 @@ class RunCatalogue {
     FoundRun run;
     Stamp stamp;
     std::shared_ptr<const record::RunInfo> info;
-    /// Id of the run of `info`.
+    /// Id of the run that `info` describes.
     std::string info_of;
     std::string folder;
   };

@@ -46,7 +46,7 @@ class RunFeed {
  public:
   explicit RunFeed(const RunCatalogue& catalogue) : catalogue_(catalogue) {}
 
-  /// Counts as a watcher of a run during its lifetime.
+  /// Registers a watcher of a run. The registration ends when this object is destroyed.
   class Watch {
    public:
     Watch(RunFeed& feed, std::string key);
@@ -54,7 +54,7 @@ class RunFeed {
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
     /// Returns the messages after `place` as text of an event stream, and advances `place`. Waits at most `patience`
-    /// for the first message. Returns an empty text if there is none. At most a few hundred messages at once.
+    /// for the first message. Returns an empty text if there is none. Returns at most a few hundred messages per call.
     [[nodiscard]] std::string next(FeedPlace& place, Duration patience);
 
    private:
@@ -64,7 +64,7 @@ class RunFeed {
 
   /// Reads new rows of each watched run. Called by one thread, a few times a second.
   void read();
-  /// Wakes all watchers permanently.
+  /// Wakes all watchers. Later calls of next() do not wait.
   void stop();
   [[nodiscard]] int watchers() const;
 

@@ -139,7 +139,7 @@ std::string disposition_of(const std::string& name) {
 
 }  // namespace
 
-/// The type makes the browser save the file: a report must not run as a page of the monitor.
+/// Returns a content type that makes the browser save the file, because a report must not run as a page of the monitor.
 WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   const auto files = files_of(run);
   const auto found = std::ranges::find_if(files, [&](const auto& file) { return file.first == name; });

@@ -142,7 +142,7 @@ Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_
   return last;
 }
 
-/// Returns the requested channels of an overview, in buckets of several of its buckets.
+/// Returns the requested channels of an overview. Each bucket of the result combines several buckets of the overview.
 Buckets folded(const Buckets& overview, const SeriesWish& wish, std::int64_t width) {
   const auto first = wish.from / overview.width() * overview.width();
   Buckets buckets(wish.channels.size(), first, width);

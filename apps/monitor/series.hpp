@@ -33,7 +33,8 @@ struct SeriesChannel {
 /// and the measurements of each unit.
 [[nodiscard]] std::vector<SeriesChannel> series_channels(const record::RunInfo& info);
 
-/// Lowest and highest values of some channels in buckets of equal length, in slots. NaN if there is no value.
+/// Lowest and highest values of some channels in buckets of equal length. Positions and lengths are in slots. NaN if
+/// there is no value.
 class Buckets {
  public:
   Buckets(std::size_t channels, std::int64_t first, std::int64_t width);
@@ -61,7 +62,7 @@ class Buckets {
   std::size_t channels_;
   std::int64_t first_, width_;
   std::size_t count_{};
-  /// Bucket by bucket.
+  /// The values of all channels for the first bucket, then for the next one.
   std::vector<float> low_, high_;
 };
 
@@ -77,21 +78,23 @@ inline constexpr std::int64_t kMostBuckets = 4000;
 /// The overviews of the recently viewed runs. Usable from any thread.
 class SeriesCache {
  public:
-  /// Creates a cache. `most_bytes` limits the size of all overviews; the least recently used one is removed first.
+  /// Creates a cache. `most_bytes` limits the total size of all overviews; the least recently used one is removed
+  /// first.
   explicit SeriesCache(std::size_t most_bytes = kUsualBytes) : most_bytes_(most_bytes) {}
 
   /// Returns the requested buckets, at least one slot wide. Fails with storage or bad_file.
   [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesWish& wish);
   [[nodiscard]] std::size_t bytes() const;
-  /// Updates overviews that are far behind. Called by one thread at intervals. Until then charts of their runs are read
-  /// from the rows of the requested channels, which is faster for a single chart.
+  /// Updates overviews that are far behind. Called by one thread at intervals. Until an overview is updated, charts of
+  /// its run are read from the rows of the requested channels, which is faster for a single chart.
   void catch_up();
 
  private:
   static constexpr std::size_t kUsualBytes = 20'000'000;
   struct Overview {
     std::mutex mutex;
-    /// Key and id of the run: another record may take its name.
+    /// Key and id of the run. The key is not sufficient, because another record may replace the run's under the same
+    /// name.
     std::string run;
     Buckets buckets;
     /// The run at the last request.

@@ -38,7 +38,7 @@ Result<void> Sessions::load() {
   return {};
 }
 
-/// If the file cannot be written, the sessions remain in memory.
+/// Writes the list. If the file cannot be written, the sessions remain in memory.
 void Sessions::save() const {
   if (path_.empty()) return;
   std::vector<Session> list;

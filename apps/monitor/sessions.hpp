@@ -29,7 +29,7 @@ class Sessions {
     Duration begun{}, used{};
   };
   static constexpr Duration kLongest = std::chrono::hours(7 * 24), kLongestUnused = std::chrono::hours(12);
-  /// If there are more, the least recently used one ends.
+  /// Limit of sessions. If it is exceeded, the least recently used session ends.
   static constexpr std::size_t kMost = 256;
 
   /// Creates the list. If `path` is empty it is kept in memory only.
@@ -76,13 +76,13 @@ class Confirmations {
   std::map<std::string, Asked> asked_;
 };
 
-/// Limits the rate of tries per name (an address, a user): `most` at once, and `per_second` more per second. Usable
-/// from any thread.
+/// Limits the rate of attempts per name (of an address or a user): `most` attempts at once, and `per_second` more each
+/// second. Usable from any thread.
 class RateLimit {
  public:
   RateLimit(double most, double per_second, const Clock& clock) : most_(most), per_second_(per_second), clock_(clock) {}
 
-  /// Uses one try. Returns false if none remains.
+  /// Uses up one attempt. Returns false if none remains.
   [[nodiscard]] bool take(const std::string& name);
 
  private:

@@ -108,7 +108,7 @@ WebAnswer SiteAnswers::look(const WebRequest& request) {
     return {
         .type = "text/plain; version=0.0.4; charset=utf-8",
         .body = metrics_text(catalogue_.runs(), {.watchers = feed_.watchers(), .cache_bytes = runs_.cache_bytes()})};
-  // The page queries this of every monitor.
+  // The page requests this from every monitor, also from one without a site.
   if (path == kSite && site_ == nullptr) return {.body = "null"};
   if (is_below(path, kSite))
     return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");

@@ -59,10 +59,10 @@ struct NotifyRule {
   Occasion when{};
   /// Names of addresses, in order.
   std::vector<std::string> tell{};
-  /// alarm: time between addresses; silent: time before the first.
+  /// For an alarm: time between addresses. For a silent run or monitor: time before the first message.
   Duration after{};
   std::uint64_t free_bytes{};
-  /// silent: URL of another monitor; empty: the runs of this monitor.
+  /// For `silent`: URL of another monitor, or empty for the runs of this monitor.
   std::string monitor{};
   /// Includes runs on virtual rigs.
   bool simulated{};

@@ -94,7 +94,8 @@ std::optional<SiteOverview::Answered> SiteOverview::known(const std::string& nam
   return found == answers_.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// A store that does not answer blocks only one thread of the page, and not repeatedly.
+/// A store that does not answer blocks only one thread of the page. The failure is kept for a while, so the next
+/// request does not block again.
 WebAnswer SiteOverview::question(const std::string& name) {
   const auto is_fresh = [](const std::optional<Answered>& answered) {
     return answered && since_boot() - answered->at <= kFresh;

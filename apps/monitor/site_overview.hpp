@@ -19,14 +19,15 @@ class SiteOverview {
   /// Creates an overview. `site_file` contains the address of the store; empty if the site has none.
   SiteOverview(std::string name, std::string site_file) : name_(std::move(name)), site_file_(std::move(site_file)) {}
 
-  /// Answers GET /api/v1/site. `rest` is empty for rigs and questions, "/drift" for the answer to a question.
+  /// Answers GET /api/v1/site. `rest` is empty for the list of rigs and questions, or the name of a question for its
+  /// answer: "/drift".
   [[nodiscard]] WebAnswer answer(std::string_view rest);
 
  private:
   struct Answered {
     /// Answer or failure.
     WebAnswer answer;
-    /// Time since the start of this machine.
+    /// Time of the answer, measured since the start of this machine.
     Duration at{};
   };
   /// The last list of rigs from the store. Times are since the start of this machine.

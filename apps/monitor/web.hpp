@@ -56,10 +56,10 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body{};
   std::vector<std::pair<std::string, std::string>> headers{};
-  /// Replaces the body: sends pieces until it returns, or until `send` returns false. Returns false if the answer is
-  /// incomplete; the connection is then closed, so that the client detects it.
+  /// Replaces the body. The function sends pieces by `send` and stops if `send` returns false. It returns false if the
+  /// answer is incomplete; the connection is then closed, which shows the client that data is missing.
   std::function<bool(const Send& send)> stream{};
-  /// Size of the stream. 0: unknown; the stream ends with the connection.
+  /// Size of the stream; 0 if unknown.
   std::uint64_t stream_size{};
 };
 

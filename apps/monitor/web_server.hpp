@@ -42,7 +42,7 @@ class WebServer {
   [[nodiscard]] Result<int> bind();
   /// Serves until stop(), which any thread may call, even before serve().
   void serve();
-  /// Ends serve(), or makes it return at once when it is called.
+  /// Ends serve(). If serve() has not been called yet, that call returns immediately.
   void stop();
   [[nodiscard]] bool is_stopping() const;
 

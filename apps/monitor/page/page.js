@@ -35,7 +35,7 @@ function close_stream() {
 function open_stream() {
   close_stream();
   const run = page.run,
-    // Starting one second earlier sends the last sample at once.
+    // Starts one second earlier, so the monitor immediately sends the last sample.
     after = run.sample ? run.sample.slot : Math.max(-1, run.status.slot - 1);
   const source = (page.source = new EventSource(
     `/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event}`

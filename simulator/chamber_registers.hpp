@@ -47,7 +47,7 @@ struct SimulatedUnit {
   bool silent_exceptions{};
   /// Acknowledges and ignores function 16 outside the profile memory.
   bool ignores_blocks_elsewhere{};
-  /// Items that show their first sentinel while the unit is off.
+  /// Items that show their first sentinel value while the unit is off.
   std::vector<std::string> when_off;
 };
 

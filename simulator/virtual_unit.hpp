@@ -74,8 +74,8 @@ class VirtualAxis {
   double seconds_{};
 };
 
-/// The values that a unit reports in addition to its rates: its own temperature first, if it has one, then the other
-/// values.
+/// The values that a unit reports in addition to its rates: first the temperature of its own thermometer, if it has
+/// one, then the other values.
 class Housekeeping {
  public:
   /// Starts in equilibrium with the block and reads it once.

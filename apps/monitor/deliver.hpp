@@ -20,7 +20,7 @@ struct Letter {
 };
 
 /// Runs a program with `input` on its stdin and waits for its end. Fails with usage if it cannot be started, with
-/// refused if its exit code is not 0, or with timeout if it does not end in time; it is then killed.
+/// refused if its exit code is not 0, or with timeout if it does not end in time. In that case it is killed.
 [[nodiscard]] Result<void> run_program(const std::vector<std::string>& command, const std::string& input,
                                        Duration within);
 

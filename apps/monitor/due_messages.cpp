@@ -130,7 +130,7 @@ namespace {
 
 constexpr Duration kTryAgain = std::chrono::minutes(1);
 
-/// A matter found by a rule.
+/// A matter that a rule currently finds.
 struct Matter {
   std::string key;
   std::string subject;
@@ -139,7 +139,7 @@ struct Matter {
   std::optional<std::int64_t> alarm;
   /// Waiting time before the first address is notified.
   Duration wait{};
-  /// Addresses are notified one after another, `after` apart; otherwise all at once.
+  /// Addresses are notified one after another, `after` apart; otherwise all together.
   bool escalates{};
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Determines the messages that are due: compares the rules with the situation and with earlier messages. Pure except
-/// for the memory. The memory is stored in a file, so that after a restart no message is sent twice and escalations
-/// continue.
+/// for the memory. The memory is stored in a file: after a restart no message is sent twice, and escalations continue.
 #pragma once
 
 #include <cstdint>

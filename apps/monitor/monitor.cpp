@@ -39,8 +39,8 @@ constexpr bool kWatched = false;
 #endif
 
 /// Limits the resources that a flood of requests can use: the page ends before other programs suffer. The limit of the
-/// systemd unit is lower and counts used memory; this one counts allocated memory, including thread stacks. It does not
-/// apply under a sanitizer, which allocates terabytes.
+/// systemd unit is lower and applies to used memory; this limit applies to allocated memory, including thread stacks.
+/// It does not apply under a sanitizer, which allocates terabytes.
 void limit_itself() {
   constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 180;
   constexpr std::size_t kStack = 1024 * 1024;

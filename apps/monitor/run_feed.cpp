@@ -13,7 +13,7 @@
 namespace gyrotherm::monitor {
 namespace {
 
-/// Rows read at once.
+/// Largest number of rows per read.
 constexpr std::int64_t kAtOnce = 300;
 /// Rows of a run kept in memory.
 constexpr std::size_t kKept = 300;
@@ -187,7 +187,7 @@ std::string RunFeed::read_missed(const std::string& key, FeedPlace& place) const
   return text;
 }
 
-/// The rows are read without holding the mutex, so that a slow disk does not delay the watchers.
+/// Reads the rows without holding the mutex, because a slow disk must not delay the watchers.
 void RunFeed::read() {
   std::vector<std::string> keys;
   {

@@ -77,7 +77,8 @@ bool can_be_asked_for(const std::string& name) {
 }
 
 /// Returns the files of a closed record. The status file may come from any user with write access to the folder, so no
-/// path is taken from it. It only selects which existing files with names of parts belong to the record.
+/// path is taken from it. The status file only determines which of the existing files with names of parts belong to the
+/// record.
 std::vector<std::string> record_files_of(const FoundRun& run) {
   std::vector<std::string> files{run.path};
   const fs::path record(run.path);
@@ -123,7 +124,8 @@ WebAnswer files_answer(const FoundRun& run) {
 
 namespace {
 
-/// Returns the Content-Disposition (RFC 6266): an ASCII name for clients that do not support the second, exact one.
+/// Returns the Content-Disposition (RFC 6266) with two names: the exact one, and an ASCII one for clients that do not
+/// support it.
 std::string disposition_of(const std::string& name) {
   std::string plain;
   for (const char c : name) {

@@ -45,7 +45,8 @@ std::optional<double> number_of(const std::optional<Celsius>& temperature) {
 /// Returns whether the run has not ended: a program executes it, or it was left and is to be resumed.
 bool is_going_on(const FoundRun& run) { return run.is_running() || run.was_left(); }
 
-/// Runs that have a metric. The last values of a silent program are not current.
+/// Runs that have a metric. A program that does not answer has no current values, so some metrics are limited to
+/// answering programs.
 enum class Of { answering, going_on, all };
 
 bool has(Of of, const FoundRun& run) {
@@ -101,7 +102,7 @@ constexpr std::array kMetrics{
     Metric{"gyrotherm_run_chamber_air_celsius", "The chamber's air.", Of::answering,
            [](const FoundRun& run) { return number_of(run.status.chamber_air); }}};
 
-/// Returns the head of a metric. A metric with a name in _total is a counter.
+/// Returns the head of a metric. A metric whose name ends in _total is a counter.
 std::string head_of(std::string_view name, const char* help) {
   return fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", name, help, name.ends_with("_total") ? "counter" : "gauge");
 }

@@ -18,7 +18,8 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kFinestOverview = 16;  ///< slots
-/// Rows read at once. The record stays open during a read, and a program that wants to resume it must wait.
+/// Largest number of rows per read. The record stays open during a read, and a program that resumes the run must wait
+/// for it.
 constexpr std::int64_t kRowsAtOnce = 20'000;
 
 std::string quoted(const std::string& name) { return '"' + name + '"'; }

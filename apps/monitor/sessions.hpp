@@ -15,7 +15,7 @@
 namespace gyrotherm::monitor {
 
 /// Sessions of logged-in users. A session is identified by the SHA-256 of a random secret in the browser's cookie. The
-/// list is stored in a file (mode 0600), so that sessions survive a restart of the monitor. Usable from any thread.
+/// list is stored in a file (mode 0600), so sessions survive a restart of the monitor. Usable from any thread.
 class Sessions {
  public:
   struct Session {

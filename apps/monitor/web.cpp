@@ -10,7 +10,7 @@
 namespace gyrotherm::monitor {
 namespace {
 
-/// Returns whether a key occurs twice. JSON readers differ in the value that they use.
+/// Returns whether a key occurs twice. JSON readers differ in the value that they use in this case.
 bool has_a_key_twice(const std::string& body) {
   std::set<std::string> keys;
   bool twice = false;

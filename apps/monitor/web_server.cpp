@@ -33,7 +33,7 @@ using std::chrono_literals::operator""ms;
 constexpr std::size_t kThreads = 32;
 /// Connections waiting for a thread.
 constexpr int kMostWaiting = 32;
-/// Time for a head, from its first byte, and its body.
+/// Limit of the time from the first byte of a head to the end of the body.
 constexpr auto kHeadWithin = 1s;
 constexpr auto kWriteWithin = 5s;
 
@@ -144,7 +144,7 @@ class WebServer::Lines {
     return size > 0;
   }
 
-  /// Sends a refusal, without its body for HEAD. Returns false: the connection ends.
+  /// Sends a refusal; a refusal of a HEAD request has no body. Returns false, because the connection ends.
   static bool refuse(Connection& connection, const HeadRefusal& why, bool with_body = true) {
     auto answer = refusal(why.status, why.why);
     if (why.status == 405) answer.headers.emplace_back("Allow", "GET, POST");
@@ -192,7 +192,7 @@ class WebServer::Lines {
     return std::ranges::find(options.hosts, in_small_letters(host)) != options.hosts.end();
   }
 
-  /// Takes the address of the client from the proxy on this machine, which appends it.
+  /// Replaces the client's address by the one that the proxy on this machine has appended to the header.
   static void believe_proxy(WebRequest& request) {
     const auto chain = request.head.header("x-forwarded-for");
     const auto comma = chain.rfind(',');

@@ -99,7 +99,7 @@ std::vector<std::byte> StreamWriter::lead_in() const {
   return bytes;
 }
 
-/// Returns the reading of a field with whole counts, or whole fractions of an angle.
+/// Returns the reading of an integer field: pulses, or an angle in steps of the field's resolution.
 drivers::AxisReading StreamWriter::put_counts(double pulses, Axis& axis) {
   const double counts =
       axis.arcsec_per_unit != 0 ? pulses * axis.arcsec_per_pulse / axis.field.scale.of(axis.arcsec_per_unit) : pulses;

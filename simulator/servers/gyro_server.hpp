@@ -51,7 +51,7 @@ class StreamWriter {
     double arcsec_per_pulse{};
     /// Size of the field's unit of angle; 0 for plain pulses.
     double arcsec_per_unit{};
-    /// Sum of all increments: counts, or an angle in the field's unit for real numbers and rates.
+    /// Sum of all sent increments: integer counts, or for real numbers and rates an angle in the field's unit.
     std::int64_t counts{};
     double angle{};
   };

@@ -213,7 +213,7 @@ Conductivity at(const AffineConductivity& k, const BrickClass& brick, const Ther
 }
 
 /// Returns the sum of the conduction and capacity matrices of all bricks. `of_class` returns the values of a class. Two
-/// nodes have an entry if they share a brick with non-zero values. The result is symmetric to the last bit.
+/// nodes have an entry if a brick with non-zero values contains both. The result is symmetric to the last bit.
 template <class OfClass>
 SparseMatrix assemble_rows(const GyroMesh& mesh, OfClass of_class) {
   std::vector<BrickWeight> weights;

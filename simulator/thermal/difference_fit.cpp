@@ -10,7 +10,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// A tried value and its distance from the required difference.
+/// A tried parameter value, and the distance of its temperature difference from the required one.
 struct Trial {
   double value{};
   double error_k{};

@@ -38,7 +38,7 @@ struct Centre {
 
 Centre cabinet_centre(const GyroGeometry& g) { return {g.cabinet[0] / 2, g.cabinet[1] / 2, g.cabinet[2] / 2}; }
 
-/// Returns a box from its offsets from the centre.
+/// Returns the box with these offsets from the centre.
 Prism box(GyroPart part, const Centre& c, PlanRectangle uv, double w0, double w1) {
   return {part, to_outline({c.x + uv.x0, c.x + uv.x1, c.y + uv.y0, c.y + uv.y1}), c.z + w0, c.z + w1};
 }

@@ -72,7 +72,7 @@ struct BrickContents {
   double plan_share{};
   /// A vector across the face that cuts the brick; zero: none.
   std::array<double, 3> across{};
-  /// The brick is inside one box, or not cut at all.
+  /// The brick lies inside one box, or no face cuts it.
   bool whole = true;
 };
 
@@ -375,8 +375,8 @@ int direction_step(const std::array<double, 3>& across) {
   return 2 + static_cast<int>((turns + kAngles) % kAngles);
 }
 
-/// Rounds shares to whole steps. If the shares fill the brick, so do the steps. The small addend rounds shares on a
-/// rounding boundary in the same direction on both sides of the gyro.
+/// Rounds shares to whole steps. If the shares fill the brick, the rounded shares fill it too. The small addend rounds
+/// shares on a rounding boundary in the same direction on both sides of the gyro.
 Steps round_shares(const BrickContents& contents, bool fills) {
   Steps steps{};
   int sum = 0;
@@ -505,8 +505,8 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
 /// faces, which obstruct the heat flow near them. A smaller limit attaches film to almost empty bricks.
 constexpr double kLeastSolid = 0.25;
 
-/// Drops cut bricks below the limit. Their content goes to the fullest of the four level neighbours that remain.
-/// Volumes and plan areas keep their sums.
+/// Drops cut bricks whose solid share is below kLeastSolid. Their content goes to the fullest of the four level
+/// neighbours that remain. Volumes and plan areas keep their sums.
 void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
   const auto before = contents;
   const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= kLeastSolid; };

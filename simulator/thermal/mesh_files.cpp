@@ -39,7 +39,8 @@ class Writer {
   fmt::memory_buffer buffer_;
 };
 
-/// An element, numbered from 1 in the order of bricks. Elements are grouped by class, so that each class is one set.
+/// An element, numbered from 1 in the order of bricks. Elements are grouped by class, because each class becomes one
+/// element set.
 struct Element {
   std::size_t number;
   int i, j, k;

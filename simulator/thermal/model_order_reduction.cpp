@@ -77,12 +77,12 @@ std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<do
   return found;
 }
 
-/// Returns the candidates of the greedy choice.
+/// Returns the candidate points of the greedy choice.
 std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
   return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
 }
 
-/// Returns the points of the compression: the same region, finer.
+/// Returns the points of the compression: a finer grid over the same region.
 std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
   return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
 }
@@ -162,7 +162,7 @@ class Choice final {
   }
 
  private:
-  /// Returns the ratio of the next higher rate with a learned ratio, or of the highest such rate.
+  /// Returns the ratio learned at the next higher rate that has one, or at the highest such rate.
   [[nodiscard]] double k_per_residual(double rate_per_s) const {
     if (ratios_.empty()) return 1;
     const auto above = ratios_.lower_bound(rate_per_s);
@@ -242,7 +242,7 @@ Result<void> ModelOrderReduction::find_fields() {
     if (!missing) return failure(missing.error());
     const Eigen::MatrixXd outputs = system_.outputs * *missing;
     choice.learn(worst.point, worst.error_k.maxCoeff(), outputs.cwiseAbs().maxCoeff());
-    // The solution is dependent even at the worst point.
+    // Even at the worst point the solution adds no independent field.
     if (basis_.grow(std::move(*missing)) == 0) return {};
   }
 }
@@ -300,7 +300,7 @@ Eigen::MatrixXd principal_directions(const ReducedModel& rich, const std::vector
                                      const Loads& loads) {
   constexpr double kOutputShare = 1e-4;
   const auto grams = compute_grams(rich, points, loads);
-  // All but the constant field, the first state, which is kept.
+  // Only states after the first, which is the constant field and is always kept.
   const auto varying = rich.conduction.rows() - 1;
   const Eigen::MatrixXd answers = grams.loads.bottomRightCorner(varying, varying) / grams.loads.trace();
   const Eigen::MatrixXd outputs = grams.outputs.bottomRightCorner(varying, varying);

@@ -109,7 +109,7 @@ Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, 
       small.damped_step(step.from, step.to);
     else
       small.step(step.from, step.to);
-    // Start from the reduced model's change, so that only its error is solved for.
+    // Start from the reduced model's change. The solver then only corrects the error of that change.
     const auto done =
         damped ? full.damped_step(step.from, step.to) : full.step(step.from, step.to, reduced.basis * small.change());
     if (!done) return failure(done.error());
@@ -176,7 +176,7 @@ Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalIn
 }
 
 // Let A = C/h + K/2. The step is A d = B ū − K T and T⁺ = T + d, and K T = 2 A T − 2 C T/h. The change d is solved for,
-// so that the tolerance applies to the change and not to the level.
+// so the tolerance applies to the change and not to the level.
 Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalInputValues& to,
                                  const Eigen::VectorXd& guess_c) {
   assert(solver_);

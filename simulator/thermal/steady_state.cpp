@@ -79,8 +79,8 @@ class Rounds {
   }
 
  private:
-  /// Returns the air temperature for the next round: the found temperature, and from the second round on the
-  /// extrapolation of the last two rounds (Steffensen's method for a fixed point).
+  /// Returns the air temperature for the next round: the temperature that this round has found, or from the second
+  /// round on the extrapolation of the last two rounds (Steffensen's method for a fixed point).
   double next_air_c(double found_c) {
     double next_c = found_c;
     if (last_) {

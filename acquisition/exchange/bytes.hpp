@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads the bytes of a file of any size, one piece in memory at a time. Unpacks a gzip file while reading it.
+/// Reads the bytes of a file of any size, and holds only one piece in memory at a time. Unpacks a gzip file while
+/// reading it.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,8 @@
 
 namespace gyrotherm::exchange {
 
-/// Unpacks a gzip file (RFC 1952) sequentially with zlib. Consecutive members form one content. Holds only one piece of
-/// the content in memory.
+/// Unpacks a gzip file (RFC 1952) sequentially with zlib. The contents of consecutive members are concatenated. Holds
+/// only one piece of the content in memory.
 class Gunzip {
  public:
   /// Takes an open descriptor at the start of the file. The descriptor must outlive this object. `name` is the file's
@@ -25,8 +26,8 @@ class Gunzip {
   Gunzip(Gunzip&&) noexcept;
   Gunzip& operator=(Gunzip&&) noexcept;
 
-  /// Writes up to `room` bytes of content to `to` and returns their number; 0 at the end. Fails with bad_file and the
-  /// position in the packed file if the file cannot be read, is damaged or ends too early.
+  /// Writes up to `capacity` bytes of content to `to` and returns their number; 0 at the end. Fails with bad_file and
+  /// the position in the packed file if the file cannot be read, is damaged or ends too early.
   [[nodiscard]] Result<std::size_t> read(char* to, std::size_t capacity);
 
  private:
@@ -47,8 +48,8 @@ class Bytes {
   [[nodiscard]] Result<std::string_view> ahead(std::size_t count);
   /// Advances by `count` bytes, which ahead() must have returned.
   void pass(std::size_t count);
-  /// Returns to an earlier position `to`. Unpacks a gzip file again from its start. Fails with bad_file if the file
-  /// cannot be read.
+  /// Moves back to the earlier position `to`. For a gzip file, unpacks it again from its start. Fails with bad_file if
+  /// the file cannot be read.
   [[nodiscard]] Result<void> go_back(std::uint64_t to);
 
   /// Returns the present position in bytes.

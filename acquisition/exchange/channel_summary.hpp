@@ -39,10 +39,10 @@ class ChannelTally {
   /// Makes push() fail at a number that is impossible for its channel.
   void refuse_impossible() { refuses_impossible_ = true; }
 
-  /// Takes the numbers of a row and replaces those outside the valid ranges of the map by NaN. Fails with bad_file,
-  /// without a position, at a number that becomes infinite with the map's scale. After refuse_impossible(), also fails
-  /// at a temperature below absolute zero or above 5000 °C, a rate over 10⁸ °/h, and a number of 10³⁰ or more, which
-  /// instruments send for an overload.
+  /// Adds the numbers of a row, and replaces each number outside the valid range of its column by NaN. Fails with
+  /// bad_file, without a position, at a number that becomes infinite with the map's scale. After refuse_impossible(),
+  /// also fails at a temperature below absolute zero or above 5000 °C, a rate over 10⁸ °/h, and a number of 10³⁰ or
+  /// more, which instruments send for an overload.
   [[nodiscard]] Result<void> push(std::span<double> numbers);
 
   /// Returns the summaries of the channels so far. `missing` has the texts that the reader treated as missing.
@@ -50,8 +50,8 @@ class ChannelTally {
 
   /// Adds notes for users: channels without a value or with a constant value, channels with most values missing, and
   /// outliers far from all other values. Fails with bad_file if a model would be trained with invalid data: an axis
-  /// without a value, a temperature that sensors send instead of a reading ("-127"), or one more than 40 K from all but
-  /// a few others.
+  /// without a value, a temperature that sensors send instead of a reading ("-127"), or a temperature more than 40 K
+  /// from all but a few others.
   [[nodiscard]] Result<void> judge(const std::string& file, const std::vector<MissingTexts>& missing,
                                    Notes& notes) const;
 

@@ -15,8 +15,8 @@
 
 namespace gyrotherm::exchange {
 
-/// The limits of a reader. A step lasts from one call of its function `step` to the next: it opens the file or reads a
-/// part of one column. Files may be larger than any of these limits.
+/// The limits of a reader. A reader calls its function `step` at the start of each step, which opens the file or reads
+/// a part of one column. The limits do not bound the size of the file.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;
   std::chrono::seconds processor_time{10};     ///< for one step
@@ -28,8 +28,8 @@ using ReadInSteps = std::function<Result<void>(const TakeRow& take, const std::f
 
 /// Runs `read` for the file at `path` in a confined child process (core/child_process.hpp) and passes its rows to
 /// `take`. Adds the position of the row to a fault of `take` that has none. Fails as `read` and `take` do. Fails with
-/// bad_file, naming `library`, if the child crashed, exceeded its limits, wrote a file, sent nothing for too long, or
-/// sent anything other than rows. Fails with storage if no child process can be started.
+/// bad_file, naming `library`, if the child crashed, exceeded a limit, wrote a file, or sent anything other than rows.
+/// Fails with storage if no child process can be started.
 [[nodiscard]] Result<void> read_confined(const std::string& path, const std::string& library, std::size_t columns,
                                          const ReadInSteps& read, const TakeRow& take,
                                          const ReadingLimits& limits = {});

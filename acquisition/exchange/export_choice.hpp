@@ -15,14 +15,15 @@ namespace gyrotherm::exchange {
 
 /// Selects rows of a record.
 struct ExportChoice {
-  /// The first and last moment since the start, both included. Nothing selects up to that end of the record.
+  /// The first and last time to export, since the start of the run, both inclusive. If one is not set, the selection
+  /// extends to that end of the record.
   std::optional<Duration> from{}, to{};
   /// The length of the stretches over which means are taken. 0 selects every row.
   Duration every{};
 };
 
 /// Parses a moment of a run: a time since its start ("2 h 30 min") or, if the record knows UTC, a time of the calendar
-/// with its zone ("2026-03-01T12:00:00Z"). `option` names it in a fault. Fails with usage.
+/// with its zone ("2026-03-01T12:00:00Z"). `option` is the name of the option in a fault. Fails with usage.
 [[nodiscard]] Result<Duration> parse_moment(const std::string& text, const record::RunInfo& info,
                                             const std::string& option);
 
@@ -30,9 +31,9 @@ struct ExportChoice {
 [[nodiscard]] Result<void> check_choice(const ExportChoice& choice, const record::RunInfo& info);
 
 /// Returns the chosen rows; the record itself if every row is chosen. Stretches are counted from the start of the run.
-/// The row of a stretch has the time and the profile position of its first row, the means of temperatures, rates and
-/// values, and the sums of pulses and intervals. An axis with a missing second has no sum. Events and gaps remain
-/// unchanged.
+/// The row of a stretch has the time and the profile position of the first row in the stretch, the means of
+/// temperatures, rates and values, and the sums of pulses and intervals. The sum of an axis is missing if its pulses
+/// are missing in any second that has an interval. Events and gaps remain unchanged.
 [[nodiscard]] record::Record chosen_rows(record::Record record, const ExportChoice& choice);
 
 /// Returns the calibrated temperatures of a thermometer in °C; NaN if there was no reading.

@@ -17,7 +17,7 @@ namespace gyrotherm::exchange {
 
 /// One row of a file of another program.
 struct ForeignRow {
-  /// The time since the first row; in a log, since its machine started.
+  /// The time since the first row; in a log, the time since the logging machine started.
   Duration time{};
   /// UTC, if the file has it.
   std::optional<Duration> utc{};

@@ -15,32 +15,33 @@ namespace gyrotherm::exchange {
 /// The longest time between two rows of a foreign file that a record can have: ten years.
 inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);
 
-/// A time counted in units from the file's own reference instant. Its range is wider than that of a Duration. It is
-/// exact, unlike a double: nanoseconds since 1970 in a double have a resolution of 256 ns, and a difference has both
-/// errors.
+/// A time since the file's own reference instant, with a wider range than Duration. Unlike a double it is exact: a
+/// double that counts nanoseconds since 1970 has a resolution of 256 ns, and a difference of two such times has the
+/// errors of both.
 struct CountedTime {
   std::int64_t seconds{};
   Duration part{};  ///< fraction of the next second
   bool operator==(const CountedTime&) const = default;
 };
 
-/// Returns a number of units as a time. A time outside the range becomes its limit, which no record can have.
+/// Returns a number of units as a time. A time outside the range of CountedTime becomes the nearest limit, which is
+/// outside the range of a record.
 [[nodiscard]] CountedTime counted_time(std::int64_t number, Duration unit);
 [[nodiscard]] CountedTime counted_time(double number, Duration unit);
 
-/// Parses a number with a decimal point, to the nearest nanosecond. Accepts the texts that record::number_in() does and
-/// returns nothing for any other.
+/// Parses a number with a decimal point, in multiples of `unit`, to the nearest nanosecond. Accepts the same texts as
+/// record::number_in(), and returns nothing for any other text.
 [[nodiscard]] std::optional<CountedTime> parse_counted_time(std::string_view text, Duration unit);
 
-/// Returns the time from the first to the second. Returns nothing if its magnitude exceeds kLongestForeignTime.
+/// Returns the duration from `first` to `second`. Returns nothing if its magnitude exceeds kLongestForeignTime.
 [[nodiscard]] std::optional<Duration> between(const CountedTime& first, const CountedTime& second);
 
-/// Returns the UTC of a time since 1970, or nothing if no record can have it.
+/// Converts a time since 1970 to UTC. Returns nothing if it is outside the range of a record.
 [[nodiscard]] std::optional<Duration> to_utc(const CountedTime& since_1970);
 
 [[nodiscard]] CountedTime operator+(const CountedTime& a, const CountedTime& b);
 
-/// A calendar time, as a clock of a time zone shows it.
+/// A calendar time, as a clock in some time zone shows it.
 struct CivilTime {
   /// Time since 1970-01-01T00:00 on that clock.
   Duration reading{};
@@ -52,10 +53,10 @@ struct CivilTime {
 /// for any other text and for a time outside 1970 to 2116.
 [[nodiscard]] std::optional<CivilTime> parse_civil_time(std::string_view text);
 
-/// Parses a zone alone: "Z", "+01:00", "-0330", "+01". Returns nothing for any other text.
+/// Parses a text that is only a zone: "Z", "+01:00", "-0330", "+01". Returns nothing for any other text.
 [[nodiscard]] std::optional<Duration> parse_zone(std::string_view text);
 
-/// The calendar of days before 1582-10-15.
+/// The calendar for dates before 1582-10-15.
 enum class EarlyDays { julian, gregorian };
 
 /// Parses the instant after "seconds since" in a NetCDF file, as UDUNITS does: "2026-03-01 12:00:00.5 -6:00",
@@ -72,10 +73,11 @@ enum class DateOrder { year_first, day_first, month_first };
 /// Returns nothing for any other text and for a time outside 1970 to 2116.
 [[nodiscard]] std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order);
 
-/// Parses a time of day alone: "08:00:10.5", "8:00:10 PM", "080010", "08h00". Returns nothing for any other text.
+/// Parses a text that is only a time of day: "08:00:10.5", "8:00:10 PM", "080010", "08h00". Returns nothing for any
+/// other text.
 [[nodiscard]] std::optional<Duration> parse_clock(std::string_view text);
 
-/// Returns true if the text looks like a date or a time of day to a reader, even if no function here can parse it.
+/// Returns true if a person would read the text as a date or a time of day, even if no function here can parse it.
 [[nodiscard]] bool looks_like_time(std::string_view text);
 
 }  // namespace gyrotherm::exchange

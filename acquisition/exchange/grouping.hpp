@@ -17,7 +17,7 @@
 
 namespace gyrotherm::exchange {
 
-/// Returns the usual step between neighbours, which is their median; 0 if there are no neighbours.
+/// Returns the median step between consecutive numbers; 0 if there are fewer than two numbers.
 template <class T>
 [[nodiscard]] T usual_step(const std::vector<T>& numbers) {
   std::vector<T> steps;
@@ -28,7 +28,7 @@ template <class T>
   return *middle;
 }
 
-/// The number of usual steps after which a time without a row is a gap, in a record with times of its own.
+/// The longest time without a row that is not a gap, in usual steps. It applies to a record with times of its own.
 inline constexpr int kUsualStepsOfASilence = 10;
 
 /// A row for the record.
@@ -46,16 +46,16 @@ struct ImportedRow {
 };
 using TakeImported = std::function<Result<void>(const ImportedRow& row)>;
 
-/// Checks that rows are in order of time, and determines the interval of each. This is the interval of the map or, for
-/// rows with times of their own, the usual spacing for a rate and the time since the row before for an increment (the
-/// usual spacing for the first row). The usual spacing is the median of the first 65,535 rows (fewer if they have many
-/// columns), which are held back until it is known.
+/// Checks that rows are in order of time, and determines the interval of each row. If the map has an interval, each row
+/// has it. Otherwise the interval of a rate is the usual spacing, and the interval of an increment is the time since
+/// the row before; in the first row both are the usual spacing. The usual spacing is the median over the first 65,536
+/// rows (fewer if they have many columns). These rows are held back until it is known.
 class Spacing {
  public:
   Spacing(const ImportMap& map, TakeImported take) : map_(map), take_(std::move(take)), usual_(map.interval) {}
 
   /// Fails with bad_file, without a position, if the time does not increase. Equal times are allowed if rows are
-  /// combined. Fails also as `take` does.
+  /// combined. Fails as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
   /// Passes on the rows that are held back.
   [[nodiscard]] Result<void> finish();
@@ -80,7 +80,7 @@ class Grouping {
  public:
   Grouping(const ImportMap& map, TakeImported take);
 
-  /// Adds a row. Rows may be late by one stretch, those of a log by 5 s. Fails as Spacing::push() does for a later row.
+  /// Adds a row. A row may be late by one stretch, or in a log by 5 s. If it is later, fails as Spacing::push() does.
   [[nodiscard]] Result<void> push(const ImportedRow& row);
   [[nodiscard]] Result<void> finish();
   [[nodiscard]] std::size_t left_out() const { return left_out_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Detects the format of a file of another program, and drafts an import map for it that users correct.
+/// Detects the format of a file of another program, and drafts an import map that users can correct.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@
 namespace gyrotherm::exchange {
 
 /// Detects the format of a file from its first bytes, without advancing. Returns FileFormat::text for an unknown one.
-/// Fails with bad_file if the file cannot be read, or has a known format that is not supported; the fault explains the
-/// conversion.
+/// Fails with bad_file if the file cannot be read or has a known format that is not supported. In the second case the
+/// fault explains how to convert the file.
 [[nodiscard]] Result<FileFormat> detect_format(Bytes& bytes);
 
 /// Returns the text of a draft map, detected from the names of a file's columns and from the first rows of a table: the

@@ -18,9 +18,9 @@
 
 namespace gyrotherm::exchange {
 
-/// Reads a file of another program of any format according to its map. Passes on the rows of the record: in order of
-/// time, with intervals, and combined if required. Memory use does not depend on the file size. Notes describe skipped
-/// content. Fails with bad_file, and as `take` does.
+/// Reads a file of another program, in any format, according to its map. Passes on the rows of the record: in order of
+/// time, with intervals, and combined if the map requires it. The memory used does not depend on the size of the file.
+/// The notes describe skipped content. Fails with bad_file, and as `take` does.
 [[nodiscard]] Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take);
 
 /// Does the same for a text in memory, called `name` in faults. NetCDF is not supported, because a library reads it.
@@ -46,12 +46,13 @@ struct ImportSummary {
 };
 
 /// Imports the file at `path` as a finished record at `record_path`, according to the map at `map_path`. Each row keeps
-/// its own time, also in UTC if the file has it; its slot is its number from 0. There are no segments and no cycles.
-/// Events of the last row report gaps (spacings longer than 10 times the usual one or, for combined rows, stretches
-/// without rows), skipped content, and the values of each channel. The import continues while `may_continue` returns
-/// true, which it calls for each row. `utc` is the time of the import. Fails with bad_file (`file:line:column: what,
+/// its time, and its UTC if the file has it. The slot of a row is its number, counted from 0. There are no segments and
+/// no cycles. Events of the last row report gaps (spacings longer than 10 times the usual one or, for combined rows,
+/// stretches without rows), skipped content, and the values of each channel. The import calls `may_continue` for each
+/// row and ends if it returns false. `utc` is the time of the import. Fails with bad_file (`file:line:column: what,
 /// what was expected`), also if the values or another time column show that the map does not fit the file. Fails with
-/// storage (the record exists) or interrupted. After a failure no record remains.
+/// storage if the record exists, and with interrupted if `may_continue` returned false. After a failure no record
+/// remains.
 [[nodiscard]] Result<ImportSummary> import_record(
     const std::string& path, const std::string& map_path, const std::string& record_path,
     const std::string& program_version, const std::function<bool()>& may_continue = [] { return true; },

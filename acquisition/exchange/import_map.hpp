@@ -25,22 +25,22 @@ enum class FileFormat { text, ulog, dataflash, netcdf };
 [[nodiscard]] const char* name(FileFormat format);
 
 /// A column, given by its name in the header (outer blanks are ignored) or by its number from 1 in a text table. The
-/// number is used if it is not 0 and either the name is empty or the table has no header. A column of a log has the
-/// name of its message: "sensor_gyro.x", "sensor_gyro[1].x", "IMU.GyrX".
+/// number is used if it is not 0 and either the name is empty or the table has no header. The name of a log column
+/// includes its message: "sensor_gyro.x", "sensor_gyro[1].x", "IMU.GyrX".
 struct ColumnName {
   std::string name{};
   std::size_t number{};
 };
 
-/// Returns the column for messages: its name, or "column 3".
+/// Returns the column as messages to users name it: its name, or "column 3".
 [[nodiscard]] std::string in_words(const ColumnName& column);
 
 /// The notation of a row's time: a number of units, ISO 8601, a date with a time of day in a local notation, or only a
 /// time of day.
 enum class TimeForm { number, civil, date, clock };
 
-/// Treatment of a row whose time is not after the row before: refuse the file, leave the row out, or continue after the
-/// row before as if the clock had been set back.
+/// The treatment of a row that is not later than the row before: refuse the file, leave the row out, or shift the row
+/// and all rows after it, as if the clock had been set back.
 enum class OutOfOrder { refuse, skip, shift };
 
 /// The range of valid values of a column, in the numbers of the file. Other values count as missing.
@@ -63,18 +63,20 @@ struct ImportMap {
   std::vector<std::string> missing;
   bool header = true;
   std::size_t preamble{};  ///< lines before the header
-  /// Lines after the header (or from the start) that are not rows. Includes empty lines and excludes comments.
+  /// The number of lines between the header (or the start of the file) and the first row. Empty lines count; comments
+  /// do not.
   std::size_t skip{};
   char thousands{};  ///< separator of thousands; 0: none
   /// Texts that may follow a number: "°C".
   std::vector<std::string> cell_units;
-  /// Counts unreadable lines instead of failing.
+  /// The reader counts unreadable lines instead of failing.
   bool leaves_out_damaged = false;
 
-  /// The source of a row's time: a column in units of `time_unit` (counted from `since` if it is known) or with a
-  /// calendar time in `zone` (unless its text names a zone), or a fixed `interval` per row.
+  /// The column with a row's time; nothing if rows have a fixed `interval`. The column is either a number in units of
+  /// `time_unit`, counted from `since` if that is known, or a calendar time. The calendar time is in `zone` unless its
+  /// text names another zone.
   std::optional<ColumnName> time;
-  /// The units of a NetCDF or HDF5 time if the file has none; empty if the file has them.
+  /// The units of the time in a NetCDF or HDF5 file that does not state them; empty otherwise.
   std::string file_units{};
   TimeForm time_form{};
   Duration time_unit{};
@@ -90,9 +92,9 @@ struct ImportMap {
   std::optional<CountedTime> wrap{};
   Duration interval{};
 
-  /// No other column with dates is compared with the time.
+  /// Other columns with dates are not compared with the time.
   bool ignores_other_clocks = false;
-  /// The length of the stretches in which rows are combined; 0 if they are not.
+  /// The length of the stretches in which rows are combined; 0 if rows are not combined.
   Duration every{};
   OutOfOrder out_of_order{};
 
@@ -110,13 +112,13 @@ struct ImportMap {
   /// scale is in °/h per unit for a rate, and in arcsec per unit for pulse_count (increments). All axes are of the same
   /// kind.
   std::vector<record::UnitInfo> units;
-  /// The columns of all units' axes, in order, and their valid ranges, which may be fewer.
+  /// The columns of all units' axes, in order, and their valid ranges. The second list may be shorter.
   std::vector<ColumnName> axis_columns;
   std::vector<std::optional<ValidRange>> axis_valid;
   /// The columns of all units' values, in order.
   std::vector<ScaledColumn> value_columns;
 
-  /// Returns whether the axes have increments, which are added when rows are combined, and not rates.
+  /// Returns true if the axes have increments, which are summed when rows are combined; false if they have rates.
   [[nodiscard]] bool counts_increments() const;
   /// Returns all columns of a row except the time: thermometers, axes, values, in this order.
   [[nodiscard]] std::vector<ColumnName> columns() const;
@@ -130,8 +132,9 @@ struct ImportMap {
 /// Reads a map from a file. Fails also if the file cannot be read.
 [[nodiscard]] Result<ImportMap> load_import_map(const std::string& path);
 
-/// Returns the channels of a map, all of them read by `instrument`. A thermometer belongs to the only unit of the file.
-/// If there are several units, it belongs to the one that names it, or to all of them if none or several do.
+/// Returns the channels of a map, all of them read by `instrument`. If the file has one unit, all thermometers belong
+/// to it. If it has several, a thermometer belongs to the unit that names it, or to all units if none or more than one
+/// names it.
 [[nodiscard]] std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument);
 
 /// Describes columns of a map that a file does not have, and the alternatives: "no column "w", expected one of: "t",

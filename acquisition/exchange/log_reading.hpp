@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The part that the readers of ULog and DataFlash share. A column of an autopilot's log is a number in messages of one
-/// kind; this part makes rows of messages of several kinds.
+/// The code that the readers of ULog and DataFlash share. A column of an autopilot's log is a number in messages of one
+/// kind. This code converts messages of several kinds to rows.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace gyrotherm::exchange {
 
-/// A field of a message. A log may have several series of a message, one for each sensor.
+/// A field of a message. A log may have several series of the same message, one per sensor (`instance`).
 struct LogColumn {
   std::string message;
   unsigned instance{};
@@ -31,12 +31,13 @@ struct LogColumn {
 /// The type of a number in a message. The least significant byte comes first.
 enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float16, float32, float64 };
 [[nodiscard]] std::size_t size_of(NumberType type);
-/// Returns the number at a byte of a message, which must hold all its bytes. Returns NaN for an infinite number.
+/// Returns the number at byte `offset` of a message, which must contain all bytes of the number. Returns NaN for an
+/// infinite number.
 [[nodiscard]] double number_at(std::string_view message, std::size_t offset, NumberType type);
 [[nodiscard]] std::uint64_t whole_number_at(std::string_view message, std::size_t offset, std::size_t bytes);
 
-/// Describes columns that a log does not have, and the alternatives: the fields of their messages, or else the
-/// messages.
+/// Describes columns that a log does not have, and the alternatives: the fields of the same messages or, if there are
+/// none, the names of all messages.
 [[nodiscard]] std::string describe_missing_log_columns(const std::vector<LogColumn>& missing,
                                                        const std::vector<LogColumn>& there);
 
@@ -63,8 +64,8 @@ struct LogSeries {
 /// Extracts the columns of a map from messages.
 class LogReading {
  public:
-  /// Creates a reading for a map. Without a map it selects no columns and can only list those of the log. A name that
-  /// is not that of a log column is never found.
+  /// Creates a reader for a map. Without a map, it extracts nothing and only lists the columns of the log. A column
+  /// name in the map that is not of the form MESSAGE.FIELD matches nothing, and finish() reports it as missing.
   explicit LogReading(const ImportMap* map = nullptr, const TakeRow* take = nullptr);
 
   /// Adds a series and returns its index. Fails with bad_file if there are more series than a log can have.
@@ -73,10 +74,10 @@ class LogReading {
   /// damaged. `at` is its position in faults.
   [[nodiscard]] Result<void> take(std::size_t series, std::string_view message, const std::string& file,
                                   std::uint64_t at);
-  /// Fails with bad_file if a column of the map or a message with one was never found.
+  /// Fails with bad_file if the log lacks a column of the map, or has no usable message with such columns.
   [[nodiscard]] Result<void> finish(const std::string& file) const;
 
-  /// Returns whether the map has a column of such messages.
+  /// Returns whether the map has a column of messages with this name.
   [[nodiscard]] bool wants(std::string_view message) const;
   [[nodiscard]] const std::vector<LogColumn>& there() const { return there_; }
   /// Returns the columns of series with at least one message.

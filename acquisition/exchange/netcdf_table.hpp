@@ -12,19 +12,19 @@
 
 namespace gyrotherm::exchange {
 
-/// Passes on a row for each value of the time variable. Its units are a unit of time, or one since an instant ("hours
-/// since 2026-03-01 12:00", in the standard calendar, in UTC unless it names a zone). The map gives the units of a
-/// variable without any.
+/// Passes on a row for each value of the time variable. Its attribute `units` is a unit of time, with or without a
+/// reference instant ("hours since 2026-03-01 12:00", in the standard calendar, in UTC unless it names a zone). If the
+/// variable has no units, the map supplies them.
 /// Columns are variables along only this dimension; a second dimension of length 1 is allowed, because MATLAB writes
 /// it. `scale_factor`, `add_offset`, `_FillValue` and `missing_value` are applied as CF defines them.
 /// The library reads in a child process with limits (confined_rows.hpp). Fails with bad_file if the file has another
-/// format, lacks a variable (the fault lists the existing ones), or cannot be read within the limits. Fails also as
-/// `take` does.
+/// format, lacks a variable (the fault lists the existing ones), or cannot be read within the limits. Fails as `take`
+/// does.
 [[nodiscard]] Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,
                                        const ReadingLimits& limits = {});
 
 /// Returns whether a file with this beginning is NetCDF: classic, or HDF5, which netCDF-4 and MATLAB 7.3 write. MATLAB
-/// puts a block of 512 bytes before it.
+/// writes a 512-byte block before the HDF5 content.
 [[nodiscard]] bool is_netcdf(std::string_view beginning);
 
 }  // namespace gyrotherm::exchange

@@ -15,16 +15,17 @@
 
 namespace gyrotherm::exchange {
 
-/// Sets the time since the first row in each row, and UTC if it is known. Faults have no position.
+/// Sets the time of each row since the first row, and its UTC if that is known. The faults have no position.
 class RowClock {
  public:
   explicit RowClock(const ImportMap& map) : map_(map) {}
 
-  /// Takes the time from a number of the map's units, and from the `week` of GPS if the map has one. Continues when the
-  /// counter wraps. Fails with bad_file more than ten years after the first row, or if UTC is outside 1970 to 2116.
+  /// Takes the time from a number in the map's unit, and from the GPS `week` if the map has one. The time continues to
+  /// increase when the counter wraps. Fails with bad_file if the time is more than ten years after the first row, or if
+  /// UTC is outside 1970 to 2116.
   [[nodiscard]] Result<void> read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row);
-  /// Takes the time from a date with its time of day, or from two separate texts. Fails with bad_file if the texts are
-  /// not a time, or if neither they nor the map name a zone.
+  /// Takes the time from a date and a time of day, in one text or in two. Fails with bad_file if the texts are not a
+  /// time, or if neither the texts nor the map name a zone.
   [[nodiscard]] Result<void> read_date(std::string_view date, std::string_view clock, ForeignRow& row);
   /// Takes the time from a time of day, which restarts at midnight. Fails with bad_file if the text is not a time of
   /// day.
@@ -40,8 +41,8 @@ class RowClock {
   Duration days_{};
 };
 
-/// Columns with dates or times of day that the map does not name. They verify the map's time: a table has the same
-/// duration by all of its clocks.
+/// Columns with dates or times of day that the map does not name. They are used to check the map's time: all clocks of
+/// a table must show the same duration.
 class OtherClocks {
  public:
   struct Clock {

@@ -13,7 +13,8 @@
 
 namespace gyrotherm::exchange {
 
-/// Returns the fault of a row whose time is `back` before the row before it, with the key of the map that helps.
+/// Returns the fault for a row that is earlier than the row before it by `back`. The fault names the map key that can
+/// help.
 [[nodiscard]] Fault out_of_order(const ImportMap& map, Duration back, std::optional<Duration> utc);
 
 /// Orders the rows of one file.
@@ -24,10 +25,10 @@ class RowOrder {
   /// Passes rows on in order of time. Rows with equal times are in order only if the map combines rows. A row out of
   /// order is treated as the map requires:
   /// - refuse: fails with bad_file, without a position, at the first such row.
-  /// - skip: leaves out the smallest number of 33 consecutive rows that puts the others in order. Adds their increments
-  ///   to the next row.
-  /// - continue: moves the row and all rows after it, so that it follows the row before at the last spacing.
-  /// Fails also as `take` does.
+  /// - skip: leaves out as few of 33 consecutive rows as possible so that the others are in order. Adds the increments
+  ///   of rows left out to the next row.
+  /// - continue: delays the row and all rows after it. The row then follows the row before at the last spacing.
+  /// Fails as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
   [[nodiscard]] Result<void> finish();
   /// Adds notes about rows that were left out or moved.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Passes rows from the thread that reads a file to a thread that writes them, so that both work at the same time. The
-/// number of rows in between is bounded, and the faster thread waits.
+/// Passes rows from the thread that reads a file to a thread that writes them. Both work at the same time. The queue
+/// between them is bounded, and the faster thread waits for the slower one.
 #pragma once
 
 #include <condition_variable>
@@ -19,7 +19,7 @@ class RowPipe {
  public:
   /// Starts the thread, which calls `write` with each row, in order.
   explicit RowPipe(TakeImported write);
-  /// Drops the rows that are not written yet.
+  /// Drops the rows that have not been written.
   ~RowPipe();
   RowPipe(const RowPipe&) = delete;
   RowPipe& operator=(const RowPipe&) = delete;

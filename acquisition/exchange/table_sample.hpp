@@ -19,7 +19,7 @@ namespace gyrotherm::exchange {
 struct TableSample {
   std::string comment{};
   char separator = ',';
-  bool header = true;      ///< its column names are usable
+  bool header = true;      ///< the column names are usable
   std::size_t preamble{};  ///< lines before the header
   std::size_t skip{};      ///< other lines before the first row
   NumberStyle style{};
@@ -36,7 +36,7 @@ struct TableSample {
   std::size_t damaged{};
   std::size_t first_damaged{};
 
-  /// Returns the numbers of a column, or none if fewer than half of its fields are numbers.
+  /// Returns the numbers of a column. Returns an empty vector if fewer than half of its fields are numbers.
   [[nodiscard]] std::vector<double> column_numbers(std::size_t column) const;
   [[nodiscard]] std::optional<double> number_in_field(const std::string& field) const;
   /// Returns true if a map must refer to a column by its number: its name is empty or not unique.

@@ -19,9 +19,9 @@ enum class Encoding { utf8, utf16_little, utf16_big };
 /// Iterates over the lines of a text file.
 class TextLines {
  public:
-  /// Detects the encoding by a byte order mark; without one it is UTF-8. Lines that begin with `comment` are ignored;
-  /// an empty `comment` matches none. Fails as Bytes::ahead() does, and with bad_file if a text without a mark has NUL
-  /// bytes at its beginning.
+  /// Detects the encoding by a byte order mark. A text without one is UTF-8. Lines that begin with `comment` are
+  /// ignored; an empty `comment` matches none. Fails as Bytes::ahead() does, and with bad_file if a text without a mark
+  /// has NUL bytes at its beginning.
   [[nodiscard]] static Result<TextLines> open(Bytes bytes, std::string comment);
 
   /// Advances to the next line that is neither empty nor a comment. Also ignores a first line "sep=;", which
@@ -29,7 +29,7 @@ class TextLines {
   /// with LF or CRLF. Fails with bad_file and the position if a line has more than record::kLongestLine bytes or
   /// contains a CR.
   [[nodiscard]] Result<bool> next();
-  /// Skips the next line that is not a comment, whatever its content. Returns false at the end.
+  /// Skips the next line that is not a comment, even an empty one. Returns false at the end.
   [[nodiscard]] Result<bool> pass();
   /// Skips the next line, even a comment. Returns false at the end.
   [[nodiscard]] Result<bool> pass_any();
@@ -61,7 +61,7 @@ class TextLines {
   Encoding encoding_{};
   std::string_view line_{};
   std::string decoded_{};
-  /// The size of the present line in bytes, including its end.
+  /// The bytes of the present line to skip, including its end.
   std::size_t to_pass_{};
   /// `line_` is the beginning of a longer line.
   bool cut_short_ = false;

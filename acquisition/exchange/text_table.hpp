@@ -19,9 +19,9 @@ struct NumberStyle {
   char thousands = 0;                ///< 0: none
   std::vector<std::string> units{};  ///< allowed after a number
 
-  /// Returns the number in the notation of record::number_in(): with a decimal point, without separators of thousands,
+  /// Returns the number in the notation of record::number_in(): with a decimal point, without thousands separators,
   /// with "-" for U+2212, and without its unit. Returns the text itself if it already has this form. Returns an empty
-  /// text if it cannot be a number, for example with a separator of thousands at a wrong position. The view is valid
+  /// text if it cannot be a number, for example if a thousands separator is at a wrong position. The view is valid
   /// until `changed` changes.
   [[nodiscard]] std::string_view normalised(std::string_view text, std::string& changed) const;
 };
@@ -29,7 +29,7 @@ struct NumberStyle {
 /// U+2212 and the en dash, which spreadsheets write as a minus sign.
 inline constexpr std::string_view kMinusSign = "\xE2\x88\x92", kEnDash = "\xE2\x80\x93";
 
-/// Returns whether the separators of thousands divide the number into groups of three digits: "1,234,567.8".
+/// Returns whether the thousands separators divide the number into groups of three digits: "1,234,567.8".
 [[nodiscard]] bool has_good_thousands(std::string_view number, char thousands, char decimal);
 
 /// Returns the text after a number at the start of a cell: "°C" in "20.5 °C". Returns an empty text if the cell has no
@@ -38,8 +38,8 @@ inline constexpr std::string_view kMinusSign = "\xE2\x88\x92", kEnDash = "\xE2\x
 
 /// Passes on every row of a table. Lines end with LF or CRLF and are in UTF-8 or, with a byte order mark, in UTF-16. A
 /// header that is not UTF-8 is read as Latin-1. Ignores empty lines, a first line "sep=;" of a spreadsheet, and empty
-/// fields at the end of a row in excess of the header. Reports a last line without an end, and leaves it out if its
-/// last number has fewer decimals than those before.
+/// fields at the end of a row in excess of the header. Reports a last line without a line end, and leaves it out if its
+/// last number has fewer decimals than the last numbers of all rows before.
 ///
 /// Fails with bad_file at the first error, as `file:line:column: what, what was expected`; also if there is no row, or
 /// a line has more than record::kLongestLine bytes or record::kMostFields fields. If the map leaves out damaged lines,

@@ -18,8 +18,8 @@ struct TimeGuess {
 };
 
 /// Detects the time from the names of columns, the notation of their texts, and the steps of their numbers. If two
-/// interpretations are equally likely, or a column looks like a date in an unknown notation, it omits a key, so that no
-/// import succeeds before the user has decided. `thermometers` are columns of temperatures; their rate of change
+/// interpretations are equally likely, or a column looks like a date in an unknown notation, it omits a key. An import
+/// then fails until the user has decided. `thermometers` are the columns of temperatures, whose rate of change
 /// distinguishes seconds from milliseconds.
 [[nodiscard]] TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& thermometers);
 

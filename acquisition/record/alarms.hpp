@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The alarms of a run, modelled after ISA-18.2 and IEC 62682: one row per alarm tag, which is an interlock and its
-/// subject. A row counts its occurrences; it is active or returned to normal, and acknowledged or not. A consequence of
-/// another alarm is suppressed under that one. The list is made from the record's events alone, so that it outlives
-/// every program. Values; one thread.
+/// subject. A row counts its occurrences; it is active or returned to normal, and acknowledged or not. An alarm that is
+/// a consequence of another one is suppressed and listed under it. The list is computed only from the record's events,
+/// so it survives the end of any program. All types are values; one thread may use each.
 #pragma once
 
 #include <cstdint>
@@ -57,7 +57,7 @@ struct Alarm {
 
   /// Returns "door", "channel_lost A": the interlock, then the subject if there is one.
   [[nodiscard]] std::string tag() const;
-  /// Returns true if a person must acknowledge it. A suppressed alarm is acknowledged with its root.
+  /// Returns true if an operator must acknowledge the alarm. A suppressed alarm is acknowledged with its root.
   [[nodiscard]] bool awaits_acknowledgement() const { return !acknowledged && suppressed_by.empty(); }
 };
 
@@ -68,7 +68,7 @@ struct AlarmCount {
   std::int64_t unacknowledged{};  ///< rows that await an acknowledgement
 };
 
-/// Returns "active", "active, acknowledged", "returned" or "returned, acknowledged".
+/// Returns the state of a row: "active", "active, acknowledged", "returned" or "returned, acknowledged".
 [[nodiscard]] std::string state_in_words(const Alarm& alarm);
 
 /// Counts the rows that await an acknowledgement.
@@ -100,30 +100,30 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 [[nodiscard]] std::string consequence_suffix(std::string_view root_tag);
 
 /// The state machine of the list. Transitions of a row:
-/// - An occurrence makes it active. It is then unacknowledged, also if an earlier occurrence was acknowledged.
-/// - A return to normal makes it inactive. An unacknowledged row stays in the list; an acknowledged one leaves it.
-/// - An acknowledgement covers all occurrences up to then. An active row stays in the list until it returns.
-/// - An occurrence that names a root which is in the list is suppressed, unless its reaction is hold or abort, or is
-///   graver than the root's that was already acknowledged. If the root returns while a consequence is active, the
-///   consequence becomes a row of its own.
+/// - An occurrence makes the row active and unacknowledged, even if earlier occurrences were acknowledged.
+/// - A return to normal makes the row inactive. An unacknowledged row stays in the list; an acknowledged one leaves it.
+/// - An acknowledgement covers all occurrences so far. An active row stays in the list until it returns to normal.
+/// - An occurrence that names a root in the list is suppressed, with two exceptions: its reaction is hold or abort, or
+///   the root is already acknowledged and has returned to normal or has a lower priority. If the root returns to normal
+///   while a consequence is active, the consequence becomes a row of its own.
 /// - A resumed run evaluates every condition again: no row is active until its interlock acts again.
 class Alarms {
  public:
-  /// The maximum number of rows in the list. When a further row is added, the oldest row of the lowest priority is
-  /// removed.
+  /// The maximum number of rows that are kept. When a further row is added, an old row is removed: first one that is no
+  /// longer in the list, otherwise the oldest row of the lowest priority.
   static constexpr std::size_t kMost = 256;
 
-  /// Takes the next event of the run. Ignores events that do not concern alarms.
+  /// Updates the rows by the next event of the run. Ignores events that do not concern alarms.
   void see(const RecordedEvent& event);
 
   /// Returns the rows that are active or unacknowledged: the newest first, each followed by its consequences.
   [[nodiscard]] std::vector<Alarm> list() const;
-  /// Returns the row that has an unacknowledged occurrence of that number, with its unacknowledged consequences.
+  /// Returns the row with the unacknowledged occurrence `number`, and the unacknowledged consequences of the row.
   [[nodiscard]] std::vector<Alarm> rows_for(std::int64_t number) const;
   /// Returns every row of the list with an unacknowledged occurrence, suppressed ones too.
   [[nodiscard]] std::vector<Alarm> unacknowledged() const;
   [[nodiscard]] AlarmCount count() const;
-  /// Returns the reason why the alarm of that number cannot be acknowledged; empty if it can.
+  /// Returns the reason why the occurrence `number` cannot be acknowledged; empty if it can.
   [[nodiscard]] std::string objection(std::int64_t number) const;
 
  private:
@@ -145,7 +145,8 @@ class Alarms {
 };
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
-/// acknowledged by …" for several occurrences. see() parses the numbers. `at` and `segment` are the present ones.
+/// acknowledged by …" for several occurrences. Alarms::see() parses the numbers. `at` and `segment` are the present
+/// instant and segment.
 [[nodiscard]] Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment,
                                           std::string_view author, std::string_view comment);
 

@@ -21,7 +21,7 @@ class RateMeter {
   /// Measures the axis at position `index` of its unit.
   explicit RateMeter(const AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
   void see(const Reading<GyroCount>& reading);
-  /// Returns the rate in the last second; nothing if it had no reading.
+  /// Returns the rate in the last second; nothing if that second had no reading.
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
   /// Returns the mean over the readings of the last 100 s; nothing if there is none.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const;

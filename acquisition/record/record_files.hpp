@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Names, finds and opens the files of a record. Any thread.
+/// Names, finds and opens the files of a record. Any thread may call these functions.
 ///
-/// When the file of a record fails, its run continues in a second file beside it, then in a third; each of these parts
-/// names the file before it. While a program writes the record, a live copy is beside it too (live_copy.hpp).
-/// find_record_files() searches once. Every reader of the record takes its result.
+/// When the file of a record fails, the run continues in a second file next to it, then in a third. Each of these parts
+/// stores the name of the file before it. While a program writes the record, there is also a live copy next to it
+/// (live_copy.hpp). find_record_files() searches for the files once, and every reader of the record uses its result.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ namespace gyrotherm::record {
 /// The relation of a part to the part before it. The part has all rows from slot `from` on, even if the part before has
 /// some of them.
 struct Continuation {
-  /// Its own number. The record's own file is part 1.
+  /// The number of the part. The record's own file is part 1.
   int part{};
   /// The name of the file that failed. It is in the same folder.
   std::string before;
@@ -34,9 +34,9 @@ struct Continuation {
 /// Returns whether the path exists. A path that cannot be examined counts as missing.
 [[nodiscard]] bool is_there(const std::string& path);
 
-/// Fails with bad_file if a rollback journal is beside the file: another program stopped in the middle of a change. The
-/// record's own writer leaves no journal. Readers never roll one back, because that overwrites the file and may touch
-/// other files. `where` names the file in the fault.
+/// Fails with bad_file if there is a rollback journal next to the file, because another program stopped in the middle
+/// of a change. The record's own writer leaves no journal. Readers never roll a journal back, because that overwrites
+/// the file and may change other files. `where` names the file in the fault.
 [[nodiscard]] Result<void> check_no_journal(const std::string& where, const std::string& file);
 
 /// Returns the file name of a path: "RUN.db" for "/data/RUN.db".
@@ -57,7 +57,7 @@ struct PartName {
 
 /// Returns the path of the live copy: "RUN.live.db" for "RUN.db".
 [[nodiscard]] std::string live_copy_path(const std::string& record_path);
-/// Returns whether a file is a live copy: it has the name of one and is a link to a file of the copy.
+/// Returns whether a file is a live copy: it has the name of a live copy and is a link to one of the numbered files.
 [[nodiscard]] bool is_live_copy(const std::string& path);
 /// Returns the number in the name of a copy's file: 7 for "RUN.live.db.7" and "RUN.live.db.7-wal". Returns nothing for
 /// any other name, such as "RUN.live.db.20261127". `link` is the name of the copy, "RUN.live.db".
@@ -88,14 +88,14 @@ struct RecordFiles {
   std::string run_id;
   /// At least one part, in the order of the run. The record's own file continues nothing.
   std::vector<Part> parts;
-  /// The reason why `parts` does not include the first missing or unreadable part.
+  /// The fault of the first part that is missing or unreadable and therefore not in `parts`.
   std::optional<Fault> lost;
-  /// The path of the part that continues the lost one.
+  /// The path of the part that continues the lost part.
   std::string follows_lost;
 };
-/// Examines every file next to the record that has the name of a part, even if numbers are missing. A file of another
-/// run is not a part, nor is a file without rows. A live copy is a record of one file. Fails with bad_file if the
-/// record is missing; with storage if a program is writing a file of this run, or if the last part is damaged.
+/// Examines every file next to the record that has the name of a part, even if numbers are missing. Ignores files of
+/// another run and files without rows. A live copy is a record of one file. Fails with bad_file if the record is
+/// missing; with storage if a program is writing a file of this run, or if the last part is damaged.
 [[nodiscard]] Result<RecordFiles> find_record_files(const std::string& record_path);
 
 /// Opens one file of a record for reading and checks it with check_schema(). The file is untrusted: opening it changes
@@ -105,25 +105,25 @@ struct RecordFiles {
 [[nodiscard]] Result<Database> open_part(const Part& part);
 /// Opens one file by its path, as open_part() does.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
-/// Opens the live copy of a record, given the path of either. The connection keeps showing the present content. Fails
+/// Opens a live copy, given its path or the path of its record. The connection always reads the present content. Fails
 /// with bad_file if the copy is missing, with storage if it cannot be read.
 [[nodiscard]] Result<Database> open_live_copy(const std::string& path);
 
 /// Returns the paths of all records in a folder, including those of which only a status file is left. Leaves out live
 /// copies and parts. Includes a part whose record is missing, and every file with its own status file, which a part
-/// never has. Opens no record.
+/// never has. Does not open any record.
 [[nodiscard]] std::set<std::string> records_in(const std::string& folder);
 
 /// Returns the reserved ending of a file that belongs to a record: ".status" for "RUN.db.status". Returns an empty text
 /// for other names.
 [[nodiscard]] std::string_view ending_beside_a_record(std::string_view path);
 
-/// Fails with storage if a new record must not have this name: it exists; parts of a record of this name exist; it is
-/// the name of a part of an existing record; or it has a reserved ending.
+/// Fails with storage if a new record must not have this name: the file exists, parts of a record of this name exist,
+/// an existing record has a part of this name, or the name has a reserved ending.
 [[nodiscard]] Result<void> check_name_of_new_record(const std::string& path);
 
-/// Returns the first number above `present` for which neither a part nor its status file exists. So numbers rise in the
-/// order of the run even after a file was removed.
+/// Returns the first number above `present` for which neither a part nor its status file exists. Numbers therefore rise
+/// in the order of the run even after a file was removed.
 [[nodiscard]] int next_part(const std::string& record_path, int present);
 
 }  // namespace gyrotherm::record

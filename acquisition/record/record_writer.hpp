@@ -17,13 +17,14 @@
 namespace gyrotherm::record {
 
 struct RecordWriterOptions {
-  /// The number of acknowledged rows kept in memory, in case a file has lost them.
+  /// The number of acknowledged rows kept in memory. A new part begins with them, because the failed file may have lost
+  /// them.
   std::size_t most_rows{};
   /// The part number of the file passed to the constructor.
   int part{1};
   /// The number of attempts on a file that another program has locked.
   int longest_locked{10};
-  /// The last slot in the file.
+  /// The last slot in the file passed to the constructor.
   std::int64_t last_slot{};
   /// The highest event number in the other files of the record.
   std::int64_t last_event{0};
@@ -38,19 +39,19 @@ class RecordWriter {
     last_event_ = std::max(options.last_event, file_->last_event());
   }
 
-  /// Writes the entries in one transaction. If it succeeds, they are on the disk. If it fails, none of them is, and the
-  /// caller must pass the same entries again later. A full disk has no other effect. After any other failure, or a long
-  /// lock, the present file is left untouched, and the next call begins a new part with the rows that are still in
-  /// memory.
+  /// Writes the entries in one transaction. After a success, all of them are on the disk. After a failure, none of them
+  /// is, and the caller must pass the same entries again later. A full disk has no other effect. After any other
+  /// failure, or a long lock, the present file is left untouched, and the next call begins a new part with the rows
+  /// that are still in memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
   /// Marks the run as finished, closes the file and writes its manifest. Writes no manifest if another program damaged
   /// a file of the record. Only destruction may follow.
   [[nodiscard]] Result<void> finish();
 
-  /// Returns a description of the damage that another program did to the record's files; empty if there is none.
+  /// Describes the damage that another program did to the record's files; empty if there is none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
-  /// Returns whether the content of a file of the record was damaged. The next part has all rows of that file if it
-  /// could still be read, and otherwise those that were in memory.
+  /// Returns whether another program changed or removed a file of the record. The next part then has all rows of that
+  /// file if it could still be read, and otherwise the rows that were in memory.
   [[nodiscard]] bool is_spoiled() const { return spoiled_; }
 
   /// Returns the first slot of the last part.
@@ -63,7 +64,7 @@ class RecordWriter {
   [[nodiscard]] int part() const { return options_.part; }
   /// Returns the open file, or null between two parts.
   [[nodiscard]] RunFile* file() { return file_ ? &*file_ : nullptr; }
-  /// Returns whether the cause of a fault will disappear without action. An immediate second attempt is then useless.
+  /// Returns whether a fault is temporary: a full disk or a locked file. An immediate second attempt is then useless.
   [[nodiscard]] static bool will_pass(const Fault& fault);
 
  private:
@@ -83,11 +84,12 @@ class RecordWriter {
   std::string failed_;
   /// The previous part if its name was removed; it can still be read.
   std::optional<RunFile> nameless_;
-  /// Any other previous part. Until the next part exists, its lock shows that a program is writing.
+  /// The previous part in any other case. Until the next part exists, the lock on this file shows that a program is
+  /// writing the record.
   std::optional<RunFile> left_;
   std::string damage_;
   bool spoiled_ = false;
-  /// Acknowledged rows; the first entry has slots.
+  /// The acknowledged rows in memory. The first entry is never an event without a slot.
   std::deque<EntryPointer> kept_;
   std::int64_t from_{};
   /// The last slot and the highest event number that are acknowledged.

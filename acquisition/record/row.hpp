@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The rows of a record, as Store writes them and as readers get them. One call of Store writes one entry: the rows of
-/// a second, of a gap, or of a separate event.
+/// The rows of a record, for Store, which writes them, and for readers. Each call of Store writes one entry: the rows
+/// of one second, of a gap, or of a separate event.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 /// The measurements of a unit under test in one second.
 struct UnitRow {
-  /// Pulses of each axis, or the number in an imported record.
+  /// The pulses of each axis in the second, or the number that an imported record stores for it.
   std::vector<double> rotation{};
   std::optional<Duration> interval{};
   /// The values that the unit and analogue inputs measured.
@@ -58,13 +58,13 @@ struct RecordedEvent {
   Event event;
 };
 
-/// A second, a gap or a separate event, with everything that is recorded of it.
+/// A second, a gap or a separate event, with everything that is recorded for it.
 struct Entry {
   struct MissingReading {
     std::string channel;
     Fault fault;
   };
-  /// The slots of the entry; none if `first` is after `last`. Its events belong to `last`.
+  /// The slots of the entry; none if `first` is after `last`. The events of the entry belong to slot `last`.
   std::int64_t first{};
   std::int64_t last{};
   std::optional<SampleRow> sample{};
@@ -88,11 +88,11 @@ struct Entry {
 
 struct Record;
 
-/// Selects samples.
+/// Selects the seconds and the measurements to read.
 struct Wanted {
-  /// Selects the measurements of the rig and of this unit; empty selects everything.
+  /// The unit whose measurements are read, in addition to those of the rig. Empty selects all units.
   std::string unit{};
-  /// Selects the seconds after this one.
+  /// Only the seconds after this one are read.
   std::int64_t after = -1;
 };
 
@@ -111,7 +111,7 @@ struct Column {
   /// Stores a value that is not NULL in a row.
   void (*take)(Row& row, const Statement& from, int column);
   Exported exported{};
-  /// The unit of a channel that the chamber measures; empty for any other column.
+  /// The unit of measurement, if the chamber measures the column; otherwise empty.
   const char* unit = "";
 };
 /// Return the columns of `sample` that every record has, before and after the columns of its channels.
@@ -132,14 +132,15 @@ struct ChannelColumn {
   /// The index of the thermometer, or the index among the axes or values of the unit.
   std::size_t index{};
 };
-/// Returns these columns in the order of the table: thermometers, then the measurements of each unit, then, after
-/// columns_after_channels(), the true biases. The column of a thermometer has its name. The columns of a unit start
-/// with its label ("u1.x.pulses"), except in a rig file with a single unnamed gyro ("pulses").
+/// Returns the columns that depend on the channels, in the order of the table: thermometers, then the measurements of
+/// each unit, then, after columns_after_channels(), the true biases. The column of a thermometer has the name of the
+/// thermometer. The columns of a unit start with its label ("u1.x.pulses"), except in a rig file with a single unnamed
+/// gyro ("pulses").
 [[nodiscard]] std::vector<ChannelColumn> channel_columns(const RunInfo& info);
 
 /// The selected thermometers, units and seconds of one record.
 struct Selection {
-  /// One flag per thermometer and per unit.
+  /// True if selected: one flag per thermometer, one per unit.
   std::vector<bool> thermometers, units;
   std::int64_t after{};
   [[nodiscard]] bool has(const ChannelColumn& column) const {
@@ -148,8 +149,8 @@ struct Selection {
 };
 [[nodiscard]] Selection select(const RunInfo& info, const Wanted& wanted);
 
-/// The columns of `sample` in one record, except the link of the chain. Contains all channels, or only the selected
-/// ones.
+/// The columns of `sample` in one record, for all channels or only the selected ones. The column `chain` is not
+/// included.
 class SampleColumns {
  public:
   explicit SampleColumns(const RunInfo& info) : SampleColumns(info, select(info, {})) {}
@@ -172,7 +173,7 @@ class SampleColumns {
   std::size_t before_progress_{};  ///< channels
 };
 
-/// Returns the columns of `event` between its id and its link of the chain.
+/// Returns the columns of `event`, except the first, its id, and the last, `chain`.
 [[nodiscard]] std::span<const Column<RecordedEvent>> event_columns();
 
 /// Returns the names of the columns, joined by commas.
@@ -183,7 +184,8 @@ template <class Row>
   return names;
 }
 
-/// Reads the values of the columns into an empty row. The first one is column `i` of the statement; advances `i`.
+/// Reads the values of the columns into an empty row. The values start at column `i` of the statement. Advances `i`
+/// past them.
 template <class Row>
 void take(Row& row, std::span<const Column<Row>> columns, const Statement& from, int& i) {
   for (const auto& column : columns) {
@@ -192,13 +194,12 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
   }
 }
 
-/// Calls `use` with the selected part of each sample, in order of slots. Each call overwrites the row of the one
-/// before.
+/// Calls `use` with the selected part of each sample, in order of slots. A row is valid only during the call.
 [[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,
                                        const std::function<void(const SampleRow&)>& use);
 
-/// Returns whether a time is possible for a run's clock or for the wall clock until 2116. Differences of such times do
-/// not overflow.
+/// Returns whether a time is in the range of a run's clock, and of the wall clock until 2116. Differences of such times
+/// do not overflow.
 [[nodiscard]] constexpr bool is_possible_time(Duration time) {
   return time >= Duration{} && time <= Duration(std::int64_t{1} << 62);
 }
@@ -209,7 +210,7 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
 /// Returns the last slot with a sample or in a gap; −1 if there is none.
 [[nodiscard]] Result<std::int64_t> last_slot(Database& database);
 
-/// Returns the kind with that name. An unknown name gives the first kind.
+/// Returns the kind with that name, or the first kind if the name is unknown.
 [[nodiscard]] EventKind event_kind_named(std::string_view text);
 
 }  // namespace gyrotherm::record

@@ -23,13 +23,15 @@ namespace gyrotherm::record {
 /// The name of the unit under test if the rig file does not name one.
 inline constexpr const char* kOnlyUnit = "gyro";
 
-/// The uncertainties of a thermometer that the rig file states. They are standard uncertainties, k = 1.
+/// The uncertainties of a thermometer, as stated in the rig file. They are standard uncertainties, k = 1.
 struct ThermometerUncertainty {
   /// The standard uncertainty of the certificate's values.
   std::optional<Kelvins> calibration{};
-  /// The certificate gives limits; the standard uncertainty is half their width divided by √3.
+  /// The certificate states limits instead of an uncertainty. The standard uncertainty is then half their width divided
+  /// by √3.
   bool rectangular{};
-  /// The drift is a random walk and grows with the square root of time.
+  /// The standard uncertainty of the drift after one year. The drift is a random walk, so it grows with the square root
+  /// of time.
   std::optional<Kelvins> drift_in_a_year{};
   /// The day of the calibration.
   std::optional<std::chrono::sys_days> calibrated{};
@@ -44,7 +46,7 @@ struct Channel {
   std::string instrument;
   /// The correction that the analysis adds to each reading. Stored readings are raw.
   Kelvins offset;
-  /// An alternative to the offset: temperature = Σ c_i reading^i, both in °C.
+  /// The coefficients c_i of a correction that replaces the offset: temperature = Σ c_i reading^i, both in °C.
   std::vector<double> polynomial{};
   /// The number of the certificate; may be empty.
   std::string certificate{};
@@ -58,8 +60,8 @@ struct Channel {
 
 enum class GyroKind { pulse_count, rate };
 
-/// The direction of the input axis, its uncertainties and those of the gyro, as stated in the rig file. They are
-/// standard uncertainties, k = 1.
+/// The direction of the input axis, and the uncertainties of the direction and of the gyro, as stated in the rig file.
+/// All are standard uncertainties, k = 1.
 struct GyroUncertainty {
   /// Azimuth from true north, elevation above the horizontal.
   std::optional<double> latitude_deg{}, azimuth_deg{}, elevation_deg{};
@@ -89,14 +91,14 @@ struct AxisInfo {
   GyroUncertainty uncertainty{};
 };
 
-/// A further value of a unit, sent by the unit or measured by analogue inputs, such as its temperature or its discharge
-/// current.
+/// A value of a unit other than its rotation, such as its temperature or its discharge current. The unit sends it, or
+/// an analogue input measures it.
 struct ValueInfo {
   std::string name;
   /// "°C" for a temperature.
   std::string unit;
   bool is_temperature{};
-  /// A description of the instrument; empty if the unit sends the value.
+  /// A description of the instrument that measures the value; empty if the unit sends it.
   std::string instrument{};
   bool operator==(const ValueInfo&) const = default;
 };
@@ -142,12 +144,12 @@ struct RunInfo {
   std::uint64_t days_later{};
   /// The rows come from a file of another program, with its times.
   bool imported{};
-  /// The start of the run. read_run_info() takes that of a real run from its first sample, if there is one.
+  /// The start of the run. For a real run, read_run_info() returns the time of the first sample if there is one.
   Duration started_utc{};
   /// A description of the chamber's instrument.
   std::string chamber_instrument;
-  /// Identity that each instrument reported when the run began, by its title ("chamber", "thermometer 2"). Empty for a
-  /// record of 0.1.0.
+  /// The identity that each instrument reported when the run began, by its title ("chamber", "thermometer 2"). Empty
+  /// for a record of 0.1.0.
   std::map<std::string, std::string> identities{};
   std::vector<Channel> thermometers;
   std::vector<UnitInfo> units;
@@ -158,7 +160,7 @@ struct RunInfo {
     Celsius target;
     CelsiusPerMinute rate{};
     int cycle{-1};
-    /// The request to the operators in the first second of the segment, during which the run was held.
+    /// The request to the operators in the first second of the segment. The run is held until they have acted on it.
     std::string prompt{};
     UnitState unit{};
   };
@@ -168,8 +170,8 @@ struct RunInfo {
 /// Returns the first unit of that name; null if there is none.
 [[nodiscard]] const UnitInfo* find_unit(const RunInfo& info, std::string_view name);
 
-/// Returns whether a thermometer may be an input of the unit's models. It may if it is not on another unit, or if the
-/// unit names it among its gradients or three points.
+/// Returns whether a thermometer may be an input of the unit's models: it is not mounted on another unit, or the unit
+/// lists it in `gradients` or `three_point`.
 [[nodiscard]] bool serves(const Channel& thermometer, const UnitInfo& unit);
 
 /// Returns the label of an axis in the record: "gyro" or "x" for a unit with a single axis, "u1.x" for one with
@@ -181,7 +183,7 @@ struct RunInfo {
 /// Writes the description into fresh tables, inside the caller's transaction.
 [[nodiscard]] Result<void> write_run_info(Database& database, const RunInfo& info);
 
-/// Reads the exact description that write_run_info() wrote, except started_utc. Fails with bad_file if it contains a
+/// Reads the description exactly as write_run_info() wrote it, except started_utc. Fails with bad_file if it contains a
 /// name that a record cannot have.
 [[nodiscard]] Result<RunInfo> read_run_info(Database& database);
 

@@ -17,17 +17,18 @@ namespace gyrotherm::record {
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 
-/// Opens one file for reading. Checks its content (check_schema) at the first time and again after the file has
-/// changed. Fails with storage if it is a record being written, with bad_file if it is not a record. Any thread.
+/// Opens one file for reading. Checks its schema (check_schema()) when it is first opened, and again after the file has
+/// changed or, for a live copy, was replaced. Fails with storage if the file is a record that is being written, and
+/// with bad_file if it is not a record. Any thread may call it.
 [[nodiscard]] Result<Database> open_source(const Part& part);
 
-/// Finds the files to read a run from. The live copy is preferred if the run is `running`, and otherwise the record,
-/// because it has more rows than the copy that a dead program left. Returns the other source if the preferred one is
-/// missing. The run_id of a copy is empty. Fails with storage while a record without a live copy is being written, and
+/// Finds the files from which to read a run. Prefers the live copy if the run is `running`. Otherwise prefers the
+/// record, because a copy that a dead program left has fewer rows. If the preferred source cannot be used, returns the
+/// other. The run_id of a copy is empty. Fails with storage while a record without a live copy is being written, and
 /// with bad_file if there is no record.
 [[nodiscard]] Result<RecordFiles> find_source_files(const std::string& record_path, bool running);
 
-/// Returns true if the run has a sample. Before its first sample a real run does not know when it started.
+/// Returns true if the run has a sample. The start time of a real run is unknown before its first sample.
 [[nodiscard]] Result<bool> has_begun(const RecordFiles& files);
 
 /// Reads the description of the run that exists before its first sample, and the time of its start.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The few SQLite calls that a record needs, with ownership. They fail with a Fault that names the file.
+/// RAII wrappers for the few SQLite calls that a record needs. They fail with a Fault that names the file.
 #pragma once
 
 #include <sys/types.h>
@@ -23,7 +23,7 @@ namespace gyrotherm::record {
 
 /// The value of a field: nothing (NULL or NaN), an integer, a real number, or a text that must outlive the row.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
-/// Returns whether a cell has no value; NaN counts as none.
+/// Returns whether a cell has no value. NaN is not a value.
 [[nodiscard]] bool is_nothing(const Cell& cell);
 
 /// One prepared statement. Parameters count from 1, columns from 0, as in SQLite.
@@ -55,7 +55,7 @@ class Statement {
   [[nodiscard]] int columns() const;
   /// Returns the name of a column in the query.
   [[nodiscard]] std::string name(int column) const;
-  /// Returns the value of a column of any type. A text is valid as long as that of text().
+  /// Returns the value of a column of any type. A text is valid until the next step().
   [[nodiscard]] Cell cell(int column) const;
   [[nodiscard]] bool null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
@@ -73,24 +73,24 @@ class Statement {
 };
 
 /// The purpose of a connection. read_only changes neither the file nor any file next to it, not even a log that a dead
-/// writer left (reader_vfs()). read_beside allows another program to write the file meanwhile, as with a live copy.
+/// writer left (reader_vfs()). read_beside reads a file that another program may be writing, such as a live copy.
 enum class Access { read_only, read_beside, read_write };
 
 /// One connection to an existing file. Destroy its statements before the connection.
 class Database {
  public:
-  /// Opens the file, and waits at most `patience_ms` for the lock of another program. Does not read the file for
-  /// read_write: a locked file or a file of another format then fails at the first statement. Otherwise it fails here,
-  /// with storage ("being written by another program") or bad_file. Refuses to open a file for reading that this
-  /// process is writing.
+  /// Opens the file, and waits at most `patience_ms` for the lock of another program. For reading, fails with storage
+  /// ("being written by another program") if the file is locked or this process is writing it, and with bad_file if it
+  /// has another format. For read_write, does not read the file: for a locked file or another format, the first
+  /// statement fails instead.
   [[nodiscard]] static Result<Database> open(const std::string& path, Access access, int patience_ms);
 
   [[nodiscard]] Result<void> execute(const std::string& sql);
   [[nodiscard]] Result<Statement> prepare(std::string_view sql);
   /// Executes a query up to its first row. Returns nothing if there is no row.
   [[nodiscard]] Result<std::optional<Statement>> first_row(std::string_view sql);
-  /// Calls `use` with each row of a query. Ends with the first fault of the query or, if `use` returns a Result, of
-  /// `use`.
+  /// Calls `use` with each row of a query. Stops at the first fault of the query or, if `use` returns a Result, of
+  /// `use`, and returns it.
   template <class Use>
   [[nodiscard]] Result<void> each_row(std::string_view sql, Use use) {
     auto query = prepare(sql);
@@ -113,16 +113,16 @@ class Database {
   /// Returns the file's path without symbolic links.
   [[nodiscard]] std::string path() const;
   [[nodiscard]] bool in_transaction() const;
-  /// Counts the pages of the write-ahead log from now on. SQLite then no longer checkpoints the log by itself.
+  /// Starts to count the pages of the write-ahead log. SQLite no longer checkpoints the log automatically.
   void watch_log();
-  /// Returns the number of pages at the last commit since watch_log().
+  /// Returns the number of pages in the log at the last commit; 0 if there was none since watch_log().
   [[nodiscard]] int log_pages() const { return log_pages_ ? *log_pages_ : 0; }
-  /// Checkpoints the log: copies it into the file, so that the next commit restarts it.
+  /// Checkpoints the log: copies it into the file. The next commit then restarts the log.
   [[nodiscard]] Result<void> fold_log();
   /// Checkpoints the log of a file that no other program has open, and truncates it. After a crash, SQLite would
   /// otherwise read the remains of a copied log as new data.
   [[nodiscard]] Result<void> empty_log();
-  /// Drops the cached pages, so that the next access reads the file again.
+  /// Drops the cached pages. The next access reads the file again.
   void forget_pages();
   /// Leaves the log and the file unchanged when the connection is closed.
   void keep_log_on_close();
@@ -219,7 +219,7 @@ class WrittenHere {
   }
 
  private:
-  /// Nothing if there was no file.
+  /// Not set if there was no file.
   std::optional<std::pair<dev_t, ino_t>> file_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The status of a run and its file next to the record. The writer of the record replaces the file after each sync, so
-/// that readers need not open a record that is being written.
+/// The status of a run and its file next to the record. The writer of the record replaces the file after each sync.
+/// Readers therefore need not open a record that is being written.
 #pragma once
 
 #include <cstdint>
@@ -40,14 +40,14 @@ struct RunStatus {
   Phase phase{};
   std::optional<Celsius> set_point;
   std::optional<Celsius> chamber_air;
-  /// Channels and readings; nothing if the reading is a fault.
+  /// The channels and their readings; a reading is nothing if it is a fault.
   std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;
   /// The number of faulty readings since the run started.
   std::int64_t faults{};
   /// The frames of all gyros since the run started; nothing before the first second.
   std::optional<FrameCount> frames{};
 
-  /// Times and faults are known only while a program writes the record.
+  /// The state of the run. Its times and faults are known only while a program writes the record.
   RunOverview standing{};
   /// The cause of the end of the run: the last event of a record that is not being written.
   std::string ended_by{};
@@ -60,7 +60,7 @@ struct RunStatus {
   /// The time when the status file was written, by the wall clock and since the start of the machine.
   Duration written_utc{};
   Duration written_since_boot{};
-  /// The identifier of that start; empty if the status does not come from a file.
+  /// The boot identifier of the machine at that time; empty if the status does not come from a file.
   std::string written_in_boot{};
   /// The files in which the record continues after a failure.
   std::vector<std::string> parts{};
@@ -68,12 +68,12 @@ struct RunStatus {
   std::string live_copy_trouble{};
   /// The alarms that are active or unacknowledged, the newest first (Alarms::list()).
   std::vector<Alarm> alarms{};
-  /// Empty unless the record is being written.
+  /// The present rates of the gyros; empty unless the record is being written.
   std::vector<AxisRate> gyro_rates{};
 };
 
-/// Describes a state and its cause: "execute", "held: the profile asks: …", or the cause alone if it names the state,
-/// as "stopped by ada".
+/// Describes a state and its cause: "execute", "held: the profile asks: …". Returns only the cause if it already names
+/// the state, as in "stopped by ada".
 [[nodiscard]] std::string in_words(RunState state, const std::string& cause);
 
 /// Returns the path of the status file: "RUN.db.status" for "RUN.db".
@@ -85,22 +85,23 @@ struct RunStatus {
 /// Parses the output of to_json(). Fails with bad_file on any other text; `where` is the location in the fault.
 [[nodiscard]] Result<RunStatus> parse_status(const std::string& text, const std::string& where);
 
-/// Replaces the status file of status.path atomically and adds the time. Only owner and group may read it (0640). Fails
-/// with storage.
+/// Replaces the status file of the record status.path atomically, and adds the present time to it. Only its owner and
+/// group may read the file (0640). Fails with storage.
 [[nodiscard]] Result<void> write_status(const RunStatus& status);
 
-/// Returns the age of a status file. Returns nothing if the machine was restarted since, or if the status does not come
-/// from a file.
+/// Returns the age of a status file. Returns nothing if the machine was restarted since the file was written, or if the
+/// status does not come from a file.
 [[nodiscard]] std::optional<Duration> status_age(const RunStatus& status);
-/// The age from which the writer, or its disk, counts as silent.
+/// The age of a status file from which its writer, or the writer's disk, is considered silent.
 inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 
 /// Reads the status file of a record. Fails as read_text_file() and parse_status() do.
 [[nodiscard]] Result<RunStatus> read_status_file(const std::string& record_path);
 
-/// Reads the status file of a record without checking its writer and age. Returns nothing without a readable one.
+/// Reads the status file of a record without checking its writer and age. Returns nothing if there is no readable
+/// status file.
 [[nodiscard]] std::optional<RunStatus> read_status_file_if_any(const std::string& path);
-/// Returns whether the program that carries out the run wrote it less than kSilentAfter ago.
+/// Returns whether the program that executes the run wrote the status less than kSilentAfter ago.
 [[nodiscard]] bool is_fresh(const RunStatus& status);
 
 /// Returns the status file of a record if it is_fresh(), and nothing otherwise. A caller with a fresh status need not

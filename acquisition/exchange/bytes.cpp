@@ -150,7 +150,7 @@ Result<void> Bytes::go_back(std::uint64_t to) {
   return {};
 }
 
-/// Returns the fault for the present value of errno.
+/// Returns the bad_file fault of a failed read, with the present value of errno.
 Fault Bytes::unreadable() const {
   return {FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno)};
 }

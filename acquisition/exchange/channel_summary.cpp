@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kAbsoluteZero_c = -273.15, kHottest_c = 5000, kFastest_deg_per_h = 1e8, kOverload = 1e30;
 
-/// Returns whether a number is one that sensors and loggers send instead of a value: a DS18B20 without an answer, an
-/// open thermocouple, various loggers.
+/// Returns whether sensors or loggers send this number if they have no value: a DS18B20 that does not answer, an open
+/// thermocouple, various loggers.
 bool is_known_sentinel(double number) {
   static constexpr std::array kSentinels{-127.0,   -999.0,  -999.9,  -99.9,  -99.99, -9999.0, 999.0,
                                          999.9,    9999.0,  8888.0,  850.0,  1370.0, 3276.7,  327.67,

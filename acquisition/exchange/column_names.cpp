@@ -26,8 +26,8 @@ bool is_any(std::string_view text, std::initializer_list<std::string_view> spell
   return std::ranges::find(spellings, text) != spellings.end();
 }
 
-/// Returns the position of the brackets at the end of a name that contain its unit, and not an array index; npos if
-/// there are none.
+/// Returns the position of the brackets at the end of a name that contain a unit; npos if there are none or they
+/// contain an array index.
 std::size_t bracket_of_unit(std::string_view name) {
   const std::size_t bracket = name.find_last_of("[(");
   const bool has_unit = bracket != std::string_view::npos && bracket > 0 &&
@@ -37,7 +37,7 @@ std::size_t bracket_of_unit(std::string_view name) {
   return has_unit ? bracket : std::string_view::npos;
 }
 
-/// Returns the text before a unit in brackets.
+/// Returns the name without a unit in brackets.
 std::string_view without_unit(std::string_view name) { return trimmed(name.substr(0, bracket_of_unit(name))); }
 
 /// Returns the unit in brackets unchanged; empty if there is none.
@@ -51,7 +51,7 @@ bool is_all_digits(std::string_view spelling) {
   return !spelling.empty() && std::ranges::all_of(spelling, [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-/// Returns whether the whole unit of a name is one of the words. The unit is the content of the brackets or, without
+/// Returns whether the complete unit in a name is one of the words. The unit is the content of the brackets or, without
 /// brackets, the end of the name after a "_", "." or blank. A part of the unit does not match: "mdps" and "x_100_dps"
 /// do not match "dps", and "0.01 deg/s" does not match "deg/s".
 bool has_unit(std::string_view name, std::initializer_list<std::string_view> spellings) {
@@ -70,7 +70,7 @@ bool has_unit(std::string_view name, std::initializer_list<std::string_view> spe
   });
 }
 
-/// Returns the field of "message.field", or the whole of any other name.
+/// Returns the field of "message.field". Returns any other name unchanged.
 std::string_view field_name(std::string_view name) { return name.substr(name.rfind('.') + 1); }
 
 bool is_letter_with_number(std::string_view name, char letter) {

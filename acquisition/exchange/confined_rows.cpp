@@ -73,7 +73,7 @@ void read_in_child(int line, const ReadInSteps& read, const ReadingLimits& limit
   writer.write(MessageKind::fault, std::string(1, static_cast<char>(fault.kind)) + fault.where + '\0' + fault.what);
 }
 
-/// Receives rows in the parent process. It trusts the messages of the child no more than the file.
+/// Receives rows in the parent process. Messages of the child are untrusted, like the file.
 class RowReader {
  public:
   RowReader(const std::string& path, const std::string& library, std::size_t columns, const TakeRow& take,

@@ -58,14 +58,14 @@ struct Kind {
   std::string name;
   /// The size in bytes, including the header.
   std::size_t size{};
-  /// All fields in order, and whether each is a number. Fields that are not have a size of 0.
+  /// All fields in order, and whether each is a number. Fields that are not numbers have a size of 0.
   std::vector<LogField> all{};
   std::vector<bool> is_number{};
-  /// Its FMTU has been read.
+  /// The FMTU of the kind has been read.
   bool has_units = false;
   /// The field with the sensor number.
   std::optional<std::size_t> sensor{};
-  /// The series by sensor number.
+  /// The index of the series for each sensor number.
   std::map<std::uint64_t, std::size_t> series{};
 };
 
@@ -178,16 +178,16 @@ class DataflashReader {
     return *series ? reading_.take(**series, message, bytes_.name(), bytes_.passed()) : Result<void>{};
   }
 
-  /// Returns whether the units of a message with a column of the map are still unknown. They may define a sensor
-  /// number.
+  /// Returns whether the map has a column of this kind of message and the units of the kind are still unknown. The
+  /// units may mark a field as the sensor number.
   bool has_unknown_sensor(std::string_view message) const {
     const auto& kind = kinds_[static_cast<unsigned char>(message[2])];
     return kind && !kind->has_units && reading_.wants(kind->name);
   }
 
-  /// Reads the remaining log for kinds whose units define a sensor number, and returns to the present position.
-  /// Messages of such a kind before its units cannot be assigned to a sensor. In most logs all units precede the
-  /// first such message, and this second reading is not necessary.
+  /// Searches the remaining log for kinds whose units define a sensor number, and returns to the present position.
+  /// Messages of such a kind that precede its units cannot be assigned to a sensor. In most logs all units precede the
+  /// first such message, and this search is not necessary.
   Result<void> look_ahead() {
     looked_ahead_ = true;
     const auto here = bytes_.passed();
@@ -220,7 +220,7 @@ class DataflashReader {
     known = parse_kind(message);
   }
 
-  /// Reads the units of a kind and returns the number of the kind, or nothing if they are not valid.
+  /// Reads the units of a kind. Returns the number of the kind, or nothing if the units are not valid.
   std::optional<unsigned char> read_units(const Kind& units, std::string_view message) {
     const auto offset = [&](const char* name) -> std::optional<std::size_t> {
       const auto field = std::ranges::find(units.all, name, &LogField::name);
@@ -262,7 +262,7 @@ class DataflashReader {
   std::array<std::string, 256> definitions_{};
   std::size_t strays_{}, unassigned_{};
   bool looked_ahead_ = false;
-  /// The FMT of kinds for which look_ahead() found a sensor number.
+  /// The FMT messages of the kinds for which look_ahead() found a sensor number.
   std::set<std::string> numbered_later_{};
 };
 

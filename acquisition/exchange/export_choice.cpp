@@ -22,9 +22,9 @@ struct Stretch {
   std::int64_t number{};  ///< counted from the run's start
 };
 
-/// Returns the number of the stretch of a row. A record of gyrotherm counts seconds by slots; an imported one has its
-/// own times. Divides whole nanoseconds, because a quotient of times in seconds may fall short of a whole number (0.29
-/// s / 0.01 s).
+/// Returns the number of the stretch of a row. In a record of gyrotherm the slots are seconds; an imported record has
+/// its own times. Divides integer nanoseconds, because a quotient of times in seconds may be slightly less than a whole
+/// number (0.29 s / 0.01 s).
 std::int64_t number_of_stretch(const Record& record, std::size_t row, Duration every) {
   const auto time = record.info.imported ? from_seconds(record.time_s[row]) : kSecond * record.slot[row];
   return time / every - (time % every < Duration{} ? 1 : 0);
@@ -77,8 +77,8 @@ double sum_or_missing(std::span<const double> numbers) {
   return count > 0 ? sum : kMissing;
 }
 
-/// Returns the sum of the pulses of a stretch. Returns NaN if a second has an interval but no pulses, because its
-/// interval is in the sum of intervals.
+/// Returns the sum of the pulses of a stretch. Returns NaN if a second has an interval but no pulses, because the sum
+/// of intervals includes that second.
 double sum_of_pulses(std::span<const double> pulses, std::span<const double> intervals) {
   for (std::size_t i = 0; i < std::min(pulses.size(), intervals.size()); ++i)
     if (std::isnan(pulses[i]) && !std::isnan(intervals[i])) return kMissing;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::int64_t kLongest_s = std::numeric_limits<std::int64_t>::max() / 4;  // the sum of two must fit
 
-/// Returns the equal time with a part between zero and a second.
+/// Returns the same time with `part` between zero and one second.
 CountedTime normalised(std::int64_t seconds, Duration part) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(part);
   return {seconds + whole.count(), part - whole};
@@ -43,7 +43,7 @@ CountedTime counted(std::int64_t whole, double fraction, Duration unit) {
 
 struct Decimal {
   std::int64_t whole{};
-  double fraction{};  ///< has the same sign
+  double fraction{};  ///< same sign as the integer
 };
 
 std::optional<std::uint64_t> digits_in(std::string_view text) {
@@ -53,7 +53,7 @@ std::optional<std::uint64_t> digits_in(std::string_view text) {
   return read.ec == std::errc() && read.ptr == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-/// Parses a decimal number. Returns nothing for a number with an exponent or larger than 64 bits.
+/// Parses a decimal number. Returns nothing if the number has an exponent or its integer part exceeds 64 bits.
 std::optional<Decimal> decimal_in(std::string_view text) {
   constexpr std::size_t kMostBehindPoint = 18;
   static constexpr std::array<double, kMostBehindPoint + 1> kPowers{
@@ -95,7 +95,7 @@ class Front {
  public:
   explicit Front(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
 
-  /// Removes a number with the given number of digits that is not larger than `most`.
+  /// Removes and returns a number with the given number of digits and a value of at most `most`.
   std::optional<int> number(std::size_t digits, int most) {
     const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
     if (width_ == Width::at_most && there > digits) return std::nullopt;
@@ -208,7 +208,7 @@ std::optional<std::int64_t> julian_days(const Date& date) {
   const bool is_29_february = month == 2 && day == 29;
   if (month < 1 || day < 1 || day > kDays[static_cast<std::size_t>(month - 1)] || (is_29_february && year % 4 != 0))
     return std::nullopt;
-  // Years begin in March, so that the leap day is their last day; five months from March have 153 days.
+  // Years are counted from March. The leap day is then the last day of the year. Five months from March have 153 days.
   constexpr int kDaysOfFourYears = 1461, kDaysBefore1970 = 719470;
   const int since_march = (month + 9) % 12, years = month > 2 ? year : year - 1;
   const int of_years = kDaysOfFourYears * (years + 4) / 4 - kDaysOfFourYears;
@@ -225,7 +225,8 @@ std::optional<std::int64_t> days_since_1970(const Date& given, EarlyDays early) 
 
 // Times in local notations.
 
-/// Returns the month whose name begins a word; 0 if there is none. The names of the five languages do not conflict.
+/// Returns the month with whose name a word begins; 0 if there is none. The names in the five languages do not
+/// conflict.
 int month_named(std::string_view word) {
   static constexpr std::array<std::pair<std::string_view, int>, 38> kNames{
       {{"jan", 1},  {"jän", 1},  {"ene", 1},  {"gen", 1},  {"feb", 2},  {"fev", 2},  {"fév", 2},  {"mar", 3},
@@ -275,7 +276,7 @@ std::optional<Duration> time_in(int hour, int minute, int second, Duration part,
   return is_one && time <= std::chrono::hours(24) ? std::optional(time) : std::nullopt;
 }
 
-/// Parses "hhmm" or "hhmmss", and removes a fraction from the front.
+/// Parses the digits "hhmm" or "hhmmss", and removes a fraction of a second from the front of the text after them.
 std::optional<Duration> compact_clock(std::string_view digits, Front& front) {
   if (digits.size() != 4 && digits.size() != 6) return std::nullopt;
   const int second = digits.size() == 6 ? parse_digits(digits.substr(4)) : 0;
@@ -370,7 +371,7 @@ std::optional<CivilTime> compact_time(Front& front) {
   return of_day ? civil(day, *of_day) : std::nullopt;
 }
 
-/// Removes the zone after a time if there is one. Returns false for any other text.
+/// Removes the zone after a time if there is one. Returns false if another text follows the time.
 bool take_zone(Front& front, CivilTime& time) {
   front.pass_blanks();
   if (front.rest().empty()) return true;

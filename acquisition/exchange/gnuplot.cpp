@@ -23,7 +23,7 @@ struct Curve {
   std::vector<double> values{};
 };
 
-/// Returns a text in single quotes. Only a quote has a meaning inside them.
+/// Returns a text in single quotes, in which gnuplot interprets only the quote itself.
 std::string quoted_for_gnuplot(std::string_view text) {
   std::string quoted = "'";
   for (const char c : plain(text)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
@@ -62,8 +62,8 @@ std::string plot_commands(const std::vector<Curve>& curves, std::size_t first, s
   return text + "\n";
 }
 
-/// Finds the rows before which others are missing. Rows of a record of gyrotherm are one step apart unless rows are
-/// missing. A record with its own times has gaps as defined by the import.
+/// Finds the rows that follow missing rows. In a record of gyrotherm the usual distance is one step. In an imported
+/// record, gaps are those that the import defines.
 class Gaps {
  public:
   explicit Gaps(const record::Record& record)

@@ -14,8 +14,8 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-/// Returns the number of stretches that accept rows. A log may write its topics seconds after they were measured, each
-/// with its own delay. Rows of a table are late by at most one stretch.
+/// Returns the number of latest stretches that still accept rows. A log may write its messages seconds after the
+/// measurement, with a different delay for each topic. Rows of a table are late by at most one stretch.
 std::size_t stretches_open(const ImportMap& map) {
   constexpr std::size_t kOfTable = 2, kMost = 1000;
   constexpr Duration kLatest = std::chrono::seconds(5);

@@ -26,7 +26,7 @@ namespace {
 
 using Columns = std::vector<std::size_t>;
 
-/// A format that is not supported, with the conversion to a supported one.
+/// A format that is not supported, and how to convert it to a supported one.
 struct KnownFormat {
   std::string_view beginning;
   std::string_view conversion;
@@ -57,8 +57,8 @@ constexpr std::array<KnownFormat, 14> kKnown{{
     {"#ROSBAG", "a ROS bag: export the topic as CSV, \"rostopic echo -b FILE -p TOPIC\""},
 }};
 
-/// Describes a format that is not supported, with its conversion: "a zip archive: unpack it first". Returns an empty
-/// text for any other file.
+/// Describes a format that is not supported, and how to convert the file: "a zip archive: unpack it first". Returns an
+/// empty text for any other file.
 std::string conversion_advice(std::string_view beginning) {
   if (beginning.starts_with(kZip)) {
     const bool is_workbook = beginning.find("[Content_Types].xml") != std::string_view::npos ||
@@ -110,7 +110,7 @@ std::string file_section(const TableSample& sample) {
 }
 
 /// Returns the lines that convert the column of a thermometer to °C: the scale of a known unit, or a comment if the
-/// name has no unit or an unknown one. Logs use °C (`usual`).
+/// name has no unit or an unknown one. `usual` is the unit if the name has none: °C in logs.
 std::string celsius_lines(const std::string& name, std::string_view usual) {
   std::string unit = temperature_unit_in(name);
   if (unit.empty()) unit = usual;
@@ -160,12 +160,12 @@ std::string axis_lines(const std::string& column, bool is_increment, std::option
                      is_increment ? "increment" : "rate", scale.value_or(1), per, scale ? "" : ": a guess, correct it");
 }
 
-/// The section for a gyro that was not found.
+/// The gyro section of a draft map if no gyro was found.
 constexpr const char* kUnknownGyro =
     "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per unit of "
     "the column\n";
 
-/// Writes the sections of a gyro's axes and gives each axis a unique name.
+/// Writes the section of each axis of a gyro, and gives each axis a unique name.
 class AxisSections {
  public:
   void add(const std::string& title, const std::string& lines) {
@@ -309,8 +309,8 @@ std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
 
 /// Selects the gyros of a log from its published columns: every instance of `sensor_gyro`, or else of
 /// `sensor_combined`; for ArduPilot each `IMU`, or else `GYR`; or else the first message with names of a gyro. Never
-/// selects estimates of a filter, integrals, their times or counts. Other temperatures are those of barometers, which
-/// are near the gyro.
+/// selects filter estimates, integrals, or the times and counts of integrals. The other temperatures are those of
+/// barometers, which are near the gyro.
 LogGuess guess_log(const std::vector<LogColumn>& published) {
   LogGuess guess;
   for (const std::string_view message : kMessages)

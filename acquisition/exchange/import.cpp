@@ -34,8 +34,8 @@ namespace {
 
 using record::GyroKind, record::RunFile, record::RunInfo, record::SampleRow;
 
-/// Fails with bad_file if the file has another format than the map. Without this check, the reader of the map's format
-/// would fail at the first unexpected byte.
+/// Fails with bad_file if the format of the file is not the one in the map. Without this check, the reader of the map's
+/// format would fail at the first unexpected byte.
 Result<void> check_format(Bytes& bytes, FileFormat format) {
   const auto is = detect_format(bytes);
   if (!is) return failure(is.error());
@@ -65,8 +65,8 @@ struct ReadFile {
   std::size_t rows{}, rows_left_out{};
 };
 
-/// Reads a file and passes on the rows of the record. Messages of a log are out of order within a stretch, so they go
-/// directly to the grouping. Other rows are put in order first.
+/// Reads a file and passes on the rows of the record. Messages of a log may be out of order within a stretch, so they
+/// are passed directly to the grouping. Other rows are put in order first.
 Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, ReadFile& file) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
@@ -162,7 +162,7 @@ std::string describe_values(const std::vector<ChannelSummary>& channels) {
   return text;
 }
 
-/// The record under construction. It is created at the first row, because that row may have the time of the start.
+/// The record under construction. It is created at the first row, because that row may contain the start time.
 class ImportedRecord {
  public:
   ImportedRecord(std::string path, const ImportMap& map, RunInfo info)
@@ -216,7 +216,7 @@ class ImportedRecord {
   [[nodiscard]] Duration span() const { return last_; }
   [[nodiscard]] std::optional<Duration> started() const { return first_utc_; }
 
-  /// Removes a record that was begun.
+  /// Removes an incomplete record.
   void remove() {
     if (!begun_) return;
     [[maybe_unused]] const auto written = all_written();
@@ -238,8 +238,8 @@ class ImportedRecord {
     return file_->begin();
   }
 
-  /// Starts to write the waiting rows in another thread and returns. That thread blocks signals, as this one does. If
-  /// no thread is available, all_written() writes them.
+  /// Starts to write the waiting rows in another thread and returns. The other thread also blocks signals. If no thread
+  /// is available, all_written() writes them.
   Result<void> write_waiting() {
     chain_waiting();
     if (auto before = all_written(); !before) return before;

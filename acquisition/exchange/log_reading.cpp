@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMostSeries = 4096, kMostLogFields = 200'000;
 
-/// Converts binary16 of IEEE 754. Infinity counts as missing.
+/// Converts an IEEE 754 binary16 number. Returns NaN for infinity.
 double half(std::uint16_t bits) {
   const int exponent = bits >> 10 & 0x1F, fraction = bits & 0x3FF;
   const double size = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25);
@@ -31,7 +31,7 @@ double half(std::uint16_t bits) {
 
 double or_missing(double number) { return std::isfinite(number) ? number : record::kMissing; }
 
-/// Returns whether microseconds are counted since 1970, as by a simulator or ROS, and not since the machine started.
+/// Returns whether a time is counted since 1970, as in logs of a simulator or ROS, and not since the machine started.
 bool is_since_1970(double time_us) {
   constexpr double kFirst_us = 946684800e6, kLast_us = 4102444800e6;  // 2000 to 2100
   return time_us >= kFirst_us && time_us < kLast_us;

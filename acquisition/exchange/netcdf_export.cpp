@@ -40,8 +40,8 @@ class NetcdfFile {
     if (good()) keep(nc_def_dim(file_, name, size, &made));
     return made;
   }
-  /// Defines a variable along a dimension, or a single value for −1. Packs it with DEFLATE, which every HDF5 reader
-  /// supports.
+  /// Defines a variable along a dimension, or a scalar variable if the dimension is −1. Compresses the variable with
+  /// DEFLATE, which every HDF5 reader supports.
   int variable(const std::string& name, nc_type type, int dimension) {
     constexpr int kShuffled = 1, kPacked = 1, kLevel = 2;
     int made = -1;
@@ -123,7 +123,8 @@ struct Rows {
 Rows make_rows(const Record& record, std::int64_t step) {
   Rows rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    // A stretch that begins in a gap has the time of a later second, so count the missing ones from its start.
+    // A stretch that begins in a gap has the time of a later second. Count the missing stretches from the start of the
+    // stretch instead.
     const auto before = i > 0 ? record.slot[i - 1] / step : 0;
     const auto since_before = i > 0 && !record.info.imported ? record.slot[i] / step - before : 1;
     for (std::int64_t missing = 1; missing < since_before; ++missing) {
@@ -249,7 +250,8 @@ class NetcdfExport {
     return variable;
   }
 
-  /// Writes numbers that stand for words. A value of −1 means that there is no word.
+  /// Writes a variable of numbers, each of which represents a word of flag_meanings. A value of −1 means that there is
+  /// no word.
   void put_flags(const std::string& name, std::string_view long_name, const std::vector<std::string>& words,
                  const std::vector<int>& values) {
     const int variable = file_.variable(name, NC_INT, time_);

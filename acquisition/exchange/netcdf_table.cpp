@@ -82,7 +82,7 @@ tl::expected<TimeUnits, std::string> parse_time_units(const std::string& stated,
       fmt::format("\"{}\" is no time, expected one like \"2026-03-01 12:00:00 +1:00\"", plain(instant)));
 }
 
-/// Returns the number that the library stores where nothing was written. Bytes have no such number.
+/// Returns the fill value that the library stores where nothing was written. The byte types have none.
 std::optional<double> default_fill(nc_type type) {
   switch (type) {
     case NC_SHORT: return NC_FILL_SHORT;
@@ -137,12 +137,12 @@ struct Variable {
     return is_there ? number * scale + offset : kMissing;
   }
   [[nodiscard]] bool is_packed() const { return scale != 1 || offset != 0; }
-  /// Returns whether its numbers may be too large for a double.
+  /// Returns whether the variable's numbers may be too large to be exact in a double.
   [[nodiscard]] bool is_long() const { return type == NC_INT64 || type == NC_UINT64; }
 };
 
-/// Converts a number to a time through its shortest decimal form: "0.1" and not the nearest binary fraction. This is
-/// the intended time, and differences of two times are exact.
+/// Converts a number to a time through its shortest decimal form: "0.1" and not the nearest binary fraction. The
+/// decimal form is the intended time, and differences of two such times are exact.
 CountedTime counted_time(double number, const Variable& variable, Duration unit) {
   std::array<char, 32> text{};
   const bool is_float = variable.type == NC_FLOAT && !variable.is_packed();
@@ -209,7 +209,8 @@ class NetcdfTable {
     return lengths[0] == 1 ? std::optional(1) : std::nullopt;
   }
 
-  /// Returns a numeric variable along one dimension. Once the dimension of time is known, it must be that one.
+  /// Returns a numeric variable along one dimension. Once the time dimension is known, the variable must have that
+  /// dimension.
   std::optional<Variable> along(int id) const {
     int rank = 0;
     nc_type type{};
@@ -269,8 +270,8 @@ class NetcdfTable {
     return numbers;
   }
 
-  /// Checks the attributes for packing and for missing values. If one of them could not be read, stored numbers would
-  /// be used as values.
+  /// Checks that the attributes for packing and for missing values can be read. Without this check, stored numbers
+  /// would be used as values.
   Result<void> check_numbers(const Variable& variable, const std::string& column) const {
     const auto is_there = [&](const char* name) {
       return nc_inq_attlen(file_, variable.id, name, nullptr) == NC_NOERR;
@@ -323,7 +324,8 @@ class NetcdfTable {
     return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, *calendar));
   }
 
-  /// Checks that the scale of the map agrees with the units in the file, except for a calibration.
+  /// Checks that the scale in the map agrees with the units in the file. Allows
+  /// differences within the range of a calibration.
   Result<void> check_units(const ImportMap& map) {
     for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
       const auto& [column, scale, offset, valid] = map.thermometer_columns[i];
@@ -374,7 +376,7 @@ class NetcdfTable {
   // The library reports numbers outside the requested type and stores the nearest one.
   Result<void> check_read(int error) const { return error == NC_ERANGE ? Result<void>{} : check(error); }
 
-  /// The position and number of some rows of a variable in its dimensions.
+  /// The start and the count of some rows of a variable, per dimension.
   struct Part {
     Part(const Variable& variable, std::size_t first, std::size_t count) {
       starts[static_cast<std::size_t>(variable.axis)] = first;

@@ -56,7 +56,7 @@ const char* expected_date(const ImportMap& map) {
   return "a date with month, day and year in this order, like 03/31/2026 12:30:05";
 }
 
-/// Returns the time from the first text to the last one, for each notation in which both can be read.
+/// Returns the duration from the first text to the last one, for each notation in which both can be parsed.
 std::vector<Duration> possible_spans(const OtherClocks::Clock& clock) {
   std::vector<Duration> spans;
   const auto add = [&](const auto& first, const auto& last) {

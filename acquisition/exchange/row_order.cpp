@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kRowsAhead = 32;
 
-/// Returns whether the row before may have had the time 23:59:60, which counts as 00:00:00. So far, leap seconds were
-/// inserted only after 30 June and 31 December.
+/// Returns whether the row before may have had the time 23:59:60, which is parsed as 00:00:00 of the next day. So far,
+/// leap seconds were inserted only after 30 June and 31 December.
 bool may_follow_leap_second(std::optional<Duration> utc) {
   if (!utc) return false;
   const std::chrono::sys_time<Duration> at(*utc);
@@ -25,7 +25,7 @@ bool may_follow_leap_second(std::optional<Duration> utc) {
   return is_half_year && day.day() == std::chrono::day(1) && at - midnight < kSecond;
 }
 
-/// Returns another explanation that the length of the step suggests, with the key of the map that helps.
+/// Returns another explanation that the size of the step back suggests, with the map key that can help.
 std::string remedy(const ImportMap& map, Duration back) {
   constexpr double kNear = 0.02;
   if (map.time_form == TimeForm::number && map.time_unit > Duration{} && map.time_unit < kSecond)
@@ -86,7 +86,7 @@ Result<void> RowOrder::push(const ForeignRow& row) {
   return held_.size() > kRowsAhead ? pop() : Result<void>{};
 }
 
-/// Returns whether the first held row belongs to the longest subsequence in order.
+/// Returns whether the first held row belongs to a longest subsequence of the held rows that is in order.
 bool RowOrder::is_front_good() const {
   const bool is_in_order = std::ranges::adjacent_find(held_, [&](const Held& a, const Held& b) {
                              return !follows(b.time, a.time);

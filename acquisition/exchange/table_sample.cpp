@@ -45,7 +45,7 @@ std::size_t filled_width(const Fields& fields) {
 
 bool has_digit(std::string_view text) { return text.find_first_of("0123456789") != std::string_view::npos; }
 
-/// Returns whether a field may be a number in any notation, or a time.
+/// Returns whether a field may be a time, or a number in any notation.
 bool is_value(const std::string& field) {
   if (field.empty()) return false;
   std::string_view text = field;
@@ -96,7 +96,7 @@ std::vector<Line> take_comments(std::vector<Line>& lines, TableSample& sample) {
   return comments;
 }
 
-/// Returns lines from the whole file, only some of a long one.
+/// Returns lines from the whole sample; a subset if there are many.
 std::vector<const Line*> pick_lines(const std::vector<Line>& lines) {
   constexpr std::size_t kMost = 600;
   const std::size_t step = lines.size() / kMost + 1;
@@ -141,7 +141,7 @@ Shape find_shape(const std::vector<Line>& lines) {
   return best;
 }
 
-/// Returns for each column whether most lines have a value in it.
+/// Returns, for each column, whether most lines have a value in the column.
 std::vector<bool> value_columns(const std::vector<Line>& lines, const Shape& shape) {
   std::vector<std::size_t> counts(shape.width);
   std::size_t all = 0;
@@ -301,8 +301,8 @@ Marks count_marks(const TableSample& sample, const std::vector<bool>& values, ch
   return marks;
 }
 
-/// Returns the sum of a column's steps relative to its range. It is large if numbers in the wrong notation jump between
-/// thousands and ones.
+/// Returns the sum of a column's absolute steps relative to the column's range. The result is large if a wrong notation
+/// makes numbers jump between thousands and ones.
 double roughness(const TableSample& sample, std::size_t column) {
   const auto numbers = sample.column_numbers(column);
   if (numbers.size() < 3) return 0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF", kLittleMark = "\xFF\xFE", kBigMark = "\xFE\xFF";
 
-/// Returns the 16 bits at a position of a text in that byte order.
+/// Returns the 16-bit unit at a position of a text in the given byte order.
 std::uint16_t unit_at(std::string_view bytes, std::size_t at, Encoding encoding) {
   const auto first = static_cast<unsigned char>(bytes[at]), second = static_cast<unsigned char>(bytes[at + 1]);
   const int unit = encoding == Encoding::utf16_little ? second << 8 | first : first << 8 | second;
@@ -145,7 +145,7 @@ Result<void> TextLines::check_ends() const {
   return failure(fault_at(at + 1, "a carriage return within the line, expected lines that end with LF or CRLF"));
 }
 
-/// Skips the remainder of a line that is longer than the part shown.
+/// Skips the remainder of a line of which line() has only the beginning.
 Result<void> TextLines::pass_rest() {
   while (cut_short_) {
     const std::size_t before = number_;

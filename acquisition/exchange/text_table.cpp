@@ -151,7 +151,7 @@ class TextTable {
     return locate_columns();
   }
 
-  /// Returns the index of a column; the number of columns if the table does not have it.
+  /// Returns the index of a column in the table. If the table does not have the column, returns the number of columns.
   Result<std::size_t> find_column(const ColumnName& column) const {
     const bool is_numbered = !map_.header || (column.name.empty() && column.number > 0);
     if (is_numbered) return std::min(column.number - 1, width_);
@@ -166,7 +166,7 @@ class TextTable {
     return index;
   }
 
-  /// Finds the columns of the map by the header, or by the width of the first row.
+  /// Finds the columns of the map in the header or, without a header, among the fields of the first row.
   Result<void> locate_columns() {
     std::vector<std::string> missing;
     std::size_t highest = 0;
@@ -192,7 +192,7 @@ class TextTable {
 
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
 
-  /// Returns the fault of a field that is not a number. The time of a row is never optional.
+  /// Returns the fault for a field that is not a number. The time of a row must not be missing.
   Fault no_number(const Field& field, bool is_time) const {
     std::string expected = map_.decimal == ',' ? "a number with a decimal comma" : "a number";
     const bool has_comma = field.text.find(',') != std::string_view::npos;
@@ -281,7 +281,8 @@ class TextTable {
                                 rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
   }
 
-  /// Returns whether the last number of a last line without an end has fewer decimals than all before.
+  /// Returns whether the last line has no line end and its last number has fewer decimals than those of all rows
+  /// before.
   bool is_torn() {
     constexpr std::int64_t kEnough = 3;
     const auto text = trimmed(fields_.back().text);
@@ -344,10 +345,10 @@ class TextTable {
   std::vector<std::size_t> indices_{};
   OtherClocks other_clocks_{};
   DamagedLines damaged_{};
-  /// The decimals of the last field, if every row so far has the same number.
+  /// The number of decimals of the last field; nothing if it differs between rows.
   std::optional<std::size_t> decimals_{};
   bool torn_ = false;  ///< the last line was left out
-  /// The fault comes from the caller's `take`, and the row itself was read.
+  /// The fault comes from the caller's `take`; the row itself was read successfully.
   bool is_take_fault_ = false;
   std::string changed_{};
   std::int64_t rows_{};

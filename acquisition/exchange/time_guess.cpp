@@ -53,7 +53,7 @@ struct Course {
   std::size_t repeats{};  ///< rows with an unchanged time
   std::size_t back{};     ///< rows with an earlier time
   double first_back_s{};
-  bool all_steps_back_equal{};  ///< steps back are about equal
+  bool all_steps_back_equal{};  ///< steps backwards are about equal
 };
 
 Course describe_course(const std::vector<double>& times_s) {
@@ -71,7 +71,7 @@ Course describe_course(const std::vector<double>& times_s) {
   return course;
 }
 
-/// Returns the number of rows that would be left out to put the times in order.
+/// Returns the number of rows that must be left out to put the times in order.
 std::size_t count_left_out(const std::vector<double>& times_s) {
   ImportMap map;
   map.units = {{.axes = {record::AxisInfo{.kind = record::GyroKind::rate}}}};
@@ -174,8 +174,8 @@ std::vector<DateReading> find_readings(const TableSample& sample, std::size_t co
   return readings;
 }
 
-/// Removes the less likely notation. Dates with points have the day first. Of two notations the one with a much shorter
-/// duration is right: its rows advance from day to day, those of the other from month to month.
+/// Removes the less likely notation. Dates with points have the day first. If one of two notations gives a much shorter
+/// duration, it is the correct one: its rows advance by days, and those of the other by months.
 void drop_less_likely(const TableSample& sample, std::size_t column, std::vector<DateReading>& readings) {
   if (readings.size() < 2) return;
   constexpr double kMuch = 5;
@@ -191,8 +191,8 @@ void drop_less_likely(const TableSample& sample, std::size_t column, std::vector
 
 std::string in_days(double time_s) { return civil_time(from_seconds(time_s)).substr(0, 10); }
 
-/// Returns the lines for the notation of a column's dates. If there are two notations, writes both as comments, so that
-/// the user must choose.
+/// Returns the lines for the notation of a column's dates. If there are two notations, writes both as comments, and the
+/// user must choose one.
 std::string order_lines(const TableSample& sample, std::size_t column, const std::vector<DateReading>& readings) {
   if (readings.front().unit == "iso") return "";
   if (readings.size() == 1) return fmt::format("order = \"{}\"\n", readings.front().order);
@@ -272,7 +272,7 @@ std::optional<TimeGuess> guess_clock(const TableSample& sample) {
                    {*column}};
 }
 
-/// Returns the unit of times since 1970 from the size of a number; empty if there is none.
+/// Returns the unit of times since 1970 that the size of a number suggests; empty if it suggests none.
 std::string unit_since_1970(double number) {
   constexpr double kFirst = 9e8, kLast = 3e9;  // in seconds
   for (const char* unit : {"s", "ms", "us", "ns"})
@@ -280,8 +280,8 @@ std::string unit_since_1970(double number) {
   return "";
 }
 
-/// Returns the unit of serial day numbers, or of LabVIEW's seconds, in this century from the size of a number; empty if
-/// there is none.
+/// Returns the unit that the size of a number suggests: serial day numbers or LabVIEW seconds in this century. Returns
+/// an empty text if it suggests neither.
 std::string serial_unit(double number, double step) {
   const auto is_in = [&](double least, double most) { return number >= least && number < most; };
   const bool is_step_of_days = step > 0 && step <= 1;
@@ -313,7 +313,7 @@ double thermometer_pace(const TableSample& sample, const std::vector<std::size_t
   return *greatest > *least ? range / (*greatest - *least) : 0;
 }
 
-/// Returns the probable units of a time whose name has none; two of them if they are equally likely.
+/// Returns the probable unit of a time whose column name has no unit; two units if they are equally likely.
 std::vector<std::string> units_by_step(const TableSample& sample, std::size_t column,
                                        const std::vector<std::size_t>& thermometers, const std::vector<double>& times) {
   constexpr double kSlowest_s = 5, kFastestOfAir = 0.6, kSlowestOfAir = 0.003;  // K/s

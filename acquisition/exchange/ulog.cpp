@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kUlogMagic("\x55\x4C\x6F\x67\x01\x12\x35", 7);
 constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65535;
-/// The number of bytes after a header that show whether it belongs to a message.
+/// The number of bytes after a header that are examined to decide whether it belongs to a message.
 constexpr std::size_t kLookedAt = 16;
 constexpr int kNewestVersion = 1, kDeepest = 8;
 constexpr std::size_t kMostExpanded = 1'000'000;  ///< fields of all series
@@ -61,8 +61,8 @@ std::optional<DeclaredField> parse_declared(std::string_view text) {
   return field;
 }
 
-/// The formats of a log. Expands a format to its fields, including those of nested formats. Formats refer to each
-/// other, so a few bytes can describe many fields; the number of fields of all series is therefore limited.
+/// The formats of a log. Expands a format to its fields, including those of nested formats. Formats can refer to other
+/// formats, so a few bytes can describe many fields. The number of fields of all series is therefore limited.
 class Formats {
  public:
   /// Adds "vehicle_magnetometer:uint64_t timestamp;float[3] field;". Returns false if the text is not a format.
@@ -123,7 +123,7 @@ class Formats {
     return true;
   }
 
-  /// Skips a field without numbers in one step. A message omits padding at its end.
+  /// Skips a field without numbers in one step. A message does not contain the padding at its end.
   static bool pass_over(const DeclaredField& field, std::size_t bytes, bool is_padding, std::size_t& offset,
                         LogSeries& series) {
     if (offset + bytes * field.count > kLargestMessage) return false;
@@ -243,7 +243,7 @@ class UlogReader {
     return false;
   }
 
-  /// Returns whether the bytes are data of a known series, regardless of their size.
+  /// Returns whether the bytes are data of a known series. Does not check their size.
   bool is_data(std::string_view bytes) const {
     constexpr std::size_t kId = 2;
     return bytes.size() >= kMessageHeader + kId && bytes[2] == 'D' &&
@@ -254,7 +254,7 @@ class UlogReader {
     return std::string_view("BFIMPQRLCSOAD").find(kind) != std::string_view::npos;
   }
 
-  /// Returns whether the bytes may begin a message, as far as the first ones show.
+  /// Returns whether the bytes may begin a message. Examines only the first ones.
   bool looks_like_message(std::string_view bytes) const {
     constexpr std::string_view kSync("\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8);
     if (bytes.size() < kMessageHeader || !is_known_kind(bytes[2])) return false;

@@ -8,10 +8,10 @@
 namespace gyrotherm::io {
 namespace {
 
-/// Number of consecutive unanswered calls after which the instrument may be another one. An exchange takes longer than
-/// this many seconds.
+/// The number of consecutive unanswered calls after which the instrument may have been exchanged. To exchange an
+/// instrument takes longer than this number of seconds.
 constexpr int kSilencesInDoubt = 3;
-/// Number of attempts in one call. If the connection breaks during each of them, the next second tries again.
+/// The number of attempts in one call. If the connection breaks during all of them, the next call tries again.
 constexpr int kMostTries = 3;
 
 }  // namespace
@@ -30,8 +30,8 @@ bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
   return found && known_.identity.starts_with(*found);
 }
 
-/// Repeats the query if the connection broke during it: the parts of one answer could otherwise come from two
-/// instruments.
+/// Compares the instrument's identity with the known one. Repeats the query if the connection broke during it, because
+/// the parts of the answer may then come from two instruments.
 Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
   for (int tries = 0; tries < kMostTries; ++tries) {
     const auto before = instrument.breaks();

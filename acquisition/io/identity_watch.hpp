@@ -27,13 +27,13 @@ class IdentityWatch {
  public:
   explicit IdentityWatch(KnownAs known) : known_(std::move(known)) {}
 
-  /// Compares the instrument's identity if there is a reason to doubt it. Fails with mismatch, naming both instruments,
-  /// if another one answers; fails as identify() does if none answers. After a failure the caller must neither read
-  /// from the instrument nor send to it.
+  /// Compares the instrument's identity with the known one if there is a reason to doubt it. Fails with mismatch,
+  /// naming both instruments, if another instrument answers. Fails as identify() does if none answers. After a failure
+  /// the caller must neither read from the instrument nor send to it.
   [[nodiscard]] Result<void> confirm(drivers::Identified& instrument);
 
-  /// Makes `call`, and confirms the instrument before it and again after it if the connection broke meanwhile. Drops
-  /// the result of an instrument that is not confirmed and returns the fault instead.
+  /// Makes `call`. Confirms the instrument before the call, and again after it if the connection broke meanwhile. If
+  /// the instrument is not confirmed, returns the fault instead of the result.
   template <class Call>
   [[nodiscard]] std::invoke_result_t<Call&> guard(drivers::Identified& instrument, Call call) {
     if (auto same = confirm(instrument); !same) return failure(std::move(same.error()));
@@ -44,7 +44,8 @@ class IdentityWatch {
     return answer;
   }
 
-  /// Makes a call that makes the instrument safe. Makes it also if the known instrument answers with other settings.
+  /// Makes `call`, which makes the instrument safe. Also makes it if the known instrument answers but its settings
+  /// differ.
   template <class Call>
   [[nodiscard]] std::invoke_result_t<Call&> guard_safe(drivers::Identified& instrument, Call call) {
     if (auto same = confirm(instrument); !same && !is_known_by_name(instrument))
@@ -60,8 +61,8 @@ class IdentityWatch {
   /// Requests a comparison before the next call.
   void doubt() { is_doubted_ = true; }
 
-  /// Describes the instrument that answered instead of the expected one at the last comparison. Returns an empty text
-  /// if the expected one answered.
+  /// Describes the instrument that answered at the last comparison if it is not the known one. Returns an empty text if
+  /// it is.
   [[nodiscard]] std::string stranger() const;
 
  private:

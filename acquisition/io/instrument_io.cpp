@@ -36,8 +36,8 @@ Reading<T> stamped(const Clock& clock, Result<T> answer) {
   return {std::move(answer), clock.now()};
 }
 
-/// Returns the fault of the whole instrument, or null if at least one of its inputs answered. An input that is out of
-/// range has answered.
+/// Returns the fault of the whole instrument, or null if at least one of its inputs answered. An out-of-range fault is
+/// an answer.
 template <class T>
 const Fault* common_fault(const std::vector<Result<T>>& readings) {
   const auto answered = [](const Result<T>& one) { return one || one.error().kind == FaultKind::out_of_range; };
@@ -86,7 +86,7 @@ GyroCount select_share(const GyroCount& count, const GyroInputs::Share& share) {
   return own;
 }
 
-/// Distributes a gyro's reading to its units. Counts the frames with the first unit that shares the line.
+/// Distributes a gyro's reading to its units. Assigns the frame counts to the first of the units that share the line.
 void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) {
   for (const auto& share : inputs.shares) {
     auto& unit = into.units[share.unit];
@@ -100,7 +100,7 @@ AnalogueReadings read_stamped(drivers::AnalogueInputs& inputs, IdentityWatch& wa
   return stamped<std::vector<Result<double>>>(clock, read_inputs<double>(inputs, watch));
 }
 
-/// Returns the scaled reading of one channel. Copies a fault of the whole instrument to each channel.
+/// Returns the scaled reading of one channel. If the whole instrument has a fault, returns that fault.
 Result<double> scaled_value(const AnalogueChannels& inputs, std::size_t channel, const AnalogueReadings& readings) {
   const auto& [unit, value, name, scale, offset] = inputs.channels[channel];
   if (!readings.value) {
@@ -174,10 +174,10 @@ struct Watches {
     for (const auto& one : instruments.analogue) analogue.emplace_back(one.known);
   }
 
-  /// Notes the start of a second. If the program was suspended before it, every instrument is compared again: any of
-  /// them may have been exchanged.
+  /// Notes the start of a second. If the program was suspended before that second, requests a comparison of every
+  /// instrument's identity, because any instrument may have been exchanged.
   void begin_second(std::int64_t slot) {
-    constexpr std::int64_t kSuspendedFor = 3;  // seconds, like kSilencesInDoubt
+    constexpr std::int64_t kSuspendedFor = 3;  // seconds; as kSilencesInDoubt
     const bool was_suspended = last_slot && slot - *last_slot > kSuspendedFor;
     last_slot = slot;
     if (!was_suspended) return;
@@ -241,9 +241,9 @@ class InlineIo final : public InstrumentIo {
   Watches watches_;
 };
 
-/// A thread that makes the calls of one instrument, so that a blocked call delays no other instrument. Jobs run one
-/// after the other, and at most one waits. The destructor waits for the active job; every instrument call ends by its
-/// own deadline.
+/// A thread that makes the calls of one instrument. A blocked call therefore delays no other instrument. Jobs run one
+/// after the other, and at most one waits. The destructor waits for the active job, which ends by the deadline of its
+/// instrument call.
 class Worker {
  public:
   Worker() : thread_([this](std::stop_token stop) { serve(stop); }) {}
@@ -264,7 +264,7 @@ class Worker {
     return std::exchange(waiting_, nullptr) != nullptr;
   }
 
-  /// Returns the run time of the active job; zero if there is none.
+  /// Returns the time since the active job began; zero if there is none.
   [[nodiscard]] Duration busy_for() {
     const std::lock_guard lock(mutex_);
     return began_ ? Duration(std::chrono::steady_clock::now() - *began_) : Duration{};
@@ -384,7 +384,7 @@ class WorkerIo final : public InstrumentIo {
   }
 
  private:
-  /// Runs a command in the chamber's worker and waits for it. A fault names it `what`.
+  /// Runs a command in the chamber's worker and waits for it. `what` is the name of the command in a fault.
   Result<void> run_command(const std::string& what, std::function<Result<void>()> job, Duration within) {
     auto done = chamber_.post(std::move(job));
     if (done.wait_for(within) == std::future_status::ready) return done.get();
@@ -412,8 +412,8 @@ class WorkerIo final : public InstrumentIo {
     return std::nullopt;
   }
 
-  /// Replaces a missing answer by the fault timeout. Also replaces an answer that belongs to a later second, which can
-  /// exist after the machine was suspended.
+  /// Replaces a missing answer by the fault timeout. Also replaces an answer that belongs to a later second, as can
+  /// happen after the machine was suspended.
   template <class T>
   Reading<T> accept_if_in_time(std::optional<Reading<T>> reading, const char* instrument, const Clock& clock,
                                Instant since) const {

@@ -18,14 +18,15 @@
 
 namespace gyrotherm::io {
 
-/// A thermometer and the names of its channels. The channels are its first inputs, in its own order.
+/// A thermometer and the names of its channels. The channels are the first inputs of the instrument, in the
+/// instrument's order.
 struct ThermometerInputs {
   drivers::Thermometer& instrument;
   std::vector<std::string> channels;
   KnownAs known{};
 };
 
-/// A gyro's line, and the assignment of its counts and values to the units under test.
+/// A gyro instrument, and the assignment of its counts and values to the units under test.
 struct GyroInputs {
   drivers::Gyro& instrument;
   /// The axes and values that belong to one unit.
@@ -40,7 +41,7 @@ struct GyroInputs {
   KnownAs known{};
 };
 
-/// A unit of analogue inputs, and the assignment of its readings to values of the units under test.
+/// An instrument with analogue inputs, and the assignment of its readings to values of the units under test.
 struct AnalogueChannels {
   drivers::AnalogueInputs& instrument;
   /// The destination of one reading: value = reading × scale + offset. `unit` is an index in Sample::units and `value`
@@ -48,7 +49,7 @@ struct AnalogueChannels {
   struct Channel {
     std::size_t unit{};
     std::size_t value{};
-    /// The location in its faults: "u1.discharge_current_a".
+    /// The location that its faults name: "u1.discharge_current_a".
     std::string name{};
     double scale = 1;
     double offset = 0;
@@ -67,7 +68,7 @@ struct Instruments {
   /// The activity of the chamber's line; null if it is not recorded.
   const drivers::LineActivity* chamber_line = nullptr;
   /// Returns the true bias of each axis of a virtual unit in the past second. The argument is the index in
-  /// Sample::units. Empty for a real rig. Only inline calls use it.
+  /// Sample::units. Empty for a real rig. Only inline_calls() uses it.
   std::function<std::vector<DegreesPerHour>(std::size_t unit)> true_bias{};
   KnownAs chamber_known{};
 };
@@ -75,9 +76,9 @@ struct Instruments {
 struct InstrumentIoOptions {
   /// The time that each gyro reading must cover.
   Duration interval = std::chrono::seconds(1);
-  /// For workers: time after which an instrument without an answer counts as silent.
+  /// For workers: the longest wait for an instrument's answer.
   Duration patience = std::chrono::milliseconds(900);
-  /// For workers: time after the start of a read at which a command stops waiting.
+  /// For workers: time after the start of a read at which the wait for a command ends.
   Duration tick = std::chrono::milliseconds(980);
 };
 
@@ -85,8 +86,8 @@ struct InstrumentIoOptions {
 class InstrumentIo {
  public:
   /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs.
-  /// Intended for virtual time: runs are reproducible, and a silent device costs no wall time. Calls are not cut short;
-  /// only each driver's own deadline applies.
+  /// Intended for virtual time: runs are reproducible, and a silent device costs no wall time. Calls are not limited in
+  /// time except by each driver's own deadline.
   [[nodiscard]] static std::unique_ptr<InstrumentIo> inline_calls(Instruments instruments,
                                                                   InstrumentIoOptions options = {});
   /// Gives each instrument a thread of its own. Intended for real time.
@@ -96,29 +97,30 @@ class InstrumentIo {
   /// Reads every instrument once. With workers it returns at most `patience` after the call. An instrument that has not
   /// answered by then gets the fault timeout ("still busy after 900 ms") in its own columns. Its late answer is dropped
   /// and never used for a later second.
-  /// `clock` stamps the sample and its readings and must outlive this object. The rig sets the sample's `progress`. An
-  /// instrument is compared with its known identity after a reconnection or a silence; the reading of another
-  /// instrument is the fault mismatch.
+  /// `clock` stamps the sample and its readings and must outlive this object. The rig sets the sample's `progress`. The
+  /// identity of an instrument is compared with the known one after a reconnection or a silence. If another instrument
+  /// answers, its reading is the fault mismatch.
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 
   /// Sends the set point `target` to the chamber. Fails as Chamber::send_set_point() does. With workers it also fails
   /// with timeout if the command does not complete within `patience` or, after a read, within the remainder of the
-  /// `tick`. A command that had not begun by then is withdrawn. If it had begun, it is unknown whether the chamber has
-  /// the set point. Fails with mismatch and sends nothing if another chamber answers; this applies to all commands.
+  /// `tick`. If the command had not begun by then, it is withdrawn. If it had begun, it is unknown whether the chamber
+  /// has received the set point. Fails with mismatch and sends nothing if another chamber answers; this applies to all
+  /// commands.
   [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
-  /// Sends a set point immediately, even on a line that pauses after failures, and waits for the whole `patience`.
-  /// Intended for urgent commands.
+  /// Sends a set point immediately, even on a line that pauses after failures, and waits up to the full `patience` for
+  /// the result. Intended for urgent commands.
   [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) = 0;
   /// Starts or stops conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
-  /// Describes each instrument that answered instead of the expected one at its last comparison.
+  /// Describes each instrument that answered in place of the known one when identities were last compared.
   [[nodiscard]] virtual std::vector<std::string> strangers() const { return {}; }
 
   /// Returns the time for which, with workers, the chamber's present call has made no progress: since the call began or
-  /// since its last exchange ended, whichever is later. Returns zero if no call is active, or without workers. A call
-  /// that hangs has a large value; a call on a bad line does not. The other instruments are not included, because they
-  /// cannot delay commands to the chamber.
+  /// since its last exchange ended, whichever is later. Returns zero if no call is active, or without workers. The
+  /// value is large for a call that hangs, but not for a call that is slow because of retries on a bad line. The other
+  /// instruments are not included, because they cannot delay commands to the chamber.
   [[nodiscard]] virtual Duration stuck_for() { return {}; }
 };
 

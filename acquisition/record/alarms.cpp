@@ -24,7 +24,7 @@ std::string alarm_tag(const EventSubject& about) {
   return about.channel.empty() ? about.interlock : about.interlock + " " + about.channel;
 }
 
-/// Removes a number from the front of the text; 0 if there is none.
+/// Removes a number from the front of the text and returns it; 0 if there is none.
 std::int64_t take_number(std::string_view& text) {
   std::int64_t number{};
   const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -33,7 +33,7 @@ std::int64_t take_number(std::string_view& text) {
   return number;
 }
 
-/// The text of an acknowledgement in parts. `first` is 0 if the text is not one.
+/// The parts of an acknowledgement's text. `first` is 0 if the text is not an acknowledgement.
 struct AcknowledgementText {
   std::int64_t first{}, last{};
   std::string author, comment;
@@ -55,7 +55,7 @@ AcknowledgementText parse_acknowledgement(std::string_view text) {
   return {.first = first, .last = last, .author = std::string(text.substr(0, colon)), .comment = std::string(comment)};
 }
 
-/// Divides the text of an alarm into the text proper and the tag of its root; no tag if it names none.
+/// Splits the text of an alarm into its message and the tag of its root. The tag is empty if the text names no root.
 std::pair<std::string, std::string> split_root(const std::string& text) {
   const auto begin = text.rfind(kConsequence);
   if (begin == std::string::npos || !text.ends_with(kEnd)) return {text, ""};

@@ -2,7 +2,7 @@
 /// The alarms of a run, modelled after ISA-18.2 and IEC 62682: one row per alarm tag, which is an interlock and its
 /// subject. A row counts its occurrences; it is active or returned to normal, and acknowledged or not. An alarm that is
 /// a consequence of another one is suppressed and listed under it. The list is computed only from the record's events,
-/// so it survives the end of any program. All types are values; one thread may use each.
+/// so it survives the end of any program. The types are values. Only one thread may use an object.
 #pragma once
 
 #include <cstdint>

@@ -33,7 +33,8 @@ bool is_row(const Entry& entry) { return !entry.is_gap(); }
 
 bool is_dropped_gap(const Entry& entry) { return entry.is_gap() && entry.gap_cause == kDropped; }
 
-/// Returns the seconds of a gap that was appended. A gap made of dropped rows is not counted.
+/// Returns the number of seconds of an entry that was appended as a gap; 0 for a row and for a gap made of dropped
+/// rows.
 std::int64_t unmeasured_in(const Entry& entry) { return entry.is_gap() && !is_dropped_gap(entry) ? entry.slots() : 0; }
 
 }  // namespace

@@ -14,8 +14,8 @@ namespace gyrotherm::record {
 
 using EntryPointer = std::shared_ptr<const Entry>;
 
-/// Keeps entries in order. If there are more than `most`, the oldest row without a safety event becomes part of a gap
-/// that states the loss. If every row has a safety event, the oldest row of all does.
+/// Keeps entries in order. If there are more than `most`, a row is dropped and becomes part of a gap whose cause is
+/// kDropped: the oldest row without a safety event, or the oldest row if every row has one.
 class Backlog {
  public:
   explicit Backlog(std::size_t most) : most_(most) {}
@@ -32,7 +32,7 @@ class Backlog {
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] std::size_t dropped() const { return dropped_; }  ///< total number of rows
-  /// Returns the number of seconds in gaps without a measurement. They are not part of the delay of the disk.
+  /// Returns the number of seconds in the queue that were appended as gaps. These seconds do not wait for the disk.
   [[nodiscard]] std::int64_t unmeasured() const { return unmeasured_; }
 
  private:

@@ -99,7 +99,8 @@ namespace {
 /// The position of the name in a line of a manifest: 64 digits of the digest, two blanks, the name.
 constexpr std::size_t kDigits = 64, kName = 66;
 
-/// Parses a manifest into names and digests, in its order. Returns nothing if the text is not a manifest.
+/// Parses a manifest into names and digests, in the order of the manifest. Returns nothing if the text is not a
+/// manifest.
 std::optional<std::vector<std::pair<std::string, std::string>>> parse_manifest(const std::string& text) {
   std::vector<std::pair<std::string, std::string>> files;
   std::istringstream lines(text);
@@ -159,7 +160,7 @@ void add_columns(RowChain& chain, const Statement& row, int columns) {
 }
 
 /// Iterates over the rows of one table in chain order. The last column is the link of the chain. `key` is the index of
-/// the column with the slot, `rank` the order of the table within a slot.
+/// the column with the slot. `rank` is the position of the table's rows among those of one slot.
 class Cursor {
  public:
   Cursor(Statement query, const char* table, int key, int rank)
@@ -198,7 +199,7 @@ class Cursor {
 };
 
 /// Opens a cursor per table. The ranks give the order in which the rows of a second are written: the sample or the gap,
-/// its missing readings, its events.
+/// the missing readings, the events.
 Result<std::vector<Cursor>> open_cursors(Database& database, const RunInfo& info) {
   struct Table {
     const char* name;
@@ -233,12 +234,12 @@ tl::unexpected<Fault> broken_chain(const std::string& path, std::string_view wha
   return failure(FaultKind::bad_file, path, fmt::format("{} not what was written", what));
 }
 
-/// The values that are stored outside the rows.
+/// The values of the chain that are stored outside the rows.
 struct Seals {
   std::string start;
-  std::string head;  ///< empty: no row committed
+  std::string head;  ///< empty: no rows yet
   std::int64_t seen{}, lost{}, bad{};
-  /// Empty if the run is not finished.
+  /// The final hash; empty if the run is not finished.
   std::string end;
   /// The table of frames has only one row.
   bool is_single = false;

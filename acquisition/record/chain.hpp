@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Verifies that a record is unchanged. The hash chain over its rows detects an edited row; the manifest over its files
-/// (RUN.db.sha256) detects any other change. Any thread may call each function, with a database of its own.
+/// Verifies that a record is unchanged. The hash chain over its rows detects an edited row. The manifest of its files
+/// (RUN.db.sha256) detects any other change. Any thread may call these functions, with a database of its own.
 #pragma once
 
 #include <concepts>
@@ -21,27 +21,27 @@
 
 namespace gyrotherm::record {
 
-// The hash chain over the rows of a record. Each row stores the first bytes of a hash over itself and the complete
-// previous hash. A row that was changed, removed, inserted or moved no longer matches. The chain starts with the
-// description that the run had at its start. It makes edits evident but does not prevent them: anyone who may write the
-// file can also compute the chain again.
+// The hash chain over the rows of a record. Each row stores the first bytes of a hash over the row and the complete
+// previous hash. If a row was changed, removed, inserted or moved, the hashes no longer match. The chain starts with
+// the hash of the run's description at its start. It makes edits evident but does not prevent them: anyone who may
+// write the file can also compute the chain again.
 
 class RowChain {
  public:
   RowChain() = default;
   explicit RowChain(const Digest& head) : head_(head) {}
 
-  /// Starts a row. A row is begin(), then each value in the order of its columns, then end().
+  /// Starts a row. For each row, call begin(), then add() for each value in the order of the columns, then end().
   void begin(std::string_view table);
   template <std::integral T>
   void add(T value) {
     add_integer(static_cast<std::int64_t>(value));
   }
-  /// Adds a number. NaN counts as NULL, and a whole number as an integer, because the file stores them so.
+  /// Adds a number. Treats NaN as NULL and a whole number as an integer, because the file stores them like this.
   void add(double value);
   void add(std::string_view value);
   void add(std::monostate /*nothing*/) { row_ += 'n'; }
-  /// Returns the value that the row stores: the first 8 bytes of its hash. The next row continues from the whole hash.
+  /// Returns the value that the row stores: the first 8 bytes of its hash. The chain continues from the complete hash.
   std::int64_t end();
 
   [[nodiscard]] const Digest& head() const { return head_; }
@@ -70,9 +70,9 @@ class RowChain {
 
 /// Digests by file name.
 using Manifest = std::map<std::string, std::string>;
-/// Compares the files with the manifest and returns the manifest, or nothing if the record has none. If a record was
-/// renamed together with all its files, it counts as unchanged, and the result has the new names. Fails with bad_file,
-/// naming the first file that differs or a log that the manifest does not list.
+/// Compares the files with the manifest and returns the manifest, or nothing if the record has none. A record that was
+/// renamed together with all its files is unchanged, and the result has the new names. Fails with bad_file, naming the
+/// first file that differs or a log that the manifest does not list.
 [[nodiscard]] Result<std::optional<Manifest>> check_manifest(const std::string& record_path);
 
 // Verification of a record by its own chain.
@@ -83,7 +83,7 @@ using Manifest = std::map<std::string, std::string>;
 [[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);
 
 /// Calls `use` with each chained row of one open file, in the order of writing. Passes the table, the slot of the row
-/// and its columns; the last column is the stored link of the chain. Ends with the first fault.
+/// and its columns. The last column is the stored link of the chain. Stops at the first fault and returns it.
 using UseRow = std::function<Result<void>(std::string_view table, std::int64_t slot, const Statement& row)>;
 [[nodiscard]] Result<void> each_chained_row(Database& database, const RunInfo& info, const UseRow& use);
 
@@ -105,8 +105,8 @@ struct Verified {
   std::string digest{};
 };
 
-/// Verifies all files of a record: that none is missing, the chain of each file, and the manifest if the run was closed
-/// with one. Fails with bad_file, naming the part that was changed or cannot be read.
+/// Verifies that no file of a record is missing, that the chain of each file matches, and that the manifest matches if
+/// the record has one. Fails with bad_file, naming the part that was changed or cannot be read.
 [[nodiscard]] Result<Verified> verify_files(const RecordFiles& files);
 
 /// Verifies the files and compares the end of an unfinished run with its status file: every second acknowledged there

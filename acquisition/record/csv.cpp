@@ -297,11 +297,11 @@ double channel_value(const Record& record, const ChannelColumn& column, std::siz
   return number_at(unit.interval_s, row);
 }
 
-/// The column with the mounting of the unit.
+/// A tag for the column with the mounting of the unit.
 struct Turned {};
 
-/// Calls `use` with each column of the text table, in order: a column of every record, a column of a channel, or Turned
-/// if the record `is_handled`.
+/// Calls `use` with each column of the text table, in order. A column is one that every record has, one of a channel,
+/// or Turned if `is_handled`.
 void each_column(std::span<const ChannelColumn> channels, bool is_handled, const auto& use) {
   const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
     for (const auto& column : columns)
@@ -348,7 +348,7 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
   Buffer out;
   const auto channels = channel_columns(record.info);
   out.push_back('\n');
-  // The output begins after a newline, from which add_cell() detects the start of a line.
+  // Starts the text with a newline, because add_cell() detects the start of a line by the newline before it.
   std::size_t begun = 1;
   const auto flush = [&] {
     sink(std::string_view(out.data(), out.size()).substr(begun));

@@ -23,7 +23,7 @@ inline constexpr std::size_t kMostFields = 4096;
 struct Field {
   std::string_view text;  ///< quotes and outer blanks removed
   std::size_t column{};   ///< first byte, from 1
-  /// The field was quoted, and each `""` in its text means one `"`.
+  /// The field was quoted, and its text contains `""`, each of which represents one `"`.
   bool has_doubled_quotes{};
 };
 
@@ -31,9 +31,9 @@ struct Field {
 [[nodiscard]] std::string unquoted(const Field& field);
 
 /// Splits a line at `separator`. Fields may be in double quotes, in which `""` is a quote (RFC 4180), with blanks
-/// around them. If the separator is a blank, several blanks count as one, and blanks at either end are ignored. Fails
-/// with bad_file (`where` is the column only) if a quote is not closed, if text follows a closing quote, or if there
-/// are more than kMostFields.
+/// around them. If the separator is a blank, several blanks are one separator, and blanks at either end are ignored.
+/// Fails with bad_file (`where` is only the column) if a quote is not closed, if text follows a closing quote, or if
+/// there are more than kMostFields.
 [[nodiscard]] Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields);
 
 /// Returns the text without blanks at either end.
@@ -66,7 +66,7 @@ class LiveRows {
 
   /// Returns the fields of the first line that is not a comment; empty before it arrives.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
-  /// Returns the indices in the header of the columns that are read.
+  /// Returns the header indices of the columns that are read.
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   /// Returns the values of all rows since the last forget_rows(), row by row, columns().size() per row. An empty field
   /// is NaN.
@@ -103,10 +103,10 @@ struct RunInfo;
 
 /// Returns the record as text: comment lines with `#`, a header of names with units, and one row per sample. A missing
 /// value is an empty field.
-/// The comments identify the record ("SIMULATED" first if it is simulated). They also contain the constants for
-/// computing a bias from the numbers and a temperature from the readings: "axis u1.x: scale 0.1, earth rate 10.04"
-/// (arcsec per pulse, or °/h per unit of a rate; Earth rate in °/h if the record has it), "thermometer A: offset 0.01"
-/// (K), "thermometer A: polynomial 0 1.001".
+/// The comments identify the record ("SIMULATED" first if it is simulated). They also contain the constants that are
+/// required to compute a bias from the numbers and a temperature from the readings: "axis u1.x: scale 0.1, earth rate
+/// 10.04" (arcsec per pulse, or °/h per unit of a rate; Earth rate in °/h if the record has it), "thermometer A: offset
+/// 0.01" (K), "thermometer A: polynomial 0 1.001".
 /// If operators handle the unit during the profile, a further column contains its mounting (turned_at): the Earth rate
 /// of a turned unit has the opposite sign. Fields are quoted as in RFC 4180, and lines end with LF. Numbers have the
 /// fewest digits that read back to the same value.
@@ -115,7 +115,7 @@ struct RunInfo;
 inline constexpr std::string_view kTurnedTitle = "turned";
 /// Writes the same text in pieces. The text of a record with many channels is larger than the record itself.
 void write_csv(const Record& record, const std::function<void(std::string_view)>& sink);
-/// Writes the comments and the header, for a record that still grows.
+/// Writes only the comments and the header, for a record that is still being written.
 void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink);
 /// Writes the rows after second `after`.
 void write_csv_rows(const Record& record, std::int64_t after, const std::function<void(std::string_view)>& sink);

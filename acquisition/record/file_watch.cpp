@@ -36,7 +36,7 @@ std::uint32_t native(Bytes at) {
   return word;
 }
 
-/// The checksum of a write-ahead log: a sum over words of four bytes, two words at a time.
+/// The checksum of a write-ahead log: a sum over 4-byte words, two at a time.
 class LogSum {
  public:
   void add(Bytes bytes) {
@@ -88,7 +88,7 @@ std::int64_t count_blocks(std::int64_t length) { return (length + kBlock - 1) / 
 
 }  // namespace
 
-/// Computes the FNV-1a hash of a block over words of eight bytes.
+/// Computes the FNV-1a hash of a block over 8-byte words.
 void BlockSums::sum_block(int descriptor, std::int64_t block) {
   constexpr std::uint64_t kStart = 0xCBF29CE484222325U, kPrime = 0x100000001B3U;
   std::array<std::uint64_t, kBlock / sizeof(std::uint64_t)> words{};
@@ -125,7 +125,7 @@ BlockSums BlockSums::of(int descriptor, std::int64_t length) {
 
 namespace {
 
-/// Returns the descriptor of this process that holds the file of that name; kNoDescriptor if none does.
+/// Returns the descriptor with which this process has the file of that name open; kNoDescriptor if there is none.
 int find_descriptor(int folder, const std::string& name) {
   struct stat target {};
   if (::fstatat(folder, name.c_str(), &target, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
@@ -166,8 +166,8 @@ Interference interference(Interference::Kind kind, bool is_log_only, const std::
 
 }  // namespace
 
-/// Reads the identity and state of a file. Omits the change time of the log: its own checksums detect more, and a
-/// change of its mode must not count.
+/// Reads the identity and state of a file. Omits the change time of the log, because the checksums in the log detect
+/// more, and a change of its mode is not an interference.
 std::optional<FileWatch::Snapshot> FileWatch::read_state(const File& file) {
   struct stat found {};
   if (::fstat(file.held, &found) != 0) return {};
@@ -233,8 +233,8 @@ std::optional<Interference> FileWatch::check_name(const File& file) const {
   return {};
 }
 
-/// Returns whether only the times of the database changed; updates them then. A log is never only touched: after a
-/// crash, everything after a foreign write would be lost.
+/// Returns whether only the times of the database changed, and then updates the remembered times. Returns false for a
+/// log, because after a crash SQLite would drop everything after a write by another program.
 bool FileWatch::is_only_touched(File& file, const Snapshot& now) {
   if (file.is_log || now.length != file.state.length || BlockSums::of(file.held, file.state.length) != file.content)
     return false;
@@ -260,7 +260,7 @@ std::optional<Interference> FileWatch::check() {
 std::optional<Interference> FileWatch::check_folder() const {
   struct stat named {
   }, held{};
-  if (::stat(folder_path_.c_str(), &named) != 0) return {};  // nothing to compare
+  if (::stat(folder_path_.c_str(), &named) != 0) return {};  // path cannot be examined
   if (::fstat(folder_->number(), &held) != 0 || named.st_dev != held.st_dev || named.st_ino != held.st_ino)
     return interference(Interference::Kind::taken_away, false,
                         "the folder " + std::filesystem::path(folder_path_).filename().string(), "replaced");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Detects interference with the two files of a record being written, the database and its write-ahead log. Each file
-/// must still exist under its name, in the folder of that name, and no other program may write it. Without this check,
-/// a file that another program has unlinked would accept every commit and lose all of them, while SQLite reports
-/// success.
+/// Detects interference by other programs with the two files of a record that is being written: the database and its
+/// write-ahead log. Each file must keep its name, its folder must keep its path, and no other program may write the
+/// file. Without this check, a file that another program has unlinked would lose every later commit, although SQLite
+/// reports success.
 #pragma once
 
 #include <array>
@@ -19,15 +19,15 @@
 
 namespace gyrotherm::record {
 
-// The check of a write-ahead log against its own checksums. Without it, a foreign write would be noticed only after a
-// crash or a power failure, when SQLite drops everything after it.
+// The check of a write-ahead log against its own checksums. Without it, a write by another program would be noticed
+// only after a crash or a power failure, when SQLite drops everything in the log after that write.
 
 /// Returns whether the header and the first `frames` frames of an open log, written on this machine, are intact
 /// (SQLite, "WAL-mode File Format" and "Checksum Algorithm"). Reads all of them: about 1 ms for 200 frames of 4 KiB.
 [[nodiscard]] bool log_is_whole(int descriptor, std::int64_t frames);
 
-// Checksums of a file's content, one per block, for detecting changes. After a write to a few positions of a large file
-// only those blocks are summed again.
+// Checksums of a file's content, one per block, for detecting changes. After a write to a few positions of a large
+// file, only the checksums of those blocks are computed again.
 
 /// The checksums of one file.
 class BlockSums {
@@ -50,13 +50,13 @@ class BlockSums {
 /// A change that another program made to a file of the record.
 struct Interference {
   enum class Kind {
-    /// Removed, moved or replaced. An open descriptor still reads the original content.
+    /// The file was removed, moved or replaced. An open descriptor still reads the original content.
     taken_away,
-    /// Truncated or overwritten.
+    /// The file was truncated or overwritten.
     spoiled,
   };
   Kind kind{};
-  /// The change affects only the log: everything already copied into the database is intact.
+  /// The change affects only the log. The content of the database is intact.
   bool is_log_only{};
   /// The description: "run.db was removed or moved by another program while it was being written".
   std::string description;
@@ -65,16 +65,17 @@ struct Interference {
 /// Watches the two files of one record.
 class FileWatch {
  public:
-  /// Finds the descriptors with which this process holds the two files. Call it after the first commit to the database
+  /// Finds the descriptors of the two files that this process has open. Call it after the first commit to the database
   /// at `path`. Opens neither file, because closing it again would release SQLite's locks. Fails with storage if a
   /// descriptor is not found.
   [[nodiscard]] static Result<FileWatch> begin(const std::string& path);
 
-  /// Compares names, lengths and modification times with those at the last remember(). If only the time of the database
-  /// differs, compares its content, because the file may merely have been touched. Call it before writing.
+  /// Compares names, lengths and times of the files with those that were last remembered. If only a time of the
+  /// database differs, compares the content of the database, because the file may merely have been touched. Call it
+  /// before writing.
   [[nodiscard]] std::optional<Interference> check();
-  /// Compares the names and, at most twice a second, the first `frames` frames of the log with their checksums. This
-  /// detects writes of another program during a write of this process. Call it after writing.
+  /// Compares the names. At most twice a second, also checks the first `frames` frames of the log against their
+  /// checksums. This detects writes by another program during a write by this process. Call it after writing.
   [[nodiscard]] std::optional<Interference> check_after_writing(std::int64_t frames);
   /// Compares only the log. Call it before the log is copied into the database.
   [[nodiscard]] std::optional<Interference> check_log(std::int64_t frames) const;
@@ -82,8 +83,9 @@ class FileWatch {
   [[nodiscard]] std::optional<Interference> check_all(std::int64_t frames) const;
   /// Returns the offsets in the database that the log will overwrite.
   [[nodiscard]] std::vector<std::int64_t> offsets_in_log() const;
-  /// Accept the present content as written by this process: that of the log; that of the log and of the database at
-  /// `places`, the offsets that the log had before it was copied; or that of both files.
+  /// Accept present content as written by this process. remember_log() accepts the log. remember_fold() accepts the
+  /// log, and the blocks of the database at `offsets`, which offsets_in_log() returned before the log was copied.
+  /// remember() accepts both files.
   void remember_log();
   void remember_fold(std::span<const std::int64_t> offsets);
   void remember();
@@ -92,7 +94,7 @@ class FileWatch {
   struct Snapshot {
     std::uint64_t device{}, inode{};
     std::int64_t length{}, written_ns{};
-    /// The change time, for the database only. Unlike the modification time, no program can reset it.
+    /// The change time, for the database only. No program can set it, unlike the modification time.
     std::int64_t changed_ns{};
     bool operator==(const Snapshot&) const = default;
   };
@@ -114,7 +116,7 @@ class FileWatch {
   [[nodiscard]] static std::optional<Interference> check_content(File& file);
 
   std::string folder_path_;  ///< absolute path of the folder
-  /// The folder that had this path at the beginning.
+  /// The folder that had this path when the watch began.
   std::shared_ptr<const Descriptor> folder_;
   std::array<File, 2> files_;
   SteadyClock clock_;

@@ -31,13 +31,13 @@ using std::chrono::steady_clock;
 
 constexpr auto kLongestShutdown = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
-/// The copy is removed if less than this fraction of the reserved space is left.
+/// The copy is removed if less than the reserved space divided by this number is left.
 constexpr std::uintmax_t kScarce = 8;
 constexpr std::int64_t kPage = 4096;
 
 int next_number(int number) { return number % kHighestCopyNumber + 1; }
 
-/// Removes the files of all copies except number `but`. Returns the highest number that it removed, or 0.
+/// Removes the files of all copies except number `but`. Returns the highest number removed; 0 if there is none.
 int remove_files(const std::string& link, int but) {
   int highest = 0;
   for (const auto& entry : list_folder(folder_of(link))) {
@@ -56,7 +56,8 @@ std::optional<std::uintmax_t> free_space(const std::string& path) {
   return std::uintmax_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// Points the link at the file of a copy. Fails if another kind of file has the name of the link.
+/// Points the link at the file of a copy. Fails if a file with the name of the link exists and is not a link of a live
+/// copy.
 Result<void> point_link_at(const std::string& link, const std::string& target) {
   std::error_code ignored;
   const auto there = fs::symlink_status(link, ignored);
@@ -107,14 +108,14 @@ struct LiveCopy::Worker {
   bool given_up{};  ///< the copy has ended
 
   std::optional<RunFile> file;
-  /// The highest number of a file that a dead program left.
+  /// The highest number among the files that a dead program left.
   int left_behind{};
   /// The number of the present file, and the time when it was begun.
   int number{};
   steady_clock::time_point begun_at{};
-  /// The time since which the file could not be written.
+  /// The time since which writing the file has failed.
   std::optional<steady_clock::time_point> locked;
-  /// No attempt can succeed any more.
+  /// No further attempt can succeed.
   bool is_lost{};
   std::thread thread;
 
@@ -154,7 +155,7 @@ void LiveCopy::Worker::remove_left_behind() {
   left_behind = remove_files(link, 0);
 }
 
-/// Fails if `bytes` more would use the space reserved for the record.
+/// Fails if `bytes` more on the disk would use space that is reserved for the record.
 Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
   const auto free = free_space(link);
   if (!free || *free >= bytes + options.left_free) return {};
@@ -165,7 +166,7 @@ Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
       fmt::format("its disk has {} MiB, and the last {} are the record's", *free >> kMebi, options.left_free >> kMebi));
 }
 
-/// Makes a file the present copy, even if the link cannot be set; prepare_to_write() tries that again.
+/// Makes a file the present copy, even if the link cannot be set. prepare_to_write() then tries again to set it.
 Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int file_number) {
   begun_at = steady_clock::now();
   if (options.most_pages > 0)
@@ -201,8 +202,8 @@ Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
   return filled ? open_to_readers(std::move(*made), next) : filled;
 }
 
-/// Returns whether the file is damaged, so that its rows cannot be copied into a new file. The rows cannot be read from
-/// the record either, because only its writer may open it.
+/// Returns whether the file is damaged. Its rows then cannot be copied into a new file. They cannot be read from the
+/// record either, because only the writer of the record may open it.
 bool LiveCopy::Worker::is_spoiled() {
   const auto verdict = file->database().ask("PRAGMA quick_check(1)");
   return verdict ? *verdict != "ok" : !is_locked(verdict.error()) && !is_full(verdict.error());
@@ -258,8 +259,8 @@ Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, cons
     if (done = insert_all(entries, count); !done) return (void)file->roll_back(), done;
   }
   locked.reset();
-  // Updates the index of the log by reading. A reader that may not write the index sees the state of the last such
-  // read.
+  // Reads the file, which updates the index of the log. A reader without write access to the index sees the state at
+  // the last such read.
   (void)file->database().ask_integer("SELECT seen FROM frames", 0);
   (void)file->fold_log();
   return {};

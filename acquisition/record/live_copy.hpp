@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Maintains the live copy of a record that is being written. Other programs read the copy, because the writer holds
-/// the record itself exclusively (docs/files.md). "RUN.live.db" is an ordinary SQLite file of the same schema, at most
-/// two seconds behind.
+/// Maintains the live copy of a record that is being written. Other programs read the copy, because the writer locks
+/// the record itself exclusively (docs/files.md). "RUN.live.db" is an ordinary SQLite file with the same schema. It is
+/// at most two seconds behind the record.
 ///
 /// Readers cannot disturb the run, because nothing in the run waits for them. The copy has a worker of its own. The
-/// worker writes only acknowledged rows, into a write-ahead log, which no reader can block. Only a reader that keeps a
-/// transaction open prevents that log from being restarted.
+/// worker writes only acknowledged rows. It writes them to a write-ahead log, which no reader can block. A reader that
+/// keeps a transaction open can only prevent the log from being restarted.
 ///
 /// The worker starts a new file before the log becomes too long, if another program holds the lock of the copy, or if
-/// the file was removed. "RUN.live.db" is a symbolic link, so that no reader combines one file with the log of another:
-/// SQLite names the log after the target of the link, "RUN.live.db.1", then "RUN.live.db.2", up to 9999. The link is
-/// replaced by a rename and older files are removed. A reader with an older file open can still read it to its end.
+/// the file was removed. "RUN.live.db" is a symbolic link to "RUN.live.db.1", then to "RUN.live.db.2", up to 9999.
+/// SQLite names the log after the target of the link, so no reader combines one file with the log of another. The link
+/// is replaced by a rename, and older files are removed. A reader that has an older file open can still read it to its
+/// end.
 ///
-/// If the disk accepts no data, or has only the space reserved for the record, the copy waits, as long as memory can
-/// hold the rows. If only an eighth of the reserved space is left, or if another program damaged the copy, it is
-/// removed. The run and its record are not affected, and trouble() reports the reason.
+/// If the disk accepts no data, or has only the space reserved for the record, the rows wait in memory. The copy is
+/// removed if too many rows wait, if only an eighth of the reserved space is left, or if another program damaged the
+/// copy. The run and its record are not affected, and trouble() reports the reason.
 #pragma once
 
 #include <cstdint>
@@ -40,15 +41,15 @@ struct LiveCopyOptions {
   Duration longest_locked = std::chrono::seconds(3);
   /// The least time between two files.
   Duration rest = std::chrono::seconds(10);
-  /// The most rows that wait in memory. With more, the copy ends.
+  /// The maximum number of rows that wait in memory. If there are more, the copy ends.
   std::size_t most_rows = 50'000;
-  /// A simulated full disk: the most pages of the file; 0 means no limit.
+  /// The maximum number of pages of the file, to simulate a full disk; 0 means no limit.
   int most_pages{};
   /// The disk space in bytes that is reserved for the record.
   std::uintmax_t left_free = std::uintmax_t{256} << 20U;
 };
 
-/// The writing side. It never fails: a run does not end because it cannot be observed.
+/// The writer of a live copy. Its functions never fail, because a run must not end when it cannot be observed.
 class LiveCopy {
  public:
   /// Begins the copy of a new record; add() supplies its rows. Removes an older copy immediately.
@@ -56,7 +57,7 @@ class LiveCopy {
   /// Begins the copy of a resumed record with all rows in its files. No program may be writing them.
   [[nodiscard]] static std::unique_ptr<LiveCopy> for_existing_record(const RecordFiles& files, const RunInfo& info,
                                                                      const LiveCopyOptions& options);
-  /// Removes the copy. Waits at most two seconds for the worker and abandons it if its disk hangs.
+  /// Removes the copy. Waits at most two seconds for the worker, and abandons it if the disk hangs.
   ~LiveCopy();
   LiveCopy(const LiveCopy&) = delete;
   LiveCopy& operator=(const LiveCopy&) = delete;

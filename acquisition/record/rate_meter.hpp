@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures the rate on each gyro axis during a run: in the last second and over the last 100 s.
-/// Values; one thread.
+/// Measures the rate on each gyro axis during a run: in the last second and over the last 100 s. The types are values.
+/// Only one thread may use an object.
 #pragma once
 
 #include <cstdint>

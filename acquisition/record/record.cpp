@@ -98,7 +98,8 @@ Gap lost_gap(const Continuation& continuation, std::int64_t first) {
   return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
 }
 
-/// Appends a part. Its rows replace those of the record from its first slot on. Slots that are in neither become a gap.
+/// Appends a part to the record. The rows of the part replace the record's rows from the first slot of the part on.
+/// Slots between the record and the part become a gap.
 void join(Record& record, Record part, const Continuation& continuation, const Selection& selection) {
   const auto kept = static_cast<std::size_t>(
       std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
@@ -132,7 +133,7 @@ Result<Record> read_part(const Part& part, bool proves, const std::string& unit)
   return record_of(*database, {.unit = unit});
 }
 
-/// Reads all parts. Skips a part that was changed: its rows are in the parts after it, or become a gap.
+/// Reads all parts. Skips a part that was changed. Its slots are in the parts after it, or become a gap.
 Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool proves_last) {
   std::optional<Record> record;
   for (const auto& part : files.parts) {

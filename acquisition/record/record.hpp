@@ -24,13 +24,13 @@ struct Gap {
 
 /// The measurements of a unit under test, as columns.
 struct UnitColumns {
-  /// Pulses per axis, or the number in an imported record.
+  /// The pulses of each axis, or the number that an imported record stores for it.
   std::vector<std::vector<double>> rotation;
-  /// The counting time of the pulses.
+  /// The time in which the pulses were counted.
   std::vector<double> interval_s;
   /// One column per value of the unit.
   std::vector<std::vector<double>> values;
-  /// For each axis of a virtual gyro, the bias caused by temperatures and warm-up.
+  /// The bias of each axis of a virtual gyro caused by temperatures and warm-up.
   std::vector<std::vector<double>> true_bias_deg_per_h;
 };
 
@@ -61,19 +61,19 @@ struct Record {
 /// Returns the segment of a row, or null if it is unknown, as in an imported record.
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
-/// Returns whether operators handle the unit during the profile: to turn it around, or for any other request of a
-/// prompt.
+/// Returns whether operators handle the unit during the profile: a prompt asks them to turn it around or to do anything
+/// else.
 [[nodiscard]] bool is_handled(const RunInfo& info);
 /// Returns the mounting of the unit in a row: 1 if it was turned around, 0 if not. Returns NaN while an operator
-/// handles it, which lasts until the clock of a segment with a prompt starts.
+/// handles the unit: in a segment with a prompt, until the clock of the segment starts.
 [[nodiscard]] double turned_at(const Record& record, std::size_t row);
 
 /// Reads all rows of all files of the record (a file that failed is followed by RUN.2.db, …). Skips a file that is
-/// missing or was changed if a later file continues it; slots that are in no file become a gap, "lost with RUN.db:
-/// …". With the name of a unit it reads only the measurements of the rig and of that unit (serves() selects the
-/// thermometers); the columns of other units are empty.
-/// Fails with storage ("being written by …") while a program writes the record; status.hpp covers that case. Fails
-/// with bad_file if the file is not a record, has another schema version, or is damaged.
+/// missing or was changed if a later file continues it. Slots that are in no file become a gap, "lost with RUN.db: …".
+/// If `unit` is not empty, reads only the measurements of the rig and of that unit (serves() selects the thermometers),
+/// and leaves the columns of other units empty. Fails with storage ("being written by …") while a program writes the
+/// record; status.hpp covers that case. Fails with bad_file if the file is not a record, has another schema version, or
+/// is damaged.
 [[nodiscard]] Result<Record> read_record(const RecordFiles& files, const std::string& unit = {});
 [[nodiscard]] Result<Record> read_record(const std::string& path, const std::string& unit = {});
 /// Reads the record as read_record() does, and verifies the chain of every file. Fails with bad_file, naming the
@@ -85,8 +85,8 @@ struct Record {
 
 /// Finds the files of a record as find_record_files() does, and fails as read_record() does.
 [[nodiscard]] Result<RecordFiles> find_files_to_read(const std::string& path);
-/// Returns the fault that read_record() reports: bad_file for a damaged record. If a program is writing the record,
-/// adds the process that does.
+/// Converts a storage fault to the one that read_record() reports: bad_file for a damaged record. If a program is
+/// writing the record, adds its process to the fault.
 [[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
 /// Reads one open file, restricted to the `wanted` samples. Fails with storage.
 [[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});

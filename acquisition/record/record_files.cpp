@@ -197,13 +197,14 @@ Result<FoundPart> find_part(const std::string& path, int number) {
   return FoundPart{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
 }
 
-/// Returns the run in the status file of a record; empty if there is none.
+/// Returns the run's id from the status file of a record; empty if there is no status file.
 std::string run_id_in_status_file(const std::string& path) {
   const auto status = read_status_file_if_any(path);
   return status ? status->id : std::string();
 }
 
-/// Returns whether a file that cannot be read is a record of its own. Only records have a status file; parts do not.
+/// Returns whether a file that cannot be read belongs to another run, as its status file shows. Parts have no status
+/// file.
 bool is_of_another_run(const std::string& path, const std::string& run_id) {
   const auto its_run = run_id_in_status_file(path);
   return !its_run.empty() && its_run != run_id;
@@ -223,9 +224,9 @@ std::set<int> numbers_beside(const std::string& record_path) {
   return numbers;
 }
 
-/// Returns the number of the file that a part continues. After a renaming of all files, the stored name is the old one.
-/// An old name such as "A.2.db" may be the record's own; it names a part only if its number is lower than that of this
-/// part.
+/// Returns the number of the file that a part continues. If all files were renamed, the stored name is the old one. An
+/// old name such as "A.2.db" may be the old name of the record itself. It is taken as the name of a part only if its
+/// number is lower than the number of this part.
 int number_before(const Continuation& continuation, const std::string& record_path) {
   if (continuation.before == name_in_folder(record_path)) return 1;
   const auto name = part_name(continuation.before);
@@ -239,8 +240,8 @@ std::int64_t end_slot(const Part& part) {
   return std::max(part.continuation.from, last.value_or(-1) + 1);
 }
 
-/// Finds the first part that continues a file which is not among those before it. Ignores a part whose predecessors
-/// have every slot before its own first one, because it has copied the rows of that file.
+/// Finds the first part that continues a lost file, which is not among the parts before it. Ignores a part if the parts
+/// before it have every slot before its first slot, because it then has all rows of the lost file.
 void find_lost_part(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& rejected) {
   std::set<int> before;
   for (std::size_t i = 0; i < files.parts.size(); ++i) {
@@ -267,7 +268,7 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
                    .continuation = {.part = 1, .before = {}, .cause = {}}};
   RecordFiles files;
   files.path = record_path;
-  /// The reason why a file is not a part, by its number.
+  /// The reasons why files are not parts, by their numbers.
   std::map<int, Fault> rejected;
   /// The last damaged file so far.
   std::optional<Fault> damaged;

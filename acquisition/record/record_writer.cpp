@@ -80,12 +80,13 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
               fmt::format("the record continues in {}, with the rows from slot {} on: {}",
                           std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
                           continuation.from, continuation.cause)};
-  // Numbers rise over all files, even if no earlier event is copied.
+  // Event numbers rise over all files, even if no earlier event is copied.
   event.number = last_event_ + 1;
   return insert_all(file, kept).and_then([&] { return file.insert_event(acknowledged_, event); });
 }
 
-/// Returns the first slot of the next part: the first slot of a file that can still be read, or of the rows in memory.
+/// Returns the first slot of the next part: that of the previous part if it can still be read, and otherwise that of
+/// the rows in memory.
 std::int64_t RecordWriter::first_to_account_for() {
   if (nameless_)
     if (const auto continued = read_continuation(nameless_->database()); continued)

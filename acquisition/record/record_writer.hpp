@@ -45,7 +45,7 @@ class RecordWriter {
   /// that are still in memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
   /// Marks the run as finished, closes the file and writes its manifest. Writes no manifest if another program damaged
-  /// a file of the record. Only destruction may follow.
+  /// a file of the record. Afterwards the object may only be destroyed.
   [[nodiscard]] Result<void> finish();
 
   /// Describes the damage that another program did to the record's files; empty if there is none.

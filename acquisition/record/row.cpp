@@ -52,8 +52,8 @@ void add_missing(Entry& entry, const std::string& channel, const Reading<T>& rea
   if (!reading.value) entry.missing.push_back({channel, reading.value.error()});
 }
 
-/// Adds the faults of a unit. Each value measured by an analogue input is a channel of its own; these are the last
-/// values of the unit.
+/// Adds the faults of a unit. Each value measured by an analogue input is a channel of its own. These values are the
+/// last ones of the unit.
 void add_missing(Entry& entry, const UnitInfo& unit, const UnitReading& reading) {
   add_missing(entry, unit.name, reading.count);
   const auto sent = unit.values.size() - reading.analogue.size();

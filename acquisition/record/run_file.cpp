@@ -28,7 +28,7 @@ Result<void> begin_chain(Database& database) {
   return start ? put_meta(database, "chain_start", hex(*start)) : failure(start.error());
 }
 
-/// Verifies the chain of the file and returns it. Fails with storage if it does not match.
+/// Verifies the hash chain of the file and returns the chain. Fails with storage if it does not match.
 Result<RowChain> stored_chain(Database& database, const std::string& path) {
   auto checked = check_chain(database, path);
   if (!checked) return failure(FaultKind::storage, path, "the record is damaged: " + checked.error().what);
@@ -188,7 +188,8 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
     if (is_locked(usable.error()) && !is_being_written(path)) return failure(FaultKind::timeout, path, kBeingRead);
     return failure(usable.error());
   }
-  // Remove the index of the log that a reader has left. Under the exclusive lock no program uses it.
+  // Remove the index of the log that a reader may have left. No program uses the index while the exclusive lock is
+  // held.
   std::error_code none_there;
   std::filesystem::remove(path + "-shm", none_there);
   auto info = read_run_info(*database);
@@ -417,7 +418,7 @@ Result<void> RunFile::copy_row(std::string_view table, const record::Statement& 
     return write(samples_);
   }
   auto& statement = table == "fault" ? statements_->fault : table == "event" ? statements_->event : statements_->gap;
-  // Each part of a run numbers its faults from 1, and an older version also its events.
+  // Each part of a run numbers its faults from 1. Older versions also numbered the events of each part from 1.
   if (table == "fault") ++now_.faults;
   if (table == "event") now_.events = std::max(row.integer(0), now_.events + 1);
   const bool is_numbered = table != "gap";

@@ -20,7 +20,7 @@
 
 namespace gyrotherm::record {
 
-/// Samples in the form in which the file stores them. A text among the cells refers to memory of the sample.
+/// Samples in the form in which the file stores them. A text in a cell refers to memory of its sample.
 struct ChainedSamples {
   /// The cells of all samples, one sample after the other.
   std::vector<Cell> cells{};
@@ -31,43 +31,45 @@ struct ChainedSamples {
 /// Writes one file of a record.
 class RunFile {
  public:
-  /// Creates a file with the schema and `info`. It is durable when this returns. Fails with storage if the file exists,
-  /// and with bad_file if the name of a channel cannot be a column name. Leaves no file after a failure. The path
-  /// kInMemory creates a database in memory.
+  /// Creates a file with the schema and `info`. The file is durable when this function returns. Fails with storage if
+  /// the file exists, and with bad_file if the name of a channel cannot be a column name. Leaves no file after a
+  /// failure. The path kInMemory creates a database in memory.
   [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info,
                                               const std::optional<Continuation>& continuation = {});
-  /// Opens the file of an unfinished run and recovers the log of a writer that died. Fails as Store::reopen() does.
+  /// Opens the file of an unfinished run, and recovers the log if its writer died. Fails as Store::reopen() does.
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
-  /// Creates a record for rows that are all available. The file is locked exclusively. It is not watched, and it is not
-  /// synced before finish(), which syncs all of it. After a crash of the machine the file is useless. Fails as create()
-  /// does, and with usage if the path is kInMemory.
+  /// Creates a record for rows that are all available. The file is locked exclusively. It is not watched, and it is
+  /// synced only by finish(). After a crash of the machine the file is useless. Fails as create() does, and with usage
+  /// if the path is kInMemory.
   [[nodiscard]] static Result<RunFile> create_at_once(const std::string& path, const RunInfo& info);
 
   /// Creates a file with the same tables for a live copy of a record. It is not locked, synced or watched. No other
   /// program may read it before share(). Fails as create() does.
   [[nodiscard]] static Result<RunFile> create_copy(const std::string& path, const RunInfo& info);
-  /// Opens a copy that no other program reads yet.
+  /// Opens a copy before share(), while no other program reads it.
   [[nodiscard]] static Result<RunFile> open_copy(const std::string& path);
   /// Gives a copy its write-ahead log. From then on any program may read it.
   [[nodiscard]] Result<void> share();
   /// Copies all committed rows to the existing empty file `path`. Fails with storage.
   [[nodiscard]] Result<void> copy_to(const std::string& path);
 
-  /// Tests the file: rewrites a row with the same values, syncs it and reads it back. Fails with storage.
+  /// Tests whether the disk stores data: rewrites a row with the same values, syncs the file and reads the row back.
+  /// Fails with storage.
   [[nodiscard]] Result<void> prove();
 
-  /// Begins a transaction. Also fails, without beginning one, if another program changed the files; interference() then
+  /// Begins a transaction. Fails without beginning one if another program changed the files; interference() then
   /// describes the change.
   [[nodiscard]] Result<void> begin();
   /// Commits the transaction. When it returns successfully, the rows are on the disk, in files that still have their
   /// names.
   [[nodiscard]] Result<void> commit();
-  /// Returns the change that another program made to the files, once it was detected.
+  /// Returns the change that another program made to the files, or nothing if none was detected.
   [[nodiscard]] const std::optional<Interference>& interference() const { return interference_; }
   /// Rolls back the transaction if there is one.
   [[nodiscard]] Result<void> roll_back();
-  /// Checkpoints the log once it is long. Call it outside a transaction. Committed rows are on the disk in any case.
+  /// Checkpoints the log if it has become long. Call it outside a transaction. Committed rows are on the disk with or
+  /// without it.
   [[nodiscard]] Result<void> fold_log();
   /// Leaves the file and its log unchanged from now on, even when it is closed.
   void leave_untouched() { database_.keep_log_on_close(); }
@@ -76,12 +78,14 @@ class RunFile {
   /// their control characters.
   [[nodiscard]] Result<void> insert(const Entry& entry);
   [[nodiscard]] Result<void> insert(const SampleRow& row);
-  /// The two halves of insert(), for many samples. chain() computes the links and accesses no file, so it can process
-  /// the next samples while another thread is in write(). Both must receive the samples in the same order.
+  /// The two halves of insert(), for many samples. chain() computes the links without access to the file. It can
+  /// therefore process the next samples while another thread is in write(). Both must receive the samples in the same
+  /// order.
   void chain(std::span<const SampleRow> rows, ChainedSamples& chained);
   [[nodiscard]] Result<void> write(const ChainedSamples& samples);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
-  /// Writes an event. Uses the event's own number if it is higher than all before, and otherwise the next number.
+  /// Writes an event. Uses the event's own number if it is higher than every earlier number, and otherwise the next
+  /// number.
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
   /// Copies the rows before `slot` from another open file of the same run.
   [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
@@ -89,8 +93,8 @@ class RunFile {
   /// Stores the frame counts of the whole run, and the head of the chain. Call it last before a commit.
   [[nodiscard]] Result<void> replace_frames(const FrameCount& frames);
 
-  /// Marks the run as finished and removes the log, so that one file remains. Call it outside a transaction. Only
-  /// destruction may follow.
+  /// Marks the run as finished and removes the log. One file remains. Call it outside a transaction. Afterwards the
+  /// object may only be destroyed.
   [[nodiscard]] Result<void> finish();
 
   [[nodiscard]] const RunInfo& info() const { return info_; }
@@ -122,8 +126,8 @@ class RunFile {
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
   [[nodiscard]] std::int64_t chain_link(std::span<const Cell> sample);
-  /// Prepares statements with only those columns that had a value in some sample so far. Binding and storing NULL takes
-  /// as long as storing a number.
+  /// Prepares statements with only those columns that have had a value in any sample so far, because binding and
+  /// storing NULL takes as long as a number.
   [[nodiscard]] Result<void> prepare_for(const ChainedSamples& samples);
   [[nodiscard]] Result<Statement> prepare_insert(const std::vector<bool>& named, std::size_t rows);
 
@@ -135,7 +139,7 @@ class RunFile {
   /// Empty for a file in memory.
   std::optional<FileWatch> watch_;
   std::optional<Interference> interference_;
-  /// A commit is on the disk when it returns.
+  /// commit() syncs the file before it returns.
   bool is_synced_ = true;
   std::string path_;
   RunInfo info_;
@@ -144,7 +148,7 @@ class RunFile {
   std::vector<bool> named_{};
   std::size_t rows_per_insert_ = 1;
   ChainedSamples samples_{};  ///< reused
-  /// The state that the next row continues.
+  /// The state of the file from which the next row continues.
   struct Position {
     RowChain chain;
     std::int64_t faults{}, events{};  ///< last keys

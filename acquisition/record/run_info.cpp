@@ -51,8 +51,8 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
     {"turn_on_repeatability_deg_per_h", &GyroUncertainty::turn_on_repeatability_deg_per_h},
 }};
 
-/// The lines of the list `fixture` for an axis. They are not columns of `axis`, because a new column would make older
-/// records unreadable.
+/// The lines of the list `fixture` for an axis. These values are not columns of the table `axis`, because a new column
+/// would make older records unreadable.
 constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 5> kFixtureKeys{{
     {"fixture_azimuth_deg", &GyroUncertainty::fixture_azimuth_deg},
     {"fixture_elevation_deg", &GyroUncertainty::fixture_elevation_deg},
@@ -61,7 +61,7 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
     {"direction_uncertainty_deg", &GyroUncertainty::direction_uncertainty_deg},
 }};
 
-/// Returns the name of an axis in the list `fixture`: the position of its unit and its own.
+/// Returns the name of an axis in the list `fixture`: the position of the unit and the position of the axis.
 std::string list_key(std::size_t unit, std::size_t axis) { return fmt::format("{}.{}", unit, axis); }
 
 Result<void> write_meta(Database& database, const RunInfo& info) {
@@ -342,8 +342,8 @@ AxisInfo axis_in(const Statement& row) {
   return axis;
 }
 
-/// Reads units with their axes and values. Their positions count from 0; a table with a missing position is not that of
-/// a record.
+/// Reads the units with their axes and values. Positions are numbered from 0, and a table with a missing position does
+/// not belong to a record.
 Result<void> read_units(Database& database, RunInfo& info) {
   const auto with_unit = [&](const Statement& row, const auto& use) -> Result<void> {
     const auto unit = static_cast<std::uint64_t>(row.integer(0));
@@ -380,7 +380,7 @@ Result<void> read_units(Database& database, RunInfo& info) {
       });
 }
 
-/// Reads the instrument of each value that is not read by the instrument of its unit. The table `channel` has it.
+/// Reads the instrument of each value from the table `channel`, unless the unit's own instrument reads the value.
 Result<void> read_instruments_of_values(Database& database, RunInfo& info) {
   const auto sql = fmt::format("SELECT name, instrument FROM channel WHERE measures = '{}'", name(Measures::value));
   return database.each_row(sql, [&](const Statement& row) {
@@ -453,8 +453,9 @@ Result<void> write_run_info(Database& database, const RunInfo& info) {
 
 namespace {
 
-/// Replaces the start time by that of the first sample. A real run is described before its chamber is prepared, and its
-/// clock starts later, so the time in the description is too early by the time of the preparation.
+/// Replaces the start time by the time of the first sample. The description of a real run is written before the chamber
+/// is prepared, and the clock of the run starts after the preparation. The start time in the description is therefore
+/// too early.
 Result<void> read_start(Database& database, RunInfo& info) {
   if (info.simulated || info.imported) return {};
   const auto started =

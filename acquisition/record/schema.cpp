@@ -60,7 +60,8 @@ std::string lower(std::string text) {
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
 }
-/// Returns whether a character is allowed in the name of a thermometer. An imported one keeps its name.
+/// Returns whether a character is allowed in the name of a thermometer. More characters are allowed than in other
+/// names, because an imported thermometer keeps its name.
 bool is_thermometer_name_character(char c) { return is_name_character(c) || c == ' ' || c == '.'; }
 
 /// Returns the reason why a name is malformed; nothing if it is not.
@@ -118,7 +119,7 @@ void find_duplicates(const RunInfo& info, std::vector<NameTrouble>& troubles) {
     const auto is_it = [&](const NameTrouble& one) {
       return one.of == of && one.unit == column.unit && one.index == column.index;
     };
-    if (std::ranges::any_of(found, is_it)) continue;  // its true bias also has a duplicate
+    if (std::ranges::any_of(found, is_it)) continue;  // already found for this unit
     if (of == NameTrouble::Of::unit) units.insert(column.unit);
     const char* kind = of == NameTrouble::Of::thermometer ? "thermometer" : "channel";
     found.push_back({of, column.unit, column.index, fmt::format("{} \"{}\"", kind, column.name), kTaken});
@@ -130,7 +131,7 @@ void find_duplicates(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   troubles.insert(troubles.end(), found.begin(), found.end());
 }
 
-/// Returns the titles, in lower case and without units, of the text table's columns that every record has.
+/// Returns the titles of those text table columns that every record has, in lower case and without units.
 std::set<std::string> common_titles() {
   std::set<std::string> titles;
   const auto add = [&](const auto& column) {
@@ -319,7 +320,7 @@ tl::unexpected<Fault> another_schema(const std::string& path, const std::string&
   return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", found, kRunSchema));
 }
 
-/// Checks the file's header. No table is read.
+/// Checks the file's header without reading any table.
 Result<void> check_header(Database& database, const std::string& path) {
   const auto id = database.ask_integer("PRAGMA application_id", 0);
   if (!id) return failure(id.error());
@@ -400,7 +401,7 @@ Result<Tables> read_tables(Database& database, const std::string& path) {
   return tables;
 }
 
-/// Returns the tables that create_schema() creates without channels.
+/// Returns the tables of a record without channels, as create_schema() creates them.
 Result<Tables> expected_tables() {
   return Database::open(kInMemory, Access::read_write, 0).and_then([](Database memory) -> Result<Tables> {
     if (auto made = create_schema(memory, {}); !made) return failure(made.error());
@@ -408,8 +409,8 @@ Result<Tables> expected_tables() {
   });
 }
 
-/// The columns that depend on the record's channels: those before columns_after_channels() and those after. The table
-/// of channels must have been checked.
+/// The columns that depend on the record's channels: those before and those after columns_after_channels(). The table
+/// `channel` must have been checked.
 struct ChannelColumns {
   Columns before, after;
 };
@@ -452,7 +453,8 @@ Result<void> check_tables(Database& database, const std::string& path) {
   return found->at("sample") == (*expected)["sample"] ? Result<void>{} : differs("sample");
 }
 
-/// Checks that the file has either the views that its channels imply or none. Its tables must have been checked.
+/// Checks that the file has either exactly the views that its channels imply, or no views. The tables must have been
+/// checked.
 Result<void> check_views(Database& database, const std::string& path) {
   std::vector<View> found;
   constexpr const char* kViews = "SELECT name, sql FROM sqlite_schema WHERE type = 'view' ORDER BY name";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The tables of a record, schema gyrotherm-run/1.
 ///
-///   meta     key → value: the description of the run before its first sample, and its outcome
+/// meta     key → value: the description of the run before its first sample, and its outcome
 ///   unit     the units under test, each with its axes in `axis` and its own values in `unit_value`
 ///   channel  the channels in the order of the sample's columns: unit, instrument, calibration, and the unit under test
 ///            that each belongs to; "" for the rig
@@ -43,7 +43,7 @@
 
 namespace gyrotherm::record {
 
-/// A name that is not allowed, with the reason.
+/// A name that is not allowed, and the reason.
 struct NameTrouble {
   enum class Of { thermometer, unit, axis, value } of{};
   /// The index of the unit; also set for an axis or a value.
@@ -55,19 +55,20 @@ struct NameTrouble {
   std::string why;
 };
 
-/// Finds all names that are not allowed. Names become columns: those of thermometers are 1 to 64 of [A-Za-z0-9_ .-],
-/// those of units, axes and values of [A-Za-z0-9_-], and two columns must differ in more than letter case. Lists
-/// malformed names first, then duplicate ones. For a unit with a duplicate name, lists only the unit.
+/// Finds all names that are not allowed. Names become column names: that of a thermometer has 1 to 64 characters of
+/// [A-Za-z0-9_ .-], that of a unit, axis or value has 1 to 64 of [A-Za-z0-9_-]. Two column names must differ in more
+/// than letter case. Lists malformed names first, then duplicate ones. For a unit with a duplicate name, lists only the
+/// unit.
 [[nodiscard]] std::vector<NameTrouble> name_troubles(const RunInfo& info);
 /// Fails with bad_file, naming the first of name_troubles().
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
 
-/// Returns the names, in lower case, that every record uses itself and that no thermometer of a new record may have.
+/// Returns the column names, in lower case, that every record has. No thermometer of a new record may have one of them.
 [[nodiscard]] std::set<std::string> reserved_channel_names();
 
-/// Finds all names that are not allowed in a new record. In addition to name_troubles() these are thermometers with the
-/// name of a column that views, exports, Python or the inputs of a model add. Older records with such names can still
-/// be read.
+/// Finds all names that are not allowed in a new record. These are the names that name_troubles() finds, and
+/// thermometers with the name of a column that views, exports, Python or the inputs of a model add. Older records with
+/// such thermometers can still be read.
 [[nodiscard]] std::vector<NameTrouble> new_name_troubles(const RunInfo& info);
 /// Fails with bad_file, naming the first of new_name_troubles().
 [[nodiscard]] Result<void> check_new_channel_names(const RunInfo& info);
@@ -78,13 +79,13 @@ struct NameTrouble {
 
 struct View {
   std::string name;
-  /// The text in the schema of the file: "CREATE VIEW …".
+  /// The SQL text of the view as stored in the file: "CREATE VIEW …".
   std::string sql;
   bool operator==(const View&) const = default;
 };
 
-/// Returns the views of a record with these channels, ordered by name. They depend only on `info`, so a file with other
-/// views is not a record.
+/// Returns the views of a record with these channels, ordered by name. They depend only on `info`. A file with other
+/// views is therefore not a record.
 [[nodiscard]] std::vector<View> record_views(const RunInfo& info);
 
 /// Creates the tables and views, and marks the file as a record. The names must be allowed.

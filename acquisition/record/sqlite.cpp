@@ -223,7 +223,7 @@ Result<std::string> Database::ask(std::string_view sql) {
   if (!row) return failure(row.error());
   if (!*row) return std::string();
   std::string first((*row)->text(0));
-  // A statement that also writes has done so, or failed, only after its last step.
+  // A statement that also writes completes the write, or fails, only in its last step.
   if (const auto more = (*row)->step(); !more) return failure(more.error());
   return first;
 }
@@ -289,11 +289,11 @@ namespace {
 
 constexpr std::string_view kLog = "-wal";
 constexpr std::string_view kJournal = "-journal";
-/// PENDING, RESERVED, then 510 bytes SHARED.
+/// SQLite's lock bytes: PENDING, RESERVED, then 510 bytes SHARED.
 constexpr sqlite3_int64 kFirstLockedByte = 0x40000000;
 constexpr sqlite3_int64 kLockedBytes = 512;
 
-/// The state of an open file, in memory that SQLite allocates.
+/// The state of an open file. SQLite allocates its memory.
 struct ReadFile {
   sqlite3_file base;
   int descriptor;
@@ -381,7 +381,8 @@ struct flock locked_range(short type) {
   return range;
 }
 
-/// Locks out writers. Returns false if one has the file. On a file system without locks, returns true.
+/// Locks the file against writers. Returns false if a writer has locked it. Returns true on a file system without
+/// locks.
 bool lock_out_writers(int file) {
   auto range = locked_range(F_RDLCK);
   return ::fcntl(file, F_OFD_SETLK, &range) == 0 || (errno != EAGAIN && errno != EACCES);

@@ -29,8 +29,8 @@ void copy_position(RunStatus& status, const RunStatus& before) {
   if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
 }
 
-/// Counts the faults in the files before the last one. Leaves out rows that a later file repeats. Ignores damaged
-/// files.
+/// Counts the faults in the files before the last one. Does not count rows that a later file repeats, and ignores
+/// damaged files.
 Result<std::int64_t> faults_before_last(const RecordFiles& files) {
   std::int64_t sum = 0;
   auto end = files.parts.back().continuation.from;
@@ -93,7 +93,8 @@ Result<std::int64_t> read_last_event_number(const RecordFiles& files) {
 
 namespace {
 
-/// Returns the status of the last file, completed from the files before it. The last file may have no sample yet.
+/// Returns the status of the last file. Adds the faults of the files before it, and their last position if the last
+/// file has no sample yet.
 Result<RunStatus> read_record_status(const RecordFiles& files) {
   auto status = read_part_status(files.parts.back());
   if (!status) return status;

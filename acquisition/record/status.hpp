@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The status of a run from its record and from the status file beside it (status_file.hpp).
+/// Reads the status of a run from its record and from the status file next to it (status_file.hpp).
 #pragma once
 
 #include <cstdint>
@@ -49,8 +49,8 @@ struct LostEnd {
 /// Stores a sample's position in the profile in the status.
 void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
-/// Returns the status of one open file of a record: its last sample and its counts. The slots of the parts before it
-/// count as acknowledged.
+/// Returns the status of one open file of a record: its last sample and its counts. Treats the slots of earlier parts
+/// as acknowledged.
 [[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -71,8 +71,8 @@ Result<RunStatus> parse_status(const std::string& text, const std::string& where
   return status;
 }
 
-/// Writes the status file without waiting for a sync. The file serves readers during the run, and a sync that hangs
-/// must not prevent them from seeing that it hangs.
+/// Writes the status file without waiting for a sync. Readers need the file during the run. It must show that the disk
+/// hangs even if a sync does not return.
 Result<void> write_status(const RunStatus& status) {
   static const std::string boot = boot_id();
   auto now = status;

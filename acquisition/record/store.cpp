@@ -35,13 +35,13 @@ namespace {
 struct Counted {
   /// The number of the last event.
   std::int64_t last_event{};
-  /// Event numbers left free before the events of a second, for events of the writer.
+  /// The event numbers reserved before the events of each second, for events of the writer.
   std::int64_t spare{};
   Alarms alarms{};
 };
 
-/// The part that all stores share. Ensures that each slot has exactly one row or is in exactly one gap. Maintains the
-/// status and numbers events when they are appended, as the record's table will.
+/// The base of all stores. Ensures that each slot has exactly one row or is in exactly one gap. Maintains the status.
+/// Numbers events when they are appended, with the numbers that they get in the record's table.
 class OrderedStore : public Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> events) final {
@@ -146,7 +146,7 @@ class OrderedStore : public Store {
   RateMeters meters_;
   /// The status of everything appended.
   RunStatus status_;
-  /// Frames before this program resumed the run.
+  /// The frames counted before this program resumed the run.
   FrameCount before_;
   /// The last slot appended.
   std::int64_t last_{};
@@ -155,7 +155,7 @@ class OrderedStore : public Store {
   Alarms alarms_;
 };
 
-/// Writes during its calls, without threads.
+/// A store that writes during its calls, without threads.
 class InlineStore final : public OrderedStore {
  public:
   InlineStore(RunFile file, const RunStatus& status, Counted counted, std::unique_ptr<LiveCopy> copy,
@@ -198,7 +198,7 @@ class InlineStore final : public OrderedStore {
     return closed;
   }
 
-  /// Returns the health. Rows that sync() has not requested yet do not count as waiting.
+  /// Returns the health. Its backlog does not include rows for which sync() has not been called.
   StoreHealth health() const override {
     return {.backlog_s = broken_ ? last() - acknowledged_ : 0, .trouble = broken_ ? text(*broken_) : ""};
   }
@@ -243,7 +243,7 @@ class InlineStore final : public OrderedStore {
 
   std::int64_t acknowledged_{-1};
   Duration status_interval_;
-  /// The time until the next update of the status file.
+  /// The earliest time of the next update of the status file.
   Deadline pause_{Duration::zero()};
   bool batch_open_{};
   /// The first failure of the file. After it no row is acknowledged.
@@ -255,7 +255,7 @@ class InlineStore final : public OrderedStore {
   std::vector<EntryPointer> batch_;  ///< for the copy, after the sync
 };
 
-/// The most rows of one transaction: normally, and while the disk accepts none.
+/// The maximum number of rows in one transaction, normally (kMostAtOnce) and while the disk accepts no rows (kProbe).
 constexpr std::size_t kMostAtOnce = 1000;
 constexpr std::size_t kProbe = 1;
 constexpr auto kLongestFinish = std::chrono::seconds(30);
@@ -267,8 +267,8 @@ constexpr auto kLongWrite = std::chrono::seconds(3);
 
 using std::chrono::steady_clock;
 
-/// The state that the store shares with its two workers. One worker writes the record, the other the status file, which
-/// is thus updated even if a write to the record hangs. Until its end, only the first worker uses the writer.
+/// The state that the store shares with its two workers. One worker writes the record. The other writes the status
+/// file, which is thus updated even if a write to the record hangs. While the first worker runs, only it uses `writer`.
 struct SharedState {
   SharedState(RecordWriter record_writer, RunStatus run_status, std::unique_ptr<LiveCopy> live_copy,
               const StoreOptions& options)
@@ -490,7 +490,7 @@ class BackgroundStore final : public OrderedStore {
     worker_ = std::thread([shared = shared_] { run_record_writer(*shared); });
     status_writer_ = std::thread([shared = shared_] { run_status_writer(*shared); });
   }
-  /// Does the work of the workers.
+  /// Does the work of the record's worker once, in the caller's thread.
   void attend() {
     std::unique_lock lock(shared_->mutex);
     if (shared_->wanted || !shared_->trouble.empty()) write_once(*shared_, lock);
@@ -517,8 +517,8 @@ class BackgroundStore final : public OrderedStore {
     (void)write_status(written_status);
   }
 
-  /// Ends both workers. Returns false if the one that writes the record hangs. A status file that hangs does not
-  /// prevent the end of a run.
+  /// Ends both workers. Returns false if the worker that writes the record hangs. A worker that hangs in a write of the
+  /// status file does not prevent the end of a run.
   bool stop() {
     if (!worker_.joinable()) return true;
     {

@@ -31,24 +31,26 @@ inline constexpr const char* kNotAFileName = "\":memory:\" is no name of a file 
 
 struct StoreOptions {
   /// Makes rows durable in a separate worker, which handles a full, slow or failing disk. Only settle() and finish()
-  /// wait for it. Without it, all work is done inside the calls, and the first failure of the disk is permanent.
+  /// wait for the worker. Without a worker, each call does its own work, and after the first failure of the disk no row
+  /// is acknowledged.
   bool background = false;
-  /// The number of rows kept in memory, both of those that wait for the disk and of those last acknowledged: 4 h.
+  /// The maximum number of rows in memory that wait for the disk, and the maximum number of acknowledged rows kept in
+  /// memory: 4 h of each.
   std::int64_t most_rows = 14'400;
   /// The time between two attempts while the disk accepts no rows.
   Duration retry = std::chrono::seconds(1);
   /// The least time between two updates of the status file, by the wall clock, without a worker. The end of the run
   /// always updates it.
   Duration status_interval = Duration::zero();
-  /// The options of the live copy (live_copy.hpp); nothing for no live copy.
+  /// The options of the live copy (live_copy.hpp). If they are not set, there is no live copy.
   std::optional<LiveCopyOptions> live_copy = {};
 };
 
-/// The delay and the condition of the disk.
+/// The condition of the disk and the delay of its writes.
 struct StoreHealth {
-  /// Seconds that are appended and not acknowledged.
+  /// The number of seconds that are appended but not acknowledged.
   std::int64_t backlog_s{};
-  /// Rows were dropped since the disk last accepted any. They are gaps with a cause.
+  /// Rows were dropped since the disk last accepted any. The record has gaps with a cause instead.
   bool rows_dropped{};
   /// The reason why the disk accepts no rows; empty if it does.
   std::string trouble{};
@@ -63,13 +65,13 @@ struct StoreHealth {
 class Store {
  public:
   /// Creates a file and verifies that written data is read back. Removes the manifest of an earlier record of that
-  /// name. Fails with storage if the file exists (a record is never overwritten) or cannot be made durable; then there
-  /// is no file.
+  /// name. Fails with storage if the file exists (a record is never overwritten) or cannot be made durable. In the
+  /// second case no file remains.
   [[nodiscard]] static Result<std::unique_ptr<Store>> create(const std::string& path, const RunInfo& info,
                                                              const StoreOptions& options = {});
-  /// Opens an unfinished run to continue it after its last row. Fails with bad_file (not a record, another version,
-  /// finished), storage (damaged, or being written by another program) or timeout (being read by another program, which
-  /// will end).
+  /// Opens an unfinished run to continue it after its last row. Fails with bad_file if the file is not a record, has
+  /// another version or is finished; with storage if it is damaged or another program is writing it; with timeout if
+  /// another program is reading it, which is temporary.
   [[nodiscard]] static Result<std::unique_ptr<Store>> reopen(const std::string& path, const StoreOptions& options = {});
   virtual ~Store() = default;
 
@@ -79,8 +81,8 @@ class Store {
   [[nodiscard]] virtual Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) = 0;
   /// Appends an event after the last slot.
   [[nodiscard]] virtual Result<void> append_event(const Event& event) = 0;
-  /// Makes everything appended durable; with a worker, only starts to. Returns the last slot acknowledged so far (−1 if
-  /// none). Also updates the status file.
+  /// Writes everything appended so far to the disk. With a worker, only starts the write. Returns the last slot
+  /// acknowledged so far (−1 if none). Also updates the status file.
   [[nodiscard]] virtual Result<std::int64_t> sync() = 0;
   /// Syncs and waits at most `longest` until everything appended is acknowledged. Returns whether it is.
   [[nodiscard]] virtual bool settle(Duration longest) = 0;
@@ -88,7 +90,7 @@ class Store {
   /// run never has the mark. Fails with storage; with a worker also if rows still wait for the disk after 30 s.
   [[nodiscard]] virtual Result<void> finish() = 0;
 
-  /// Sets the state of the run that the status file shows from the next sync on.
+  /// Sets the state of the run that the status file contains from the next sync on.
   virtual void publish(const RunOverview& standing) = 0;
   [[nodiscard]] virtual StoreHealth health() const = 0;
   /// Returns the alarms of everything appended so far, on the disk or not.
@@ -102,10 +104,12 @@ class Store {
 /// Removes a record that has no rows yet, with its log and its status file.
 void remove_record(const std::string& path);
 
-/// A background store that works in calls instead of threads, for callers with their own clock. It has no status file.
+/// A store with the worker's handling of disk failures, but without threads. It is for callers with their own clock,
+/// and has no status file.
 struct AttendedStore {
   std::unique_ptr<Store> store;
-  /// Executes one transaction if one is requested or the last one failed. The store outlives it.
+  /// Does the worker's next transaction, if one is requested or the last one failed. Must not be called after the store
+  /// is destroyed.
   std::function<void()> attend;
 };
 [[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,

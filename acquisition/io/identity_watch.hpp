@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks that an instrument is still the one that the run began with. Checks after every event during which it could
-/// have been exchanged: a broken connection, a series of unanswered calls, or seconds without any call.
-/// Only the instrument's own thread may call it, except stranger() and doubt(), which any thread may call.
+/// Checks that an instrument is still the one with which the run began. Makes the check after every event during which
+/// the instrument could have been exchanged: a broken connection, a series of unanswered calls, or several seconds
+/// without any call.
+/// Only the instrument's own thread may use a watch, except for stranger() and doubt(), which any thread may call.
 #pragma once
 
 #include <atomic>

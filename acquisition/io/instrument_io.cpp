@@ -100,7 +100,7 @@ AnalogueReadings read_stamped(drivers::AnalogueInputs& inputs, IdentityWatch& wa
   return stamped<std::vector<Result<double>>>(clock, read_inputs<double>(inputs, watch));
 }
 
-/// Returns the scaled reading of one channel. If the whole instrument has a fault, returns that fault.
+/// Returns the scaled reading of one channel. A fault of the whole instrument becomes a fault of the channel.
 Result<double> scaled_value(const AnalogueChannels& inputs, std::size_t channel, const AnalogueReadings& readings) {
   const auto& [unit, value, name, scale, offset] = inputs.channels[channel];
   if (!readings.value) {

@@ -348,7 +348,8 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
   Buffer out;
   const auto channels = channel_columns(record.info);
   out.push_back('\n');
-  // Starts the text with a newline, because add_cell() detects the start of a line by the newline before it.
+  // The buffer begins with a newline, from which add_cell() detects the start of a line. The newline is not passed to
+  // `sink`.
   std::size_t begun = 1;
   const auto flush = [&] {
     sink(std::string_view(out.data(), out.size()).substr(begun));

@@ -56,8 +56,7 @@ std::optional<std::uintmax_t> free_space(const std::string& path) {
   return std::uintmax_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// Points the link at the file of a copy. Fails if a file with the name of the link exists and is not a link of a live
-/// copy.
+/// Points the link at the file of a copy. Fails if a file with the name of the link exists and is not a symbolic link.
 Result<void> point_link_at(const std::string& link, const std::string& target) {
   std::error_code ignored;
   const auto there = fs::symlink_status(link, ignored);

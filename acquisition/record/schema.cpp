@@ -119,7 +119,7 @@ void find_duplicates(const RunInfo& info, std::vector<NameTrouble>& troubles) {
     const auto is_it = [&](const NameTrouble& one) {
       return one.of == of && one.unit == column.unit && one.index == column.index;
     };
-    if (std::ranges::any_of(found, is_it)) continue;  // already found for this unit
+    if (std::ranges::any_of(found, is_it)) continue;  // already found by another column
     if (of == NameTrouble::Of::unit) units.insert(column.unit);
     const char* kind = of == NameTrouble::Of::thermometer ? "thermometer" : "channel";
     found.push_back({of, column.unit, column.index, fmt::format("{} \"{}\"", kind, column.name), kTaken});

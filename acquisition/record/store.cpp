@@ -198,7 +198,7 @@ class InlineStore final : public OrderedStore {
     return closed;
   }
 
-  /// Returns the health. Its backlog does not include rows for which sync() has not been called.
+  /// Returns the health. The backlog is 0 until the file fails, even if sync() has not been called for some rows.
   StoreHealth health() const override {
     return {.backlog_s = broken_ ? last() - acknowledged_ : 0, .trouble = broken_ ? text(*broken_) : ""};
   }

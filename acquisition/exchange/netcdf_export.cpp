@@ -101,8 +101,8 @@ std::string variable_name(std::string_view channel) {
   return begins_with_letter ? name : "v_" + name;
 }
 
-/// Converts a text to one word of flag_meanings. Words are separated by blanks, and CF allows letters, digits and _ - .
-/// + @ in them; replaces any other character by `_`.
+/// Converts a text to one word of flag_meanings, in which blanks separate words. Replaces every character that CF does
+/// not allow by `_`. CF allows letters, digits and _ - . + @.
 std::string flag_word(std::string_view words) {
   std::string word;
   for (const char c : words) {
@@ -123,8 +123,7 @@ struct Rows {
 Rows make_rows(const Record& record, std::int64_t step) {
   Rows rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    // A stretch that begins in a gap has the time of a later second. Count the missing stretches from the start of the
-    // stretch instead.
+    // Count missing stretches by their numbers, because a stretch that begins in a gap has the slot of a later second.
     const auto before = i > 0 ? record.slot[i - 1] / step : 0;
     const auto since_before = i > 0 && !record.info.imported ? record.slot[i] / step - before : 1;
     for (std::int64_t missing = 1; missing < since_before; ++missing) {

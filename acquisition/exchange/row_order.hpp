@@ -25,8 +25,8 @@ class RowOrder {
   /// Passes rows on in order of time. Rows with equal times are in order only if the map combines rows. A row out of
   /// order is treated as the map requires:
   /// - refuse: fails with bad_file, without a position, at the first such row.
-  /// - skip: leaves out as few of 33 consecutive rows as possible so that the others are in order. Adds the increments
-  ///   of rows left out to the next row.
+  /// - skip: leaves out the fewest rows without which 33 consecutive rows are in order. Adds the increments of rows
+  ///   left out to the next row.
   /// - continue: delays the row and all rows after it. The row then follows the row before at the last spacing.
   /// Fails as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);

@@ -105,8 +105,8 @@ struct RecordFiles {
 [[nodiscard]] Result<Database> open_part(const Part& part);
 /// Opens one file by its path, as open_part() does.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
-/// Opens a live copy, given its path or the path of its record. The connection always reads the present content. Fails
-/// with bad_file if the copy is missing, with storage if it cannot be read.
+/// Opens a live copy, given its path or the path of its record. The connection can be read again while the copy grows.
+/// Fails with bad_file if the copy is missing, with storage if it cannot be read.
 [[nodiscard]] Result<Database> open_live_copy(const std::string& path);
 
 /// Returns the paths of all records in a folder, including those of which only a status file is left. Leaves out live

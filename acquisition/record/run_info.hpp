@@ -144,7 +144,7 @@ struct RunInfo {
   std::uint64_t days_later{};
   /// The rows come from a file of another program, with its times.
   bool imported{};
-  /// The start of the run. For a real run, read_run_info() returns the time of the first sample if there is one.
+  /// The start of the run. For a real run, read_run_info() replaces it by the time of the first sample if there is one.
   Duration started_utc{};
   /// A description of the chamber's instrument.
   std::string chamber_instrument;

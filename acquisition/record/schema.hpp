@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The tables of a record, schema gyrotherm-run/1.
 ///
-/// meta     key → value: the description of the run before its first sample, and its outcome
+///   meta     key → value: the description of the run before its first sample, and its outcome
 ///   unit     the units under test, each with its axes in `axis` and its own values in `unit_value`
 ///   channel  the channels in the order of the sample's columns: unit, instrument, calibration, and the unit under test
 ///            that each belongs to; "" for the rig

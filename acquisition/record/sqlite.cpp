@@ -23,7 +23,7 @@ namespace gyrotherm::record {
 
 namespace {
 
-/// The largest text or value in bytes in a record that is read.
+/// The maximum size in bytes of a value in a record that is read.
 constexpr int kLongestValue = 16'000'000;
 
 Fault last_fault(sqlite3* connection) {

@@ -63,8 +63,8 @@ struct ImportMap {
   std::vector<std::string> missing;
   bool header = true;
   std::size_t preamble{};  ///< lines before the header
-  /// The number of lines between the header (or the start of the file) and the first row. Empty lines count; comments
-  /// do not.
+  /// The number of lines between the header (or the start of the file) and the first row. Empty lines are included,
+  /// comments are not.
   std::size_t skip{};
   char thousands{};  ///< separator of thousands; 0: none
   /// Texts that may follow a number: "°C".

@@ -12,9 +12,9 @@
 
 namespace gyrotherm::exchange {
 
-/// Passes on a row for each value of the time variable. Its attribute `units` is a unit of time, with or without a
-/// reference instant ("hours since 2026-03-01 12:00", in the standard calendar, in UTC unless it names a zone). If the
-/// variable has no units, the map supplies them.
+/// Passes on a row for each value of the time variable. The attribute `units` of the variable is a unit of time, with
+/// or without a reference instant ("hours since 2026-03-01 12:00", in the standard calendar, in UTC unless it names a
+/// zone). If the variable has no units, the map supplies them.
 /// Columns are variables along only this dimension; a second dimension of length 1 is allowed, because MATLAB writes
 /// it. `scale_factor`, `add_offset`, `_FillValue` and `missing_value` are applied as CF defines them.
 /// The library reads in a child process with limits (confined_rows.hpp). Fails with bad_file if the file has another

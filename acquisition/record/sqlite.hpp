@@ -181,17 +181,18 @@ inline constexpr int kWriterPatienceMs = 500;
 /// Locks the database exclusively until it is closed. Call it before make_durable(), so that the index of the log is in
 /// memory and not in a file. This function and the following ones fail with storage.
 [[nodiscard]] Result<void> claim(Database& database, const std::string& path);
-/// Prevents a journal on leaving WAL mode, which a reader would otherwise roll back.
+/// Keeps the journal in memory when WAL mode is left. A reader would otherwise roll back a journal file.
 [[nodiscard]] Result<void> keep_no_journal(Database& database, const std::string& path);
-/// Enables WAL mode in which a commit is on the disk when it returns. The writer checkpoints the log itself.
+/// Enables WAL mode with settings that put a commit on the disk before it returns. The writer checkpoints the log
+/// explicitly.
 [[nodiscard]] Result<void> make_durable(Database& database, const std::string& path);
 
 // The file system through which SQLite reads a record. It is read-only.
 //
 // A record may come from an untrusted source. SQLite's own file system rolls back a journal next to the file, deletes
-// the journals that this one names, creates an index of a log and checkpoints a log. This file system opens files only
-// for reading, creates and removes none, and hides journals. It reads a log next to the file in place and keeps its
-// index in memory.
+// the journals that the journal names, creates the index of a log, and checkpoints a log. This file system opens files
+// only for reading, creates and removes no files, and hides journals. It reads a log next to the file in place, and
+// keeps the index of the log in memory.
 
 /// Returns the name of this file system for sqlite3_open_v2(), and registers it at the first call. The connection must
 /// have locking_mode EXCLUSIVE before its first statement. Opening a file fails with SQLITE_BUSY while a writer holds

@@ -17,11 +17,11 @@ namespace gyrotherm::site {
 /// Archives one file. With a folder, copies the file to FOLDER/<sha256>.db unless it exists: the copy has a temporary
 /// name until it is synced and its digest, computed while it is written, matches. A file with the final name is
 /// therefore complete. Also removes incomplete copies of killed programs. With a command, runs it without a shell and
-/// waits until it ends, its time is over or `stop` is readable; then kills it. With neither, does nothing. Fails with
+/// waits for its end. Kills it if its time is over or `stop` is readable. With neither, does nothing. Fails with
 /// storage (no space, no folder, the file changed meanwhile), refused or timeout (the command), interrupted.
 [[nodiscard]] Result<void> archive(const ArchiveSettings& settings, const RunFileDigest& file, int stop);
 
-/// Returns the command with the words of a file.
+/// Returns the command with {file} and {sha256} replaced by the path and the digest of a file.
 [[nodiscard]] std::vector<std::string> command_for(const std::vector<std::string>& command, const RunFileDigest& file);
 
 }  // namespace gyrotherm::site

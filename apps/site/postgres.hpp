@@ -55,10 +55,10 @@ class Answer {
   [[nodiscard]] std::string name(int column) const;
   [[nodiscard]] bool null(int row, int column) const;
   [[nodiscard]] std::string_view text(int row, int column) const;  ///< empty for NULL
-  /// 0 for NULL or text.
+  /// Returns the value; 0 for NULL or text.
   [[nodiscard]] std::int64_t integer(int row, int column) const;
   [[nodiscard]] bool boolean(int row, int column) const;
-  /// PostgreSQL's number of the type.
+  /// PostgreSQL's number (OID) of the column's type.
   [[nodiscard]] unsigned type(int column) const;
 
  private:

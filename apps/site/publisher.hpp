@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sends the runs of a rig to the store: finished ones whole, running ones second by second from their live copies, and
-/// the documents next to them. It only reads, never a record that is being written, and stores nothing locally: the
-/// store returns the position of each run. It may therefore be killed at any time, and two publishers of one run do no
-/// harm.
+/// the documents next to them. It only reads files, and never opens a record that is being written. It stores nothing
+/// locally: the store returns the position of each run. The publisher may therefore be killed at any time, and two
+/// publishers may send the same run.
 ///
 /// A refusal of the store is reported once, and the run waits until its files change. Every other fault is followed by
 /// a retry, after increasing waits. One thread.
@@ -77,8 +77,8 @@ class Publisher {
   Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> report,
             std::function<void(const Fault&)> complain);
 
-  /// Sends until `stop` is readable. Fails with bad_file or usage if the first connection fails with it, because
-  /// waiting does not help then.
+  /// Sends until `stop` is readable. Fails with bad_file or usage if the first connection fails with one of these,
+  /// because waiting does not help then.
   [[nodiscard]] Result<void> serve();
   /// Sends everything that exists now. Fails with the first fault that prevents a file from being sent.
   [[nodiscard]] Result<void> once();
@@ -87,7 +87,7 @@ class Publisher {
 
  private:
   struct Run {
-    /// File that the members describe.
+    /// File from which the other members were read.
     FileState file;
     record::RunInfo info;
     /// The run's files when its id was last read.
@@ -108,19 +108,20 @@ class Publisher {
     std::optional<Deadline> paused_until;
     std::string trouble;  ///< last reported trouble
   };
-  /// States if more rows can be sent at once. Sending a long run is interrupted for the other runs.
+  /// Indicates whether more rows can be sent immediately. Sending a long run is interrupted for the other runs.
   enum class Backlog { none, some };
 
   [[nodiscard]] Result<void> connect();
   void disconnect(const Fault& why);
   void find_files();
-  /// Sends a turn of each run found, and the new documents. Returns Backlog::some if a run has more rows.
+  /// Sends the rows of one turn for each run found, and the new documents. Returns Backlog::some if a run has more
+  /// rows.
   [[nodiscard]] Result<Backlog> round();
-  /// Sends a turn of one run. Skips it if its files are unchanged since it was sent whole, or if the store refused
-  /// it a short time ago.
+  /// Sends the rows of one turn for one run. Skips it if its files are unchanged since it was sent whole, or if the
+  /// store refused it a short time ago.
   [[nodiscard]] Result<Backlog> send_run(const std::string& path, Watched& watched);
-  /// Reads the run of the files into `watched` if it is another run than before. Returns false while that run is being
-  /// prepared. `is_written`: a program writes its record.
+  /// Reads the run of the files into `watched` if it is not the run that `watched` contains. Returns false while that
+  /// run is being prepared. `is_written`: a program is writing the record.
   [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, Watched& watched);
   /// Sends the rows of a turn and, if these are all, the events and gaps. Sends nothing to a closed run.
   [[nodiscard]] Result<Backlog> send_recorded(const record::RecordFiles& files, Run& run);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run and the documents next to it, in the form of the store's functions (apps/site/migrations): the run as JSON,
-/// its rows as arrays in text. Only reads files. A record is open only during one call, because no writer can begin
-/// meanwhile.
+/// A run and the documents next to it, in the form that the store's functions expect (apps/site/migrations): the run as
+/// JSON, its rows as arrays in text. Only reads files. A record is open only during one call, because no program can
+/// begin to write it while it is open.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct StoredChannel {
   std::string unit{};
   std::string measures{};
   std::string unit_under_test{};  ///< its label; empty: the rig's
-  /// Keywords of its numbers, from 0; empty: plain numbers.
+  /// Keywords for the values 0, 1, …; empty: the values are plain numbers.
   std::vector<std::string> words{};
   const record::Channel* thermometer = nullptr;  ///< belongs to the same RunInfo
 };

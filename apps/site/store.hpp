@@ -25,7 +25,7 @@ class Store {
   /// Returns the position of a run in the store, or nothing if the store does not have the run.
   [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
   [[nodiscard]] Result<void> add_run(const std::string& run, const std::string& rig, const std::string& json);
-  /// Sends rows. await_rows() waits for the answer, so that the next batch is read meanwhile.
+  /// Sends rows without waiting for the answer, so that the caller can read the next batch before await_rows().
   [[nodiscard]] Result<void> send_rows(const std::string& run, const RowBatch& batch);
   [[nodiscard]] Result<void> await_rows();
   [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);

@@ -45,8 +45,8 @@ struct Acknowledgement {
 struct ControlRequest {
   /// Absent: another kind of request.
   std::optional<OperatorCommand> command{};
-  /// The answer of a resume, the reason of a stop, an abort or a unit's request, or the comment of an acknowledgement.
-  /// In a report of a sent notification: its address, its rule and its alarm.
+  /// The answer given with a resume, the reason for a stop, an abort or a unit's request, or the comment on an
+  /// acknowledgement. In a report of a sent notification: its address, its rule and its alarm.
   std::string note{};
   std::optional<UnitRequest> unit{};
   std::optional<Acknowledgement> acknowledgement{};

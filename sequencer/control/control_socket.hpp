@@ -32,8 +32,8 @@ class ControlSocket {
   ControlSocket(ControlSocket&&) noexcept = default;
   ControlSocket& operator=(ControlSocket&&) = delete;
 
-  /// Answers one message of each waiting client and returns at once. Drops the oldest client that has sent nothing as
-  /// soon as more than eight wait. Call it when descriptor() is readable, and also at intervals.
+  /// Answers one message of each waiting client and returns immediately. Drops the oldest client that has sent nothing
+  /// as soon as more than eight wait. Call it when descriptor() is readable, and also at intervals.
   void listen(const Listener& listener);
   [[nodiscard]] int descriptor() const { return socket_.number(); }
 
@@ -44,7 +44,7 @@ class ControlSocket {
   [[nodiscard]] Descriptor accept();
 
   Descriptor socket_;
-  /// Closed to accept a client if no descriptor is left.
+  /// Spare descriptor, which is closed to accept a client when no other descriptor is left.
   Descriptor spare_;
   std::string path_;
   std::vector<Descriptor> clients_;

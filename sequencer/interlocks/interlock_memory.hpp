@@ -29,7 +29,7 @@ class Trend {
 
   /// Compares the value with the other thermometers. Call it after add().
   void compare(std::optional<Celsius> others);
-  /// Counts the latest samples in which the value changed by less than a millikelvin.
+  /// Counts the latest consecutive samples whose values differ by less than a millikelvin from the first of them.
   [[nodiscard]] int unchanged_samples() const { return unchanged_; }
   /// Returns the change of the other thermometers since the value last changed.
   [[nodiscard]] Kelvins others_moved() const { return others_moved_; }
@@ -44,8 +44,8 @@ class Trend {
   Kelvins others_moved_{};
 };
 
-/// Counts the recent samples with the cause, and the time that they cover. An intermittent cause, present in every
-/// second sample, thus still acts.
+/// Counts the recent samples with the cause, and the time that they cover. A cause that is present only in every second
+/// sample can therefore still trip its interlock.
 class RecentCauses {
  public:
   /// Adds a sample that was read and that covers `elapsed`. The window keeps at least the last `samples` samples and at
@@ -84,7 +84,7 @@ class RecentCauses {
 struct InterlockMemory {
   /// The state of one subject of an interlock.
   struct Watch {
-    /// Channel, unit, instrument; may be empty.
+    /// Name of a channel, unit or instrument; may be empty.
     std::string subject{};
     /// Duration of the cause.
     Duration lasted{};
@@ -97,11 +97,11 @@ struct InterlockMemory {
     /// The alarm is raised.
     bool raised{};
     RecentCauses recent{};  ///< the last samples
-    /// Current reaction; the last known one while the cause is unread.
+    /// Current reaction; the last known one while the quantity is not read.
     Reaction reaction{};
     /// Thermometer that showed the cause.
     std::optional<std::size_t> column{};
-    std::string text{};  ///< latest finding
+    std::string text{};  ///< latest description of the cause
   };
   /// The watches of each interlock, one for each subject that has, or had, a cause.
   std::array<std::vector<Watch>, kInterlocks> watches{};
@@ -119,12 +119,12 @@ struct InterlockMemory {
   bool activity_seen = true;
   Trend air;
   std::vector<Trend> thermometers;
-  /// The air predicted from the set point.
+  /// Air temperature predicted from the set point.
   std::optional<Celsius> expected{};
-  /// The predicted air's distance from the set point; decays three times as slowly as the distance itself.
+  /// Largest recent distance of the predicted air from the set point. It decays with the time constant 3 × chamber_lag.
   Kelvins lag{};
   std::optional<Celsius> set_point{};
-  /// The last known value.
+  /// Last known air temperature.
   std::optional<Celsius> air_seen{};
   Duration air_unseen{};  ///< time since then
   /// Sum of the air's changes that were too fast to be real.
@@ -132,7 +132,8 @@ struct InterlockMemory {
   std::optional<Duration> utc_minus_run{};
 };
 
-/// Air that changes faster is a sensor fault. A rig with faster air uses three times its own limit.
+/// Fastest plausible change of the air; a faster change is a sensor fault. If 3 × air_fastest is greater, it applies
+/// instead.
 inline constexpr CelsiusPerMinute kNoAir{120};
 
 /// The readings of the answering thermometers, sorted.
@@ -140,14 +141,14 @@ class Ranks {
  public:
   explicit Ranks(const Sample& sample);
   [[nodiscard]] std::optional<Celsius> median() const;
-  /// Returns the median of the other thermometers. `own` is the reading to leave out, if it is known.
+  /// Returns the median of the other thermometers. `own` is the reading to exclude, if it is known.
   [[nodiscard]] std::optional<Celsius> median_without(const std::optional<Celsius>& own) const;
 
  private:
   std::vector<double> sorted_;
 };
 
-/// Adds a sample that covers `elapsed` to the trends. `after_a_pause`: the program did not run before it.
+/// Adds a sample that covers `elapsed` to the trends. `after_a_pause`: the program paused before the sample.
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
               InterlockMemory& memory);
 

@@ -35,7 +35,7 @@ struct InterlockInputs {
   /// Time without ticks before this second.
   Duration missed{};
   Duration longest_missed = std::chrono::seconds(120);
-  /// Delay of the record.
+  /// Time by which the record lags behind the run.
   Duration backlog{};
   bool rows_dropped{};
   /// Reason why the disk accepts no rows.
@@ -47,7 +47,8 @@ struct InterlockInputs {
   std::map<std::string, std::string> guard_troubles{};
   /// Instruments that answer in place of the expected ones.
   std::vector<std::string> strangers{};
-  /// The profile switches the units off, so that their silence is not a fault.
+  /// The profile requires the units to be off, or people may not have switched them on yet. Their silence is not a
+  /// fault.
   bool gyro_is_off{};
   /// People may be turning the units.
   bool units_are_moved{};
@@ -63,7 +64,7 @@ struct CheckResult {
   bool grave = false;
   /// Thermometer that shows the fault.
   std::optional<std::size_t> column = {};
-  /// Channel, unit, instrument; may be empty.
+  /// Name of a channel, unit or instrument; may be empty.
   std::string subject = {};
   /// Upper bound of the reaction, regardless of the policy.
   Reaction at_most = Reaction::abort;
@@ -71,8 +72,9 @@ struct CheckResult {
 
 struct CheckInputs;
 
-/// The time and the number of samples that a cause needs before its interlock acts, as values or as keys of [limits]:
-/// within the last 2 × `samples` samples and the last 2 × `after`, or, if `in_a_row`, without a break.
+/// The conditions under which an interlock acts, as values or as keys of [limits]. The cause must be present in
+/// `samples` of the last 2 × `samples` samples, and for `after` within the last 2 × `after`. If `in_a_row`, it must be
+/// present for `after` without a break instead.
 struct Confirmation {
   Duration after{};
   Duration InterlockLimits::*after_limit = nullptr;
@@ -90,9 +92,9 @@ struct Interlock {
   /// [policy] may choose the reaction. False if the unit under test could be damaged otherwise.
   bool choosable = true;
   Confirmation confirmation{};
-  /// A silence of this length aborts.
+  /// A silence of this length aborts the run.
   Duration InterlockLimits::*lost_after = nullptr;
-  /// The cause never ends. It demands more than a warning only in the second in which it is news.
+  /// The cause never ends. It demands more than a warning only in the second in which it is first found.
   bool is_never_over = false;
   /// Keys of [limits] that the check uses, separated by blanks.
   std::string_view limits{};
@@ -115,7 +117,7 @@ struct InterlockAlarm {
   InterlockId id{};
   Reaction reaction{};
   std::string text;
-  /// Channel, unit, instrument; may be empty.
+  /// Name of a channel, unit or instrument; may be empty.
   std::string subject{};
 };
 
@@ -126,15 +128,15 @@ struct InterlockResult {
   std::vector<InterlockAlarm> cleared;  ///< in this second
 };
 
-/// Judges one sample that covers `elapsed`. The most severe reaction wins.
+/// Checks one sample, which covers `elapsed`, against every interlock. The most severe reaction wins.
 [[nodiscard]] InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
 /// Returns the demand of all interlocks except `some` after the last sample.
 [[nodiscard]] InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
-/// Returns the causes that an operator's resume ends, because it takes the chamber over: a foreign set point, a mode
-/// that does not follow the set point, and a restart that holds.
+/// Returns the causes that an operator's resume ends because the resume takes the chamber over: a foreign set point, a
+/// mode that does not follow the set point, and a restart of the chamber that holds the run.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
 /// Returns one line for each active alarm.

@@ -122,10 +122,10 @@ struct InterlockLimits {
   std::vector<std::string> channels;
   /// Instruments of the thermometers; may be empty.
   std::vector<InstrumentChannels> instruments;
-  /// Readings outside a limit before the interlock acts.
+  /// Number of readings outside a limit before the interlock acts.
   int confirming_samples = 2;
 
-  /// Magnitude, over a minute.
+  /// Fastest permitted changes, as magnitudes over a minute.
   CelsiusPerMinute air_fastest{20};
   CelsiusPerMinute thermometers_fastest{15};
   /// Difference between a thermometer and the median of all.
@@ -141,7 +141,7 @@ struct InterlockLimits {
   Duration chamber_lost = std::chrono::minutes(10);
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
-  /// Fewer answering thermometers count as a silence of all.
+  /// If fewer thermometers answer, all of them count as silent.
   int thermometers_needed = 1;
   /// Units in sample order; empty: the units have no names.
   std::vector<UnitLimits> units;
@@ -151,15 +151,15 @@ struct InterlockLimits {
   Kelvins follow_band{2};
   Duration follow_time = std::chrono::minutes(5);
 
-  /// Shortest spell of identical readings.
+  /// Shortest spell of identical readings that can be a fault.
   Duration frozen_after = std::chrono::seconds(60);
-  /// Shortest spell without counts.
+  /// Shortest spell without counts that can be a fault.
   Duration gyro_dead_after = std::chrono::seconds(60);
-  /// Permitted deviation from the Earth's rate; absent: computed from the bias.
+  /// Permitted deviation from the Earth's rate; absent: computed from the unit's largest bias.
   std::optional<DegreesPerHour> gyro_band{};
   /// Change of air or set point that a thermometer must follow.
   Kelvins response_step{20};
-  /// Time for a thermometer to follow.
+  /// Time in which a thermometer must follow such a change.
   Duration response_time = std::chrono::minutes(30);
   Kelvins drift{1.5};  ///< largest unexplained jump
 

@@ -18,7 +18,7 @@ namespace gyrotherm::interlocks {
 /// identical.
 class Noise {
  public:
-  /// Adds a reading. `at_rest`: the set point does not change, so that a change of the reading is noise.
+  /// Adds a reading. `at_rest`: the set point is constant, so a change of the reading is noise.
   void add(double value, bool at_rest);
 
   /// Counts the latest readings that are identical to the one before them.
@@ -43,8 +43,8 @@ struct Identity {
   Duration lasts{};
   /// The longest earlier spell that did not count as frozen.
   Duration longest_before{};
-  std::optional<Celsius> air_before{};  ///< at its beginning
-  /// Largest change since then.
+  std::optional<Celsius> air_before{};  ///< at the spell's beginning
+  /// Largest change of the air since then.
   Kelvins air_moved{};
   bool frozen{};
 };
@@ -53,11 +53,11 @@ struct Identity {
 struct AxisLiveness {
   Noise noise;
   Duration identical{}, without_counts{};
-  /// Counted in the current block.
+  /// Angle counted in the current block.
   double arcsec{};
   Duration block{};  ///< its length
   bool no_counts{}, frozen{};
-  /// Rate of the last block.
+  /// Rate of the last block if it was far from the Earth's rate; otherwise absent.
   std::optional<DegreesPerHour> far{};
 
   [[nodiscard]] bool is_dead() const { return no_counts || frozen; }
@@ -67,14 +67,14 @@ struct AxisLiveness {
 struct ResponseMemory {
   std::optional<Celsius> air{}, set_point{};
   std::vector<std::optional<Celsius>> thermometers{};
-  /// Largest change of air, set point.
+  /// Change of the air or of the set point since then, whichever is larger.
   Kelvins asked{};
 };
 
-/// The jumps of one thermometer compared with its own past.
+/// The last reading of one thermometer, and the sum of its jumps.
 struct ThermometerPast {
   std::optional<Celsius> last{};
-  /// Since the last reading.
+  /// Time since the last reading.
   Duration unseen{};
   Kelvins jumped{};  ///< sum of jumps
 };
@@ -88,20 +88,20 @@ struct LivenessMemory {
   ResponseMemory response;
   std::vector<ThermometerPast> past;  ///< one per column
   std::optional<Celsius> set_point{};
-  /// Since the set point moved.
+  /// Time since the set point last moved, or a unit was switched on or off.
   Duration at_rest{};
-  /// In the second before.
+  /// The units could be off in the previous second.
   bool units_were_off{};
 };
 
 /// Facts about a second that its sample does not contain.
 struct LivenessSecond {
   Duration elapsed{};  ///< time with ticks
-  /// Before it, without ticks.
+  /// Time without ticks before this second.
   Duration missed{};
-  /// Units may be switched off.
+  /// The units may be switched off.
   bool gyro_is_off{};
-  /// An operator may move them.
+  /// An operator may be moving the units.
   bool units_are_moved{};
   bool is_turned{};  ///< input axes reversed
 };
@@ -113,8 +113,8 @@ void remember(const InterlockLimits& limits, const Sample& sample, const Livenes
 /// Returns true if the thermometer belongs to an instrument that is frozen.
 [[nodiscard]] bool is_frozen(const InterlockLimits& limits, const LivenessMemory& memory, std::size_t column);
 
-/// Replaces the readings of frozen instruments and of dead gyros by faults. Keeps a chamber with frozen air, because
-/// its set point and its alarms are still read.
+/// Replaces the readings of frozen instruments and of dead gyros by faults. Keeps the reading of a chamber whose air is
+/// frozen, because it also contains the set point and the alarms.
 void take_out_dead(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample);
 
 }  // namespace gyrotherm::interlocks

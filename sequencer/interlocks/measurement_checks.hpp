@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The inputs of the checks of one second, and the checks that a measurement behaves like one: its noise changes the
-/// reading, a gyro at rest measures the Earth's rate, thermometers respond, and none jumps or drifts away from the
+/// The inputs of the checks of one second, and the checks that measurements are plausible: noise changes the readings,
+/// a gyro at rest measures the Earth's rate, thermometers respond, and no thermometer jumps or drifts away from the
 /// others. Pure; any thread. Used inside sequencer/interlocks only.
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace gyrotherm::interlocks {
 
-/// One second. The memory's trends contain this sample already. Its clocks, and the flag that the chamber answered,
-/// still describe the second before.
+/// The inputs of one second. The trends in `memory` already contain this sample. The durations in `memory`, and its
+/// flag that the chamber answered, still describe the previous second.
 struct CheckInputs {
   const InterlockLimits& limits;
   const InterlockMemory& memory;
@@ -67,7 +67,7 @@ struct CheckInputs {
 /// a rate far from the Earth's.
 [[nodiscard]] std::vector<CheckResult> gyro_dead(const CheckInputs& in);
 
-/// Returns a result if the air or the set point has moved by response_step and no thermometer has followed.
+/// Returns a result if the air or the set point has moved by response_step and no thermometer has moved in response.
 [[nodiscard]] std::vector<CheckResult> no_thermal_response(const CheckInputs& in);
 
 /// Finds thermometers that jumped, as two exchanged ones do, and thermometers that move while all others are at rest.

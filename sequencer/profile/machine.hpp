@@ -68,7 +68,7 @@ struct Observation {
 /// Restarts the deadline of an overdue segment and keeps its soak time. Returns every other state unchanged.
 [[nodiscard]] ProfileState restart_deadline(ProfileState state);
 
-/// Returns the set point of a state. Depends on the state alone.
+/// Returns the set point of a state. Depends only on the state.
 [[nodiscard]] Celsius demanded_set_point(const Profile& profile, const ProfileState& state);
 
 /// Returns true if the profile requires the unit to be off, or if people may not have switched it on yet.

@@ -26,7 +26,7 @@ struct Segment {
   Celsius target;
   /// Magnitude; 0 for a hold.
   CelsiusPerMinute rate{};
-  /// Whole seconds, by set point.
+  /// Duration of the set point's movement or hold, in whole seconds.
   Duration duration{};
   /// The hold's time counts only while the soak sensor is inside the band.
   bool guaranteed_soak{};
@@ -96,14 +96,16 @@ struct ChamberLimits {
 /// for, soak keys without a guaranteed soak). Lists every error with the position of its segment.
 [[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
 
-/// Fails if a segment would end the run by the limits of the chamber's air. Lists the position of each such segment.
+/// Fails if the target of a segment is outside the limits of the chamber's air, at which a run ends. Lists the position
+/// of each such segment.
 [[nodiscard]] Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest);
 
 /// Fails if a segment soaks on a sensor that is neither "air" nor one of `channels`. Lists the position of each such
 /// segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
 
-/// Fails if a segment turns the unit and the rig cannot. Lists the position of each such segment.
+/// Fails if a segment turns the unit around and no unit of the rig can be turned. Lists the position of each such
+/// segment.
 [[nodiscard]] Result<void> check_turns(const Profile& profile, bool can_turn);
 
 // The timeline of a profile if every soak counts from its first second.

@@ -21,7 +21,7 @@ namespace gyrotherm::rig {
 
 /// One input and the value that it measures.
 struct AnalogueChannel {
-  /// Position in the map.
+  /// Index of the input in the map.
   std::size_t input{};
   /// Name of the value.
   std::string name;
@@ -36,7 +36,7 @@ struct AnalogueChannel {
 
 struct AnalogueSettings {
   std::string line;
-  /// The map, on the link for the line.
+  /// The map, with the link for the line selected.
   drivers::AnalogueMap map;
   std::vector<AnalogueChannel> channels;
 };

@@ -27,9 +27,10 @@ struct UnitSettings {
   bool continue_when_silent{};
   /// The rig file assigns thermometers to this unit.
   bool has_own_thermometers{};
-  /// Bias that a good unit may have, °/h: the unit's own, otherwise its stream's; absent: neither states one.
+  /// Largest bias of a good unit, °/h, from the unit's table or otherwise from its stream; absent if neither states
+  /// one.
   std::optional<double> largest_bias_deg_per_h{};
-  /// Number of the unit's last values that analogue inputs measure.
+  /// Number of the unit's values that analogue inputs measure. They follow the values of the frames.
   std::size_t analogue_values{};
 };
 
@@ -45,9 +46,9 @@ struct GyroLine {
   struct Share {
     /// Index among the rig's units.
     std::size_t unit{};
-    /// Index in the frame of each axis of the unit.
+    /// For each axis of the unit, its index in the frame.
     std::vector<std::size_t> axes{};
-    /// Index in the frame of each value of the unit.
+    /// For each value of the unit, its index in the frame.
     std::vector<std::size_t> values{};
   };
   std::vector<Share> shares;
@@ -67,10 +68,10 @@ struct GyroSettings {
 };
 
 /// Reads [gyro], a rig's only unit, or every [[gyro]]. Keys: `line` with `stream` (a description's path relative to
-/// `rig_file`) or with its own `frame`, or `shares_line_with` another unit whose interface sends its frames too;
-/// `axis`, the stream's axis to use, or [[gyro.axis]] for each; `arcsec_per_pulse` if the frames have no scale; the
-/// direction: `latitude`, `azimuth`, `elevation` of a single input axis, or the `direction` of each axis in [fixture];
-/// the uncertainties of these; `rate_hz`, the unit's frame rate; `listen_only` for a line without commands;
+/// `rig_file`) or with its own `frame`, or `shares_line_with` another unit whose interface also sends this unit's
+/// frames; `axis`, the stream's axis to use, or [[gyro.axis]] for each; `arcsec_per_pulse` if the frames have no scale;
+/// the direction: `latitude`, `azimuth`, `elevation` of a single input axis, or the `direction` of each axis in
+/// [fixture]; the uncertainties of these; `rate_hz`, the unit's frame rate; `listen_only` for a line without commands;
 /// `largest_bias_deg_per_h`; `can_be_turned`; `thermometers` and `three_point` on the unit (`channels`: all channels of
 /// the rig); `values`, the unit's own values of a shared line; `when_silent`. docs/files.md describes every key.
 /// `known`: texts of streams by unit, if they are known already. Records errors of the rig file in its tables. Fails
@@ -79,8 +80,8 @@ struct GyroSettings {
                                               const std::vector<std::string>& channels,
                                               const std::map<std::string, std::string>& known);
 
-/// Makes the driver of a real gyro on `line`; one read may take `within`. It sends the stream's commands to the gyro,
-/// and reads the line continuously.
+/// Makes the driver of a real gyro on `line`; one read takes at most `within`. It sends the stream's commands to the
+/// gyro, and reads the line continuously.
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers::Line& line,
                                                        Duration within);
 /// Makes the driver of a simulated gyro, which sends one frame a second by itself on a wire that exists already.

@@ -30,8 +30,8 @@ struct RoundTrips {
 /// is unknown.
 [[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
 
-/// Describes the word orders that give plausible values of the unit's air temperature and set point; empty if the map
-/// needs no decision.
+/// Describes the word orders that give plausible values of the chamber's air temperature and set point; empty if the
+/// map needs no decision.
 [[nodiscard]] Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
 /// Describes the chamber: identity, state, verified items, missing items, and the time of ten readings. Fails with the
 /// first fault.
@@ -51,8 +51,8 @@ struct AnalogueReading {
 /// cannot be identified.
 [[nodiscard]] Result<std::string> query_analogue(drivers::AnalogueInputs& inputs,
                                                  const std::vector<AnalogueReading>& channels, const Clock& clock);
-/// Warns if the chamber's air differs from every thermometer by more than 15 K: then one of them probably uses another
-/// unit, or is not in this chamber. Empty if a thermometer is near, or if there is none.
+/// Warns if the chamber's air differs from every thermometer by more than 15 K: then one of the instruments probably
+/// reports in another unit of measure, or is not in this chamber. Empty if a thermometer is near, or if there is none.
 [[nodiscard]] std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers);
 /// Describes an axis: the measured rate and the Earth's rate along the axis. Warns if they differ by more than half of
 /// the Earth's rate (at least 1.5 °/h), plus the bias that the unit may have, plus one count.
@@ -60,8 +60,8 @@ struct AnalogueReading {
                                         std::optional<DegreesPerHour> earth_rate, DegreesPerHour largest_bias,
                                         DegreesPerHour one_count);
 /// Reads a gyro for two seconds and describes it: each axis (describe_rate), the housekeeping received, the numbers of
-/// frames seen, lost and bad, and the unit's verified settings. `units`: the rig's. `is_simulated`: the gyro takes no
-/// commands. `let_pass` advances a clock that does not run by itself by one second.
+/// frames seen, lost and bad, and the unit's verified settings. `units`: all units of the rig. `is_simulated`: the gyro
+/// accepts no commands. `let_pass` advances a clock that does not run by itself by one second.
 [[nodiscard]] Result<std::string> query_gyro(drivers::Gyro& gyro, const GyroLine& line,
                                              const std::vector<UnitSettings>& units, bool is_simulated,
                                              const std::function<void()>& let_pass);

@@ -17,7 +17,7 @@
 namespace gyrotherm::rig {
 
 inline constexpr std::string_view kVirtualLine = "virtual";
-/// Longest connect to the far end of a TCP line.
+/// Time limit for connecting a TCP line.
 inline constexpr Duration kConnectWithin = std::chrono::seconds(2);
 
 /// Records an error if `line` is not the address of a line that carries bytes. Ignores an empty one: the reader of the
@@ -40,7 +40,7 @@ template <class Words>
   return one_of_or_default(words, link.has(key) ? link : instrument, key);
 }
 
-/// Returns the map with the instrument's `link` settings. Records an error for a setting that the link in use cannot
+/// Returns the map with the instrument's `link` settings. Records an error for a setting that the selected link cannot
 /// have.
 [[nodiscard]] inline drivers::RegisterMap with_link_settings(drivers::RegisterMap map, const TomlTable& instrument,
                                                              const std::string& line,

@@ -62,7 +62,7 @@ inline constexpr const char* kChamberTitle = "chamber";
 /// The chamber before it was moved.
 struct ChamberAsFound {
   ChamberState state;
-  /// Range that is set in the controller.
+  /// Range of set points that is configured in the controller.
   drivers::SetPointRange limits;
   /// Sources of state and alarms that the chamber does not have, as text.
   std::vector<std::string> missing{};
@@ -89,7 +89,7 @@ class Rig {
 
   /// Prepares the rig for a run. Call it once, before the first sample; the run's clock starts at its end. Opens the
   /// gyros' lines and queries each instrument's identity. Calls `entrance` with the chamber as found, sends the chamber
-  /// to the returned set point and starts it. Takes the gyros' origin, which lasts one second of the rig's time. If
+  /// to the returned set point and starts it. Waits for the gyros' origin, which takes one second of the rig's time. If
   /// `program` is given, uploads it to the chamber's memory, compares it, and starts it last. Returns the identities of
   /// the instruments. Fails with the first fault: before the chamber has moved if chamber, thermometers or analogue
   /// inputs are silent, if a gyro's line is dead, or if `entrance` refuses; after that, the chamber is returned to the

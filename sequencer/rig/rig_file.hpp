@@ -30,7 +30,7 @@ namespace gyrotherm::rig {
 struct Limiter {
   /// Class of DIN 12880: "1", "2", "3.1" (over), "3.2" (under), "3.3" (both).
   std::string protection_class;
-  /// Set temperatures; absent: no limit on that side.
+  /// Temperatures at which it trips; absent: no limit on that side.
   std::optional<Celsius> lowest, highest;
 };
 
@@ -44,7 +44,7 @@ struct RigFile {
   std::string text;
   /// Path of the file, as given.
   std::string file;
-  /// The map, on the link for the line.
+  /// The map, with the link for the line selected.
   drivers::RegisterMap chamber_map;
   std::string chamber_line;
   /// Power switch of the map; may be empty.

@@ -21,13 +21,13 @@
 namespace gyrotherm::rig {
 
 struct ThermometerSettings {
-  /// Name of its kind.
+  /// Keyword of `kind` in the rig file.
   std::string driver;
   drivers::ThermometerKind kind{};
   std::string line;
   /// Channels in the order of the instrument's inputs.
   std::vector<std::string> channels;
-  /// The channels as the record keeps them.
+  /// The channels as stored in the record.
   std::vector<record::Channel> calibrated;
   /// dcon: addresses of the modules on the line.
   std::vector<std::uint8_t> addresses{1};
@@ -48,7 +48,8 @@ struct ThermometerSettings {
 /// `due` for all channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`,
 /// `drift_k_per_year` and `calibrated` (a day), in either table; and the keys of the driver: addresses, checksum and
 /// type (dcon), [thermometer.sensor] (mcc_usb_temp), [thermometer.link] `echo` (for a line that carries bytes), command
-/// (process; it has no line but "virtual", and runs in `folder`). `seen`: the channels of the rig so far.
+/// (process: its line is absent or "virtual", and its command runs in `folder`). `seen`: the channels of the rig so
+/// far.
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder,
                                                    std::size_t number, std::set<std::string>& seen);
 

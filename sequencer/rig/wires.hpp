@@ -26,18 +26,18 @@ class Wires {
   };
 
   virtual ~Wires() = default;
-  /// Returns the chamber's registers on the map's link in use.
+  /// Returns the chamber's registers, over the link that `map` selects.
   [[nodiscard]] virtual std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) = 0;
   [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
-  /// Returns the wire of a byte-oriented thermometer, by its index in the rig file.
+  /// Returns the wire of the byte-oriented thermometer with this index in the rig file.
   [[nodiscard]] virtual Wire<drivers::ByteStream> thermometer(std::size_t index) = 0;
-  /// Returns the wire of a USB-TEMP, by its index in the rig file.
+  /// Returns the wire of the USB-TEMP with this index in the rig file.
   [[nodiscard]] virtual Wire<drivers::HidReports> usb_temp(std::size_t index) = 0;
-  /// Returns the wire of a gyro line, by its index in the rig file. One frame a second arrives on it.
+  /// Returns the wire of the gyro line with this index in the rig file. One frame per second arrives on the wire.
   [[nodiscard]] virtual Wire<drivers::ByteStream> gyro(std::size_t line) = 0;
 
-  /// Returns the wire of an analogue input, by its index in the rig file, on its map's link in use; nothing if the rig
-  /// has none.
+  /// Returns the wire of the analogue input with this index in the rig file, over the link that `map` selects. Returns
+  /// an empty wire if the rig has no analogue inputs.
   [[nodiscard]] virtual Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) {
     (void)index, (void)map;
     return {};
@@ -47,10 +47,10 @@ class Wires {
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Advances the world behind the wires, and the clock, by whole seconds.
   virtual void let_pass(std::int64_t seconds) = 0;
-  /// Brings that world's units under test to a state from the next second on, as people would.
+  /// Brings the units under test in the world behind the wires to a state from the next second on, as people would.
   virtual void bring_units_to(const UnitState& state) = 0;
-  /// Returns the true bias of a unit's axes in that world (VirtualLaboratory::true_bias), or nothing if it is not
-  /// available.
+  /// Returns the true bias of a unit's axes in the world behind the wires (VirtualLaboratory::true_bias), or nothing if
+  /// it is not available.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(const std::string& unit) {
     (void)unit;
     return {};

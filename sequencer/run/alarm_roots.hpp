@@ -23,7 +23,7 @@ struct RigLine {
   bool has_chamber{};
   std::vector<std::size_t> thermometers{};
   std::vector<std::size_t> units{};
-  /// Returns true if the loss of the line shows in more than one interlock.
+  /// Returns true if the loss of the line can trip more than one interlock.
   [[nodiscard]] bool can_be_root() const { return !thermometers.empty() || units.size() + (has_chamber ? 1 : 0) > 1; }
 };
 /// Returns the lines of the rig. Instruments at one address share a line.
@@ -69,8 +69,8 @@ struct RootResult {
 };
 
 /// Advances the roots by one second. A root is raised with its first consequence. A host that misses 10 s in all is
-/// raised without one. `host_late` returns after a minute without a late tick. `line_lost` returns 5 s after
-/// `clear_after`, so that its consequences have returned before it.
+/// raised without one. `host_late` returns to normal after a minute without a late tick. `line_lost` returns to normal
+/// 5 s after `clear_after`, later than its consequences.
 [[nodiscard]] RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, const RootInputs& inputs);
 
 }  // namespace gyrotherm::run

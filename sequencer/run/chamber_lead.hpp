@@ -27,11 +27,11 @@ struct LeadSecond {
   const Sample& sample;
   /// The profile's set point.
   Celsius goal;
-  /// Run time at its end.
+  /// Run time at the end of this second.
   Duration at{};
-  /// Time without ticks before it.
+  /// Time without ticks before this second.
   Duration missed{};
-  /// The profile may end before the chamber's program does, or after it.
+  /// The profile is in its last segment. The chamber's program may end before the profile, or after it.
   bool in_last_segment{};
   /// The profile is in its last segment, and that is a hold.
   bool in_last_hold{};
@@ -88,8 +88,8 @@ class HostLead final : public ChamberLead {
   /// `here`: the set point that the chamber accepted at `at`, a time of the run.
   HostLead(const rig::RigFile& rig, Celsius here, Duration at);
 
-  /// Begins away from the profile. The profile's clock stops until the air has followed, or is within kResumeBand of
-  /// `air_before`, its value when the run stopped.
+  /// Starts with the chamber away from the profile. The profile's clock is stopped until the air is within kResumeBand
+  /// of the set point, or of `air_before`, the air temperature when the run stopped.
   void begin_away(std::optional<Celsius> air_before);
 
   [[nodiscard]] bool can_continue_alone() const override { return false; }
@@ -157,8 +157,8 @@ class ControllerLead final : public ChamberLead {
   [[nodiscard]] std::string objection_to_end(const LeadSecond& second) const override;
 
  private:
-  /// Returns the reason why the run must end, or nothing. Does not judge a controller that does not answer, or whose
-  /// map has no states. In the last segment, a controller at the final set point may have finished.
+  /// Returns the reason why the run must end, or nothing. Returns nothing for a controller that does not answer, or
+  /// whose map has no states. In the last segment, a controller at the final set point may have finished.
   [[nodiscard]] std::string judge(const LeadSecond& second);
   [[nodiscard]] bool may_have_finished(const LeadSecond& second) const;
   void watch_end(const LeadSecond& second);

@@ -22,7 +22,8 @@ class ChamberOwnership {
   [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
 
-  /// Names the processes that hold the chamber's name without permission to drive chambers. The lock ignored them.
+  /// Names the processes that hold the name of the chamber's lock without permission to drive chambers. take() ignored
+  /// them.
   [[nodiscard]] std::vector<std::string> strangers() const;
 
   /// Arms the watchdog: from now on it makes the chamber safe if this program dies or hangs. Call it immediately before
@@ -31,7 +32,7 @@ class ChamberOwnership {
   [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
   [[nodiscard]] bool is_armed() const { return watchdog_ != nullptr; }
   /// Sends a heartbeat at the end of a tick. `stuck`: time for which the current call to the chamber has made no
-  /// progress. No heartbeat is sent above a limit.
+  /// progress. No heartbeat is sent if it exceeds a limit.
   void heartbeat(Duration stuck);
   /// Returns, by subject, the reasons why the watchdog could not make the chamber safe. Empty if it could, or if it is
   /// not armed.
@@ -50,7 +51,7 @@ class ChamberOwnership {
   std::unique_ptr<watchdog::WatchdogClient> watchdog_;
 };
 
-/// Returns the name of a real rig's chamber among the locks.
+/// Returns the name of the lock for a real rig's chamber.
 [[nodiscard]] std::string chamber_lock_name(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::run

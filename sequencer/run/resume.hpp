@@ -33,12 +33,12 @@ namespace gyrotherm::run {
 // The resume of an interrupted run: the rule that decides whether it may resume by itself, and how
 // (docs/reliability.md), and the run's state, read from its record. Pure. The rule follows environmental testing
 // (MIL-STD-810, part one, 5.2 and 5.11): an interruption on the mild side repeats the stabilisation; one outside the
-// test's own extremes requires a decision of people.
+// test's own extremes requires an operator's decision.
 
 inline constexpr Duration kLongestUnattended = std::chrono::seconds(120);
 inline constexpr Kelvins kResumeBand{2};
-/// Longest downtime that is accepted from the wall clock; a longer one is taken for a clock error. A record holds three
-/// years.
+/// Longest downtime that is accepted from the wall clock; a longer one is taken for a clock error. A record can contain
+/// three years.
 inline constexpr Duration kLongestBelieved = std::chrono::days(366);
 
 /// The state of a run when its ticks ended.
@@ -47,7 +47,7 @@ struct InterruptedRun {
   Celsius lowest, highest;
   /// Last known air; absent: never read.
   std::optional<Celsius> air;
-  /// Time since its last second; one second if it is unknown.
+  /// Time since the run's last second; one second if unknown.
   Duration down{};
   /// Reason why the downtime is unknown; empty: it is known.
   std::string why_unknown{};
@@ -59,12 +59,12 @@ struct InterruptedRun {
   bool held{};
   /// Another program or a person had changed the chamber, and it was not restored.
   bool foreign{};
-  /// Instruments that answer in place of the run's; empty: none.
+  /// Instruments that answer in place of the run's own instruments; empty: none.
   std::string strangers{};
 };
 
 enum class Reentry {
-  /// Continue at the last state.
+  /// Continue in the last state.
   go_on,
   /// Return the set point by a ramp from the actual temperature, then finish the remaining soak.
   stabilise,
@@ -81,19 +81,19 @@ struct ReentryDecision {
 [[nodiscard]] std::string compare_identities(const std::map<std::string, std::string>& at_start,
                                              const std::map<std::string, std::string>& now);
 
-/// Applies the resume rule. `mild`: the temperature that is harmless to the unit under test. The mild side extends from
-/// it to the segment's own extremes, and one band beyond both.
+/// Applies the resume rule. `mild`: a temperature that is harmless to the unit under test. The mild side is the range
+/// from it to the segment's extremes, extended by kResumeBand at both ends.
 [[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now);
-/// Returns the reason why the downtime of a real run is unknown although the wall clock gives `down`: that lies before
-/// the last second, or a year after it. Empty if it is known.
+/// Returns the reason why the downtime of a real run is unknown: by `down`, the wall clock is earlier than the run's
+/// last second, or more than a year later. Empty if the downtime is known.
 [[nodiscard]] std::string unknown_downtime_reason(Duration down);
 /// Returns "2 min 08 s", or a text that the downtime is unknown.
 [[nodiscard]] std::string describe_downtime(const InterruptedRun& interrupted);
 
-/// Returns true if the air is within kResumeBand of the goal, or of its earlier value.
+/// Returns true if the air is within kResumeBand of the goal or of `air_before`.
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
 
-/// The first set point of a resumed run, chosen so that nothing jumps.
+/// The first set point of a resumed run, chosen so that the chamber's temperature does not jump.
 struct EntryPoint {
   Celsius set_point;
   /// The set point is the air's temperature, away from the profile. The run returns by a ramp.
@@ -139,8 +139,9 @@ struct Downtime {
   std::string why_asks;
 };
 
-/// Returns the downtime of a real run. If `status`, the file next to the record, is of this run and of this start of
-/// the machine, uses the boot clock, which cannot be set. Otherwise uses the wall clock and requires an operator.
+/// Returns the downtime of a real run. If `status`, the file next to the record, belongs to this run and to the current
+/// boot of the machine, uses the boot clock, which cannot be set. Otherwise uses the wall clock and requires an
+/// operator.
 [[nodiscard]] Downtime compute_downtime(const record::Record& record, const std::optional<record::RunStatus>& status,
                                         const MachineTime& now);
 

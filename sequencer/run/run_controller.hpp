@@ -36,9 +36,10 @@ class RunController {
   RunController(const profile::Profile& profile, rig::Rig& rig, record::Store& store, profile::ProfileState state,
                 std::int64_t first_slot);
 
-  /// Begins away from the profile. Call it before the first tick if the rig was prepared with another set point,
-  /// `here`. The run returns to the profile by a ramp. The profile's clock stops until the air has followed, or is
-  /// within 2 K of `air_before`, its value when the run stopped. `cause`: the reason for the record.
+  /// Starts with the chamber away from the profile. Call it before the first tick if the rig was prepared with another
+  /// set point, `here`. The run returns to the profile by a ramp. The profile's clock is stopped until the air is
+  /// within 2 K of the set point, or of `air_before`, the air temperature when the run stopped. `cause`: the reason for
+  /// the record.
   void begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before);
 
   /// Carries out the second numbered `slot`. Slots without a tick since the last one become a recorded gap, in which
@@ -84,7 +85,7 @@ class RunController {
 
   /// Describes the reason for the run's end, and whether the chamber is safe.
   [[nodiscard]] std::string end_cause() const;
-  /// Returns true if the chamber has shown the safe set point, the mode that follows it, and its air.
+  /// Returns true if the chamber has shown that its set point, its mode and its air are safe.
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
   [[nodiscard]] const profile::ProfileState& state() const { return state_; }
@@ -106,7 +107,7 @@ class RunController {
     /// One per refused number.
     std::vector<std::string> objections{};
   };
-  /// Writes to the record at once, so that the next request finds the alarms acknowledged.
+  /// Writes to the record immediately, so that the next request finds the alarms acknowledged.
   [[nodiscard]] Acknowledged append_acknowledgements(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                      const std::string& comment);
   Result<void> record_gap(std::int64_t slot);
@@ -151,7 +152,7 @@ class RunController {
   Duration planned_;
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
-  /// Demand of the last judged second.
+  /// Demand of the interlocks in the last second.
   interlocks::InterlockDemand demand_;
   int last_segment_ = -1;
   /// Last segment with an answered prompt.

@@ -3,7 +3,7 @@
 /// terms are those of ISA-88 and PackML.
 ///
 // clang-format off
-///                       the cause is gone for a while, or an operator says resume
+///                       the cause is gone for a while, or an operator resumes the run
 ///              ┌────────────────────────┬───────────────────────────────────────────────┐
 ///              │                        │ set point away: by a ramp                     │
 ///              ▼  a cause outside       │         ▼                                     │
@@ -13,7 +13,7 @@
 ///      ▼             from each of them: an interlock or an operator aborts, or a state lasts too long
 ///   Completed        ──▶ Aborting ──▶ Aborted   (the chamber has shown the safe set point; latched)
 ///                    from each of them: an operator stops
-///                    ──▶ Stopped, at once or by way of Aborting, as the rig says
+///                    ──▶ Stopped, immediately or by way of Aborting, as the rig file requires
 // clang-format on
 ///
 /// The profile's clock runs only in Execute. Aborting has no time limit: the attempts continue until the chamber

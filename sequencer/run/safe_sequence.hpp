@@ -21,9 +21,9 @@ class SafeSequence {
  public:
   explicit SafeSequence(const rig::RigFile& rig);
 
-  /// Makes one attempt at run time `at`. Skips steps that are done, unless the chamber shows otherwise. Ignores the
-  /// pause of a failed line in each of the first ten seconds, then once in ten. Returns a text for the operator, or
-  /// nothing: the first failure, then one a minute.
+  /// Makes one attempt at run time `at`. Skips steps that are done, unless the chamber shows otherwise. In each of the
+  /// first ten seconds, and every ten seconds after that, sends even while a failed line pauses. Returns a text for the
+  /// operator at the first failure, then at most once a minute; otherwise nothing.
   [[nodiscard]] std::optional<std::string> attempt(io::InstrumentIo& io, Duration at);
   /// Adds the reading of the second that ends at `at`. is_confirmed() then returns true if the chamber has shown set
   /// point, mode and air since it was commanded.

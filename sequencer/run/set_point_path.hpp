@@ -35,7 +35,7 @@ class SetPointPath {
   [[nodiscard]] Result<void> advance(io::InstrumentIo& io, Celsius goal, Duration at);
   /// Begins a new path: the next set point is `here`, the air's temperature.
   void begin_at(Celsius here);
-  /// Takes the set point that the chamber shows for the one that was sent.
+  /// Uses the set point that the chamber shows as the last accepted one.
   void adopt(Celsius set_point);
 
   /// Returns the set point that the chamber should show: the last accepted one. If the next one was refused, returns
@@ -58,7 +58,7 @@ class SetPointPath {
   Duration every_;
   /// Last accepted set point.
   Celsius held_;
-  /// The chamber has `held_`.
+  /// `held_` is known to be the chamber's set point.
   bool known_ = true;
   /// Refused set point, which the chamber may still have taken.
   std::optional<Celsius> attempted_;

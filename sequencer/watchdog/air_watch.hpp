@@ -24,9 +24,9 @@ enum class AirVerdict {
   watching,  ///< undecided
   /// The air behaves as in a safe chamber.
   shown,
-  /// The air is farther away than before.
+  /// The air is farther from the set point than before.
   moves_away,
-  /// The air is neither near nor approaching.
+  /// The air is neither near the set point nor approaching it.
   does_not_move,
 };
 
@@ -60,7 +60,7 @@ class AirWatch {
   AirVerdict verdict_ = AirVerdict::watching;
   Duration watched_{};
   std::optional<Duration> last_at_;
-  /// On the scale of watched_.
+  /// Value of watched_ when the air came near the set point.
   std::optional<Duration> near_since_;
   std::optional<double> last_c_, before_c_;  ///< the two newest readings
   double first_c_{}, now_c_{};               ///< medians of three readings

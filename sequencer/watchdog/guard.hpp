@@ -52,7 +52,7 @@ inline constexpr char kGoodBye = 'q';
 
 /// Bytes of the guard.
 inline constexpr char kWatching = 'w';
-/// The guard has received a byte: no silence begins before this.
+/// The guard has received a byte, and measures silence from then on.
 inline constexpr char kHeard = 'h';
 
 /// Returns the bytes that send the text of a safe-state file to a guard.

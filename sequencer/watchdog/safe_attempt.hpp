@@ -30,7 +30,7 @@ enum class SafeStage {
 
 /// The task of an attempt, in addition to sending the set point.
 enum class SafeTask {
-  /// Goal and mode decide.
+  /// Carry out the steps that the goal and the mode require.
   leave_as_required,
   /// Write the mode in any case.
   follow,
@@ -41,7 +41,7 @@ enum class SafeTask {
 
 struct SafeAttempt {
   SafeStage reached{};
-  /// Number of attempts to set it.
+  /// Number of attempts to send the set point.
   int tries{};
   /// Current state, or the last fault.
   std::string details;
@@ -61,11 +61,11 @@ struct AttemptMeans {
   const Clock& clock;
 };
 
-/// Time limit of the set point if the chamber answers.
+/// Time limit for sending the set point to a chamber that answers.
 inline constexpr Duration kSafeWithin = std::chrono::seconds(10);
 
-/// Repeats the set point on one connection (on a new one after a line failure), for the last time before eight seconds
-/// have passed. Once the chamber has shown it, carries out the remaining steps, at most three times.
+/// Sends the set point repeatedly for up to eight seconds, on one connection, or on a new one after a line failure.
+/// Once the chamber has shown the set point, carries out the remaining steps, at most three times.
 [[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means,
                                        SafeTask task = SafeTask::leave_as_required);
 
@@ -87,24 +87,24 @@ struct Rescued {
   std::optional<ChamberState> state{};
 };
 
-/// Makes one attempt and holds the chamber's lock meanwhile. If the lock is taken, acts in spite of it, because a dying
-/// program keeps its lock while it hangs in the disk, and a third-party program with the lock must not keep a chamber
-/// hot. The exception is a holder that drives chambers or makes them safe, belongs to this user or root, is not
-/// stopped, and is not the program that has died. Ends an attempt that hangs after ten seconds, or thirty seconds later
-/// if the chamber has shown the safe set point.
+/// Makes one attempt and holds the chamber's lock meanwhile. If another program holds the lock, makes the attempt
+/// anyway, because a dying program keeps its lock while a disk access hangs, and a third-party program with the lock
+/// must not keep a chamber hot. The exception is a holder that drives chambers or makes them safe, belongs to this user
+/// or root, is not stopped, and is not the program that has died. Ends a hanging attempt after ten seconds, or thirty
+/// seconds later if the chamber has shown the safe set point.
 [[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
                                    SafeTask task = SafeTask::leave_as_required);
 
-/// Makes a chamber safe by attempts. Each has its own connection, so that a program that takes the run over finds the
-/// chamber free. Judges the readings of all attempts together.
+/// Makes a chamber safe by repeated attempts. Each has its own connection, so that a program that takes the run over
+/// finds the chamber free. Judges the readings of all attempts together.
 class SafeRescue {
  public:
   /// All arguments must outlive this object.
   SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice)
       : safe_state_(safe_state), chamber_(chamber), voice_(voice), evidence_(chamber.goal) {}
 
-  /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once set point, mode and air are
-  /// shown.
+  /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once the chamber has shown set
+  /// point, mode and air.
   [[nodiscard]] Rescued attempt();
   /// Returns true if every remedy has failed: only people can help.
   [[nodiscard]] bool is_out_of_means() const { return evidence_.is_out_of_means(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Decides whether a chamber has shown that it is safe, and the next command. Used by the safe sequence of a run and by
-/// gyrotherm-make-safe. Pure.
+/// Decides whether a chamber has shown that it is safe, and chooses the next command. Used by the safe sequence of a
+/// run and by gyrotherm-make-safe. Pure.
 #pragma once
 
 #include <optional>
@@ -19,14 +19,14 @@ inline constexpr Duration kUsualObserve = std::chrono::minutes(5);
 /// The required final state of the chamber.
 struct SafeGoal {
   Celsius set_point;
-  /// For the set point read back.
+  /// Permitted deviation of the set point that is read back.
   Kelvins tolerance;
   bool switch_off{};
   /// The controller may run a program.
   bool by_program{};
   /// 0: the air is not watched.
   Duration observe = Duration{};
-  /// The map reads the set point.
+  /// The map can read the set point back.
   bool reads_back = true;
   bool shows_mode{};  ///< the map has states
   /// One of its states is off.

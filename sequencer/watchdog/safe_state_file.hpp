@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The safe-state file: while a run may move a real chamber, it contains all data that another program needs to make
-/// the chamber safe. It is next to the record, made by rename before the first command, and removed when the run has
-/// ended in order.
+/// the chamber safe. The file is next to the record. It is created by a rename before the first command, and removed
+/// when the run has ended in order.
 #pragma once
 
 #include <optional>
@@ -23,9 +23,9 @@ inline constexpr std::string_view kSafeStateSchemaBefore = "gyrotherm-safe-state
 
 struct SafeState {
   std::string record;  ///< absolute path
-  /// The chamber's, as in rig files.
+  /// The chamber's line, as in rig files.
   std::string line;
-  /// The link of the map that is in use on that line.
+  /// The link of the map that the line uses.
   drivers::LinkKind link{};
   /// The rig's word order if it replaces the map's.
   std::optional<drivers::WordOrder> word_order;
@@ -37,7 +37,7 @@ struct SafeState {
   bool by_program{};
   /// Time to watch the air.
   Duration observe = kUsualObserve;
-  /// Unit and decimals, as last read.
+  /// The controller's temperature unit and decimals, as last read.
   drivers::ControllerSettings settings{};
   /// The process that commands the chamber.
   ProcessIdentity written_by;

@@ -27,9 +27,10 @@ class Trail {
   /// Returns true if everything has been written within that time.
   [[nodiscard]] bool settle(Duration within);
 
-  /// Returns the reason why make-safe has nothing left to do: the safe-state file belongs to another run; or it is gone
-  /// because another program has made the chamber safe, or for a day. A file that is merely gone is no reason, because
-  /// it may have been removed with its record. A disk that does not answer within two seconds gives no reason.
+  /// Returns the reason why make-safe has nothing left to do: the safe-state file belongs to another run; another
+  /// program has made the chamber safe and removed the file; or the file has been missing for a day. A file that is
+  /// merely missing is no reason, because it may have been removed with its record. A disk that does not answer within
+  /// two seconds gives no reason.
   [[nodiscard]] std::optional<std::string> reason_to_end();
 
   /// Describes the trace.

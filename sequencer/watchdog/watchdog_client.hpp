@@ -34,8 +34,8 @@ class NotifySocket {
   std::string address_;
 };
 
-/// Call it from the thread that ticks. Only tie() waits, for some seconds, and good_bye(), for one second at most: two
-/// internal threads start programs and check files.
+/// Use it from the thread that ticks. tie() waits for some seconds, and good_bye() for one second at most. No other
+/// function waits: two internal threads start programs and check files.
 class WatchdogClient {
  public:
   /// Writes the safe-state file, starts the guard and waits until it watches. Fails with storage, or with bad_file if
@@ -50,7 +50,7 @@ class WatchdogClient {
   void heartbeat();
   /// Reports that the run has ended in order, so that the guard does not act.
   void good_bye();
-  /// Returns true if a safe-state file existed: a program had died, and its chamber was not made safe.
+  /// Returns true if tie() found a safe-state file: a program had died, and its chamber was not made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }
   /// Returns the reasons why the watchdog could not make the chamber safe if this program died now: for "guard", for
   /// "safe-state file", for both, or none.

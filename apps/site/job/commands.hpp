@@ -15,7 +15,7 @@ namespace gyrotherm::site {
 /// The action of a command line. Returns the exit code.
 using Action = std::function<Result<int>()>;
 
-/// Adds the job commands. `words`: the words after "--", which are passed to the commands of the tasks.
+/// Adds the job commands. `words`: the arguments after "--", which are passed to the commands of the tasks.
 void add_job_commands(CLI::App& program, std::vector<std::string> words, Action& action);
 
 }  // namespace gyrotherm::site

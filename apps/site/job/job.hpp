@@ -38,7 +38,7 @@ struct Job {
 
 /// The end of a task. A task that waits, runs or has died has none.
 struct TaskEnd {
-  /// First failed command, or the last.
+  /// Exit code of the first failed command, or of the last one.
   int exit_code{};
   double wall_s{};
   std::string machine{};
@@ -47,7 +47,7 @@ struct TaskEnd {
   static constexpr int kOutsideLimits = 1;
 };
 
-/// Writes FOLDER/job.json and makes the folder. Fails with usage if it has another job, or with storage.
+/// Writes FOLDER/job.json and makes the folder. Fails with usage if the folder has another job, or with storage.
 [[nodiscard]] Result<void> write_job(const Job& job, const std::string& folder);
 /// Reads a job. Fails with bad_file.
 [[nodiscard]] Result<Job> read_job(const std::string& folder);
@@ -67,7 +67,7 @@ void forget_end(const std::string& folder, const Task& task);
 // The jobs of a site for many machines: every axis of a lot, many seeds, each unit left out of its type, the value of
 // every thermometer for every axis. Each command also works on a single machine.
 
-/// Words that are passed to each command, and the threads of each task.
+/// Arguments that are passed to each command, and the number of threads of each task.
 struct PlanOptions {
   std::vector<std::string> words{};
   int threads = 1;
@@ -79,12 +79,13 @@ struct PlanOptions {
 /// Returns the command that makes these records, on this machine.
 [[nodiscard]] Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOptions& options);
 
-/// Plans one model per seed, each verified on the same records, in OUT/seed-N/. Fails with usage without a seed, or if
-/// there are more than a queue accepts.
+/// The records and the range of seeds for plan_seeds().
 struct Seeds {
   std::vector<std::string> records, verify;
   std::uint64_t first = 1, last = 20;
 };
+/// Plans one model per seed, each verified on the same records, in OUT/seed-N/. Fails with usage without a seed, or if
+/// there are more than a queue accepts.
 [[nodiscard]] Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options);
 
 /// Plans a cross-validation over units, one record each, in OUT/NAME/, where NAME is the record's. Each task leaves one

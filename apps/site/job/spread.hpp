@@ -38,10 +38,10 @@ struct Progress {
 /// Returns the script of an array: the text of FOLDER/job.sh.
 [[nodiscard]] std::string slurm_script(const Job& job, const std::string& folder);
 
-/// Distributes the tasks without an end, unless the workers of an earlier call still run, and waits. Distributes a task
-/// that died, with its machine or out of memory, up to three times in all; does not repeat a failed task. `report`
-/// receives the progress. Fails with refused if the workers do not answer, or if tasks die again and again, and with
-/// interrupted.
+/// Distributes the tasks that have no end, unless the workers of an earlier call still run, and waits. Distributes a
+/// task up to three times in all if it dies because its machine fails or memory runs out. Does not repeat a task that
+/// failed. `report` receives the progress. Fails with refused if the workers do not answer, or if tasks die repeatedly,
+/// and with interrupted.
 [[nodiscard]] Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
                                       const std::function<void(const Progress&)>& report);
 

@@ -57,8 +57,8 @@ Result<void> sync_folder(const std::string& folder) {
 }
 
 /// Removes incomplete copies of killed publishers: PATH.PID.part, if no process has that number. In a folder that
-/// several machines share, the copy may belong to a publisher that still runs on another machine. That publisher tries
-/// again, and finds the file archived.
+/// several machines share, the copy may belong to a publisher that still runs on another machine. That publisher
+/// retries, and finds the file archived.
 void remove_left_copies(const std::string& path) {
   const auto begins = fs::path(path).filename().string() + ".";
   for (const auto& entry : list_folder(fs::path(path).parent_path())) {

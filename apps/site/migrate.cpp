@@ -23,7 +23,8 @@ CREATE TABLE IF NOT EXISTS gyrotherm.migration (number integer PRIMARY KEY, name
 COMMIT;
 )";
 
-/// Fails with refused if the store has seen another step than the known one of its number, or a further one.
+/// Fails with refused if the store has executed a step that differs from the known one of the same number, or that is
+/// unknown.
 Result<void> check_seen(Postgres& store, std::span<const Migration> known) {
   const auto seen = store.ask("SELECT number, sha256 FROM gyrotherm.migration ORDER BY number");
   if (!seen) return failure(seen.error());
@@ -44,7 +45,8 @@ Result<void> check_seen(Postgres& store, std::span<const Migration> known) {
   return {};
 }
 
-/// Returns false, and changes nothing, if the store has seen the step: another program may have executed it meanwhile.
+/// Executes a step that is new to the store. Returns false, and changes nothing, if another program has executed it
+/// meanwhile.
 Result<bool> take_step(Postgres& store, std::span<const Migration> known, const Migration& step) {
   auto begun = store.run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'))");
   if (!begun) return failure(begun.error());

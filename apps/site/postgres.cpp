@@ -133,7 +133,7 @@ Result<Postgres> Postgres::connect(const StoreAddress& address, const Patience& 
   PQsetnonblocking(made.connection_.get(), 1);
   PQsetNoticeProcessor(
       made.connection_.get(), [](void*, const char*) {}, nullptr);
-  // Compiling a query costs more time than it saves.
+  // JIT compilation of a query costs more time than it saves.
   if (auto set = made.run("SET timezone = 'UTC'; SET datestyle = 'ISO'; SET jit = off"); !set)
     return failure(set.error());
   return made;

@@ -22,14 +22,14 @@ namespace fs = std::filesystem;
 
 constexpr int kDeepestFolder = 3;
 constexpr Duration kEvery = std::chrono::seconds(1);
-/// A long run gives way to running ones after this number of batches.
+/// Number of batches of one run in one turn. Then the other runs have their turns.
 constexpr int kBatchesInTurn = 25;
-/// Pause after a refusal of the store. Its owner may change something meanwhile.
+/// Pause after a refusal of the store. The owner of the store may remove the reason meanwhile.
 constexpr Duration kRest = std::chrono::minutes(1);
 
 bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
 
-/// Returns true if the record is being written without a live copy, or before its first copy.
+/// Returns true if the record is being written and has no live copy that could be read instead.
 bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
 /// Returns the states that identify the files whose id was read: the identity of a live copy, which grows; identity and
@@ -41,7 +41,7 @@ std::vector<FileState> read_states(const record::RecordFiles& files) {
   return states;
 }
 
-/// Fails, like a record that is being written, if the files have changed. The next round tries again.
+/// Fails with the fault of a record that is being written if the files have changed. The next round retries.
 Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<FileState>& states) {
   if (read_states(files) == states) return {};
   return failure(FaultKind::storage, files.parts.front().path, record::kBeingWritten);
@@ -219,13 +219,13 @@ Result<void> Publisher::send_live_state(const std::optional<record::RunStatus>& 
 Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_written, Watched& watched) {
   const auto identity = read_file_identity(files.path);
   auto states = read_states(files);
-  // A record that replaced another one may have its number in the file system.
+  // A record that replaced another one may have the same inode number, so the id is compared too.
   const auto id = read_id(files);
   if (!id) return failure(id.error());
   if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
     const auto begun = record::has_begun(files);
     if (!begun) return failure(begun.error());
-    if (is_written && !*begun) return false;  // its start is not known yet
+    if (is_written && !*begun) return false;  // the run has no start yet
     auto info = record::read_source_info(files);
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});

@@ -116,8 +116,7 @@ Json text_or_null(const record::Statement& row, int column) {
   return row.null(column) ? Json() : Json(std::string(row.text(column)));
 }
 
-/// Returns the last state of a run. The last row of a completed run has the state execute, so that the recorded end
-/// decides.
+/// Returns the last state of a run. The last row of a completed run has the state execute, so the recorded end decides.
 RunState last_state(const record::RunStatus& status) {
   const auto state = status.standing.state;
   if (!status.finished || state >= RunState::aborting) return state;

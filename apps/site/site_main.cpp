@@ -38,7 +38,8 @@ Result<Postgres> connect_store(const SiteOptions& options) {
   });
 }
 
-/// Warns on standard error about rights that keep one rig from blocking the others (docs/site.md).
+/// Warns on standard error if the owner lacks the rights to end sessions of a rig that blocks the others
+/// (docs/site.md).
 Result<void> warn_of_unbounded_roles(Postgres& store) {
   const auto able = store.ask(
       "SELECT pg_has_role(current_user, 'pg_signal_backend', 'MEMBER')"

@@ -28,7 +28,7 @@ constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
 constexpr Duration kNamingTime = std::chrono::seconds(1), kRetryEvery = std::chrono::milliseconds(50);
 constexpr const char* kStatusEnding = ".status";  ///< "RUN.db.status" names the writer of RUN.db
 
-/// Address of a socket in a folder. It goes through the open folder, so that the folder's path may have any length.
+/// Address of a socket in a folder. The address refers to the open folder, so the folder's path may have any length.
 struct Address {
   Descriptor folder;
   sockaddr_un text{};
@@ -64,8 +64,8 @@ std::string client_user(int client, const std::string& for_user) {
   return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
 }
 
-/// Sets the mode of the socket at that path. Fails if it is a link, or not a socket of this user. Excludes the group if
-/// the umask does, as replace_own_file() does.
+/// Sets the mode of the socket at that path. Fails if the path is a link, or not a socket of this user. Excludes the
+/// group if the umask does, like replace_own_file().
 bool open_to_owner_and_group(const Address& address, const std::string& name) {
   const Descriptor made(::openat(address.folder.number(), name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
@@ -135,7 +135,7 @@ void ControlSocket::listen(const Listener& listener) {
     if (!spare_.is_open()) spare_ = spare_descriptor();
     auto client = accept();
     if (!client.is_open()) break;
-    // A client that has sent its message does not push out a silent one.
+    // A client whose message is already here does not displace a waiting one.
     if (!serve_client(client.number(), listener)) continue;
     if (clients_.size() >= kMostClients) clients_.erase(clients_.begin());
     clients_.push_back(std::move(client));
@@ -144,7 +144,7 @@ void ControlSocket::listen(const Listener& listener) {
 
 namespace {
 
-/// Connects, and retries until the deadline while the listen queue is full; the kernel reports that at once (EAGAIN).
+/// Connects. While the listen queue is full, which the kernel reports immediately (EAGAIN), retries until the deadline.
 Result<Descriptor> connect_to_run(const std::string& record, const Deadline& deadline) {
   const auto path = control_socket_path(record);
   const auto address = make_address(path);
@@ -190,7 +190,7 @@ Result<Writer> read_writer(const std::string& record) {
   return writer;
 }
 
-/// Returns true for this user, root, and the owners of the record and of its folder.
+/// Returns true if the user is this user, root, or the owner of the record or of its folder.
 bool may_carry_out(uid_t uid, const std::string& record) {
   if (uid == ::geteuid() || uid == 0) return true;
   struct stat found {};
@@ -225,7 +225,7 @@ Result<void> await_listener(const Descriptor& socket, const std::string& record)
 }
 
 /// Sends a message and returns the answer. Returns nothing if the listener closed the connection before it read the
-/// message, as it does with a silent client when its descriptors are used up.
+/// message. It does so with a silent client when it has no descriptors left.
 Result<std::optional<ControlAnswer>> exchange(const Descriptor& socket, const std::string& message,
                                               const std::string& path, const Deadline& deadline) {
   if (::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL) < 0) {

@@ -11,8 +11,9 @@ namespace {
 
 constexpr Kelvins kChange{0.001};
 
-/// Adds up changes of the air that are too fast to be real: real air passes through every degree, a broken sensor skips
-/// them. Forgets a sum within the limit. The sum remains if the controller then heats or cools in response.
+/// Adds up changes of the air that are too fast to be real: real air passes through every temperature between two
+/// readings, and a broken sensor jumps. A sum within chamber_disagreement is reset. A greater sum remains, even if the
+/// controller heats or cools in response.
 void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, Duration elapsed,
               InterlockMemory& memory) {
   constexpr double kTimesTheFastest = 3;

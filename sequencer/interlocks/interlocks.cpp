@@ -87,7 +87,7 @@ Found thermometer_rate(const CheckInputs& in) {
   return fast;
 }
 
-/// Compares the air with its prediction: a first-order lag behind the set point, three times as slow at the worst.
+/// Compares the air with its prediction, a first-order lag behind the set point. Permits three times the predicted lag.
 Found following(const CheckInputs& in) {
   if (!in.chamber() || !in.memory.expected || !in.memory.set_point) return {};
   const auto air = in.chamber()->air;
@@ -100,14 +100,15 @@ Found following(const CheckInputs& in) {
 }
 
 /// Returns the distance of a reading from the range between the other thermometers and the chamber's air. While heat
-/// flows through the unit, each part of it lies in that range.
+/// flows through the unit, the temperature of each of its parts is in that range.
 Kelvins unexplained(const CheckInputs& in, Celsius value, Celsius others) {
   const auto air = in.chamber() ? in.chamber()->air : others;
   const auto [lowest, highest] = std::minmax(air, others);
   return std::max({Kelvins{}, lowest - value, value - highest});
 }
 
-/// Finds the thermometer that is farthest from air and median of the others, among those that are not in `found` yet.
+/// Finds the thermometer that is farthest from the range between the air and the median of the others. Ignores those
+/// that are already in `found`.
 std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   Sample left = in.sample;
   for (const auto& one : found) left.thermometers[*one.column].value = failure(FaultKind::out_of_range, "", "");
@@ -127,8 +128,8 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   return farthest;
 }
 
-/// Finds the thermometers that disagree. A wrong one shifts the median, so that the farthest is excluded before the
-/// next search.
+/// Finds the thermometers that disagree. A wrong one shifts the median, so the farthest one is excluded before the next
+/// search.
 Found disagreement(const CheckInputs& in) {
   Found all;
   while (auto one = farthest(in, all)) all.push_back(std::move(*one));
@@ -151,7 +152,7 @@ Found stuck(const CheckInputs& in) {
 // ---- silence --------------------------------------------------------------------------------------------------------
 
 Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
-/// Lists the units that are silent, and counts those that must send. A dead unit is not silent.
+/// The units that are silent, and the number of units that must send. A dead unit is not silent.
 struct SilentUnits {
   std::vector<std::size_t> silent;
   std::size_t all{};
@@ -177,7 +178,7 @@ Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
   return all;
 }
 
-/// Finds the units whose silence stops the run. If every unit is silent, these are all of them.
+/// Finds the units whose silence stops the run. If every unit is silent, returns all of them.
 Found gyro_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return silent(in, units.silent);
@@ -202,8 +203,9 @@ Found thermometers_lost(const CheckInputs& in) {
                            : fmt::format("{} thermometers answer, {} are needed", answer, needed));
 }
 
-/// Finds the unread thermometers among those that `counts` accepts. An instrument with several such thermometers, all
-/// unread, is one subject; a channel that was lost before its instrument remains a subject of its own.
+/// Finds the unread thermometers among those that `counts` accepts. An instrument with several such thermometers is one
+/// subject if all of them are unread. A channel that was lost before the rest of its instrument remains a subject of
+/// its own.
 Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
   const auto is_lost = [&](std::size_t i) { return counts(i) && !in.sample.thermometers[i].value; };
   const auto text = [&](const std::vector<std::string>& lost) {
@@ -274,7 +276,8 @@ Found not_taken(const CheckInputs& in) {
   return found(fmt::format("the chamber does not take set points: {}", in.around.refusal));
 }
 
-/// Describes how the chamber differs from the state that it was left in; nothing if it does not, or may.
+/// Describes how the chamber differs from its commanded state; nothing if it does not differ, or if the difference is
+/// permitted.
 std::optional<std::string> describe_alteration(const CheckInputs& in) {
   if (!in.chamber() || in.around.led_by_controller) return std::nullopt;
   const auto& chamber = *in.chamber();
@@ -285,7 +288,8 @@ std::optional<std::string> describe_alteration(const CheckInputs& in) {
   return fmt::format("has the set point {:g} °C instead of {:g} °C", chamber.set_point.value, sent->value);
 }
 
-/// Returns true if an altered chamber was restarted: it was silent before, and was not altered before that silence.
+/// Returns true if the chamber differs because it was restarted: it was silent before, and it did not differ before
+/// that silence.
 bool was_restarted(const CheckInputs& in) {
   const bool off = in.chamber()->activity == ChamberActivity::off;
   const bool silent_before = !in.memory.chamber_answered || (off && !in.memory.activity_seen);
@@ -293,9 +297,9 @@ bool was_restarted(const CheckInputs& in) {
          in.was_found(InterlockId::restarted_off);
 }
 
-/// Finds a change that another program or a person made. A foreign set point remains one while the chamber is silent,
-/// and is not taken for a restart afterwards. A set point that is sent again explains a different set point, but not a
-/// program: a chamber refuses set points while a program runs.
+/// Finds a change that another program or a person made. A foreign set point remains active while the chamber is
+/// silent, and does not count as a restart afterwards. While this program repeats a refused set point, a different set
+/// point is not foreign, but a running program is: a chamber refuses set points while a program runs.
 Found foreign_set_point(const CheckInputs& in) {
   if (!in.chamber())
     return in.was_found(InterlockId::foreign_set_point)
@@ -314,20 +318,21 @@ Found restarted_and(const CheckInputs& in, bool off) {
   return is_it ? found("the chamber was restarted: it " + *what) : Found{};
 }
 Found restarted(const CheckInputs& in) { return restarted_and(in, false); }
-/// The reaction is more severe, because people may have disconnected the chamber to reach inside.
+/// Finds a restart after which the chamber is off. Its reaction is more severe, because people may have disconnected
+/// the chamber to reach inside.
 Found restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
 
 // ---- the program and its record -------------------------------------------------------------------------------------
 
 Found found_if_any(const std::string& text) { return text.empty() ? Found{} : found(text); }
 Found program(const CheckInputs& in) { return found_if_any(in.around.program); }
-/// Each instrument in whose place another one answers is a subject.
+/// Finds the instruments that another one has replaced. Each is a subject.
 Found another_instrument(const CheckInputs& in) {
   Found all;
   for (const auto& text : in.around.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
   return all;
 }
-/// Each damaged file is a subject. The text begins with the file's name.
+/// Finds damaged files. Each is a subject, and its text begins with the file's name.
 Found record_damaged(const CheckInputs& in) {
   auto found = found_if_any(in.around.record_damage);
   for (auto& damage : found) damage.subject = damage.text.substr(0, damage.text.find(' '));
@@ -494,8 +499,9 @@ Reaction effective_reaction(const InterlockLimits& limits, const Interlock& row,
                              : std::min(found.at_most, limits.policy[static_cast<std::size_t>(row.id)]);
 }
 
-/// Counts one sample that was read, with or without the cause. Returns true if the interlock acts: its cause was
-/// present in `samples` of twice as many samples, and for `after` of twice that time; or without a break for `after`.
+/// Adds one sample that was read, with or without the cause. Returns true if the interlock acts: its cause was present
+/// in `samples` of the last 2 × `samples` samples and for `after` within the last 2 × `after`, or, with `in_a_row`, for
+/// `after` without a break.
 bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool found, Duration elapsed,
                   InterlockMemory::Watch& watch) {
   const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
@@ -529,8 +535,8 @@ void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed
   clear_in_time(limits, id, elapsed, watch, judged.cleared);
 }
 
-/// Returns the time to add to a cause's duration. Time without ticks counts if the cause was present before it and the
-/// machine did not sleep, which has its own interlock.
+/// Returns the time to add to a cause's duration. Time without ticks is included if the cause was present before it and
+/// the machine did not sleep. A sleep has its own interlock.
 Duration longer(const InterlockMemory::Watch& watch, Duration elapsed, const InterlockInputs& inputs) {
   const bool counts = watch.samples > 0 && inputs.missed <= inputs.longest_missed;
   return counts ? elapsed : elapsed - inputs.missed;
@@ -564,8 +570,8 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   demand(watch, judged.demand);
 }
 
-/// The results of one interlock's check. `unread` has one flag per watched subject: the quantity that shows its cause
-/// was not read.
+/// The results of one interlock's check. `unread` has one flag per watched subject: true if the quantity that shows its
+/// cause was not read.
 struct Verdict {
   Found found;
   std::vector<bool> unread;

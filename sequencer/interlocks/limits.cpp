@@ -10,7 +10,7 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-/// Reads a time above zero: a silence of zero would be found in every sample.
+/// Reads a time above zero. A limit of zero would be exceeded in every sample.
 Duration read_time(const TomlTable& table, std::string_view key, Duration fallback) {
   const auto time = table.duration(key, fallback);
   if (time <= Duration{}) table.mistake(key, "expected a time longer than zero");
@@ -116,7 +116,7 @@ void read_policy(const TomlTable& table, Policy& policy) {
 
 InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string>& channels,
                             const profile::ChamberLimits& chamber) {
-  // Ratio to the chamber's fastest rate.
+  // Ratio of air_fastest to the chamber's fastest rate.
   constexpr double kMuchFaster = 2.5;
   InterlockLimits limits;
   limits.channels = channels;

@@ -83,15 +83,15 @@ void see_thermometers(const InterlockLimits& limits, const Sample& sample, Durat
   see_identity(limits, memory.air_noise.identical(), memory.air_noise.improbability(), {}, elapsed, memory.air);
 }
 
-/// Returns the counts that the Earth's rate makes in a time.
+/// Returns the number of counts that the Earth's rate produces in a time.
 double expected_counts(const AxisLimits& axis, Duration time) {
   if (!axis.earth_rate || axis.arcsec_per_count == 0) return 0;
   return std::abs(axis.earth_rate->value * to_seconds(time) / axis.arcsec_per_count);
 }
 
-/// Returns [limits] gyro_band. Without that key, computes it from ten times the largest bias of the unit: then a scale
-/// that is wrong by the factor 57 (rad for °) still shows at the Earth's rate, and a bias outside the data sheet does
-/// not end the run.
+/// Returns [limits] gyro_band. Without that key, computes the band from ten times the unit's largest bias. A scale that
+/// is wrong by the factor 57 (rad for °) is then still detected at the Earth's rate, and a bias outside the data sheet
+/// does not end the run.
 DegreesPerHour band_around_earth_rate(const InterlockLimits& limits, const AxisLimits& axis) {
   constexpr double kAnyGyro = 1000, kTimesBias = 10, kLeast = 5;  // °/h
   if (limits.gyro_band) return *limits.gyro_band;
@@ -160,7 +160,7 @@ void see_response(const InterlockLimits& limits, const Sample& sample, ResponseM
   if (has_set_point) memory.asked = std::max(memory.asked, abs(chamber->set_point - *memory.set_point));
 }
 
-/// Adds up changes that are too fast for a body. A jump that reverses cancels itself.
+/// Adds up changes that are too fast for a body. A jump and its reversal cancel each other.
 void see_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
                LivenessMemory& memory) {
   memory.past.resize(sample.thermometers.size());
@@ -199,7 +199,7 @@ void Noise::add(double value, bool at_rest) {
     identical_at_rest_ += at_rest ? 1 : 0;
     return;
   }
-  // Identical readings count once their spell has ended, so that a frozen channel keeps its noise.
+  // Identical readings reduce the share only when their spell has ended. A frozen channel thus keeps its noise.
   share_ *= std::pow(1 - kNoiseWeight, std::exchange(identical_at_rest_, 0));
   const bool is_noise = last_change_ * change < 0 && std::abs(change) > kTwoSteps * step_;
   if (at_rest) share_ += kNoiseWeight * ((is_noise ? 1 : 0) - share_);

@@ -7,8 +7,8 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-/// A thermometer drifts if it moves faster than the others by kDrifts after the set point has been at rest for
-/// kLongAtRest.
+/// A thermometer drifts if its rate differs from the median of all by more than kDrifts after the set point has been at
+/// rest for kLongAtRest.
 constexpr Duration kLongAtRest = std::chrono::minutes(20);
 constexpr CelsiusPerMinute kDrifts{1};
 constexpr std::size_t kFewest = 3;  ///< thermometers that can be compared
@@ -30,7 +30,7 @@ std::string axis_fault(const AxisLimits& axis, const AxisLiveness& seen, bool is
   return {};
 }
 
-/// Returns true if another unit of the run counts.
+/// Returns true if another unit that is not dropped delivers counts.
 bool another_counts(const CheckInputs& in, std::size_t unit) {
   for (std::size_t other = 0; other < in.sample.units.size(); ++other)
     if (other != unit && !in.is_dropped(other) && in.sample.units[other].count.value) return true;

@@ -30,7 +30,7 @@ constexpr CelsiusPerMinute kRounding{1e-9};
 
 constexpr std::size_t kMostErrors = 100;  ///< reported for one profile
 
-/// The errors found so far. Each is listed once, also if several passes of a repeat have it.
+/// The errors found so far. Each is listed once, even if several passes of a repeat have it.
 class ErrorList {
  public:
   void note(const Segment& segment, std::string what) {

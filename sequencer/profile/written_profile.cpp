@@ -182,7 +182,7 @@ class SegmentReader {
   void read(const TomlTable& table, const SegmentContext& around, std::vector<WrittenSegment>& into) {
     const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
     if (kind.empty() || table.text("kind") != kind) {
-      // The meaning of the keys depends on the kind, so that none of them is unknown here.
+      // The kind decides which keys are valid. Without a known kind, no key is reported as unknown.
       (void)table.keys();
       set_point_known_ = true;
       return;

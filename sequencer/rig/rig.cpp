@@ -23,7 +23,8 @@ namespace gyrotherm::rig {
 namespace {
 
 /// Longest read of a gyro in a run; less than the limit of InstrumentIo. A later frame stays on the line for the next
-/// second's read. A longer read would consume that frame, and a gyro with one frame a second would lose every one.
+/// second's read. A longer read would consume that frame, and the reads of a gyro with one frame per second would fail
+/// every time.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
 
@@ -102,8 +103,8 @@ class DriversOnWires final : public Drivers {
   Wires& wires_;
 };
 
-/// Repeats a query that may be repeated, because one lost answer must not prevent a run. Returns the first failure if
-/// all fail.
+/// Repeats a query after any failure except `refused`, because one lost answer must not prevent a run. Returns the
+/// first failure if all attempts fail.
 template <typename Ask>
 auto with_retries(const Ask& ask) {
   constexpr int kMostTries = 3;
@@ -226,7 +227,8 @@ class AssembledRig : public Rig {
   /// Makes the InstrumentIo for the rig's kind of time, and starts its clock.
   [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
 
-  /// Queries the word order first, on a separate line that is closed again: some units accept one client at a time.
+  /// Queries the word order first, on a separate connection that is closed again: some chambers accept one client at a
+  /// time.
   Result<std::string> query_chamber(const Clock& watch) {
     const auto order = query_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
     if (!order) return order;
@@ -245,7 +247,7 @@ class AssembledRig : public Rig {
     return state ? warn_of_air(state->air, read) : std::string();
   }
 
-  /// Returns the conversions of a unit of analogue inputs, for the lines for people.
+  /// Returns the conversions of one instrument with analogue inputs, for the description of its readings.
   [[nodiscard]] std::vector<AnalogueReading> analogue_readings(std::size_t index) const {
     const auto& settings = file_.analogue_inputs[index];
     std::vector<AnalogueReading> readings;
@@ -268,7 +270,7 @@ class AssembledRig : public Rig {
     return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
   }
 
-  /// Moves the chamber for the first time. Does not start it at a set point that it refused. Returns the chamber's
+  /// Sends the chamber to its first set point, and starts it unless it refused that set point. Returns the chamber's
   /// description of the stored program.
   Result<std::string> start_chamber(Celsius first, const drivers::ChamberProgram* program) {
     const auto moved = chamber_->send_set_point(first).and_then([&] { return chamber_->start(); });
@@ -276,7 +278,7 @@ class AssembledRig : public Rig {
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
     if (!kept) return kept;
     let_pass(1);
-    // The first frame may be one whole period away, longer than one read waits.
+    // The first frame may arrive only after a whole period, which is longer than one read waits.
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       if (const auto origin = with_retries([&] { return gyros_[i]->wait_for_origin(); }); !origin && !may_be_off_[i])
         return failure(origin.error());
@@ -285,7 +287,7 @@ class AssembledRig : public Rig {
     return kept;
   }
 
-  /// Returns the chamber to its state as found. Returns true if it acknowledged every step.
+  /// Returns the chamber to its state as found. Returns true if the chamber acknowledged every step.
   bool restore_chamber(const ChamberState& found, bool may_run_program) {
     chamber_->end_rest();
     bool done = !may_run_program || chamber_->end_program();

@@ -178,7 +178,7 @@ std::vector<interlocks::InstrumentChannels> list_instruments(const RigFile& rig)
   return instruments;
 }
 
-/// Records an error for each name that a record cannot have, or that a new record cannot have.
+/// Records an error for each name that is not permitted in a record, or not permitted in a new record.
 void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);
@@ -196,7 +196,7 @@ std::vector<std::string> list_lines(const RigFile& rig) {
   return lines;
 }
 
-/// Checks that no port or USB device is shared by two instruments. An address on the network may have several.
+/// Checks that no port or USB device is shared by two instruments. Several instruments may share a network address.
 void check_ports(const TomlTable& root, const RigFile& rig) {
   std::set<std::string> taken;
   int hids = 0;

@@ -67,7 +67,7 @@ std::size_t count_inputs(const ThermometerSettings& settings) {
   return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
 }
 
-/// Records an error if the instrument cannot be on its line.
+/// Records an error if this kind of instrument cannot use its line.
 void check_instrument_line(const TomlTable& table, const ThermometerSettings& settings) {
   const auto line = drivers::parse_line(settings.line);
   if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);

@@ -44,7 +44,7 @@ bool is_silent_unit(const Sample& sample, std::size_t unit) {
   return unit < sample.units.size() && !sample.units[unit].count.value;
 }
 
-/// Returns true if no reading came through the line.
+/// Returns true if no instrument on the line delivered a reading.
 bool is_silent(const RigLine& line, const Sample& sample) {
   if (line.has_chamber && sample.chamber.value) return false;
   return std::ranges::all_of(line.thermometers, [&](auto column) { return is_silent_thermometer(sample, column); }) &&

@@ -22,7 +22,8 @@ bool was_restarted(const interlocks::InterlockMemory& memory) {
   return memory.is_active(InterlockId::restarted) || memory.is_active(InterlockId::restarted_off);
 }
 
-/// Returns true if a restarted chamber is brought back without an operator. False if the restart holds the run.
+/// Returns true if a restarted chamber is brought back to the profile without an operator; false if the restart holds
+/// the run.
 bool returns_without_operator(const interlocks::InterlockMemory& memory) {
   const auto acts_by_itself = [&](InterlockId id) {
     return memory.is_active(id) && memory.most_affected(id).reaction < interlocks::Reaction::hold;
@@ -32,7 +33,7 @@ bool returns_without_operator(const interlocks::InterlockMemory& memory) {
 
 /// Interval of attempts, in seconds, while the chamber refuses set points.
 constexpr std::int64_t kTakeOverEvery = 10;
-/// Air within this distance of a limit has reached it.
+/// Air within this distance of a limit has reached the limit.
 constexpr Kelvins kAtLimit{0.5};
 
 }  // namespace
@@ -99,7 +100,7 @@ Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& 
   return {};
 }
 
-/// Waits for air outside the limits: its set point is the nearest limit, until the air has come there.
+/// Returns true while air outside the limits is on its way to the nearest limit, which is the set point.
 bool HostLead::waits_for_air(Celsius air) const {
   const auto nearest = within(air, limits_);
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
@@ -120,7 +121,7 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
   if (is_changed_externally(memory)) {
     approaching_ = approaching_ || memory.is_active(interlocks::InterlockId::foreign_set_point) ||
                    memory.is_active(interlocks::InterlockId::not_following);
-    // Applies from the first poll: an unexplained set point is not overwritten.
+    // An unexplained set point is not overwritten, even before its alarm is raised.
     return std::nullopt;
   }
   if (state != RunState::execute && !returning) return std::nullopt;
@@ -132,13 +133,13 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
 
 namespace {
 
-/// Exceeds the largest age of a status, and the largest advance of the controller's clock.
+/// Exceeds the largest age of a status, and the largest time by which the controller's clock can be ahead.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
-/// One lost exchange must not leave a program running.
+/// Several attempts, because one lost exchange must not leave a program running.
 constexpr int kStopTries = 3;
 
-/// Returns true if a controller may be carrying out a program. A program held at the panel makes no progress; an
-/// unknown activity is not judged.
+/// Returns true if a controller may be carrying out a program. A program held at the panel makes no progress. An
+/// unknown activity counts as progress.
 bool may_progress(ChamberActivity activity) {
   if (activity == ChamberActivity::holding) return false;
   return activity == ChamberActivity::unknown || carries_out_program(activity);
@@ -152,7 +153,7 @@ std::string capitals(const std::string& name) {
 }
 
 /// Returns the reason why a controller cannot carry out a segment that begins at `from`; empty if it can. A
-/// controller's guaranteed soak uses its own air and counts the total time in the band.
+/// controller's guaranteed soak uses the air sensor of the chamber and counts the total time in the band.
 std::string controller_objection(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller cannot wait for an operator, and this segment has a prompt";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
@@ -207,8 +208,8 @@ bool has_finished(ChamberActivity activity) {
   return activity == ChamberActivity::running || activity == ChamberActivity::done;
 }
 
-/// A controller may end its program before the profile's last segment ends. After a hold its air then stays at the
-/// hold's set point; after a ramp it shows the final set point.
+/// Returns true if the controller may have ended its program in the profile's last segment. After a hold, its air then
+/// stays at the hold's set point; after a ramp, it shows the final set point.
 bool ControllerLead::may_have_finished(const LeadSecond& second) const {
   const auto& chamber = *second.sample.chamber.value;
   if (!second.in_last_segment || !has_finished(chamber.activity)) return false;
@@ -228,7 +229,7 @@ std::string ControllerLead::objection_to_end(const LeadSecond& second) const {
   return {};
 }
 
-/// Watches the air of a hold at the profile's end: it must approach the set point, or stay there.
+/// Watches the air in a hold at the profile's end. The air must approach the set point, or stay there.
 void ControllerLead::watch_end(const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   silent_ = chamber ? Duration{} : silent_ + kSecond + second.missed;

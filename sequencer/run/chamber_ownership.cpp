@@ -12,8 +12,8 @@
 namespace gyrotherm::run {
 namespace {
 
-/// An exchange with the chamber ends in about this time; a longer one is a hang. With the 8 s of silence and the 10 s
-/// of make-safe, the chamber is safe within 20 s.
+/// An exchange with the chamber takes at most about this time; a longer one is a hang. With the 8 s of silence and the
+/// 10 s of make-safe, the chamber is safe within 20 s.
 constexpr Duration kLongestExchange = std::chrono::seconds(2);
 
 watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& record, bool by_program) {

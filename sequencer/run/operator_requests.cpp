@@ -11,7 +11,7 @@ namespace {
 
 bool is_milder(const OperatorRequest& a, const OperatorRequest& b) { return a.command < b.command; }
 
-/// Returns the reason why the state alone forbids the command; empty if it does not.
+/// Returns the reason why the state forbids the command; empty if it does not.
 std::string refusal_reason(RunState state, OperatorCommand command) {
   if (state == RunState::aborting && command != OperatorCommand::abort) return "the chamber is being made safe";
   if (state > RunState::aborting) return fmt::format("the run is over: {}", name(state));

@@ -86,8 +86,9 @@ UnitState unit_at(const record::Record& record, std::size_t row) {
   return segment != nullptr ? segment->unit : UnitState{};
 }
 
-/// Returns every second up to and including `last`: the set point that the chamber reported (if it was silent: the
-/// profile's), and the unit as the previous second left it. A gap has the set point of the second that ended it.
+/// Returns every second up to and including `last`: the set point that the chamber reported (that of the profile if the
+/// chamber was silent), and the state of the unit at the end of the previous second. A gap has the set point of the
+/// second that ended it.
 std::vector<simulator::PastSecond> list_seconds(const record::Record& record, std::int64_t last) {
   std::vector<simulator::PastSecond> seconds;
   UnitState unit;
@@ -100,8 +101,8 @@ std::vector<simulator::PastSecond> list_seconds(const record::Record& record, st
   return seconds;
 }
 
-/// Returns every second of the virtual world before the one that preparation takes: the preparation before the run, the
-/// recorded seconds, and the gap.
+/// Returns every second of the virtual world before the second that the new preparation takes: the preparation before
+/// the run, the recorded seconds, and the gap.
 std::vector<simulator::PastSecond> make_replay(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
   auto seconds = list_seconds(record, on.last_slot);
@@ -126,8 +127,8 @@ std::optional<Celsius> last_soaked_on(const record::Record& record, const std::s
 }
 
 /// Returns the profile's state one second after the record's last. The profile's clock runs only in Execute. A soak
-/// with a slope limit is not credited with that second, because the slope was not recorded. A run that its deadline
-/// ended gets the whole deadline again; otherwise it would end in its first second.
+/// with a slope limit is not credited with that second, because the slope was not recorded. A segment whose deadline
+/// ended the run gets the whole deadline again; otherwise the resumed run would end in its first second.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
                                           RunState last_state) {
   if (record.slot.empty()) return begin(profile);

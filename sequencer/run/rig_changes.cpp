@@ -13,7 +13,7 @@
 namespace gyrotherm::run {
 namespace {
 
-/// A channel that is read once a second, and its fault or null.
+/// A channel that is read once a second, and its fault; null if it has none.
 struct ChannelReading {
   std::string channel;
   std::string name;

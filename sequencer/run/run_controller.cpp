@@ -87,7 +87,7 @@ std::string RunController::active_objection(OperatorCommand command, bool takes_
   return holds.empty() ? lead_->objection(command) : "the cause of the hold is still active: " + holds;
 }
 
-/// Leaves out the causes that the operator's resume ends, if it takes the chamber over.
+/// If the operator's resume takes the chamber over, ignores the causes that the resume ends.
 std::string RunController::active_cause(interlocks::Reaction reaction, bool takes_over) const {
   const auto most = takes_over ? demand_without(memory_, causes_ended_by_resume(memory_)) : demand_;
   return most.reaction == reaction ? most.cause : "";
@@ -187,9 +187,9 @@ std::optional<OperatorRequest> RunController::take_request() {
   return taken.carried_out;
 }
 
-/// Advances the profile of a controller that continues by itself. The air of the gap is unknown: if the machine slept,
-/// it is taken to follow the set point; after a shorter gap, to be unchanged. A chamber that is being made safe does
-/// not continue.
+/// Advances the profile of a controller that continues by itself. The air in the gap is unknown. It is assumed to
+/// follow the set point if the machine slept, and to be unchanged in a shorter gap. The profile of a chamber that is
+/// being made safe does not continue.
 Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
@@ -268,7 +268,7 @@ void RunController::change_to(RunStateMachine machine) {
   note(EventKind::state, again && !why.empty() ? "execute: the profile continues, after: " + why : describe(machine_));
 }
 
-/// Returns the task for people before the profile continues. A virtual rig confirms it at once.
+/// Returns the task for people before the profile continues. A virtual rig confirms the task immediately.
 std::string RunController::required_prompt(const Sample& sample) {
   const auto& [segment, cycle, phase, in_segment, soaked, set_point] = sample.progress;
   if (in_segment != Duration{} || segment == answered_ || phase == Phase::complete) return {};
@@ -281,7 +281,7 @@ std::string RunController::required_prompt(const Sample& sample) {
   return {};
 }
 
-/// Judges the reading of a chamber that is being made safe. Raises or clears its alarm.
+/// Evaluates the reading of a chamber that is being made safe. Raises or clears the alarm safe_ineffective.
 void RunController::see_safe(const Sample& sample) {
   const bool before = safe_.is_ineffective();
   safe_.see(sample.chamber, kSecond * (next_slot_ + 1));
@@ -373,8 +373,8 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
-/// Commands the chamber for the state of this second, so that the last set point is sent at the end of the profile's
-/// last second.
+/// Commands the chamber for the state of this second. The last set point is thus sent at the end of the profile's last
+/// second.
 void RunController::command_chamber(const Sample& sample) {
   rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto failed = run_state() == RunState::aborting

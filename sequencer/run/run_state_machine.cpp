@@ -12,13 +12,13 @@ RunStateMachine too_long(const char* what, Duration since, const std::string& ca
   return Aborting{fmt::format("{} for {}: {}", what, spoken(since), cause), {}, false};
 }
 
-/// Returns to the profile, which may have a prompt first.
+/// Returns the state in which the profile continues: Held if it has a prompt, otherwise Execute.
 RunStateMachine enter_profile(const RunInputs& now) {
   if (!now.prompt.empty()) return Held{now.prompt, {}};
   return Execute{};
 }
 
-/// Returns the state of a run that may resume.
+/// Returns the next state of a run that may resume.
 RunStateMachine resume_state(const RunInputs& now, const std::string& cause) {
   if (now.in_place) return enter_profile(now);
   return Returning{cause, {}};
@@ -87,7 +87,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunI
   return resume_state(now, state.cause);
 }
 
-/// A stop that becomes an abort remains an abort.
+/// Continues until the chamber has shown the safe state. An abort replaces a stop, and a stop never replaces an abort.
 RunStateMachine step(const interlocks::RunLimits&, Aborting state, const RunInputs& now) {
   state.since += now.elapsed;
   if (state.stops && now.demand.reaction == interlocks::Reaction::abort) state = {now.demand.cause, state.since, false};

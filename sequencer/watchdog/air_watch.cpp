@@ -19,7 +19,7 @@ constexpr double kTowardsK = 1;
 /// Range of ambient temperatures.
 constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
 constexpr Duration kLongestPause = std::chrono::seconds(30), kSparse = std::chrono::seconds(5);
-/// Air that passes the set point on its way elsewhere leaves the band in less time.
+/// Air that only passes the set point leaves the band in less time.
 constexpr Duration kNearFor = std::chrono::seconds(60);
 constexpr Duration kStandsStill = std::chrono::minutes(15);
 constexpr int kStandsStillTimes = 3;
@@ -55,7 +55,7 @@ AirVerdict AirWatch::judge(double air_c) const {
 }
 
 AirVerdict AirWatch::see(Celsius air, Duration at) {
-  // Then no median is taken.
+  // Readings that are far apart are used without a median.
   const bool is_sparse = last_at_ && at - *last_at_ > kSparse;
   const double oldest = is_sparse ? air.value : before_c_.value_or(air.value);
   const double middle = is_sparse ? air.value : last_c_.value_or(air.value);

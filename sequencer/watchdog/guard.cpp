@@ -25,7 +25,7 @@ namespace {
 
 struct ProcessState {
   ProcessIdentity identity;
-  /// The process only waits to be reaped, or for threads that the kernel still holds.
+  /// The process has ended, and only waits to be reaped or for threads that the kernel still holds.
   bool ended = false;
   bool stopped = false;
 };
@@ -53,7 +53,7 @@ std::optional<ProcessState> see(std::int64_t pid) {
 /// Returns a handle of the process; closed if the process has ended.
 Descriptor open_handle(const ProcessIdentity& process) {
   Descriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<pid_t>(process.pid), 0)));
-  // Compared after the handle is open: from now on the number cannot pass to another process.
+  // The identity is compared after the handle is open: from then on, no other process can get the number.
   const auto found = see(process.pid);
   return found && found->identity == process ? std::move(handle) : Descriptor();
 }

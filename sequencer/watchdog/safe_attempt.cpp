@@ -49,7 +49,8 @@ class Attempt {
     means_.report(done_);
   }
 
-  /// Waits before a retry. Reconnects a broken connection, which may still deliver the answer to an earlier request.
+  /// Waits before a retry. Reconnects after a disconnect, because the old connection may still deliver the answer to an
+  /// earlier request.
   void try_later(const Fault& fault) {
     report(done_.reached, text(fault));
     means_.wait(kBetweenTries);
@@ -57,8 +58,8 @@ class Attempt {
     if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
   }
 
-  /// Fails with mismatch if another instrument answers: nothing is sent to it. A chamber that does not answer this
-  /// query is sent the set point in spite of that, because the run compared its identity before.
+  /// Fails with mismatch if another instrument answers; nothing is sent to that instrument. If a chamber does not
+  /// answer this query, the set point is sent anyway, because the run has compared its identity before.
   [[nodiscard]] Result<void> recognise_chamber() {
     if (is_recognised_) return {};
     const auto identity = chamber_->recognise();
@@ -96,7 +97,7 @@ class Attempt {
     return false;
   }
 
-  /// Keeps the state even if a later command fails: it is evidence.
+  /// Reads the state, and keeps it as evidence even if a later command fails.
   [[nodiscard]] Result<ChamberState> inspect() {
     auto state = chamber_->inspect();
     if (state) done_.state = *state;
@@ -323,7 +324,7 @@ Rescued SafeRescue::attempt() {
 
 Duration SafeRescue::pause() const {
   constexpr Duration kAtOnce = std::chrono::seconds(1), kLooks = std::chrono::seconds(2);
-  // Longer, so that a controller that does not obey is not flooded.
+  // A longer pause, so that a controller that ignores commands is not flooded.
   constexpr Duration kCommands = std::chrono::seconds(5);
   if (!in_touch_ || !evidence_.set_point_shown()) return kAtOnce;
   return task() == SafeTask::look ? kLooks : kCommands;

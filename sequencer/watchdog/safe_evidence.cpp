@@ -10,7 +10,7 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-/// A controller changes its mode within this time, including a slow line.
+/// A controller changes its mode within this time, even on a slow line.
 constexpr Duration kModeWithin = std::chrono::seconds(60);
 constexpr int kSwitchesOff = 2;  ///< the escalation that switches off
 

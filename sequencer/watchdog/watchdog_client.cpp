@@ -40,13 +40,14 @@ constexpr auto kAnswersWithin = std::chrono::seconds(5);
 
 }  // namespace
 
-/// The guard's program. The file stays open from the start of the run, so that the guard can be restarted although an
-/// upgrade has removed or replaced its file.
+/// The guard's program. The file stays open from the start of the run, so that the guard can be restarted after an
+/// upgrade has removed or replaced the file.
 class GuardProgram {
  public:
   GuardProgram() : path_(sibling_program_path(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
   [[nodiscard]] const std::string& name() const { return path_; }
-  /// Returns the path to run: the file's own, or the open file if the name is gone or belongs to another file now.
+  /// Returns the path to run: the original path, or that of the open file if the original path is missing or belongs to
+  /// another file now.
   [[nodiscard]] std::string path() const {
     struct stat held {
     }, named{};
@@ -132,7 +133,7 @@ void NotifySocket::notify(std::string_view state) {
 
 /// The state that the client and its threads share.
 struct WatchdogClient::Ties {
-  /// A trouble and its text. The text remains for a while after the end of the trouble, so that it is noticed.
+  /// A trouble and its text. The text remains for a while after the end of the trouble, so that a reader notices it.
   class Trouble {
    public:
     void begins(std::string words) {
@@ -163,7 +164,7 @@ struct WatchdogClient::Ties {
   /// Line to the guard; closed: no guard.
   Descriptor line;
   pid_t guard = -1;  ///< its process
-  /// It has reported that it watches.
+  /// The guard has reported that it watches.
   bool watching = false;
   /// Time of the first byte that the guard has not answered.
   std::optional<steady_clock::time_point> unanswered;
@@ -179,7 +180,8 @@ struct WatchdogClient::Ties {
   void tend(void (Ties::*chore)());
 };
 
-/// Kills a guard and closes its line. A stopped guard that resumed later would take the closed line for a failure.
+/// Kills a guard and closes its line. If the guard were only stopped, it could resume later and take the closed line
+/// for a failure.
 void end_guard(pid_t pid, Descriptor line) {
   if (pid > 0) {
     ::kill(pid, SIGKILL);
@@ -188,8 +190,8 @@ void end_guard(pid_t pid, Descriptor line) {
   line.close();
 }
 
-/// Starts a guard that replaces the previous one, which ends once the new one watches. Call it without the lock,
-/// because starting a program may take long.
+/// Starts a guard that replaces the previous one. The previous one is ended once the new one watches. Call it without
+/// the lock, because starting a program may take long.
 Result<void> WatchdogClient::Ties::start_guard() {
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::bad_file, program.name(), "the guard cannot be started: " + why);
@@ -340,8 +342,8 @@ void WatchdogClient::good_bye() {
   remove_safe_state(ties_->safe_state.record);
 }
 
-/// Leaves the line open until the process ends. The guard kills a process that is still alive at the line's end; this
-/// leaves the process time to report the result of the run.
+/// Leaves the line open until the process ends. The guard kills a process that is still alive when the line closes. The
+/// open line gives the process time to report the result of the run.
 WatchdogClient::~WatchdogClient() {
   end_threads();
   const std::lock_guard lock(ties_->mutex);

@@ -55,7 +55,7 @@ void print_progress(const Progress& progress) {
                               progress.all, failed));
 }
 
-/// Prints the tasks that failed. Returns the exit code of the first one.
+/// Prints the tasks that failed. Returns the exit code of the first failed task.
 Result<int> report_failures(const Job& job, const std::string& folder) {
   std::vector<std::string> failed;
   int code = 0;

@@ -119,7 +119,7 @@ class Slurm : public Workers {
     return {};
   }
 
-  /// An array that Slurm has forgotten is finished.
+  /// Returns true if no array is queued. Slurm no longer lists an array that has finished.
   [[nodiscard]] Result<bool> have_finished() override {
     const auto now = std::chrono::steady_clock::now();
     if (now - queried_ < kQueryEvery) return false;
@@ -130,7 +130,7 @@ class Slurm : public Workers {
  private:
   [[nodiscard]] std::string ids_file() const { return folder_ + "/slurm"; }
 
-  /// Returns true if an array is queued. It has the number that sbatch returned, which its elements share.
+  /// Returns true if an array is queued. All elements of an array have the number that sbatch returned.
   [[nodiscard]] Result<bool> is_any_queued() const {
     const auto queue = read_program_output({"squeue", "--noheader", "--format=%F", "--me"}, kSlurmTimeout);
     if (!queue) return failure(queue.error());
@@ -243,7 +243,7 @@ Result<Progress> spread(const Job& job, const std::string& folder, const Spreadi
     for (bool finished = false; !finished;) {
       const auto is_finished = workers->have_finished();
       if (!is_finished) return failure(is_finished.error());
-      // Set before the progress is read, so that a task that ends in between is seen.
+      // This is queried before the progress, so that a task that ends in between is included.
       finished = *is_finished;
       const auto progress = count_progress(job, absolute);
       if (!progress) return progress;

@@ -41,7 +41,7 @@ bool counts(const Segment& segment, Duration inside_before, const Observation& s
   return seen.slope && std::abs(seen.slope->value) <= segment.soak_slope.value;
 }
 
-/// Returns the time since the end of the hold; negative before its end.
+/// Returns the time since the end of the hold; negative before that end.
 Duration time_past_end(const Segment& hold, Duration elapsed, Duration soaked) {
   const auto time = elapsed - hold.duration;
   return hold.guaranteed_soak ? std::min(time, soaked - hold.soak_time) : time;

@@ -178,7 +178,8 @@ std::vector<interlocks::InstrumentChannels> list_instruments(const RigFile& rig)
   return instruments;
 }
 
-/// Records an error for each name that is not permitted in a record, or not permitted in a new record.
+/// Records an error for each name that is not permitted. `is_of_a_record`: the rig file is from a record, in which more
+/// names are permitted than in a new one.
 void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);

@@ -119,7 +119,7 @@ class RunController {
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
   /// Returns true if a command would take the chamber over from a foreign set point.
   [[nodiscard]] bool takes_over(control::OperatorCommand command) const;
-  /// Returns the cause if the last second demands exactly this reaction; empty if it demands none, or another one.
+  /// Returns the cause if the last second demands exactly this reaction; empty if it demands another reaction or none.
   [[nodiscard]] std::string active_cause(interlocks::Reaction reaction, bool takes_over) const;
   /// Returns the answer to a command without an objection.
   [[nodiscard]] std::string answer_for(control::OperatorCommand command) const;

@@ -26,9 +26,9 @@ struct Migration {
 /// Returns the steps that this program knows, numbered from 1 in order.
 [[nodiscard]] std::span<const Migration> migrations();
 
-/// Executes the steps of `known` that are new to the store, up to number `last`, each in a transaction of its own,
-/// and calls `done` after each. If two programs migrate at once, one waits for the other. Fails like Postgres. Fails
-/// with refused, and changes nothing, if the store has a step that is not one of `known`.
+/// Executes the steps of `known` that are new to the store, up to number `last`, each in a transaction of its own, and
+/// calls `done` after each. If two programs migrate at the same time, one waits for the other. Fails like Postgres.
+/// Fails with refused, and changes nothing, if the store has a step that is not one of `known`.
 [[nodiscard]] Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
                                    const std::function<void(const Migration&)>& done);
 

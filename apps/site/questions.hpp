@@ -33,7 +33,7 @@ struct Asked {
   bool all{};              ///< ignores the condition
 };
 
-/// Returns true if the query is about units, so that `Asked::unit` applies.
+/// Returns true if the query is about units; then `Asked::unit` applies.
 [[nodiscard]] bool has_units(const Question& question);
 
 /// Sends the query. Fails like Postgres.

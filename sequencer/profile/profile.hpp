@@ -30,7 +30,7 @@ struct Segment {
   Duration duration{};
   /// The hold's time counts only while the soak sensor is inside the band.
   bool guaranteed_soak{};
-  /// |sensor − set point| that counts as soaked.
+  /// Largest |sensor − set point| inside the band.
   Kelvins soak_band{};
   /// Air, or a thermometer's channel.
   std::string soak_sensor = "air";

@@ -375,7 +375,7 @@ class RealRig final : public AssembledRig {
   SteadyClock clock_;
 };
 
-/// The rig's own wires. They are a base class, so that they are made before the instruments and destroyed after them.
+/// The rig's own wires. They are a base class, so they are made before the instruments and destroyed after them.
 struct OwnedWires {
   std::unique_ptr<Wires> owned_;
 };

@@ -55,7 +55,7 @@ struct InterruptedRun {
   std::string why_asks{};
   /// An interlock or an operator had aborted the run and made the chamber safe.
   bool aborted{};
-  /// The run was held, so that only an operator resumes it.
+  /// The run was held; only an operator can resume it.
   bool held{};
   /// Another program or a person had changed the chamber, and it was not restored.
   bool foreign{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Work in a separate process, so that a hang of a line, a library or a disk affects that process alone.
+/// Work in a separate process, so that a hang of a line, a library or a disk affects only that process.
 #pragma once
 
 #include <sys/types.h>

@@ -64,7 +64,7 @@ class GuardProgram {
 
 namespace {
 
-/// Starts the program in a session of its own, so that signals of a terminal do not reach it, with no signal blocked.
+/// Starts the program with no signal blocked, in a session of its own, so that signals of a terminal do not reach it.
 /// `input` is its standard input. Returns an error number, 0 for none.
 int spawn(const GuardProgram& program, const std::string& record, int input, pid_t& pid) {
   posix_spawn_file_actions_t files;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A job: independent tasks, each a list of commands of gyrotherm, in a folder that all participating machines share. A
-/// task that died is repeated. Commands write whole files with a content that does not depend on the machine, so that
-/// two machines on one task do no harm. Any thread and process.
+/// task that died is repeated. Commands write whole files whose content does not depend on the machine, so two machines
+/// may carry out the same task. Any thread and process.
 #pragma once
 
 #include <cstdint>

@@ -18,8 +18,8 @@ struct RateStretches {
   std::vector<Eigen::VectorXd> values;
 };
 
-/// Cuts `rate_deg_per_h` into stretches; sample k was taken at `time_s`(k). Cuts at each value that is not finite, and
-/// where a time step differs from `interval_s` by half the interval or more.
+/// Cuts `rate_deg_per_h` into stretches; sample k was taken at `time_s`(k). A stretch ends at each value that is not
+/// finite, and at each time step that differs from `interval_s` by half the interval or more.
 [[nodiscard]] RateStretches cut_at_gaps(const Eigen::Ref<const Eigen::VectorXd>& time_s,
                                         const Eigen::Ref<const Eigen::VectorXd>& rate_deg_per_h, double interval_s);
 
@@ -91,21 +91,21 @@ struct NoiseCoefficient {
   /// Value in the unit of the term (Q in arcsec) and its standard error. Both are 0 if the term is not significant.
   double value{};
   double error{};
-  /// Upper 95 % limit, with the set of significant terms held fixed.
+  /// Upper 95 % limit, for an unchanged set of significant terms.
   double at_most{};
-  /// Square of the coefficient, in its unit squared, and the standard error of the square. Both are set for terms that
-  /// are not significant too; these are fitted together with the significant ones. Not negative. NaN if the curve has
-  /// too few points.
+  /// Square of the coefficient, in its unit squared, and the standard error of the square. Both are at least 0. A term
+  /// that is not significant has them too, from a fit together with the significant terms. NaN if the curve has too few
+  /// points.
   double square{}, square_error{};
 };
 
-/// Returns coefficients in the order of NoiseTerm, none of them significant and without upper limits.
+/// Returns coefficients in the order of NoiseTerm. None is significant or has an upper limit.
 [[nodiscard]] std::array<NoiseCoefficient, kNoiseTerms> no_significant_terms();
 
 struct AllanFit {
   /// Coefficients in the order of NoiseTerm.
   std::array<NoiseCoefficient, kNoiseTerms> coefficients = no_significant_terms();
-  /// Relative misfit of σ. 0 means that sampling errors explain the residuals.
+  /// Relative misfit of σ. 0 if sampling errors explain the residuals of the fit.
   double misfit{};
   /// Averaging time of the curve at which the fitted σ is lowest.
   double lowest_tau_s{};
@@ -132,8 +132,8 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 /// Returns the coefficient of a term.
 [[nodiscard]] const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term);
 
-/// Returns the coefficient computed from its square, whether it is significant or not, for an uncertainty budget. No
-/// term is dropped; a term that happens to be small contributes little. Returns 0 if the square is unknown.
+/// Computes the coefficient from its square, whether the term is significant or not. An uncertainty budget uses it for
+/// all terms: none is dropped, and a small term contributes little. The value is 0 if the square is unknown.
 [[nodiscard]] NoiseCoefficient estimate_from_square(const NoiseCoefficient& coefficient);
 
 /// Computes σ of one term alone at `tau_s`, in °/h.
@@ -146,18 +146,17 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 /// fitted with one term per point, taken in the order N, Q, K, B, R.
 ///
 /// The squared coefficients are fitted to σ² by weighted least squares under the constraint that none is negative. The
-/// weights follow from the relative error of σ, initially 1/√(2(K − 1)), and are taken about the fitted curve: weights
-/// about the measured curve would favour points that are low by chance. A term is kept only if its square is at least
-/// twice its standard error. Reading lines of slope −½, 0 and +½ off the curve would need a range of τ where one noise
-/// dominates. A hold of one hour has such a range for N at best, and the line then includes the contribution of the
-/// neighbouring noises.
+/// weights follow from the relative error of σ, initially 1/√(2(K − 1)), and the fitted σ: weights from the measured σ
+/// would favour points that are low by chance. A term is kept only if its square is at least twice its standard error.
+/// Reading lines of slope −½, 0 and +½ off the curve would need a range of τ where one noise dominates. A hold of one
+/// hour has such a range for N at best, and the line then includes the contribution of the neighbouring noises.
 ///
 /// Standard errors are exact for Gaussian noise of the fitted kind. The points of an overlapping curve share samples,
 /// so the covariance of each pair is computed; assuming independent points would give errors that are too small. If the
 /// curve departs from the five terms by more than chance allows, χ² > f + 3√(2f), a common relative misfit is added to
-/// the errors of all points until χ² equals its f degrees of freedom (Mandel and Paule 1970). Pulses that beat with the
-/// sampling and a drift that is not a straight line cause such departures. The misfit keeps the precise points at short
-/// τ from distorting the fit at long τ.
+/// the errors of all points until χ² equals its f degrees of freedom (Mandel and Paule 1970). Such departures are
+/// caused by a beat between pulses and samples and by a drift that is not linear in time. The misfit keeps the precise
+/// points at short τ from distorting the fit at long τ.
 [[nodiscard]] AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates);
 
 /// Fits only the given terms, at most one per point. Use this if the curve cannot separate all five terms: means over

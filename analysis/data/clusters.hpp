@@ -11,8 +11,8 @@
 
 namespace gyrotherm::data {
 
-/// Temperatures of whole runs, one run after the other, one row per cluster. Includes clusters in which another reading
-/// is missing, so that lags can be computed where only part of the clusters is used.
+/// Temperatures of whole runs, one run after the other, one row per cluster. Clusters in which another reading is
+/// missing are included. Lags can thus be computed even if only some of the clusters are used.
 struct TemperatureHistory {
   /// Time since the previous cluster of the same run. Infinite for the first cluster of a run.
   Eigen::VectorXd elapsed_s;
@@ -24,7 +24,7 @@ struct TemperatureHistory {
 struct Clusters {
   double length_s = 100;
   std::vector<std::string> thermometers;
-  /// Start of each cluster since the start of the run.
+  /// Time from the start of the run to the start of each cluster.
   Eigen::VectorXd start_s;
   Eigen::MatrixXd temperature_c;  ///< clusters × thermometers
   /// Causal rate: (mean of this cluster − mean of the previous cluster)/length. It lags by half a cluster. NaN in the
@@ -58,8 +58,8 @@ struct Clusters {
 /// whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
 
-/// Returns whether the bias of some clusters differs from that of others by twice the Earth rate. This is so if the
-/// Earth rate is unknown and the unit is turned around between them.
+/// Returns whether the clusters include both positions of a unit that is turned around while the Earth rate is unknown.
+/// The bias then differs by twice the Earth rate between the two positions.
 [[nodiscard]] bool jumps_by_turning(const Dataset& dataset, const Clusters& clusters);
 
 /// Samples of a record and their cluster means.
@@ -71,8 +71,8 @@ struct RecordedRun {
 /// Returns the clusters at the given rows, in order.
 [[nodiscard]] Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
 
-/// Joins the clusters of all parts in order. Fails with usage if thermometers or cluster lengths differ, or if `parts`
-/// is empty.
+/// Joins the clusters of all parts in order. Fails with usage if the parts differ in thermometers or cluster length, or
+/// if `parts` is empty.
 [[nodiscard]] Result<Clusters> concatenate(const std::vector<Clusters>& parts);
 
 }  // namespace gyrotherm::data

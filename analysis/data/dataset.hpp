@@ -21,7 +21,7 @@ struct RecordFiles;
 
 namespace gyrotherm::data {
 
-/// Axis of a unit under test. Names are empty if the record has only one.
+/// Axis of a unit under test. The name of the unit or axis is empty if the record has only one.
 struct AxisChoice {
   std::string unit{};
   std::string axis{};
@@ -46,13 +46,13 @@ struct Dataset;
 [[nodiscard]] Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called,
                                            std::string_view so = "");
 
-/// Bias reference of a record without a known Earth rate: a mean of its own, which is not comparable with other
-/// records.
+/// Bias reference of a record without a known Earth rate: a mean of the record itself. Biases of different records are
+/// then not comparable.
 inline constexpr std::string_view kOwnReference = "mean of the first hold removed";
 
-/// Fails with usage if the biases of two records have different references, because the difference would be taken for a
-/// property of the gyro. Two records that were each referred to their own mean differ too. The message is "counts its
-/// bias from another zero (…) than", followed by `called` and "(…)".
+/// Fails with usage if the biases of two records have different references, because their difference would be mistaken
+/// for a property of the gyro. Two records also have different references if each refers to its own mean. The message
+/// is "counts its bias from another zero (…) than", followed by `called` and "(…)".
 [[nodiscard]] Result<void> check_same_reference(const Dataset& one, std::string_view other_zero,
                                                 std::string_view called);
 
@@ -62,8 +62,8 @@ struct Dataset {
   std::string path;
   /// Unit under test and axis. The axis is empty if the unit has only one.
   AxisChoice of;
-  /// Identity of the gyro as far as the record states it: its serial number. For a virtual gyro also its seed ("seed
-  /// 7"), and the unit's name if it is one of several.
+  /// Identity of the gyro as far as the record states it: its serial number. A virtual gyro also has its seed ("seed
+  /// 7"), and without a serial number the name of the unit if it is one of several.
   std::string identity;
   bool simulated{};
   bool imported{};
@@ -88,7 +88,7 @@ struct Dataset {
   /// Time since the start of the run. Native records have whole seconds (the slot), imported records their own time
   /// stamps.
   Eigen::VectorXd time_s;
-  /// Instant at which each row was sampled since the start of the run, by the clock of the run.
+  /// Time from the start of the run to the sampling of each row, by the clock of the run.
   Eigen::VectorXd moment_s;
   Eigen::MatrixXd temperature_c;  ///< samples × thermometers
   Eigen::VectorXd bias_deg_per_h;
@@ -111,12 +111,13 @@ struct Dataset {
   double step_deg_per_h{};
 };
 
-/// Converts a record to matrices. The bias is arcsec per pulse × pulses/interval (1 arcsec/s is exactly 1 °/h) for
-/// pulse counts, and scale × value for rates, less the Earth rate. If the Earth rate is unknown, the mean of the first
-/// hold is removed from native records, and nothing from imported ones. An unknown Earth rate of a unit that was turned
-/// around is not removed either, since it changes its sign. The bias is missing while the profile waits for an operator
-/// to handle the unit. Temperatures are the readings plus the offset of their channel. If there is no list of gradient
-/// thermometers, all thermometers are used. `of` must be a result of choose_axis().
+/// Converts a record to matrices. The bias is the measured rate minus the Earth rate. The measured rate is arcsec per
+/// pulse × pulses/interval (1 arcsec/s is exactly 1 °/h) for pulse counts, and scale × value for rates. If the Earth
+/// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones. If the
+/// unit was also turned around, no mean is removed, since the sign of the Earth rate changes. The bias is missing while
+/// the profile waits for an operator to handle the unit. Temperatures are the readings plus the offset of their
+/// channel. If there is no list of gradient thermometers, all thermometers are used. `of` must be a result of
+/// choose_axis().
 [[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of);
 
 /// Name of the input for the unit's own temperature, and prefix of the names of its other values.
@@ -128,13 +129,13 @@ inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 
 /// Lists all axes of a run in order.
 [[nodiscard]] std::vector<AxisChoice> axes_of(const record::RunInfo& info);
-/// Finds the requested axis. An empty name matches the only axis or unit. Fails with usage and lists the axes if none
-/// or several match. `path` names the record in the message.
+/// Finds the requested axis. An empty name matches the only axis or unit. If no axis or more than one matches, fails
+/// with usage and lists the axes. `path` names the record in the message.
 [[nodiscard]] Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& requested,
                                              const std::string& path);
 
 /// Reads a record and converts one of its axes. Fails as read_record and choose_axis do, and with usage if the run is
-/// not finished: an unfinished run must not be taken for a finished one.
+/// not finished, because an unfinished run must not be mistaken for a finished one.
 [[nodiscard]] Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& requested = {});
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const AxisChoice& requested = {});
 

@@ -10,7 +10,7 @@ namespace gyrotherm::data {
 /// Returns the probability that χ² of `freedom` degrees exceeds `value`.
 [[nodiscard]] double chi_squared_exceeds(double value, double freedom);
 
-/// Returns the value that χ² exceeds with a probability between 0 and 1, down to 1e-300.
+/// Returns the value that χ² exceeds with the given `probability`, from 1e-300 to below 1.
 [[nodiscard]] double chi_squared_limit(double probability, double freedom);
 
 /// Returns the probability that noncentral χ² exceeds `value`.

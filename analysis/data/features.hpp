@@ -79,9 +79,9 @@ void describe(auto& form, Like<Factor> auto& factor) {
 [[nodiscard]] std::string lag_name(const Factor& lag);
 
 /// Parses "A", "A-B", "rate:A", "lag:600:A" (lag of A with a time constant of 600 s, in whole seconds), a power such as
-/// "A^2" ("A-B^2" is the square of the difference), or a product such as "A*rate:A" and "A*A-B". A thermometer name may
-/// contain '-', '*' and '^'; text that matches a whole name is read as that name. Fails with usage and suggests the
-/// nearest thermometer.
+/// "A^2" ("A-B^2" is the square of A-B), or a product such as "A*rate:A" and "A*A-B". A thermometer name may contain
+/// '-', '*' and '^'; text that matches a whole name is read as that name. Fails with usage and suggests the nearest
+/// thermometer.
 [[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
 /// Returns text that parse_term reads as the same term, unless it equals the name of another thermometer.
 [[nodiscard]] std::string to_string(const Term& term);
@@ -99,12 +99,12 @@ void describe(auto& form, Like<Term> auto& term) {
 /// Row-major matrix with one sample per row, so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Causal first-order lag of a temperature: the temperature difference that a slow body has not yet followed. The body
-/// follows the temperature T of the thermometer with the time constant τ: dF/dt = (T − F)/τ. It starts in equilibrium:
-/// F equals the first temperature. T is taken as a staircase; each temperature holds since the previous one. The exact
-/// solution is then T_k − F_k = exp(−Δt/τ) (T_k − F_{k−1}), the zero-order-hold equivalent (Franklin, Powell, Workman,
-/// Digital Control of Dynamic Systems (1998), §4.3.3). A gap is one long step; after a gap of many τ the body is in
-/// equilibrium again.
+/// Causal first-order lag of a temperature: the difference T − F between the temperature T of a thermometer and the
+/// temperature F of a body that follows it with the time constant τ, dF/dt = (T − F)/τ. The body starts in equilibrium:
+/// F equals the first temperature. T is taken as a staircase; each temperature applies to the whole time since the
+/// previous one. The exact solution is then T_k − F_k = exp(−Δt/τ) (T_k − F_{k−1}), the zero-order-hold equivalent
+/// (Franklin, Powell, Workman, Digital Control of Dynamic Systems (1998), §4.3.3). A gap is one long step. After a gap
+/// of many τ the body is in equilibrium again.
 class FirstOrderLag {
  public:
   explicit FirstOrderLag(double time_constant_s) : time_constant_s_(time_constant_s) {}
@@ -122,7 +122,7 @@ class FirstOrderLag {
 [[nodiscard]] std::vector<Term> all_gradients(const std::vector<std::string>& names);
 
 /// Computes the values of the terms, clusters × terms, unscaled. Lags use the history of the whole runs, even if only
-/// some of their clusters are selected; a cluster without the mean of a thermometer is bridged by a longer step
+/// some of their clusters are selected; if a cluster has no mean of a thermometer, the next step is longer
 /// (FirstOrderLag). Fails with usage if a thermometer is not in the clusters, or if a lag is required and the history
 /// is unknown.
 [[nodiscard]] Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& clusters);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Plan of the clusters that are held out together and of the clusters used for training meanwhile. Folds are cycles,
-/// whole records, all records of a program, or consecutive blocks with a guard gap. They are never random clusters,
-/// because neighbouring clusters are nearly identical (docs/evaluation.md).
+/// Plan of folds: for each fold, the clusters that are held out together and the clusters used for training. Folds are
+/// cycles, whole records, all records of a program, or consecutive blocks with a guard gap. They are never random
+/// clusters, because neighbouring clusters are nearly identical (docs/evaluation.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@
 namespace gyrotherm::data {
 
 enum class FoldKind {
-  /// Records if there are at least kFewestForRecords and none has a cycle, else cycles.
+  /// records if there are at least kFewestForRecords records and none has a cycle, else cycles.
   automatic,
   cycles,
   records,
@@ -34,12 +34,12 @@ inline constexpr double kDefaultGuardMinutes = 45;
 
 struct FoldOptions {
   FoldKind kind = FoldKind::automatic;
-  /// Number of blocks per record that is cut into blocks, at least 2.
+  /// Number of blocks into which a record is cut, at least 2.
   int blocks = kDefaultBlocks;
   /// Without a value, cycles have no guard, and blocks have kDefaultGuardMinutes but at most half a block. Whole
   /// records need no guard.
   std::optional<double> guard_minutes = {};
-  /// Profile of each record, if programs are held out.
+  /// Profile name of each record. Required for FoldKind::programs.
   std::vector<std::string> programs = {};
 };
 
@@ -72,18 +72,18 @@ struct FoldPlan {
 /// the guard leaves a fold without training clusters.
 [[nodiscard]] Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options = {});
 
-/// Clusters used for training, and the folds for choices that are made on them alone.
+/// Clusters used for training, and the folds for choices that use only these clusters.
 struct TrainingSet {
   Clusters clusters;
   FoldPlan folds;
 };
 
-/// Restricts the training set to the given rows (rising). Removes the other clusters from its folds, and drops folds
-/// that become empty on one side.
+/// Restricts the training set to the given rows (rising). Removes the other clusters from its folds, and drops each
+/// fold that has no held-out or no training clusters left.
 [[nodiscard]] TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows);
 
-/// Returns the training set unchanged if it has at least two folds, as a choice on held-out clusters requires.
-/// Otherwise replaces its folds by blocks. Fails with usage if there are too few clusters.
+/// Returns the training set with at least two folds, which a choice on held-out clusters requires. If it has fewer,
+/// replaces them by blocks. Fails with usage if there are too few clusters.
 [[nodiscard]] Result<TrainingSet> with_two_folds(TrainingSet training_set);
 
 }  // namespace gyrotherm::data

@@ -19,15 +19,16 @@ namespace gyrotherm::data {
 inline constexpr double kQuietSeconds = 3600;
 
 /// Noise floor σ of cluster means, from second differences of three neighbouring clusters in the last hour of each
-/// hold: σ² = mean[(b_{k+2} − 2b_{k+1} + b_k)²]/6. This is the Hadamard variance at the cluster length (NIST SP 1065).
-/// For white noise it equals the Allan variance. It is insensitive to a drift that is steady over 300 s, which holds of
-/// a random program still have. Only clusters wholly inside the hold are used; the hour is counted back from the end of
-/// the last one. A record without named holds has no noise floor, because its bias may change with temperature between
-/// neighbours. Bias instability slower than some minutes does not contribute.
+/// hold: σ² = mean[(b_{k+2} − 2b_{k+1} + b_k)²]/6. σ² is the Hadamard variance at the cluster length (NIST SP 1065).
+/// For white noise it equals the Allan variance. A drift that is steady over 300 s, as in the holds of a random
+/// program, does not affect it. Only clusters wholly inside the hold are used; the hour ends with the last of them. A
+/// record without named holds has no noise floor, because its bias may change with temperature between neighbours. Bias
+/// instability slower than some minutes does not contribute.
 ///
-/// If pulses are counted, neighbouring means share the quantisation error of the angle between them, q/√12 for a pulse
-/// of q. This error contributes 2/12·q²/τ² to the variance of a mean and 20/6·q²/(12τ²) to mean(Δ²)/6. The difference,
-/// q²/(9τ²), is subtracted. The result is limited to at least 6/10 of mean(Δ²)/6, the value for pure quantisation.
+/// If pulses are counted, two neighbouring means share the quantisation error of the angle at their common boundary,
+/// q/√12 for a pulse of size q. This error contributes 2/12·q²/τ² to the variance of a mean and 20/6·q²/(12τ²) to
+/// mean(Δ²)/6. The difference, q²/(9τ²), is subtracted. The result is limited to at least 6/10 of mean(Δ²)/6, the value
+/// for pure quantisation.
 struct NoiseFloor {
   /// Noise floor. NaN if there is none.
   double deg_per_h{};
@@ -46,13 +47,13 @@ struct NoiseFloor {
   return noise_floor(clusters, dataset.segments, dataset.step_deg_per_h);
 }
 
-/// Returns the STD expected in-sample if the residual is noise alone: floor·√(1 − p/n) for a fit with
+/// Returns the STD expected in-sample if the residual is only noise: floor·√(1 − p/n) for a fit with
 /// `effective_parameters` p to n independent clusters. Returns NaN if p is unknown (0 or NaN) or not below n.
 [[nodiscard]] double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters);
 
 /// Returns a warning if the STD of the residual is below the noise floor by more than two standard errors of their
-/// difference. Pass `effective_parameters` for an in-sample residual and 0 otherwise. If it is above 0, the warning
-/// includes the STD that the parameters explain.
+/// difference. Pass `effective_parameters` for an in-sample residual and 0 otherwise. If `effective_parameters` is
+/// above 0, the warning includes the STD that the parameters explain.
 [[nodiscard]] std::optional<std::string> over_fit_warning(const Figures& residual, const NoiseFloor& floor,
                                                           double effective_parameters);
 
@@ -90,10 +91,10 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
 
 /// Computes the Allan deviation of the raw bias, sample by sample, in the last hour of each hold. The result is empty
 /// if the record names no hold. A missing sample, an unknown bias and a new segment each end a stretch. Temperature
-/// changes that remain in a hold appear as B, K and R. These are then upper limits for the gyro itself, and the
-/// statement notes this.
+/// changes that remain in a hold increase B, K and R. These three are therefore upper limits for the gyro itself, and
+/// the statement notes this.
 [[nodiscard]] HoldNoise measure_hold_noise(const Dataset& dataset);
-/// Computes the same from those samples alone that lie in one of the given clusters.
+/// Computes the Allan deviation in the same way from the samples in the given clusters only.
 [[nodiscard]] HoldNoise measure_hold_noise(const Dataset& dataset, const Clusters& clusters);
 
 /// Computes the Allan deviation of the compensated bias in the same stretches. `residual_deg_per_h` is the residual of
@@ -102,8 +103,8 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
 [[nodiscard]] HoldNoise measure_compensated_hold_noise(const Dataset& dataset, const Clusters& clusters,
                                                        const Eigen::VectorXd& residual_deg_per_h);
 
-/// Computes the Allan deviation of cluster means over a whole record including its ramps, for raw or compensated bias
-/// as a user averages it. Missing clusters and values that are not finite end a stretch.
+/// Computes the Allan deviation of cluster means over a whole record including its ramps, for raw or compensated bias.
+/// Missing clusters and values that are not finite end a stretch.
 [[nodiscard]] AllanCurve cluster_allan_curve(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
 }  // namespace gyrotherm::data

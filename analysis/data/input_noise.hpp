@@ -12,15 +12,14 @@
 namespace gyrotherm::data {
 
 /// Computes the covariance of the input errors caused by thermometers with the given standard uncertainties (K, one per
-/// thermometer of the clusters). It is averaged over the clusters, terms × terms, unscaled: Σ_q u_q² E[d_q d_qᵀ], d_q =
-/// ∂terms/∂q (GUM §5.1.2 for each cluster). It is the penalty matrix of errors in variables: the expectation of ‖y − (X
-/// + E)w‖²/n is ‖y − Xw‖²/n + wᵀ·covariance·w (Fuller, Measurement Error Models (1987), §1.2).
+/// thermometer of the clusters). The result is a mean over the clusters, terms × terms, for unscaled inputs: Σ_q u_q²
+/// E[d_q d_qᵀ], d_q = ∂terms/∂q (GUM §5.1.2 for each cluster). This is the penalty matrix of errors in variables: the
+/// expectation of ‖y − (X + E)w‖²/n is ‖y − Xw‖²/n + wᵀ·covariance·w (Fuller, Measurement Error Models (1987), §1.2).
 ///
 /// The quantities q are the temperatures, rates and lags in the terms. Their errors are taken as independent. The error
-/// is u for a temperature, u/length for a rate and exp(−length/τ) u for a lag, the effects of an error u of the last
-/// mean. This is a conservative reading of a certificate, which does not state how much of an error is constant over a
-/// run. A constant error has no effect on rates and lags; an error that changes with the temperature has at most this
-/// effect.
+/// is u for a temperature, u/length for a rate and exp(−length/τ) u for a lag, the effect of an error u of the last
+/// mean. This is conservative: a certificate does not state how much of an error is constant over a run. A constant
+/// error has no effect on rates and lags; an error that changes with the temperature has at most this effect.
 ///
 /// Fails with usage if the number of uncertainties differs from that of thermometers or if one is negative. Fails as
 /// evaluate does.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Detection of outliers too far from their neighbours to be gyro noise, such as spikes on a line or error codes of a
-/// logger.
+/// Detection of outliers: values too far from their neighbours to be gyro noise, such as spikes on a line or error
+/// codes of a logger.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@ namespace gyrotherm::data {
 /// Outlier threshold in robust standard deviations (1.4826 times the median absolute deviation).
 inline constexpr double kOutlierSigmas = 8;
 
-/// Returns the indices of values further than kOutlierSigmas from the median. NaN is ignored. Returns none if fewer
-/// than 8 values are known or if half of them are equal.
+/// Returns the indices of values further than kOutlierSigmas from the median. NaN is ignored. Returns no indices if
+/// fewer than 8 values are known or if half of them are equal.
 [[nodiscard]] std::vector<Eigen::Index> find_outliers(const Eigen::Ref<const Eigen::VectorXd>& values);
 
 /// Sample of the bias that differs strongly from its neighbours.
@@ -31,7 +31,7 @@ struct Spike {
 /// robust spread of all such differences. A step that lasts 8 samples or more is not a spike.
 [[nodiscard]] std::vector<Spike> find_spikes(const Dataset& dataset);
 
-/// Marks the bias of the spikes as missing, so that their clusters are dropped.
+/// Marks the bias of the spikes as missing. make_clusters() then drops their clusters.
 void remove(Dataset& dataset, const std::vector<Spike>& spikes);
 
 /// Describes the first five spikes: "20 samples of the bias are outliers: -1000 °/h at 120 s, …".

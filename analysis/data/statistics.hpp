@@ -28,8 +28,8 @@ struct LaggedProduct {
   int pairs{};
 };
 
-/// Computes the mean product of values at positions `lag` ≥ 0 apart. The values are centred; their positions are rising
-/// whole numbers. Divided by their variance it is the autocorrelation.
+/// Computes the mean product of two values whose positions differ by `lag` ≥ 0. The values are centred; their positions
+/// are rising whole numbers. The mean divided by the variance of the values is the autocorrelation.
 [[nodiscard]] LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
                                            const Eigen::Ref<const Eigen::VectorXi>& positions, int lag);
 
@@ -43,7 +43,7 @@ struct EffectiveNumber {
 
 /// Computes the effective number of values at rising whole `positions`. n_k pairs are k positions apart, and ρ_k is
 /// their autocorrelation (Bartlett 1946, Gaussian values). The sums end before the first lag with |ρ_k| < 2/√n_k, the
-/// 95 % limit for uncorrelated values. Both numbers are n if there are fewer than four values or if they do not vary.
+/// 95 % limit for uncorrelated values. Both numbers are n if there are fewer than four values or if all are equal.
 [[nodiscard]] EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                const Eigen::Ref<const Eigen::VectorXi>& positions);
 
@@ -55,8 +55,8 @@ struct Figures {
 };
 [[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// Computes the statistics of values at the given clusters of a record, one value each, with their effective number.
-/// Values of different records are taken as uncorrelated.
+/// Computes the statistics of values at the given clusters of a record, one value per cluster, with their effective
+/// number. Values of different records are taken as uncorrelated.
 [[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
                                       const std::vector<Eigen::Index>& rows);
 /// Computes the statistics of values at all clusters of a record.
@@ -84,7 +84,8 @@ void describe(auto& form, Like<Figures> auto& figures) {
 struct Improvement {
   double three_point_from_original{};  ///< 1 − s_three/s_raw
   double multi_point_from_original{};  ///< 1 − s_multi/s_raw
-  /// (multi − three)/three of the two above: the "improvement from traditional method" of the paper.
+  /// (multi_point_from_original − three_point_from_original)/three_point_from_original: the "improvement from
+  /// traditional method" of the paper.
   double paper_ratio{};
   double residual_reduction{};  ///< 1 − s_multi/s_three
 };
@@ -92,7 +93,7 @@ struct Improvement {
 
 /// Pearson correlation of the bias with every gradient (Table 3), temperature and temperature rate.
 struct Correlation {
-  /// Thermometers; the rows and columns of `gradient`.
+  /// Thermometers, in the order of the rows and columns of `gradient`.
   std::vector<std::string> names;
   /// Signed r of T_i − T_j with the bias for i before j. Antisymmetric with zero diagonal.
   Eigen::MatrixXd gradient;
@@ -103,7 +104,8 @@ struct Correlation {
 /// Returns Pearson's r of two vectors of equal length. Returns 0 if one of them does not vary.
 [[nodiscard]] double pearson(const Eigen::Ref<const Eigen::VectorXd>& a, const Eigen::Ref<const Eigen::VectorXd>& b);
 
-/// Correlates the named thermometers with the bias on these clusters. Rates use only the clusters that have one.
+/// Correlates the named thermometers with the bias on these clusters. Correlations with rates use only the clusters
+/// that have a rate.
 [[nodiscard]] Correlation correlate(const Clusters& clusters, const std::vector<std::string>& names);
 
 }  // namespace gyrotherm::data

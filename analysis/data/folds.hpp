@@ -36,7 +36,7 @@ struct FoldOptions {
   FoldKind kind = FoldKind::automatic;
   /// Number of blocks into which a record is cut, at least 2.
   int blocks = kDefaultBlocks;
-  /// Without a value, cycles have no guard, and blocks have kDefaultGuardMinutes but at most half a block. Whole
+  /// If not set, cycles have no guard, and blocks have a guard of kDefaultGuardMinutes but at most half a block. Whole
   /// records need no guard.
   std::optional<double> guard_minutes = {};
   /// Profile name of each record. Required for FoldKind::programs.

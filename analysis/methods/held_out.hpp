@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Choice of hyper-parameters of the comparison methods by the mean squared error on held-out folds, and parallel
-/// execution of their independent tasks.
+/// Choice of the hyper-parameters of the comparison methods by the mean squared error on held-out folds, and parallel
+/// execution of independent tasks.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,18 +24,18 @@ namespace gyrotherm::methods {
 /// inputs, or if a value is not finite.
 [[nodiscard]] Result<void> check_set(const FitInput& set, Eigen::Index fewest);
 
-/// Trains several candidates together on the training rows of a fold and predicts its held-out rows: rows × candidates.
-/// A trial has many candidates if one decomposition serves all of them, as along a regularisation path.
+/// Trains the candidates of one trial on the training rows of a fold and predicts its held-out rows: rows × candidates.
+/// Candidates that can share a decomposition, as along a regularisation path, form one trial.
 using Trial = std::function<Result<Eigen::MatrixXd>(const Fold& fold, std::size_t trial)>;
 
-/// Computes the mean squared error over all held-out rows, (°/h)², for each candidate of each trial. It is infinite if
-/// the candidate could not be trained on every fold. Trials × folds run in parallel. Fails as check_folds does, with
-/// interrupted, or with the fault of the first trial if no candidate could be trained.
+/// Computes the mean squared error over all held-out rows, (°/h)², for each candidate of each trial. The error of a
+/// candidate is infinite if the candidate could not be trained on every fold. Trials × folds run in parallel. Fails as
+/// check_folds does, with interrupted, or with the fault of the first trial if no candidate could be trained.
 [[nodiscard]] Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds, std::size_t trials,
                                                                    const Trial& trial, const MethodOptions& options,
                                                                    const ProgressSink& progress);
 
-/// Position of the lowest error. Among equal errors the first is taken, so simple candidates should come first.
+/// Position of the lowest error. Among equal errors it is the first, so simple candidates should come first.
 struct Least {
   std::size_t trial{};
   Eigen::Index candidate{};

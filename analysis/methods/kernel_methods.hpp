@@ -31,9 +31,9 @@ struct LsSvm {
 [[nodiscard]] Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                          const Eigen::Ref<const Eigen::VectorXd>& y, double gamma);
 
-/// Returns the diagonal d of M⁻¹ over the samples. e_i = α_i/d_i is the residual of a sample for the machine trained
-/// without it (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007). n − Σd_i/γ is the trace of the matrix from
-/// y to fitted values.
+/// Returns the diagonal d of M⁻¹, one element per sample. e_i = α_i/d_i is the residual of sample i for the machine
+/// trained without that sample (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007). n − Σd_i/γ is the trace of
+/// the matrix from y to fitted values.
 [[nodiscard]] Eigen::VectorXd bordered_inverse_diagonal(const LsSvm& machine);
 
 /// Chooses "gamma" and "sigma" by held-out error. First searches a grid over log2 γ = 2…18 and log2 σ = −½…5½ in steps
@@ -41,17 +41,18 @@ struct LsSvm {
 /// fold has its own scaling, so each is solved separately. Warns if the choice is at the edge of the grid.
 [[nodiscard]] ChooseFunction choose_ls_svm;
 
-/// Fits the machine. The effective parameters are the trace. The particulars contain the closed-form leave-one-out
-/// error.
+/// Fits the machine. The number of effective parameters is the trace of the matrix from y to fitted values. The
+/// particulars contain the closed-form leave-one-out error.
 [[nodiscard]] FitFunction fit_ls_svm;
 
-// Gaussian process regression (Rasmussen and Williams 2006): a plane, and for its residual a squared-exponential
-// covariance with one length per input, which shows the relevance of each input, plus noise. This is one of two modern
-// methods added to those of the paper, and the only one here that gives a standard deviation with each prediction.
+// Gaussian process regression (Rasmussen and Williams 2006): a plane, noise, and for the residual of the plane a
+// squared-exponential covariance. The covariance has one length per input, which shows the relevance of that input.
+// This is one of two modern methods added to those of the paper. Of the methods in this file, only this one gives a
+// standard deviation with each prediction.
 //
 // The slope of the plane has the prior N(0, A); A⁻¹ is the slope_penalty of ridge_u.hpp with the variance σ_n². Without
-// the Gaussians the plane would be that of ridge-u. The trained process thus remains valid while the thermometers
-// drift, and it continues as a plane far from the training data.
+// the Gaussians the plane would be equal to that of ridge-u. The penalty keeps the trained process valid while the
+// thermometers drift. Far from the training data the process continues as a plane.
 
 /// Covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), with noise of variance σ_n² on each target.
 struct Covariance {
@@ -70,7 +71,7 @@ struct Covariance {
 
 struct Likelihood {
   double log_value{};        ///< log p(y | X)
-  Eigen::VectorXd gradient;  ///< by the logarithms
+  Eigen::VectorXd gradient;  ///< one element per logarithm
 };
 /// Computes the marginal likelihood of targets y at inputs x, and its gradient (Rasmussen and Williams, Gaussian
 /// Processes for Machine Learning (2006), eqs. 5.8 and 5.9). Fails with numeric if the covariance is not positive
@@ -85,7 +86,7 @@ class RpropSteps {
   /// Starts with a step size of 0.2 in each coordinate. Step sizes remain within 1e-6…1.
   explicit RpropSteps(Eigen::Index coordinates);
 
-  /// Returns the uphill step at a point with this gradient. A coordinate with a changed sign of its derivative does not
+  /// Returns the uphill step at a point with this gradient. A coordinate whose derivative has changed its sign does not
   /// move in this step.
   [[nodiscard]] Eigen::VectorXd next(Eigen::VectorXd gradient);
 
@@ -98,22 +99,24 @@ struct Ascent {
   double log_likelihood{};
   int evaluations{};
 };
-/// Climbs from a start with RpropSteps. Ends after `most` evaluations or when no derivative exceeds 0.05. Lengths are
-/// limited to 0.05…200, σ_f to 0.01…100, σ_n to 0.001…2. Fails as marginal_likelihood does, at the start only.
+/// Climbs from a start with RpropSteps. Ends after `most` evaluations or when no derivative exceeds 0.05 in magnitude.
+/// Lengths are limited to 0.05…200, σ_f to 0.01…100, σ_n to 0.001…2. Fails as marginal_likelihood does, but only if it
+/// fails at the start.
 [[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x,
                                               const Eigen::VectorXd& y, int most);
 
 /// Number of samples stored for the variance of a Gaussian process.
 inline constexpr Eigen::Index kVarianceCentres = 60;
 
-/// Fits a Gaussian process. Nothing is chosen on held-out folds: each fit finds its own covariance by the marginal
-/// likelihood of the residual of ridge-u's plane on the training samples.
+/// Fits a Gaussian process. Nothing is chosen on held-out folds. Each fit finds its covariance by maximising the
+/// marginal likelihood of the residual of the ridge-u plane on the training samples.
 ///
-/// The likelihood is climbed from three starts, one in the middle and two at random (quick: the middle only), on every
-/// k-th sample so that at most 400 remain. The function, plane and Gaussians together, is then fitted to all samples.
-/// Its variance uses every k-th sample so that at most kVarianceCentres remain. Far from the training data the
-/// prediction continues as a plane. The effective parameters are the trace. The particulars contain the lengths and the
-/// predictive standard deviation. Fails with numeric if the covariance is not positive definite at any start.
+/// The search has three starts, one in the middle and two at random (quick: only the middle). It uses every k-th
+/// sample, at most 400. The function, plane and Gaussians together, is then fitted to all samples. Its variance uses
+/// every k-th sample, at most kVarianceCentres. Far from the training data the prediction continues as a plane. The
+/// number of effective parameters is the trace of the matrix from targets to fitted values. The particulars contain the
+/// lengths and the predictive standard deviation. Fails with numeric if the covariance is not positive definite at any
+/// start.
 [[nodiscard]] FitFunction fit_gaussian_process;
 
 }  // namespace gyrotherm::methods

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Common interface of all regression methods: name, choice of hyper-parameters on held-out folds, fit, and the
-/// functions that a fit can return. The table of methods is in method.cpp. A new method is one file and one row.
+/// functions that a fit can return. The table of methods is in method.cpp. A new method needs one file and one row of
+/// the table.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +24,8 @@
 namespace gyrotherm::methods {
 
 /// Support vector function f(z) = Σ β_i exp(−‖z − v_i‖²/(2σ²)) + b. This and the next three structs are the functions
-/// that a fit can return. They take scaled inputs z and return values relative to the mean of the target, in units of
-/// its STD.
+/// that a fit can return. They take scaled inputs z and return values relative to the target mean, in units of the
+/// target STD.
 struct SvrModel {
   data::SampleMatrix support_vectors;  ///< scaled
   Eigen::VectorXd beta;
@@ -53,10 +54,11 @@ struct ExpansionModel {
 };
 
 /// Variance of the prediction of a Gaussian process with a plane, in units of the target's variance: φ(z)ᵀSφ(z) + σ_f²
-/// − |w(z)|², φ = (z, w(z)), w(z) = L⁻¹k(z), k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), LLᵀ = k at the c. Only m
-/// samples c are stored. The other samples are modelled by them, and the part that the m samples do not explain is
-/// counted as noise. This is the fully independent training conditional of Quiñonero-Candela and Rasmussen, J. Mach.
-/// Learn. Res. 6 (2005) 1939; with all samples as c it is exact. The noise of a single target is not included.
+/// − |w(z)|², φ = (z, w(z)), w(z) = L⁻¹k(z), k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), LLᵀ = k between the c_i.
+/// Only m samples c_i are stored. The other samples are modelled by these m samples, and the part that they do not
+/// explain is treated as noise. This is the fully independent training conditional of Quiñonero-Candela and Rasmussen,
+/// J. Mach. Learn. Res. 6 (2005) 1939; if all samples are stored, the variance is exact. The noise of a single target
+/// is not included.
 struct PredictiveVariance {
   data::SampleMatrix centres;   ///< c, m × inputs, scaled
   Eigen::RowVectorXd lengths;   ///< l > 0, one per input
@@ -67,9 +69,9 @@ struct PredictiveVariance {
   Eigen::MatrixXd root{};
 };
 
-/// Returns the variance of a plane z·w + b as a PredictiveVariance. `open` is the covariance of (w, b) and `noise` the
-/// noise of one target, both in units of the target. The constant is represented by a single Gaussian so wide that it
-/// is 1 everywhere.
+/// Returns the variance of a plane z·w + b as a PredictiveVariance. `open` is the covariance of (w, b), and `noise` is
+/// the noise of one target; both are in units of the target. The constant is represented by a single Gaussian so wide
+/// that it is 1 everywhere.
 [[nodiscard]] PredictiveVariance plane_variance(Eigen::MatrixXd open, double noise);
 
 /// Computes φ at each row: rows × (inputs + m).
@@ -91,8 +93,9 @@ using Function = std::variant<SvrModel, LinearModel, ExpansionModel, NetworkMode
 /// Evaluates the function at each row. `scaled` must have one column per input of the function.
 [[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled);
 
-/// Evaluates the plane of the function at each row of `scaled`, and its other parts (Gaussians, hidden units) at the
-/// same row of `bounded`. A linear function is only a plane. Both must have one column per input of the function.
+/// Evaluates the plane of the function at each row of `scaled`, and the other parts of the function (Gaussians, hidden
+/// units) at the same row of `bounded`. A linear function has no other parts. Both must have one column per input of
+/// the function.
 [[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled,
                                        const data::SampleMatrix& bounded);
 
@@ -114,10 +117,10 @@ void describe(auto& form, Like<HyperParameter> auto& parameter) {
 /// Returns the value with the given name, which must exist.
 [[nodiscard]] double value_of(const HyperParameters& parameters, std::string_view name);
 
-/// One held-out fold with the terms of its columns.
+/// One held-out fold, and the terms in its columns.
 struct Fold : svm::TuningFold {
   std::vector<data::Term> terms;
-  Eigen::MatrixXd input_covariance = {};  ///< as in FitInput, training rows
+  Eigen::MatrixXd input_covariance = {};  ///< FitInput::input_covariance of the training rows
 };
 
 struct MethodOptions {
@@ -125,11 +128,11 @@ struct MethodOptions {
   svm::TuningOptions tuning{};
   /// Seed of methods with a random start.
   std::uint64_t seed = 1;
-  /// Relative gap that the support vector methods try first, if > 0.
+  /// Smaller relative gap that the support vector methods try to reach first, if > 0.
   double tight_gap = 0;
-  /// Shortens long searches, for a trial.
+  /// Shortens long searches, for trial runs.
   bool quick = false;
-  /// Standard uncertainties of the thermometers of the clusters, K. Used only by methods that weight them.
+  /// Standard uncertainties of the thermometers of the clusters, K. Used only by methods with Method::uses_uncertainty.
   std::vector<double> thermometer_uncertainty_k = {};
 };
 
@@ -162,8 +165,8 @@ struct Fit {
   std::optional<PredictiveVariance> variance = {};
 };
 
-/// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. For a method with
-/// hyper-parameters an empty `folds` is an error.
+/// Chooses hyper-parameters by held-out error only. Fails with usage or interrupted. An empty `folds` is a usage fault
+/// for methods with hyper-parameters.
 using ChooseFunction = Result<Choice>(std::span<const Fold> folds, const MethodOptions& options,
                                       const ProgressSink& progress);
 /// Fits with the given hyper-parameters. Fails with usage (too few samples, values that are not finite) or with
@@ -179,15 +182,15 @@ struct Method {
   std::string_view citation;
   /// Default inputs, as a value of --inputs.
   std::string_view inputs;
-  /// Further inputs that the qualification compares it on. "" for none.
+  /// Further values of --inputs on which the qualification compares the method. "" for none.
   std::array<std::string_view, 5> compared_on = {};
   ChooseFunction* choose;
   FitFunction* fit;
   /// Filter for the bias of the training clusters before training, or null. Never applied to held-out clusters.
   Eigen::VectorXd (*filter)(const data::Clusters& training) = nullptr;
-  /// Its choice is C, sigma and epsilon, made by tune_svr.
+  /// Set if the method chooses C, sigma and epsilon by tune_svr.
   bool tunes_svr = false;
-  /// Its fits are given an input_covariance from the uncertainty of the thermometers.
+  /// Set if the fits receive an input_covariance from the uncertainty of the thermometers.
   bool uses_uncertainty = false;
 };
 

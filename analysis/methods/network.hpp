@@ -3,9 +3,9 @@
 /// Levenberg–Marquardt (Yang, Qin and You, Proc. SPIE 7544 (2010), ref. 7 of the paper).
 ///
 /// A trained network depends on its random start, so ten seeded starts are tried. For each number of hidden units and
-/// of steps their ten held-out errors are sorted, and the median decides, not the best start. Early stopping chooses
-/// the number of steps with the lowest median. The stored network is the (lower) median start itself, so its held-out
-/// errors are those of a typical start. Quick: at most 10 hidden units and 40 steps.
+/// of steps, the ten starts have ten held-out errors. Their median is compared, not the lowest. Early stopping chooses
+/// the number of steps with the lowest median. The stored network has the start with the (lower) median error, so its
+/// held-out errors are those of a typical start. Quick: at most 10 hidden units and 40 steps.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,13 +15,13 @@
 
 namespace gyrotherm::methods {
 
-/// Returns a random start. Hidden weights are uniform with the variance 1/(inputs + 1), so that their sums begin inside
-/// the bend of tanh. Output weights are uniform with the variance 1/hidden.
+/// Returns a random start. Hidden weights are uniform with the variance 1/(inputs + 1), which keeps the initial sums
+/// within the bend of tanh. Output weights are uniform with the variance 1/hidden.
 [[nodiscard]] NetworkModel random_network(Eigen::Index inputs, int hidden, std::uint64_t seed);
 
-/// Returns all parameters in one vector: weights of one hidden unit after the other, offsets, out, b.
+/// Returns all parameters in one vector: the weights of each hidden unit in turn, then offsets, out and b.
 [[nodiscard]] Eigen::VectorXd parameter_vector(const NetworkModel& network);
-/// Sets all parameters of a network of the same shape from such a vector.
+/// Sets all parameters of `network` from the parameter_vector() of a network of the same shape.
 void set_parameters(NetworkModel& network, const Eigen::VectorXd& numbers);
 
 /// Values of the network at each sample, and their derivatives with respect to its parameters: parameters × samples.
@@ -33,12 +33,12 @@ struct Linearised {
 
 /// Levenberg–Marquardt training of a network with one hidden tanh layer, one step at a time (Hagan and Menhaj, IEEE
 /// Trans. Neural Networks 5 (1994) 989): (JᵀJ + µI)δ = −Jᵀe, e = ŷ − y. µ is divided by 10 after a step that lowers Σe²
-/// and multiplied by 10 after any other.
+/// and multiplied by 10 after any other step.
 class LevenbergMarquardt {
  public:
   /// Begins at `start`. The samples x and targets y must outlive the object.
   LevenbergMarquardt(NetworkModel start, const data::SampleMatrix& x, const Eigen::VectorXd& y);
-  /// Takes one step that lowers the error. Returns false if there is none.
+  /// Takes one step that lowers the error. Returns false if no such step is found.
   [[nodiscard]] bool step();
   [[nodiscard]] const NetworkModel& network() const { return network_; }
   /// Returns Σe².
@@ -52,12 +52,12 @@ class LevenbergMarquardt {
   double squared_error_{};
 };
 
-/// Chooses "hidden units" (5, 10 or 20), "steps" of Levenberg–Marquardt, and "start", the number of the start, 0…9, by
+/// Chooses "hidden units" (5, 10 or 20), "steps" of Levenberg–Marquardt, and "start", the index 0…9 of the start, by
 /// held-out error.
 [[nodiscard]] ChooseFunction choose_network;
 
-/// Fits the network. The effective parameters are all weights, at most the number of samples; stopping early reduces
-/// them further. Fails with usage if there is only one sample.
+/// Fits the network. The number of effective parameters is the number of all parameters, at most the number of samples.
+/// The actual number is lower because of early stopping. Fails with usage if there is only one sample.
 [[nodiscard]] FitFunction fit_network;
 
 }  // namespace gyrotherm::methods

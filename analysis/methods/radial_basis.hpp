@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Radial basis networks with centres by k-means, and by a Kohonen map with orthogonal least squares.
+/// Radial basis networks: one takes its centres from k-means, the other from a Kohonen map by orthogonal least squares.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ namespace gyrotherm::methods {
 //
 // ŷ = w_0 + Σ_{k=1}^{K} w_k exp(−‖z − c_k‖²/(2 s_k²)). c_k is found by k-means++ and Lloyd's algorithm, s_k is a factor
 // times the mean distance to the two nearest centres, and w is found by ridge regression. If the bias follows a plane,
-// units as narrow as the distances give a staircase between centres; wide overlapping units are smoother.
+// units as narrow as the distances between centres give a staircase; wide overlapping units give a smoother function.
 
 /// Centres of clusters of samples.
 struct KMeans {
@@ -42,8 +42,8 @@ struct KMeans {
 /// two decades, by held-out error.
 [[nodiscard]] ChooseFunction choose_radial_basis;
 
-/// Fits the network. The effective parameters are the trace for the given centres; their placement is not counted.
-/// Fails with usage if there are fewer different samples than centres.
+/// Fits the network. The number of effective parameters is the trace for the given centres; the choice of the centres
+/// is not counted. Fails with usage if there are fewer different samples than centres.
 [[nodiscard]] FitFunction fit_radial_basis;
 
 // Modified radial basis network of Ding et al., Sensors 14 (2014) 18711, ref. 12 of the paper. The nodes of a
@@ -67,10 +67,11 @@ struct MapOptions {
                                                      const MapOptions& options = {});
 
 /// Candidates selected by orthogonal least squares (Chen, Cowan and Grant, IEEE Trans. Neural Networks 2 (1991) 302),
-/// in order of selection. Each explained most of the remaining spread of the target.
+/// in order of selection. Each candidate was the one that explained the largest part of the remaining spread of the
+/// target.
 struct OrthogonalPath {
   std::vector<Eigen::Index> order;
-  /// Error-reduction ratio g_k² q_kᵀq_k / yᵀy of each. They sum to at most 1.
+  /// Error-reduction ratio g_k² q_kᵀq_k / yᵀy of each selected candidate. The sum of all ratios is at most 1.
   std::vector<double> ratios;
   /// Unit upper triangle A of the orthogonalisation: selected columns = QA.
   Eigen::MatrixXd triangle;
@@ -79,17 +80,18 @@ struct OrthogonalPath {
   double target_mean{};
 };
 
-/// Selects regressors by modified Gram–Schmidt on the centred candidates (columns) and target. Takes the candidate with
-/// the largest ratio until 1 − Σ of the ratios is below `tolerance`, `most` are taken, or every remaining candidate
-/// depends on those taken.
+/// Selects regressors by modified Gram–Schmidt on the centred candidates (columns) and target. Selects the candidate
+/// with the largest ratio until 1 − Σ ratios is below `tolerance`, `most` candidates are selected, or every remaining
+/// candidate depends on the selected ones.
 [[nodiscard]] OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& candidates,
                                                       const Eigen::Ref<const Eigen::VectorXd>& y, double tolerance,
                                                       Eigen::Index most);
 
-/// Returns the number of candidates taken until 1 − Σ of the ratios is below the tolerance, or all of them.
+/// Returns the number of candidates after which 1 − Σ ratios is below the tolerance, or the number of all candidates of
+/// the path.
 [[nodiscard]] Eigen::Index count_taken(const OrthogonalPath& path, double tolerance);
 
-/// Computes the weights of the first `count` candidates, in the order of the path, by back substitution.
+/// Computes the weights of the first `count` candidates of the path by back substitution.
 [[nodiscard]] Eigen::VectorXd path_weights(const OrthogonalPath& path, Eigen::Index count);
 /// Returns the constant for these weights.
 [[nodiscard]] double path_offset(const OrthogonalPath& path, const Eigen::VectorXd& weights);
@@ -98,8 +100,8 @@ struct OrthogonalPath {
 /// 10⁻¹ … 10⁻⁴ in quarter decades, by held-out error.
 [[nodiscard]] ChooseFunction choose_kohonen;
 
-/// Fits with a map of 10 × 10 nodes. The effective parameters are the units taken and the constant; the selection
-/// itself is not counted. Fails with usage if all samples are equal.
+/// Fits with a map of 10 × 10 nodes. The number of effective parameters is the number of selected units plus 1 for the
+/// constant; the selection itself is not counted. Fails with usage if all samples are equal.
 [[nodiscard]] FitFunction fit_kohonen;
 
 }  // namespace gyrotherm::methods

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Ridge regression with a penalty given by the uncertainty of the thermometers, and the state-space model, which is
-/// the same plane on lags.
+/// Ridge regression with a penalty given by the uncertainty of the thermometers, and the state-space model, which fits
+/// the same kind of plane to temperatures and lags.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,9 +26,9 @@ struct PenalisedPlane {
 };
 
 /// Minimises ‖y − Zw − b‖² + n wᵀCw without a penalty on b. Uses an orthogonal decomposition of the rows of Z stacked
-/// on those of √(nC), which avoids squaring the condition number. C is symmetric and positive semidefinite. For
-/// directions that neither C nor Z determines beyond rounding, the shortest w is taken, so that an input clamped at the
-/// end of its range has little effect.
+/// on those of √(nC), which avoids squaring the condition number. C is symmetric and positive semidefinite. In
+/// directions that neither C nor Z determines above rounding errors, w has the shortest length. An input clamped at the
+/// end of its range then has little effect.
 [[nodiscard]] PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z,
                                              const Eigen::Ref<const Eigen::VectorXd>& y,
                                              const Eigen::Ref<const Eigen::MatrixXd>& covariance);
@@ -55,8 +55,8 @@ inline constexpr double kWidestSlope = 100;
 //
 // A body of thermal conductances and capacities driven by temperatures has only real poles. In modal form each state
 // follows its inputs with one time constant: dx_i/dt = (Σ_j b_ij T_j − x_i)/τ_i, bias = Σ_i c_i x_i + Σ_j d_j T_j + b.
-// With one output only the products c_i b_ij are identifiable. With opposite sign they are the weights of the lags T_j
-// − F_ij of each thermometer with τ_i (data::FirstOrderLag). The model with n states is therefore the plane of
+// With one output only the products c_i b_ij are identifiable. With opposite sign these products are the weights of the
+// lags T_j − F_ij of each thermometer with τ_i (data::FirstOrderLag). The model with n states is therefore the plane of
 // fit_plane() on the temperatures and their lags with n time constants. Only the time constants are searched, by
 // held-out error among all subsets of a bank (separable least squares; Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973)
 // 413).
@@ -69,13 +69,13 @@ inline constexpr double kWidestSlope = 100;
 /// Largest number of states tried.
 inline constexpr std::size_t kMostStates = 4;
 
-/// Chooses 1 to kMostStates of the time constants in the terms' lags. Compares whole sets. Without lags the model has
-/// no state, and a warning is returned. Fails as choose_among does.
+/// Chooses 1 to kMostStates of the time constants of the lags in the terms. Compares all sets of that size. If no term
+/// has a lag, the model has no state, and the choice contains a warning. Fails as choose_among does.
 [[nodiscard]] ChooseFunction choose_state_space;
 
-/// Fits the plane of fit_plane() on terms without a lag and on those with a chosen time constant, "tau_1_s" …. The
-/// other terms get the weight 0. The effective parameters are those of the plane plus one per state. Fails with usage
-/// as check_set does.
+/// Fits the plane of fit_plane() to the terms without a lag and to the terms whose lags have a chosen time constant
+/// ("tau_1_s", …). The other terms get the weight 0. The number of effective parameters is that of the plane plus one
+/// per state. Fails with usage as check_set does.
 [[nodiscard]] FitFunction fit_state_space;
 
 }  // namespace gyrotherm::methods

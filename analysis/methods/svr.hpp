@@ -11,12 +11,12 @@
 namespace gyrotherm::methods {
 
 /// Chooses C, sigma and epsilon by tune_svr. If a fold has more than 2000 training rows, a quick search trains on every
-/// k-th row, at most 1000, and divides the resulting C by k, so that the total weight of the losses is the same. A
-/// warning reports this.
+/// k-th row, at most 1000. The resulting C is divided by k, which keeps the total weight of the losses. A warning
+/// reports the reduction.
 [[nodiscard]] ChooseFunction choose_svr;
 
-/// Fits by solve_svr and fails as it does. The effective parameters are the support vectors that are not at their bound
-/// (Gunter, Zhu 2007).
+/// Fits by solve_svr and fails as it does. The number of effective parameters is the number of support vectors that are
+/// not at their bound (Gunter, Zhu 2007).
 [[nodiscard]] FitFunction fit_svr;
 
 /// Adaptive forward linear predictor of Cheng et al., Measurement 55 (2014) 246 (ref. 16 of the paper), which removes
@@ -32,28 +32,30 @@ struct ForwardPrediction {
 [[nodiscard]] Eigen::VectorXd forward_prediction(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                  const ForwardPrediction& options = {});
 
-/// Filters the bias of training clusters. The predictor restarts in each stretch of clusters without a gap, and from
-/// the mean of the stretch. A stretch ends at a missing cluster or at the start of another record. A predictor removes
-/// noise from a constant bias. A predictor that follows a changing bias adds as much error as it removes: on the
-/// virtual ramp run, with the best order and step, the filtered bias deviates from a smooth fit by 0.0020 °/h and the
-/// raw bias by 0.0019 °/h.
+/// Filters the bias of training clusters. The predictor restarts in each stretch of clusters without a gap, with the
+/// values relative to the mean of the stretch. A stretch ends at a missing cluster or at the start of another record. A
+/// predictor removes noise from a constant bias. A predictor that follows a changing bias adds as much error as it
+/// removes: on the virtual ramp run, with the best order and step, the filtered bias deviates from a smooth fit by
+/// 0.0020 °/h and the raw bias by 0.0019 °/h.
 [[nodiscard]] Eigen::VectorXd filter_bias(const data::Clusters& training);
 
 // svr-linear: the plane of ridge-u, then Gaussian ε-SVR on its residual.
 //
-// A Gaussian kernel learns only the path of its training: outside it the function returns to a constant, and
-// thermometer errors are not weighted. A plane extrapolates, and the support vectors describe only the curvature.
+// A function of Gaussians alone is valid only near its training data: elsewhere it returns to a constant, and its fit
+// does not consider thermometer errors. Here the plane extrapolates, and the support vectors describe only the
+// curvature.
 //
 // The plane is that of ridge-u (ridge_u.hpp), which includes the input noise of the certificate in closed form. Adding
-// u² Σ(∂f/∂T_i)² to the loss, or training on jittered copies of the inputs, is equal to first order (Bishop, Neural
-// Comput. 7 (1995) 108), but only the closed form is exact and needs no random copies. Plane and support vectors are
-// fitted one after the other (docs/decisions/0019).
+// u² Σ(∂f/∂T_i)² to the loss, or training on jittered copies of the inputs, gives the same result to first order
+// (Bishop, Neural Comput. 7 (1995) 108), but only the closed form is exact and needs no random copies. Plane and
+// support vectors are fitted one after the other (docs/decisions/0019).
 
 /// Chooses C, sigma and epsilon by tune_svr on the residual of the plane. The plane is fitted to the training rows of
-/// each fold; its residual is in units of its RMS on these rows.
+/// each fold; the residual is in units of its RMS on these rows.
 [[nodiscard]] ChooseFunction choose_svr_linear;
 
-/// Fits the plane, then support vectors by fit_svr. The effective parameters are the sum of both. Fails as they do.
+/// Fits the plane, then support vectors by fit_svr. The number of effective parameters is the sum for both parts. Fails
+/// as fit_ridge_u and fit_svr do.
 [[nodiscard]] FitFunction fit_svr_linear;
 
 }  // namespace gyrotherm::methods

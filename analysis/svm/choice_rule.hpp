@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Choice between the positions judged by a search: either the one with the lowest held-out error, as in the paper, or
-/// the simplest one that is not distinguishable from it.
+/// Choice among the positions that a search has evaluated: either the position with the lowest held-out error, as in
+/// the paper, or the simplest position that is not distinguishable from it.
 ///
 /// A held-out error is a mean over folds and has its own standard error. Near a flat optimum, the noise of the folds
-/// decides which position has the lowest error: over four gyros of one make, C varied from 0.8 to 480 at equal error
+/// decides which position has the lowest error: for four gyros of one type, C varied from 0.8 to 480 at equal error
 /// (docs/evaluation.md). The one-standard-error rule chooses the simplest position with an error at most one standard
 /// error above the lowest (Breiman et al. 1984, §3.4.3; Hastie, Tibshirani, Friedman 2009, §7.10).
 #pragma once
@@ -24,7 +24,7 @@ enum class ChoiceRule { best, one_standard_error };
 /// Parses "best" or "one-se". Fails with usage.
 [[nodiscard]] Result<ChoiceRule> parse_choice(std::string_view text);
 
-/// Position of the search, in log2 of C, σ and (unless fixed) ε, with its error on every fold.
+/// Evaluated position of a search, in log2 of C, σ and (unless fixed) ε, with its error on every fold.
 struct JudgedPosition {
   std::vector<double> position;
   /// Share of each fold in the mean squared error: its squared errors divided by the number of all held-out rows.
@@ -34,15 +34,15 @@ struct JudgedPosition {
 /// Returns the mean squared error over all held-out rows, the sum of the shares.
 [[nodiscard]] double mean_squared_error(const JudgedPosition& judged);
 
-/// Returns the standard error of that mean. Let w_k be the fraction of all rows held out by fold k, and e_k =
-/// share_k/w_k its own mean squared error. The result is √(K/(K − 1) · Σ w_k²(e_k − ē)²). For K equal folds this is the
-/// standard deviation of the e_k over √K. Returns 0 for a single fold. Asserts that there is one share per fraction in
-/// `parts`.
+/// Returns the standard error of mean_squared_error(). Let w_k be the fraction of all rows that fold k holds out, and
+/// e_k = share_k/w_k the mean squared error of fold k. The result is √(K/(K − 1) · Σ w_k²(e_k − ē)²). For K equal folds
+/// this is the standard deviation of the e_k over √K. Returns 0 for a single fold. `parts` contains w_k for each fold;
+/// it must have as many elements as `judged` has shares.
 [[nodiscard]] double standard_error(const JudgedPosition& judged, std::span<const double> parts);
 
-/// Returns whether `a` is simpler than `b`: smaller C, then larger σ, then larger ε. These are compared in whole
-/// octaves, since a search never evaluates the same number twice. Ties are decided by smaller error, then by smaller
-/// coordinates.
+/// Returns whether `a` is simpler than `b`: smaller C, then larger σ, then larger ε. C, σ and ε are compared in whole
+/// octaves, since their exact values hardly ever coincide in a search. Among equally simple positions, the one with the
+/// smaller error and then with the smaller coordinates counts as simpler.
 [[nodiscard]] bool is_simpler(const JudgedPosition& a, const JudgedPosition& b);
 
 /// Result of the one-standard-error rule.
@@ -53,7 +53,7 @@ struct OneStandardErrorChoice {
   std::size_t simplest{};
   /// Standard error of the lowest error.
   double standard_error{};
-  /// Number of positions within one standard error of the lowest, including that one.
+  /// Number of positions with an error at most one standard error above the lowest, including the best position.
   int within{};
 };
 
@@ -63,12 +63,12 @@ struct OneStandardErrorChoice {
 
 /// Record of a choice by the one-standard-error rule, stored with a tuning. Errors are in (°/h)².
 struct OneStandardErrorSummary {
-  /// Position with the lowest held-out error. The rule chose a simpler one instead.
+  /// Position with the lowest held-out error. The rule may have chosen a simpler one instead.
   SvrParameters best;
   double best_mse{};
   /// Standard error of best_mse.
   double standard_error_mse{};
-  /// Number of positions within that standard error.
+  /// Number of positions with an error at most one standard error above best_mse.
   int within{};
 };
 

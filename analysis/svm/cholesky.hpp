@@ -6,8 +6,9 @@
 
 namespace gyrotherm::svm {
 
-/// Replaces the lower triangle of the symmetric `a` by L with a = LLᵀ. Neither reads nor preserves the strict upper
-/// triangle. Returns false if `a` is not positive definite in double precision; the contents of `a` are then undefined.
+/// Replaces the lower triangle of the symmetric `a` by L with a = LLᵀ. The strict upper triangle is not read and may be
+/// overwritten. Returns false if `a` is not positive definite in double precision; the contents of `a` are then
+/// undefined.
 [[nodiscard]] bool factor_cholesky(Eigen::Ref<Eigen::MatrixXd> a);
 
 /// Solves LLᵀx = b for each column of `b` in place.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inner loops for a sum of Gaussians, for AVX-512, for AVX2 and for any processor.
+/// Inner loops of a sum of Gaussians, in versions for AVX-512, AVX2 and any processor.
 #pragma once
 
 #include <cstddef>
@@ -10,26 +10,27 @@ namespace gyrotherm::svm {
 
 /// Number of centres per block. A block has several rows, each with one number per centre.
 inline constexpr std::ptrdiff_t kGaussianBlock = 16;
-/// Number of points per loop call, so that each number of a block is loaded once for all of them.
+/// Number of points per loop call. Each number of a block is loaded once for all these points.
 inline constexpr std::ptrdiff_t kGaussianTile = 6;
 
-/// Bytes of blocks applied to a set of points before the next blocks: half of a first-level cache.
+/// Number of bytes of blocks that are applied to all points of a set before the next blocks are loaded: half of a
+/// first-level cache.
 inline constexpr std::ptrdiff_t kGaussianBytes = 28000;
 
-/// Number of partial sums per point. Their total is the sum.
+/// Number of partial sums per point. The sum at the point is their total.
 inline constexpr std::ptrdiff_t kGaussianLanes = 8;
 
 /// Loops for one instruction set, over `count` blocks and a tile of points. Coordinate k of point i is points[k ·
 /// stride + i]. Sums for point i are added to the partial sums sums[i · kGaussianLanes …]. The relative error of a
 /// power is at most 1e-15. No exponent may be above 1000.
 struct GaussianLoops {
-  /// Adds the terms of the blocks at each point. Terms of a `negative` block are subtracted.
+  /// Adds the terms of the blocks to the sums at each point. Subtracts the terms of a `negative` block.
   using Loop = void(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,
                     const double* points, std::ptrdiff_t stride, double* sums);
   /// Uses the terms 2^(o_j + Σ_k s_jk u_k), with no exponent below −1000. Rows of a block: o, then s of each dimension.
   Loop* by_products;
-  /// Uses the terms 2^(o_j + a_j Σ_k (u_k − c_jk)²). Terms below 2^−1000 may be returned as 2^−1000. Rows of a block:
-  /// o, a, then c of each dimension.
+  /// Uses the terms 2^(o_j + a_j Σ_k (u_k − c_jk)²). For a term below 2^−1000 the loop may add 2^−1000 instead. Rows of
+  /// a block: o, a, then c of each dimension.
   Loop* by_differences;
 
   /// Uses the terms g = 2^(Σ_k s_jk u_k) w_j, with no exponent below −1000. Rows of a block: w, then s of each
@@ -38,8 +39,8 @@ struct GaussianLoops {
                         std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums);
   /// Leaves `weights` and `centre_sums` unused.
   PairLoop* one_way;
-  /// Adds each power at both of its ends. Multiplied by the entry of `weights` for its point, it is also added to the
-  /// entry of centre_sums for its centre, kGaussianBlock entries per block.
+  /// Adds each power to the sums of its point and to the sums of its centre. For the centre it is multiplied by the
+  /// entry of `weights` for the point; centre_sums has kGaussianBlock entries per block.
   PairLoop* both_ways;
 };
 
@@ -59,7 +60,7 @@ struct GaussianLoops {
 // Everything is inlined into its caller, so that it is compiled for the instruction set of the caller.
 
 #define GYROTHERM_INLINE __attribute__((always_inline)) inline
-/// Unrolls the next loop over a tile or over lanes early, so that its lines stay in registers.
+/// Unrolls the next loop over a tile or over lanes early. Its lines then stay in registers.
 #define GYROTHERM_UNROLL _Pragma("GCC unroll 16")
 
 template <class Lanes>
@@ -84,7 +85,7 @@ GYROTHERM_INLINE void add_products(const double* rows, std::ptrdiff_t dimensions
   }
 }
 
-/// Exponents by products, for two lines of centres at once. With one line, loading the points would take longer than
+/// Exponents by products, for two lines of centres per pass. With one line, loading the points would take longer than
 /// the arithmetic.
 template <class Lanes>
 struct ByProducts {

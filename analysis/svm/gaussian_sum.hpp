@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sums of Gaussians at many points, as predicted by a support vector machine or a radial network, and at their own
-/// centres, as the response of a training set to its β.
+/// Sums of Gaussians at many points, which are the predictions of a support vector machine or a radial network, and
+/// sums at their own centres, which are the response of a training set to its β.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,15 +18,15 @@ inline constexpr double kLargestProduct = 256;
 
 /// Sum of Gaussians f(z) = Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)), prepared for evaluation at many z.
 ///
-/// Centres are transformed to coordinates of the space they span. This is exact, and faster if inputs depend on each
-/// other: thirteen gradients of eight thermometers span seven dimensions. The distance of a point from that space is
-/// one more coordinate.
+/// Centres are transformed to coordinates of the space they span. The transformation is exact and saves time if inputs
+/// depend on each other: thirteen gradients of eight thermometers span seven dimensions. The distance of a point from
+/// that space is one more coordinate.
 ///
-/// Exponents are computed from products, ‖z‖² + ‖c‖² − 2zc, where cancellation is small, and from the differences z − c
-/// elsewhere. The error relative to the formula is below 1e-11 Σ|w_j| and usually about 1e-16 Σ|w_j|.
+/// Exponents are computed from products, ‖z‖² + ‖c‖² − 2zc, if cancellation is small, and otherwise from the
+/// differences z − c. The error relative to the formula is below 1e-11 Σ|w_j| and usually about 1e-16 Σ|w_j|.
 class GaussianSum {
  public:
-  /// Coordinates of the centres: the space that they span, or all inputs. Both are correct.
+  /// Coordinates used for the centres: those of the space that they span, or all inputs. Both give a correct sum.
   enum class Space { spanned, whole };
 
   /// Prepares the sum. `centres` has one row per centre; `widths` s (> 0) and `weights` w have one number per centre.
@@ -34,8 +34,8 @@ class GaussianSum {
   GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
               const Eigen::Ref<const Eigen::VectorXd>& weights, Space space = Space::spanned);
 
-  /// Computes f at each row of `points` with the given loops. The result for a row is bit-identical for any other rows.
-  /// NaN if the row is not finite. Uses a few kB of scratch memory for any number of rows.
+  /// Computes f at each row of `points` with the given loops. The result for a row is bit-identical regardless of the
+  /// other rows. NaN if the row is not finite. Uses a few kB of scratch memory for any number of rows.
   [[nodiscard]] Eigen::VectorXd at(const Eigen::Ref<const SampleMatrix>& points,
                                    const GaussianLoops& loops = gaussian_loops()) const;
 
@@ -77,10 +77,10 @@ class GaussianSum {
   Blocks blocks_;
 };
 
-/// Computes Σ_j β_j exp(−‖x_i − x_j‖²/(2σ²)) at each sample x_i from the non-zero β alone. Samples are the rows of `x`,
-/// in coordinates returned by `spanned`. The Gaussian of each pair is computed once. The error relative to the formula
-/// is below 1e-11 Σ|β_j|, as for a GaussianSum. A GaussianSum is used instead if samples are too far apart for
-/// products.
+/// Computes Σ_j β_j exp(−‖x_i − x_j‖²/(2σ²)) at each sample x_i, using only the non-zero β. Samples are the rows of
+/// `x`, in coordinates returned by `spanned`. The Gaussian of each pair is computed once. The error relative to the
+/// formula is below 1e-11 Σ|β_j|, as for a GaussianSum. If samples are too far apart for exponents by products, the
+/// function evaluates a GaussianSum.
 [[nodiscard]] Eigen::VectorXd gaussian_response(const Eigen::Ref<const SampleMatrix>& x, double sigma,
                                                 const Eigen::VectorXd& beta,
                                                 const GaussianLoops& loops = gaussian_loops());

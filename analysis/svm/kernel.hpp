@@ -21,7 +21,7 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
   return (static_cast<int>(n) + kColumnStep - 1) / kColumnStep * kColumnStep;
 }
 
-/// Computes Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each position z_j from the non-zero β alone. Samples and positions are
+/// Computes Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each position z_j, using only the non-zero β. Samples and positions are
 /// in coordinates returned by `spanned`.
 [[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
                                            const Eigen::Ref<const SampleMatrix>& samples, double sigma,
@@ -34,13 +34,16 @@ class GaussianSamples {
   explicit GaussianSamples(const Eigen::Ref<const SampleMatrix>& x);
   [[nodiscard]] Eigen::Index size() const { return size_; }
 
-  /// Computes exp(−‖x_i − x_j‖²/(2σ²)) for all j in single precision. Uses the differences, so the result is 1 for
-  /// equal rows. The relative error is a few 1e-7 where the exponent is small. `out` has padded_row(size()) elements.
+  /// Computes exp(−‖x_i − x_j‖²/(2σ²)) for all j in single precision. Uses the differences x_i − x_j, so the result is
+  /// exactly 1 for equal samples. The relative error is a few 1e-7 where the exponent is small. `out` has
+  /// padded_row(size()) elements.
   void single_row(Eigen::Index i, double sigma, float* out) const;
-  /// Computes the same in double precision. The relative error is a few 1e-16 if inputs are independent; otherwise it
-  /// is relative to the largest exponent. `out` has padded_column(size()) elements.
+  /// Computes the same in double precision. The relative error is a few 1e-16 if inputs are independent. If inputs
+  /// depend on each other, the error of an exponent is a few 1e-16 of the largest exponent. `out` has
+  /// padded_column(size()) elements.
   void double_column(Eigen::Index i, double sigma, double* out) const;
-  /// Computes Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j from the non-zero β alone, with the accuracy of a GaussianSum.
+  /// Computes Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j, using only the non-zero β, with the accuracy of a
+  /// GaussianSum.
   [[nodiscard]] Eigen::VectorXd response(double sigma, const Eigen::VectorXd& beta) const;
 
  private:
@@ -51,8 +54,7 @@ class GaussianSamples {
   Eigen::MatrixXd doubles_;
 };
 
-/// Memory reused from training to training, so that it is not allocated again each time. Must not be shared between
-/// threads.
+/// Memory that is reused for several trainings, to avoid an allocation for each. Must not be shared between threads.
 class KernelMemory {
  public:
   /// Returns uninitialised memory for a matrix of n points in single precision.
@@ -67,14 +69,14 @@ class KernelMemory {
   Eigen::Index column_size_ = 0;
 };
 
-/// Returns the least number of bytes that a training of n points needs, without cached columns.
+/// Returns the minimum number of bytes for a training with n points, in which no column is cached.
 [[nodiscard]] std::size_t least_kernel_bytes(Eigen::Index n);
 
 /// Kernel matrix K_ij = exp(−‖x_i − x_j‖²/(2σ²)) of one training. Rows in single and columns in double precision are
 /// computed on first use and cached.
 ///
-/// Memory: at most 4n² bytes of rows, and columns up to `column_bytes`. Columns above that limit are recomputed on each
-/// use.
+/// Rows take at most 4n² bytes, and cached columns at most `column_bytes`. Columns that do not fit are recomputed on
+/// each use.
 class Kernel {
  public:
   /// Makes the kernel. The samples and the memory must outlive it.
@@ -84,7 +86,8 @@ class Kernel {
   [[nodiscard]] const float* row(Eigen::Index i);
   /// Returns column i in double precision, valid until kSpare more columns have been requested.
   [[nodiscard]] const double* column(Eigen::Index i);
-  /// Computes the response Kβ of all points in double precision from the non-zero β alone. Uses no row or column.
+  /// Computes the response Kβ of all points in double precision, using only the non-zero β. Does not use the cached
+  /// rows and columns.
   [[nodiscard]] Eigen::VectorXd response(const Eigen::VectorXd& beta) const;
 
   static constexpr int kSpare = 8;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Vector types and exponentials for the hot loops of this module. These loops are compiled once per generation of
-/// x86-64, and the program selects the best version for its processor at startup. On other architectures there is one
-/// version, and under a sanitiser too, because it cannot run at that time. Results agree to rounding between processors
-/// and are bit-identical on one.
+/// Vector types and exponentials for the hot loops of this module. These loops are compiled once per x86-64 generation,
+/// and the program selects the best version for its processor at startup. There is only one version on other
+/// architectures, and under a sanitiser, which cannot run that early. Results of different processors agree to
+/// rounding; results of one processor are bit-identical.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ using UnalignedDoubleLanes = double __attribute__((vector_size(64), aligned(8), 
 using LongLanes = long long __attribute__((vector_size(64)));
 inline constexpr int kDoubleLanes = 8;
 
-/// One cache line of floats, and one of integers with as many lanes for indices.
+/// One cache line of floats, and one of integers with the same number of lanes, for indices.
 using FloatLanes = float __attribute__((vector_size(64)));
 using UnalignedFloatLanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 using IndexLanes = int __attribute__((vector_size(64)));
@@ -68,10 +68,11 @@ struct Exponential<float> {
   static constexpr float kTaylor[] = {1.0F / 5040, 1.0F / 720, 1.0F / 120, 1.0F / 24, 1.0F / 6, 0.5F, 1.0F, 1.0F};
 };
 
-/// Computes x ← exp(x), x ≤ 0, for a number or for each lane of a line. It is inlined into the hot loops of each
-/// processor generation: exp(x) = 2^k exp(r), k the integer nearest to x/ln 2, |r| ≤ ln 2/2. `Integers` has the size
-/// and the number of lanes of x. In double precision the relative error is below 4e-16, the result is 0 below −708, and
-/// exp(0) is exactly 1. In single precision the relative error is below 3e-7 and the result is 0 below −87.
+/// Computes x ← exp(x), x ≤ 0, for a number or for each lane of a line, as exp(x) = 2^k exp(r) with k the integer
+/// nearest to x/ln 2 and |r| ≤ ln 2/2. The function is inlined, so the hot loops of each processor generation contain
+/// their own version. `Integers` has the size and the number of lanes of x. In double precision the relative error is
+/// below 4e-16, the result is 0 below −708, and exp(0) is exactly 1. In single precision the relative error is below
+/// 3e-7 and the result is 0 below −87.
 template <class Real, class Integers, class Numbers>
 [[gnu::always_inline]] inline void exponentiate(Numbers& x) {
   using Of = Exponential<Real>;

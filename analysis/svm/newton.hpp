@@ -12,16 +12,18 @@ namespace gyrotherm::svm {
 /// Limits and initial step of the Newton method.
 struct NewtonOptions {
   double relative_gap{};
-  /// Smaller gap to aim at. If the start did not meet it, up to two more proximal centres are computed for it.
+  /// Desired gap, smaller than the required relative_gap. After relative_gap is reached, up to two more proximal
+  /// centres are computed to reach `aim`. Not used if the start already meets relative_gap.
   double aim{};
   int max_steps{};
-  /// σ/C of the first proximal step. Large if the start is good.
+  /// σ/C of the first proximal step. Should be large if the start is close to the optimum.
   double first_weight{};
 };
 
 struct NewtonResult {
   SvrPoint point;  ///< best point found
-  /// Response Kβ of the point. If the gap was reached, it is computed from β alone and not updated from step to step.
+  /// Response Kβ of the point. If the gap was reached, the response is computed from β directly and is not the result
+  /// of updates from step to step.
   Eigen::VectorXd response;
   /// Relative duality gap for that response.
   double relative_gap{};

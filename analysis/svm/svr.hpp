@@ -40,7 +40,7 @@ struct SvrOptions {
   /// Upper limit for SvrSolution::relative_gap.
   double relative_gap = 1e-3;
   int max_newton_steps = 400;
-  /// Memory for the kernel of one training. The 4n² bytes of its rows are required; up to 8n² more save time.
+  /// Memory for the kernel of one training. The 4n² bytes for its rows are required; up to 8n² more bytes save time.
   std::size_t memory_bytes = std::size_t{2} << 30;
 };
 
@@ -70,8 +70,8 @@ struct SvrStart {
 /// Returns the rows of the support vectors, those with β ≠ 0.
 [[nodiscard]] std::vector<Eigen::Index> support_rows(const Eigen::VectorXd& beta);
 
-/// Returns the kernel between two sets of samples, exp(−‖a_i − b_j‖²/(2σ²)): rows of a × rows of b. Both must have the
-/// same number of columns.
+/// Returns the kernel between two sets of samples, exp(−‖a_i − b_j‖²/(2σ²)), as a matrix of rows of a × rows of b. Both
+/// must have the same number of columns.
 [[nodiscard]] Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a,
                                               const Eigen::Ref<const SampleMatrix>& b, double sigma);
 /// Returns the kernel of one set of samples with itself. Only its lower triangle is valid.
@@ -87,7 +87,8 @@ struct SvrStart {
                                             const SvrOptions& options = {});
 
 /// Solves like the other solve_svr, with samples already laid out and memory reused between trainings (kernel.hpp). The
-/// samples must be finite. Begins at `start` if given, which must have one β per sample. The certificate is the same.
+/// samples must be finite. Begins at `start` if given, which must have one β per sample. The start does not change the
+/// required certificate.
 [[nodiscard]] Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
                                             const SvrOptions& options, const SvrStart* start = nullptr);

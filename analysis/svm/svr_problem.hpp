@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Training problem of the solvers, its points, and the computation of their certificates (errata 2.1 of the paper; the
-/// dual is in svr.hpp).
+/// Training problem that the solvers take, points of its dual, and the certificate of a point (errata 2.1 of the paper;
+/// the dual is in svr.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -32,7 +32,7 @@ struct Certificate {
   double objective{};  ///< D(β)
 };
 
-/// Adds Kβ to `sum`, using columns cached by the kernel.
+/// Adds Kβ to `sum`. Uses the cached columns of the kernel.
 void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum);
 
 /// Makes Σβ = 0 by equal shifts of the `free` points within their bounds.

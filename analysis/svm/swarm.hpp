@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Particle swarm optimisation by eqs. 8–10 of the paper (order as in errata 2). The inertia weight falls linearly, the
-/// velocity is limited before the move, and positions are clamped to the box with that velocity component set to zero.
+/// Particle swarm optimisation by eqs. 8–10 of the paper (order as in errata 2). The inertia weight falls linearly, and
+/// the velocity is limited before each move. If a coordinate leaves the box, its position is clamped and its velocity
+/// is set to 0.
 #pragma once
 
 #include <cstddef>
@@ -25,9 +26,9 @@ struct SwarmOptions {
   double c2 = 2.0;         ///< eq. 9
   /// Velocity limit as a fraction of each coordinate's range.
   double v_max = 0.2;
-  /// Stops early after this many iterations with a gain below `stall_gain`.
+  /// The swarm stops early after this many successive iterations with a gain below `stall_gain`.
   int stall_iterations = 10;
-  /// Smallest relative gain of the best fitness that is counted.
+  /// Smallest relative improvement of the best fitness that counts as a gain.
   double stall_gain = 1e-3;
   std::uint64_t seed = 1;
   /// Number of threads, 0 for all. The result does not depend on it.
@@ -80,17 +81,18 @@ void describe(auto& form, Like<SwarmOptions> auto& swarm) {
   form("seed", swarm.seed);
 }
 
-/// Fitness to minimise: `fitness(particle, position, limit)`. It may stop early and return any partial value above
-/// `limit` (the particle's own best) once the value is certain to exceed it. This is exact, because a fitness is only
-/// compared with the particle's own best. It is called from several threads, for one particle by one thread at a time
-/// and in the order of its iterations.
+/// Fitness to minimise: `fitness(particle, position, limit)`. Once the value is certain to exceed `limit`, the fitness
+/// of the particle's best position so far, the function may return any number above `limit`. The swarm then proceeds
+/// exactly as with the full value, because it only compares the value with `limit`. It is called from several threads,
+/// for one particle by one thread at a time and in the order of its iterations.
 using Fitness = std::function<Result<double>(std::size_t particle, const std::vector<double>& position, double limit)>;
 
-/// Minimises the fitness over the box. A fitness that is infinite or NaN never becomes a best. Particles are evaluated
-/// in parallel and compared only when all results of an iteration are available. The calling thread draws all random
-/// numbers in a fixed order. The result therefore does not depend on the number of threads. Only the calling thread
-/// calls `progress`, after each of its evaluations and after each iteration. Fails with usage on bad options, with
-/// interrupted if `progress` requests it, or with the first fault of a fitness (lowest particle index).
+/// Minimises the fitness over the box. A position with an infinite or NaN fitness never becomes a best position.
+/// Particles are evaluated in parallel and compared only when all results of an iteration are available. The calling
+/// thread draws all random numbers in a fixed order. The result therefore does not depend on the number of threads.
+/// Only the calling thread calls `progress`, after each of its evaluations and after each iteration. Fails with usage
+/// on bad options, with interrupted if `progress` requests a stop, or with the first fault of a fitness (lowest
+/// particle index).
 [[nodiscard]] Result<SwarmSummary> minimise(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& options,
                                             const ProgressSink& progress = {});
 

@@ -19,23 +19,23 @@
 
 namespace gyrotherm::svm {
 
-/// One held-out fold, ready to train. Selection and scaling were fitted to its training part alone. Targets are in
-/// units of the training STD of the fold; `target_scale` converts their errors to °/h.
+/// One held-out fold, ready to train. Selection and scaling were fitted to its training rows only. Targets are in units
+/// of the training STD of the fold; `target_scale` converts errors in these units to °/h.
 struct TuningFold {
   SampleMatrix train_x;
   Eigen::VectorXd train_y;
   SampleMatrix test_x;
   Eigen::VectorXd test_y;
   double target_scale{};
-  /// Training rows in the data set that was split, so that the training of one fold can begin at the solution of
-  /// another. Empty if unknown.
+  /// Row numbers of the training rows in the data set that was split. They allow the training of one fold to begin at
+  /// the solution of another. Empty if unknown.
   std::vector<Eigen::Index> train_rows = {};
 };
 
 /// Checks one fold. Fails with usage if one side is empty, if shapes differ, or if a value is not finite. `number`
 /// identifies the fold in messages.
 [[nodiscard]] Result<void> check_fold(const TuningFold& fold, std::size_t number);
-/// Checks all folds. Fails with usage at the first wrong fold as check_fold does, or if there are no folds.
+/// Checks all folds. Fails with usage if check_fold fails for a fold, or if there are no folds.
 template <std::derived_from<TuningFold> Fold>
 [[nodiscard]] Result<void> check_folds(std::span<const Fold> folds) {
   if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
@@ -48,10 +48,10 @@ template <std::derived_from<TuningFold> Fold>
 struct TuningOptions {
   /// Lower and upper bounds.
   std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};
-  /// Fixed ε if > 0: the two-dimensional search over C and σ of the paper.
+  /// Fixed ε if > 0. Only C and σ are then searched, as in the paper.
   double fixed_epsilon = 0;
-  /// Rule of choice. one_standard_error evaluates every position on every fold; the path of the swarm is the same but
-  /// takes more time.
+  /// Rule of choice. one_standard_error evaluates every position on every fold, which takes more time but does not
+  /// change the path of the swarm.
   ChoiceRule choice = ChoiceRule::best;
   SwarmOptions swarm;
   SvrOptions svr;
@@ -75,10 +75,11 @@ void describe(auto& form, Like<TuningOptions> auto& options) {
 struct TuningSummary {
   /// Parameters chosen by the rule.
   SvrParameters best;
-  /// Mean squared error of `best` in (°/h)² over all held-out rows, as returned by cross_validation_error: trainings do
-  /// not begin at the solution of another position. The swarm's own value may differ from it within the certificate.
+  /// Mean squared error of `best` in (°/h)² over all held-out rows, as returned by cross_validation_error, where no
+  /// training begins at the solution of another position. The value found by the swarm may differ from it within the
+  /// certificate.
   double cross_validation_mse{};
-  /// Number of positions with a training that missed its certificate. These never become the best.
+  /// Number of positions with a training that missed its certificate. Such a position never becomes the best.
   int uncertified{};
   SwarmSummary swarm;
   /// "log2 C = 12 lies on the edge of its box", …
@@ -88,14 +89,14 @@ struct TuningSummary {
 };
 
 /// Computes the mean squared error over all held-out rows, in units of target_scale squared. Stops after the fold in
-/// which the sum exceeds `limit` and returns the partial sum, since it can only grow. Fails as check_folds and
-/// solve_svr do.
+/// which the sum exceeds `limit` and returns that partial sum, because further folds can only increase it. Fails as
+/// check_folds and solve_svr do.
 [[nodiscard]] Result<double> cross_validation_error(std::span<const TuningFold> folds, const SvrParameters& parameters,
                                                     const SvrOptions& options, double limit);
 
-/// Tunes by particle swarm. A position with a training that misses its certificate counts as infinitely bad; the number
-/// of such positions is reported in a warning. Fails with usage, with interrupted, or with numeric if no position could
-/// be certified.
+/// Tunes by particle swarm. A position with a training that misses its certificate gets an infinite error; a warning
+/// reports the number of such positions. Fails with usage, with interrupted, or with numeric if no position could be
+/// certified.
 [[nodiscard]] Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
                                              const ProgressSink& progress = {});
 

@@ -16,13 +16,13 @@ namespace gyrotherm::svm {
 struct TuningFold;
 
 /// Mapping of the solution of one fold to the rows of another (alpha seeding: DeCoste, Wagstaff, KDD 2000; Wen et al.,
-/// AAAI 2017). Rows in both training sets keep their β. The β of a row that is now left out is added to the nearest
-/// rows that were left out before, as far as their bounds allow.
+/// AAAI 2017). Rows in both training sets keep their β. The β of each row that is only in the training set of `from` is
+/// added to the nearest rows that are only in that of `to`, as far as their bounds allow.
 class FoldSeed {
  public:
   /// Returns no value if the folds do not list their rows or have different inputs.
   [[nodiscard]] static std::optional<FoldSeed> between(const TuningFold& from, const TuningFold& to);
-  /// Returns the start of the training of `to` for a solution of `from`. Its sum need not be zero.
+  /// Returns the start for the training of `to`, given the solution of `from`. The sum of its β may differ from zero.
   [[nodiscard]] SvrStart start(const SvrStart& solved) const;
 
  private:
@@ -30,7 +30,7 @@ class FoldSeed {
   struct Removed {
     /// Row of `from`.
     Eigen::Index row;
-    /// Nearest rows of `to`, the nearest first; −1 if there are fewer.
+    /// Nearest rows of `to`, the nearest first. Unused entries are −1.
     std::array<Eigen::Index, kNeighbours> nearest_rows;
   };
   /// Row of `from` for each row of `to`, or −1.
@@ -38,8 +38,9 @@ class FoldSeed {
   std::vector<Removed> removed_;
 };
 
-/// Returns a feasible β of the problem near `start`. Scales it with the bound, clips it to the bound, and makes its sum
-/// zero by shifting points that are not at a bound. Returns no value if that is impossible.
+/// Returns a feasible β of the problem near `start`. Scales `start` to the bound of the problem, sets points near the
+/// bound exactly to it, and makes the sum zero by shifting points that are not at a bound. Returns no value if that is
+/// impossible.
 [[nodiscard]] std::optional<Eigen::VectorXd> feasible_start(const SvrProblem& problem, const SvrStart& start);
 
 /// Returns the distance between two positions for warm starts: octaves of C, plus twice the octaves of σ.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Assessment of bias tracking and of the denoisers it is compared with: on a residual, on that residual shuffled, and
-/// on a step and a ramp. Includes tests of the innovations of the filter.
+/// Assessment of bias tracking and of the denoisers with which it is compared. Each is applied to a residual, to the
+/// same residual in random order, and to a step and a ramp. Includes tests of the innovations of the filter.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,10 +16,11 @@ namespace gyrotherm::tracking {
 
 struct Denoiser;  // analysis/tracking/baselines.hpp
 
-// Tests of the innovations of a filter, for their size and for whiteness.
+// Tests for the size and the whiteness of the innovations of a filter.
 
-/// Result of the Ljung–Box test (Biometrika 65 (1978) 297). Q = n(n + 2) Σ_k r_k²/n_k over the lags, with n_k pairs at
-/// lag k and r_k their autocorrelation about 0. For white values Q follows χ² with as many degrees of freedom as lags.
+/// Result of the Ljung–Box test (Biometrika 65 (1978) 297). Q = n(n + 2) Σ_k r_k²/n_k over the lags, with n_k the
+/// number of pairs at lag k and r_k their autocorrelation about 0. For white values Q follows χ² with as many degrees
+/// of freedom as lags.
 struct Whiteness {
   double statistic{};
   int lags{};
@@ -38,8 +39,8 @@ struct Consistency {
   double low{}, high{};
   Whiteness whiteness{};
 };
-/// Computes the consistency. Skips the first `settling` intervals, in which the initial uncertainty dominates the
-/// innovation.
+/// Computes the consistency. Skips the first `settling` intervals, whose innovations are dominated by the initial
+/// uncertainty.
 [[nodiscard]] Consistency test_consistency(const std::vector<TrackedInterval>& intervals, std::size_t settling = 0);
 
 void describe(auto& form, Like<Consistency> auto& consistency) {
@@ -62,7 +63,7 @@ void describe(auto& form, Like<Consistency> auto& consistency) {
 /// Response of a denoiser to a bias that changes amid the noise, minus its response to the noise alone. The changes are
 /// a step of 1 °/h and a ramp of 0.01 °/h/min that ends after 6 h.
 struct Response {
-  /// Time until the estimate reaches half the step. NaN if it does not within a day.
+  /// Time until the estimate reaches half the step. NaN if this takes more than a day.
   double step_delay_s{};
   /// Overshoot, as a fraction of the step.
   double step_overshoot{};
@@ -77,19 +78,19 @@ struct Response {
 struct DenoiserFigures {
   std::string name;
   double latency_s{};
-  /// RMS of the forecast of one hour minus the mean of the rates measured in it, °/h, and its standard error for the
-  /// number of whole hours.
+  /// RMS of the forecast of one hour minus the mean of the rates measured in that hour, °/h. Its standard error follows
+  /// from the number of whole hours.
   double next_hour_rmse{};
   double next_hour_rmse_error{};
   /// RMS of the same forecast minus the mean of the true bias, °/h.
   double next_hour_rmse_to_truth{};
-  /// RMS of the bias estimate of an interval minus the true bias in it, °/h.
+  /// RMS of the bias estimate of an interval minus the true bias in that interval, °/h.
   double rmse_to_truth{};
   /// Gain on shuffled residuals, in which there is no bias to track: 1 − (next-hour RMSE)/(next-hour RMSE of a zero
   /// forecast).
   double shuffled_gain{};
-  /// Allan deviation of the residual rate at one interval and at one hour, °/h. The residual rate is the one that would
-  /// be integrated to an angle.
+  /// Allan deviation of the residual rate at one interval and at one hour, °/h. A user would integrate the residual
+  /// rate to an angle.
   double allan_interval{};
   double allan_hour{};
   Response response;
@@ -111,7 +112,7 @@ void describe(auto& form, Like<DenoiserFigures> auto& figures) {
   form("ramp_overshoot_deg_per_h", figures.response.ramp_overshoot_deg_per_h);
 }
 
-/// Residual with its bias as predicted and as smoothed, one value per interval, °/h. Used for plots.
+/// Residual with the predicted and the smoothed bias, one value per interval, °/h. Used for plots.
 struct TrackedSeries {
   std::vector<double> residual;  ///< NaN where missing
   /// Bias predicted from the previous intervals.
@@ -133,7 +134,7 @@ void describe(auto& form, Like<TrackedSeries> auto& series) {
 struct Assessment {
   BiasNoise noise;
   double interval_s{};
-  /// Steady-state gain of the Kalman filter: the fraction of an innovation that it takes for bias.
+  /// Steady-state gain of the Kalman filter: the fraction of an innovation that is added to the bias estimate.
   double steady_gain{};
   /// Number of whole hours that were predicted.
   int hours{};
@@ -154,13 +155,12 @@ void describe(auto& form, Like<Assessment> auto& assessment) {
 }
 
 /// Assesses the denoisers on a residual. The residual is a sequence of means over equal intervals, NaN where one is
-/// missing. The true bias of each interval is used if known (else empty).
+/// missing. `true_bias_deg_per_h` is the true bias of each interval, or empty if unknown.
 ///
 /// A forecast of the following hour is made at the end of every interval from the second hour on. Only hours without a
-/// gap are counted. The residual is shuffled eight times with different seeds, after its mean was removed. The result
-/// has the same values without temporal order, so any gain on it is due to chance or to an error of this assessment.
-/// The residual rate is the residual minus the bias estimate of the previous interval, the rate that would be
-/// integrated to an angle.
+/// gap are counted. The mean of the residual is removed, and the values are shuffled eight times with different seeds.
+/// Shuffled values have no temporal order, so any gain on them is due to chance or to a flaw of this assessment. The
+/// residual rate is the residual minus the bias estimate of the previous interval.
 [[nodiscard]] Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
                                const Eigen::VectorXd& true_bias_deg_per_h = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Denoisers that bias tracking is compared with: other methods in use for gyros to remove noise from a rate, each with
-/// its bias estimate and its latency.
+/// Denoisers with which bias tracking is compared: other methods that remove noise from the rate of a gyro. Each
+/// returns a bias estimate and has a latency.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@ namespace gyrotherm::tracking {
 /// Replaces each missing rate (NaN) by the previous rate, or by 0, for methods that require data without gaps.
 [[nodiscard]] Eigen::VectorXd without_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h);
 
-/// Returns at index k the mean of the available rates among the last `count` up to k. Returns 0 while none is
-/// available.
+/// Returns at index k the mean of the last `count` rates up to k. Ignores missing rates. The mean is 0 if all are
+/// missing.
 [[nodiscard]] Eigen::VectorXd trailing_means(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h,
                                              Eigen::Index count);
 
@@ -28,8 +28,9 @@ struct RecursivePrediction {
 };
 
 /// Predicts each next value from the previous ones: index k holds the prediction of value k + 1 from values up to k.
-/// While fewer than p values are known it is their mean. The weights start at 1/p, the mean of the last p values. The
-/// weight of this start equals that of p values with the mean square of the first p. All values must be finite.
+/// While fewer than p values are known, the prediction is their mean. All weights start at 1/p, which predicts the mean
+/// of the last p values. The initial weights count as much as p values whose mean square is that of the first p values.
+/// All values must be finite.
 [[nodiscard]] Eigen::VectorXd predicted_next(const Eigen::Ref<const Eigen::VectorXd>& values,
                                              const RecursivePrediction& options = {});
 
@@ -44,13 +45,13 @@ struct RecursivePrediction {
 
 /// Denoises by soft thresholds (Donoho and Johnstone, Biometrika 81 (1994) 425). Every detail d becomes sign(d) max(|d|
 /// − t, 0), t = σ√(2 ln n) for n values, σ the median magnitude of the finest details divided by 0.6745. There must be
-/// at least one value, and all must be finite. The values are extended by their mirror image to a power of two, and the
-/// result is mirrored again, to avoid jumps at the ends. The coarsest approximations, which remain unchanged, are means
-/// over about a quarter of that length.
+/// at least one value, and all must be finite. To avoid jumps at the ends, the values are extended by their mirror
+/// image to a power of two, and the extended sequence is mirrored again. The coarsest approximations remain unchanged;
+/// each is a mean over about a quarter of the power of two.
 [[nodiscard]] Eigen::VectorXd wavelet_denoised(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// Denoises a sequence causally: index k holds value k − delay in the denoised window of the last `window` values up to
-/// k. NaN for the first `delay` indices. The window must be longer than the delay.
+/// Denoises a sequence causally. Index k holds the denoised value k − delay, computed from the last `window` values up
+/// to k. NaN for the first `delay` indices. The window must be longer than the delay.
 [[nodiscard]] Eigen::VectorXd wavelet_denoised_in_windows(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                           Eigen::Index window, Eigen::Index delay);
 
@@ -65,16 +66,17 @@ struct Denoised {
 /// Denoiser of a sequence of rates. Missing rates are NaN.
 struct Denoiser {
   std::string name;
-  /// Number of intervals between the estimated interval and the end of the interval at which its estimate is available.
+  /// Number of intervals by which an estimate is late: at interval k the denoiser estimates the bias of interval k −
+  /// latency.
   Eigen::Index latency{};
   std::function<Denoised(const Eigen::VectorXd& rates_deg_per_h)> denoise;
 };
 
 /// Returns the compared denoisers: none (the thermal model alone); the mean so far and the mean of the last hour;
 /// forward linear prediction by normalised least mean squares (methods::forward_prediction, order 8) and by recursive
-/// least squares; wavelets in windows of 256 intervals without delay and one hour late; the Kalman filter without delay
-/// and one hour late. Denoisers without delay, except the Kalman filter, use their last estimate as the forecast of the
-/// next hour.
+/// least squares; wavelets in windows of 256 intervals, without delay and with a delay of one hour; the Kalman filter,
+/// without delay and with a delay of one hour. Denoisers without delay, except the Kalman filter, use their last
+/// estimate as the forecast of the next hour.
 [[nodiscard]] std::vector<Denoiser> denoisers(const StateSpace& space);
 
 /// Returns the number of intervals per hour, at least 1.

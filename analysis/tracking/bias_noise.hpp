@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Noise model of the residual bias of a thermal model, in the few parameters that bias tracking needs, and its
-/// estimation from a residual.
+/// Noise model of the residual bias of a thermal model. It has only the parameters that bias tracking needs, and is
+/// estimated from a residual.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,12 +30,12 @@ void describe(auto& form, Like<BiasNoise> auto& noise) {
 /// Estimates the noise of a residual bias from the Allan deviation of its cluster means over whole records including
 /// ramps. Tracking must follow both the drift of the gyro itself and the errors of the model. Pass the held-out
 /// residual; an in-sample residual does not contain the part that the fit absorbed. Only N, B and K are fitted
-/// (allan.hpp), and a term that is not significant is 0: means over 100 s cannot separate quantisation from N, and a
-/// ramp in the record does not continue afterwards.
+/// (allan.hpp); a term that is not significant is 0. Quantisation is not fitted, because means over 100 s cannot
+/// separate it from N. The rate ramp is not fitted, because it does not continue after the record.
 ///
-/// If N is not significant because the errors of the model are larger, N is computed from the noise floor of the
-/// record, the white noise of one mean (°/h; NaN: unknown). The initial uncertainty of the bias is the RMS of the
-/// residual. Fails with usage if there are fewer than five averaging times, or if both sources of N are missing.
+/// If N is not significant because the errors of the model are larger, N is computed from `floor_deg_per_h`, the noise
+/// floor of the record: the white noise of one mean (NaN: unknown). The initial uncertainty of the bias is the RMS of
+/// the residual. Fails with usage if there are fewer than five averaging times, or if both sources of N are missing.
 [[nodiscard]] Result<BiasNoise> estimate_bias_noise(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
                                                     const data::Clusters& clusters, double floor_deg_per_h);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bias tracking: a Kalman filter for the residual bias of a thermal model while the gyro is known to be at rest, with
-/// its uncertainty. It is not a filter for the output: it must not receive rates while the gyro rotates.
+/// Bias tracking: a Kalman filter estimates the residual bias of a thermal model, with its uncertainty, while the gyro
+/// is known to be at rest. It does not filter the output of the gyro and must not receive rates while the gyro rotates.
 #pragma once
 
 #include <Eigen/Core>
@@ -60,12 +60,13 @@ class BiasTracker {
 [[nodiscard]] std::vector<TrackedInterval> track(const StateSpace& space,
                                                  const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h);
 
-/// Tracker of the bias in a stream. Takes one compensated rate per second and returns the residual bias in it. It
-/// averages the rates of an interval and pushes the mean if the gyro was at rest throughout. The bias returned for a
-/// row depends only on earlier intervals, so noise and rotation of the row itself are not removed.
+/// Tracker of the bias in a stream. Takes one compensated rate per second and returns the residual bias to subtract. It
+/// averages the rates of an interval and pushes the mean to a BiasTracker if the gyro was at rest throughout the
+/// interval. The bias returned for a row depends only on earlier intervals, so it contains neither noise nor rotation
+/// of the row.
 class RestTracker {
  public:
-  /// Starts tracking. `rows` of the stream make one interval of the space.
+  /// Starts tracking. One interval of the space consists of `rows` rows of the stream.
   RestTracker(const StateSpace& space, int rows);
 
   /// Processes the next row, the residual rate of the thermal model, NaN if unknown. Returns the bias to subtract from

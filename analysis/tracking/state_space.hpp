@@ -32,19 +32,20 @@ struct StateSpace {
 /// Computes the state space of a noise model.
 ///
 /// The random walk starts with the initial variance and gains K²Δ per interval; it is taken as constant within an
-/// interval. The white variance is N²/Δ. If a gyro counts its angle in pulses, average long enough that their
-/// quantisation is negligible before tracking, because quantisation errors of neighbouring intervals are correlated.
+/// interval. The white variance is N²/Δ. If a gyro counts its angle in pulses, choose intervals so long that
+/// quantisation is negligible, because quantisation errors of neighbouring intervals are correlated and the model does
+/// not include them.
 ///
 /// Bias instability B is flicker noise, S(f) = B²/(2πf) (IEEE Std 952-1997, annex C), which has no exact model with
 /// finitely many states. A sum of first-order Markov processes approximates it arbitrarily well (van der Ziel, Physica
 /// 16 (1950) 359), and one process per decade of correlation time is sufficient (Keshner, Proc. IEEE 70 (1982) 212).
 /// With a variance of B² ln 10/π each, their spectrum ripples by 2/cosh(π²/ln 10) = 5.5 % about that of flicker noise.
 ///
-/// Three processes are sufficient for a filter at suitable times: τ, τ/10 and 10τ. At τ white noise and flicker have
-/// the same Allan deviation, N²/τ = (2 ln 2/π)B². Faster flicker is white for these processes and is added to the white
-/// variance; slower flicker is absorbed by the random walk and the initial variance. τ is at least 30 intervals.
-/// Compared with thirteen processes over six decades, the forecast of the next hour is worse by less than 1 % (verified
-/// by a test).
+/// Three processes with suitable correlation times, τ/10, τ and 10τ, are sufficient for a filter. At τ white noise and
+/// flicker have the same Allan deviation, N²/τ = (2 ln 2/π)B². Faster flicker is white for these processes and is added
+/// to the white variance; slower flicker is absorbed by the random walk and the initial variance. τ is at least 30
+/// intervals. Compared with thirteen processes over six decades, the forecast of the next hour is worse by less than 1
+/// % (verified by a test).
 [[nodiscard]] StateSpace state_space(const BiasNoise& noise, double interval_s);
 
 /// Returns the correlation times of the processes, h.
@@ -64,7 +65,8 @@ struct SteadyState {
 
 /// Solves the discrete algebraic Riccati equation of the filter by structure-preserving doubling (Anderson, Int. J.
 /// Control 28 (1978) 295; Chu, Fan, Lin, Wang, Int. J. Control 77 (2004) 767). This takes about ten steps; iterating
-/// the filter takes thousands. Without random walk (K = 0) that state becomes known, and its gain is 0.
+/// the filter takes thousands. Without random walk (K = 0) the variance of the random-walk state converges to 0, and
+/// its gain is 0.
 [[nodiscard]] SteadyState steady_state(const StateSpace& space);
 
 }  // namespace gyrotherm::tracking

@@ -39,7 +39,8 @@ SquareSum squared_differences(const Eigen::VectorXd& theta, Eigen::Index m) {
 
 double noise_deviation(const SquareSum& squares, double m) { return std::sqrt(squares.sum / squares.count / 2) / m; }
 
-/// Counts the independent differences: Σ(K − 1) over the stretches, K means of m samples each.
+/// Counts the independent differences: Σ(K − 1) over the stretches, where K is the number of means of m samples in a
+/// stretch.
 int independent_differences(const RateStretches& rates, Eigen::Index m) {
   int count = 0;
   for (const Eigen::VectorXd& stretch : rates.values) {
@@ -48,7 +49,7 @@ int independent_differences(const RateStretches& rates, Eigen::Index m) {
   return count;
 }
 
-/// Returns g at lags 0, 1, 2, … intervals.
+/// Returns the generalised covariance g of the angle at lags of 0, 1, 2, … intervals.
 std::vector<double> generalised_covariance(const NoiseSquares& squares, double interval_h, Eigen::Index lags) {
   std::vector<double> g(static_cast<std::size_t>(lags) + 1);
   g[0] = squares(0);
@@ -60,8 +61,8 @@ std::vector<double> generalised_covariance(const NoiseSquares& squares, double i
   return g;
 }
 
-/// Computes the covariance of two second differences of the angle. The one over `m` samples starts `lag` samples after
-/// the one over `n` samples.
+/// Computes the covariance of two second differences of the angle. The difference over `m` samples starts `lag` samples
+/// after the difference over `n` samples.
 double covariance_at(const std::vector<double>& g, Eigen::Index lag, Eigen::Index m, Eigen::Index n) {
   constexpr double kWeights[] = {1, -2, 1};
   double sum = 0;
@@ -82,7 +83,7 @@ Lengths count_lengths(const RateStretches& rates) {
   return lengths;
 }
 
-/// Counts the pairs (i, j) of differences over m and n samples inside one stretch with i − j = lag.
+/// Counts the pairs of differences in one stretch, over m samples from i and over n samples from j, with i − j = lag.
 double count_pairs(const Lengths& lengths, Eigen::Index lag, Eigen::Index m, Eigen::Index n) {
   double pairs = 0;
   for (const auto& [length, count] : lengths) {
@@ -125,7 +126,7 @@ NoiseSquares spread_over(const Terms& terms, const Eigen::VectorXd& values) {
   return all;
 }
 
-/// The curve as a least-squares problem.
+/// Least-squares problem for the fit to a curve.
 struct Problem {
   const AllanCurve& curve;
   const RateStretches& rates;
@@ -150,7 +151,7 @@ Problem make_problem(const AllanCurve& curve, const RateStretches& rates) {
   return problem;
 }
 
-/// Weighted least squares of the variances on the given terms.
+/// Weighted least-squares fit of the given terms to the variances.
 class LeastSquares {
  public:
   LeastSquares(const Problem& problem, const Terms& terms, Eigen::VectorXd weights) : weights_(std::move(weights)) {
@@ -177,7 +178,7 @@ class LeastSquares {
 };
 
 /// Solves the least squares problem with non-negative squares. Tries all subsets of the terms (at most 32) and returns
-/// the solution with the smallest loss among those that are not negative.
+/// the non-negative solution with the smallest loss.
 NoiseSquares non_negative(const Problem& problem, const Terms& terms, const Eigen::VectorXd& weights) {
   NoiseSquares best = NoiseSquares::Zero();
   double least = std::numeric_limits<double>::infinity();
@@ -224,7 +225,7 @@ Fitted fit_terms(const Problem& problem, const Terms& terms) {
   return fitted;
 }
 
-/// Computes the covariance of the variances from sampling and from the misfit of each point.
+/// Computes the covariance of the Allan variances, including the misfit of each point.
 Eigen::MatrixXd covariance_about(const Problem& problem, const NoiseSquares& squares) {
   Eigen::MatrixXd covariance = allan_covariance(problem.curve, problem.rates, squares);
   covariance.diagonal() += (problem.misfit * variances_about(problem, squares)).cwiseAbs2();
@@ -238,8 +239,9 @@ double chi_squared(const Problem& problem, const Terms& terms) {
   return left.cwiseProduct(weights_about(problem, fitted.squares)).squaredNorm();
 }
 
-/// Replaces the errors 1/√(2(K − 1)) by those of the fitted noise. If χ² is then larger than chance allows, sets the
-/// misfit at which χ² equals f, the number of points minus the number of terms (Mandel and Paule 1970).
+/// Replaces the errors 1/√(2(K − 1)) by the errors that follow from the fitted noise. If χ² is then larger than chance
+/// allows, sets the misfit at which χ² equals f, the number of points minus the number of terms (Mandel and Paule
+/// 1970).
 void estimate_errors(Problem& problem, const Terms& terms) {
   const Fitted first = fit_terms(problem, terms);
   const Eigen::VectorXd sampling = covariance_about(problem, first.squares).diagonal().cwiseSqrt();
@@ -247,7 +249,7 @@ void estimate_errors(Problem& problem, const Terms& terms) {
   if (!(relative.minCoeff() > 0)) return;
   problem.relative_errors = relative;
   const double freedom = static_cast<double>(problem.curve.size()) - static_cast<double>(terms.size());
-  // Limit in standard deviations of χ², each √(2f).
+  // Limit in standard deviations of χ². One standard deviation is √(2f).
   constexpr double kChance = 3;
   if (freedom <= 0 || chi_squared(problem, terms) <= freedom + kChance * std::sqrt(2 * freedom)) return;
   constexpr int kHalvings = 14;
@@ -265,7 +267,7 @@ Eigen::VectorXd standard_errors(const Problem& problem, const Terms& terms, cons
   return (map * covariance * map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
-/// Removes the least certain term until every remaining term is significant.
+/// Removes the least certain term until every remaining term is significant or only one term remains.
 Fitted fit_significant(const Problem& problem, Terms terms) {
   while (true) {
     Fitted fitted = fit_terms(problem, terms);
@@ -373,8 +375,8 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
   const double interval_h = rates.interval_s / kSecondsPerHour;
   const Lengths lengths = count_lengths(rates);
   const auto points = static_cast<Eigen::Index>(curve.size());
-  // At lags above four times the longer averaging time only bias instability is still correlated, and its squared
-  // covariance is negligible there.
+  // At lags above four times the longer averaging time only differences of bias instability are still correlated, and
+  // their squared covariance is negligible.
   constexpr Eigen::Index kReach = 4;
   const Eigen::Index longest = points > 0 ? curve.back().m : 1;
   const std::vector<double> g = generalised_covariance(squares, interval_h, (kReach + 2) * longest);

@@ -56,7 +56,8 @@ bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
          dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
 }
 
-/// Names the inputs that are missing in every row: ": in no row is there …". Returns an empty string if there are none.
+/// Lists the thermometers that have no reading in any row, and the bias if it is missing in every row. Returns an empty
+/// string if nothing is missing throughout.
 std::string missing_throughout(const Dataset& dataset) {
   std::vector<std::string> missing;
   for (Eigen::Index column = 0; column < dataset.temperature_c.cols(); ++column) {
@@ -106,8 +107,8 @@ void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
   }
 }
 
-/// Stores the history of `spans` and the rows of `kept` in it. A run is assumed to start in thermal equilibrium, so the
-/// time before its first cluster is infinite.
+/// Stores the history of `spans`, and the row of each span of `kept` in that history. A run is assumed to start in
+/// thermal equilibrium, so the time before its first cluster is infinite.
 void store_history(Clusters& clusters, const Dataset& dataset, const std::vector<Span>& spans,
                    const std::vector<Span>& kept) {
   const auto rows = static_cast<Eigen::Index>(spans.size());
@@ -123,7 +124,7 @@ void store_history(Clusters& clusters, const Dataset& dataset, const std::vector
   }
 }
 
-/// Joins the histories of all parts in order. Leaves the history empty if one part is missing its history.
+/// Joins the histories of all parts in order. Leaves the history empty if one of the parts has none.
 void join_histories(Clusters& all, const std::vector<Clusters>& parts) {
   if (!std::ranges::all_of(parts, has_history)) return;
   Eigen::Index rows = 0;

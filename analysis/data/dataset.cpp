@@ -39,7 +39,8 @@ struct AxisLocation {
   std::size_t index;  ///< index of the axis
 };
 
-/// Returns whether users may refer to an axis by this name: "x", "imu.x", or a column name that ends in it, "gyro_x".
+/// Returns whether users may refer to an axis by this name: "x", "imu.x", or a column name that ends in "_x", such as
+/// "gyro_x".
 bool is_called(const AxisChoice& axis, const std::string& name) {
   if (axis.axis == name || in_words(axis) == name) return true;
   return !axis.axis.empty() && name.ends_with("_" + axis.axis);
@@ -58,9 +59,9 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
   return std::ranges::count(names, name) > 0;
 }
 
-/// Returns the uncertainty of a value reported by the unit itself. A constant error of its sensor belongs to the unit
-/// and is not counted, but the sensor drifts. A temperature drifts like a thermometer with unknown uncertainty; any
-/// other value is assumed to drift by 1 % of its range in this record per year.
+/// Returns the uncertainty of a value reported by the unit itself. A constant error of the sensor is a property of the
+/// unit and is not included; the drift of the sensor is. A temperature drifts like a thermometer with unknown
+/// uncertainty; any other value is assumed to drift by 1 % of its range in this record per year.
 record::ThermometerUncertainty own_value_uncertainty(bool is_temperature, const Eigen::VectorXd& values) {
   constexpr double kShareInAYear = 0.01, kLeast = 1e-12;
   record::ThermometerUncertainty known{.calibration = Kelvins{}};
@@ -108,8 +109,8 @@ Eigen::VectorXd rotation_deg_per_h(const record::Record& record, const AxisLocat
   return at.axis.scale * number.array() / column(at.columns.interval_s, row_count(record)).array();
 }
 
-/// Returns the rate of one pulse per second. Returns 0 if pulses are not counted: the axis reads a rate, or an angle
-/// with fractions of a pulse.
+/// Returns the rate of one pulse per second. Returns 0 if pulses are not counted, which means that the axis returns a
+/// rate or an angle with fractions of a pulse.
 double step_deg_per_h(const record::Record& record, const AxisLocation& at) {
   if (at.axis.kind != record::GyroKind::pulse_count) return 0;
   const auto is_count = [](double number) { return !std::isfinite(number) || std::floor(number) == number; };

@@ -26,13 +26,14 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
 
 std::string input_location(std::string_view term) { return fmt::format("input \"{}\"", term); }
 
-/// Parser of one term. All errors name the whole text.
+/// Parser of one term. All error messages quote the whole text.
 class TermReader {
  public:
   TermReader(std::string_view whole, const std::vector<std::string>& thermometers)
       : whole_(whole), thermometers_(thermometers) {}
 
-  /// Splits at each '*' in turn, since a name may contain one. Returns the error of the first split.
+  /// Tries to split at each '*' in turn, since a name may contain one. If no split parses, returns the error of the
+  /// first.
   [[nodiscard]] Result<Term> product(std::string_view text) const {
     auto best = power(text);
     for (auto star = text.find('*'); star != text.npos && !best; star = text.find('*', star + 1)) {
@@ -97,7 +98,8 @@ class TermReader {
     return lag_term(time_constant_s, std::string(name));
   }
 
-  /// Splits at each '-' in turn, since a name may contain one. Returns the error of the first split.
+  /// Tries to split at each '-' in turn, since a name may contain one. If no split parses, returns the error of the
+  /// first.
   [[nodiscard]] Result<Term> gradient(std::string_view text) const {
     for (auto dash = text.find('-'); dash != text.npos; dash = text.find('-', dash + 1)) {
       const auto first = text.substr(0, dash), second = text.substr(dash + 1);
@@ -134,8 +136,8 @@ Result<Eigen::Index> find_column(const Clusters& clusters, const std::string& na
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
 
-/// Computes the lag of one thermometer in each row of the history, K. The lag is 0 in the first row of each run with a
-/// temperature. It is NaN where the temperature is missing; the next step is then longer.
+/// Computes the lag of one thermometer in each row of the history, K. The lag is 0 in the first row of each run that
+/// has a temperature. The lag is NaN if the temperature is missing; the next step is then longer.
 Eigen::VectorXd compute_lag(const TemperatureHistory& history, Eigen::Index thermometer, double time_constant_s) {
   FirstOrderLag lag(time_constant_s);
   Eigen::VectorXd values(history.elapsed_s.size());
@@ -167,7 +169,7 @@ Result<Eigen::VectorXd> factor_values(const Factor& factor, const Term& term, co
   return clusters.temperature_c.col(*first) - clusters.temperature_c.col(*second);
 }
 
-/// Polynomial in temperatures, rates and lags: the coefficient of each product. The axes of a product are sorted.
+/// Polynomial in temperatures, rates and lags: the coefficient of each product. The factors of each product are sorted.
 using Axis = Factor;
 using Polynomial = std::map<std::vector<Axis>, double>;
 
@@ -247,11 +249,11 @@ std::vector<Factor> lags_in(const std::vector<Term>& terms) {
   return {lags.begin(), lags.end()};
 }
 
-/// Names of a record cannot contain a line break.
+/// A thermometer name in a record cannot contain a line break.
 std::string lag_name(const Factor& lag) { return '\n' + to_string(lag); }
 
 Term with_lags_as_temperatures(Term term) {
-  // Keeps the order of the factors, so that the product is bit-identical.
+  // The factors keep their order, which keeps their product bit-identical.
   for (Factor& factor : term.factors)
     if (factor.kind == FactorKind::lag) factor = {FactorKind::temperature, lag_name(factor), {}};
   return term;

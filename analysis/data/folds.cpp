@@ -116,7 +116,7 @@ std::string format_guard(const std::vector<double>& guards_s) {
   return fmt::format(" with a guard of {} min", span);
 }
 
-/// Returns the requested kind of folds, or chooses one for the records if it is automatic.
+/// Returns the requested kind of folds. If the kind is automatic, chooses one for the records.
 FoldKind kind_for(const std::vector<Clusters>& records, const FoldOptions& options) {
   if (options.kind != FoldKind::automatic) return options.kind;
   const bool without_cycles =

@@ -45,16 +45,16 @@ bool are_neighbours(const Clusters& clusters, Eigen::Index k) {
   return std::abs(step_s - clusters.length_s) < 0.5 * clusters.length_s;
 }
 
-/// Number of second differences, and how many of them overlap a later one.
+/// Number of second differences, and number of overlapping pairs.
 struct Overlaps {
   /// Pairs that share two clusters, and pairs that share one.
   int differences{}, by_two{}, by_one{};
 };
 
 /// Returns the relative standard error of the root mean square of second differences of white noise. Differences that
-/// share two clusters have the correlation −2/3; those that share one have 1/6. Squares of two normal variables are
-/// correlated by the square of that. The mean of D squares thus has the relative variance (2 + 4·(4/9·P₂ +
-/// 1/36·P₁)/D)/D, and its root has half the relative error.
+/// share two clusters have the correlation −2/3; those that share one have 1/6. The squares of two normal variables
+/// have the squared correlation. The mean of D squares thus has the relative variance (2 + 4·(4/9·P₂ + 1/36·P₁)/D)/D,
+/// and its root has half the relative error.
 double relative_error(const Overlaps& overlaps) {
   const double d = overlaps.differences;
   return 0.5 * std::sqrt((2 + 4 * (overlaps.by_two * 4.0 / 9 + overlaps.by_one / 36.0) / d) / d);
@@ -158,7 +158,7 @@ HoldNoise measure_noise(const Dataset& dataset, const Eigen::VectorXd& bias_deg_
   return noise;
 }
 
-/// Returns the summary, or a note that the record names no hold.
+/// Returns the summary of the noise. If the record names no hold, returns a note about that.
 std::string summarise(const Dataset& dataset, const HoldNoise& noise, const char* bias, const char* caution) {
   return any_hold(dataset.segments) ? summarise(noise, bias, caution) : kNoHold;
 }

@@ -17,7 +17,7 @@ namespace {
 using Quantity = Factor;
 
 /// Computes the derivative of the term with respect to one quantity in each cluster. Empty if the term does not depend
-/// on it.
+/// on the quantity.
 Result<Eigen::VectorXd> derivative(const Term& term, const Quantity& quantity, const Clusters& clusters) {
   Eigen::VectorXd sum;
   for (std::size_t k = 0; k < term.factors.size(); ++k) {

@@ -22,7 +22,7 @@ double median(std::span<double> values) {
   return *middle;
 }
 
-/// List of values with their times: "-1000 °/h at 120 s".
+/// Text list of values with their times: "-1000 °/h at 120 s".
 class Listed {
  public:
   void add(double value_deg_per_h, double time_s) {

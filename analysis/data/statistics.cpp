@@ -10,7 +10,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Returns the position of each cluster, in cluster lengths. A later record starts far after the previous one.
+/// Returns the position of each cluster, in cluster lengths. Positions of different records are far apart.
 Eigen::VectorXi cluster_positions(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Eigen::VectorXi positions(static_cast<Eigen::Index>(rows.size()));
   int shift = 0;
@@ -46,7 +46,7 @@ EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values
                                  const Eigen::Ref<const Eigen::VectorXi>& positions) {
   assert(values.size() == positions.size());
   constexpr Eigen::Index kLeast = 4;
-  // Limit in standard deviations of a correlation that is zero.
+  // Limit for a correlation, in standard deviations that it has if the values are uncorrelated.
   constexpr double kChance = 2;
   const auto count = static_cast<double>(values.size());
   if (values.size() < kLeast) return {count, count};

@@ -16,7 +16,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Limits the logarithms, so that no search diverges.
+/// Limits the logarithms, which prevents a search from diverging.
 Eigen::VectorXd clamped(const Eigen::VectorXd& logarithms) {
   const Eigen::Index inputs = logarithms.size() - 2;
   Eigen::VectorXd out = logarithms;
@@ -33,7 +33,7 @@ constexpr std::size_t kAscents = 3;
 constexpr Eigen::Index kMostSamples = 400;  // for the likelihood
 constexpr int kMostEvaluations = 80;
 
-// Added relative to σ_f² for samples that are nearly equal.
+// Fraction of σ_f² added to the diagonal, for samples that are nearly equal.
 constexpr double kJitter = 1e-8;
 
 tl::unexpected<Fault> not_definite() {
@@ -72,7 +72,7 @@ Result<Ascent> best_ascent(const data::SampleMatrix& x, const Eigen::VectorXd& y
   return ascents[best];
 }
 
-/// Returns every k-th row, so that at most `most` remain.
+/// Returns every k-th row, with the smallest k that gives at most `most` rows.
 std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
   const Eigen::Index step = (rows + most - 1) / most;
   std::vector<Eigen::Index> kept;
@@ -165,8 +165,8 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
   Likelihood likelihood{.log_value = -0.5 * y.dot(alpha.col(0)) - factor.diagonal().array().log().sum() -
                                      0.5 * samples * std::log(2 * std::numbers::pi),
                         .gradient = Eigen::VectorXd(inputs + 2)};
-  // The gradient is ½ tr((ααᵀ − K⁻¹) ∂K/∂θ). ∂K/∂log l_j is S ∘ (z_j − z'_j)²/l_j², so its trace is a sum of products
-  // of Q = (ααᵀ − K⁻¹) ∘ S with x.
+  // The gradient is ½ tr((ααᵀ − K⁻¹) ∂K/∂θ). ∂K/∂log l_j is S ∘ (z_j − z'_j)²/l_j², with S the covariance without
+  // noise. The trace is therefore a sum of products of Q = (ααᵀ − K⁻¹) ∘ S and x.
   Eigen::MatrixXd weighed = svm::inverse_lower(factor);
   double trace = 0;
   for (Eigen::Index j = 0; j < y.size(); ++j) {

@@ -32,7 +32,8 @@ Errors squared_errors(const Fold& fold, std::size_t index, const Trial& trial) {
   });
 }
 
-/// Returns the mean over all rows. It is infinite if a fold could not be trained or its predictions are not finite.
+/// Returns the mean over all rows. The mean is infinite if a fold could not be trained or has predictions that are not
+/// finite.
 Eigen::VectorXd mean_errors(std::span<const Errors> folds, Eigen::Index rows) {
   Eigen::VectorXd sum;
   for (const Errors& fold : folds) {

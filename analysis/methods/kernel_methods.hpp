@@ -38,7 +38,7 @@ struct LsSvm {
 
 /// Chooses "gamma" and "sigma" by held-out error. First searches a grid over log2 γ = 2…18 and log2 σ = −½…5½ in steps
 /// of 4 and 1½, then around the best position with one half and one quarter of these steps (quick: the grid only). Each
-/// fold has its own scaling, so each is solved separately. Warns if the choice is at the edge of the grid.
+/// fold has its own scaling, so folds share no kernel matrix. Warns if the choice is at the edge of the grid.
 [[nodiscard]] ChooseFunction choose_ls_svm;
 
 /// Fits the machine. The number of effective parameters is the trace of the matrix from y to fitted values. The

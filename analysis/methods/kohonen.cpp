@@ -42,7 +42,7 @@ constexpr int kToleranceSteps = 12;  // quarter decades from 10⁻¹ to 10⁻⁴
 
 double tolerance_at(Eigen::Index step) { return std::pow(10.0, -1 - 0.25 * static_cast<double>(step)); }
 
-/// Nodes of a map, and their mean distance from their neighbours.
+/// Nodes of a map, and the mean distance of each node from its neighbours.
 struct Map {
   data::SampleMatrix nodes;
   double spacing{};
@@ -102,7 +102,7 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
   OrthogonalPath path;
   path.means = candidates.colwise().mean();
   path.target_mean = y.mean();
-  // Remainders, orthogonal to all candidates taken.
+  // Remainders of the candidates, orthogonal to all selected candidates.
   Eigen::MatrixXd remainder = candidates.rowwise() - path.means;
   const Eigen::VectorXd target = y.array() - path.target_mean;
   const Eigen::ArrayXd whole = remainder.colwise().squaredNorm().transpose();
@@ -110,7 +110,7 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
   most = std::min({most, candidates.cols(), candidates.rows() - 1});
   path.triangle = Eigen::MatrixXd::Identity(most, most);
   path.orthogonal.setZero(most);
-  // Coefficient of each taken direction in each candidate.
+  // Coefficient of each selected direction in each candidate.
   Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(most, candidates.cols());
   Eigen::ArrayXd open = Eigen::ArrayXd::Ones(candidates.cols());
   double unexplained = 1;

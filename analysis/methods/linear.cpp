@@ -14,7 +14,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Relative length below which a direction is rounding error of dependent inputs.
+/// Relative length below which a direction consists of rounding errors of dependent inputs.
 constexpr double kRelativeRank = 1e-9;
 
 /// Lower limit for the length of a direction, relative to the greatest, in the computation of the variance. Inputs that

@@ -62,9 +62,9 @@ inline constexpr double kFToRemove = 2.71;
 
 /// Fits by stepwise regression. The F tests select the inputs; nothing is chosen on held-out folds. An input is skipped
 /// if less than 10⁻⁹ of its spread is independent of the inputs already selected. Inputs that are not selected get the
-/// weight 0; the particulars list the selected inputs. The effective parameters are the inputs taken and the constant;
-/// the selection itself is not counted. Fails with usage unless there are at least three samples more than inputs
-/// taken.
+/// weight 0; the particulars list the selected inputs. The number of effective parameters is the number of selected
+/// inputs plus 1 for the constant; the selection itself is not counted. Fails with usage unless there are at least
+/// three samples more than selected inputs.
 [[nodiscard]] FitFunction fit_stepwise;
 
 // Ridge regression on physics features: T, T², gradients, gradients times T, and the rate. This is one of two modern

@@ -22,7 +22,7 @@ struct Position {
 constexpr double kGammaStep = 4, kSigmaStep = 1.5;
 constexpr Position kLeast = {2, -0.5}, kLargest = {18, 5.5};
 
-/// One σ and the values of γ to try with it. They share a kernel.
+/// One σ and the values of γ to try with this σ. All of them share a kernel matrix.
 struct Line {
   double sigma{};
   std::vector<double> gammas;
@@ -37,7 +37,7 @@ std::vector<Line> coarse_grid() {
   return grid;
 }
 
-/// Returns the eight neighbours at the given fraction of the coarse step.
+/// Returns the eight neighbours of a position, at a fraction of the coarse step.
 std::vector<Line> around(Position best, double part) {
   const double aside = part * kGammaStep;
   std::vector<Line> grid;
@@ -55,7 +55,8 @@ void warn_of_edge(const char* name, double at, double least, double largest, std
   warnings.push_back(fmt::format("log2 {} = {} lies at the edge of the grid, {} … {}", name, at, least, largest));
 }
 
-/// Predicts the held-out rows, one column per γ of the line. A column is not finite if its machine cannot be trained.
+/// Predicts the held-out rows, one column per γ of the line. If the machine for a γ cannot be trained, its column is
+/// not finite.
 Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, const Line& line) {
   const double sigma = std::exp2(line.sigma);
   const Eigen::MatrixXd among = svm::gaussian_kernel_lower(fold.train_x, sigma);

@@ -18,7 +18,8 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Computes tanh of each element with one fast pass of exp. The absolute error is the rounding error of 1.
+/// Computes tanh of each element from one fast pass of exp. The absolute error is about the rounding error of the
+/// number 1.
 Eigen::MatrixXd fast_tanh(const Eigen::MatrixXd& sums) {
   Eigen::MatrixXd shrunk = sums.cwiseAbs();
   svm::exponentiate(shrunk.data(), shrunk.size(), -2, shrunk.data());

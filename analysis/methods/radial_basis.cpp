@@ -43,7 +43,8 @@ Result<data::SampleMatrix> draw_centres(const Eigen::MatrixXd& samples, int coun
   return centres;
 }
 
-/// Assigns each sample to its nearest centre, the first among equals. Stores the squared distances in `nearest`.
+/// Assigns each sample to its nearest centre; among equally near centres, to the first. Stores the squared distances in
+/// `nearest`.
 std::vector<Eigen::Index> assign(const Eigen::MatrixXd& samples, const data::SampleMatrix& centres,
                                  Eigen::VectorXd& nearest) {
   std::vector<Eigen::Index> owner(samples.rows(), 0);
@@ -77,7 +78,7 @@ constexpr std::array kCentres = {10, 20, 40, 80};
 constexpr std::array kUnitWidthFactors = {1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr std::array kLambdas = {1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
 
-/// Centres, and their distances from their neighbours.
+/// Centres, and the mean distance of each from its neighbours.
 struct Units {
   data::SampleMatrix centres;
   Eigen::VectorXd distances;

@@ -18,7 +18,7 @@ constexpr int kFirstDecade = -8, kLastDecade = 2;
 RidgePath::RidgePath(const Eigen::Ref<const Eigen::MatrixXd>& z, const Eigen::Ref<const Eigen::VectorXd>& y)
     : z_mean_(z.colwise().mean()), y_mean_(y.mean()), samples_(static_cast<double>(z.rows())) {
   assert(z.rows() > 0 && z.cols() > 0 && z.rows() == y.size());
-  // The triangle of a QR has the same singular values as the whole matrix and is much smaller.
+  // The triangle of a QR decomposition has the same singular values as the whole matrix and is much smaller.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(z.rowwise() - z_mean_);
   const Eigen::Index rank = std::min(z.rows(), z.cols());
   const Eigen::MatrixXd triangle = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();

@@ -19,7 +19,7 @@ Eigen::MatrixXd matrix_root(const Eigen::Ref<const Eigen::MatrixXd>& covariance)
   return eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
-/// Relative length below which a direction is rounding error of dependent terms.
+/// Relative length below which a direction consists of rounding errors of dependent terms.
 constexpr double kRelative = 1e-9;
 
 }  // namespace
@@ -30,7 +30,7 @@ PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const
   assert(z.rows() == y.size() && covariance.rows() == inputs && covariance.cols() == inputs);
   const Eigen::RowVectorXd z_mean = z.colwise().mean();
   const double y_mean = y.mean();
-  // The triangle of a QR determines the weights as all samples do and is much smaller.
+  // The triangle of a QR decomposition determines the same weights as all samples and is much smaller.
   const Eigen::HouseholderQR<Eigen::MatrixXd> samples(z.rowwise() - z_mean);
   const Eigen::Index kept = std::min(z.rows(), inputs);
   const Eigen::VectorXd rotated = samples.householderQ().transpose() * (y.array() - y_mean).matrix();

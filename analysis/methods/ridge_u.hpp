@@ -27,8 +27,8 @@ struct PenalisedPlane {
 
 /// Minimises ‖y − Zw − b‖² + n wᵀCw without a penalty on b. Uses an orthogonal decomposition of the rows of Z stacked
 /// on those of √(nC), which avoids squaring the condition number. C is symmetric and positive semidefinite. In
-/// directions that neither C nor Z determines above rounding errors, w has the shortest length. An input clamped at the
-/// end of its range then has little effect.
+/// directions that are determined only to rounding errors by both C and Z, w has the shortest length. An input clamped
+/// at the end of its range then has little effect.
 [[nodiscard]] PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z,
                                              const Eigen::Ref<const Eigen::VectorXd>& y,
                                              const Eigen::Ref<const Eigen::MatrixXd>& covariance);

@@ -13,8 +13,8 @@ namespace {
 
 using Subset = std::vector<Eigen::Index>;
 
-/// Regressions on subsets of the centred inputs. They use the triangle of one QR of [X y], in which a regression costs
-/// p³ instead of np².
+/// Regressions on subsets of the centred inputs. They use the triangle R of one QR decomposition of [X y]. A regression
+/// on R costs p³ operations instead of np².
 class Subsets {
  public:
   Subsets(const data::SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
@@ -59,7 +59,7 @@ Subset without(Subset subset, std::size_t position) {
   return subset;
 }
 
-/// Adds the best input if its F is large enough. Returns whether it did.
+/// Adds the best input if its F is large enough. Returns whether an input was added.
 bool add_best(const Subsets& regression, Subset& subset) {
   const double before = regression.residual(subset);
   double best = kFToEnter;
@@ -77,7 +77,7 @@ bool add_best(const Subsets& regression, Subset& subset) {
   return chosen >= 0;
 }
 
-/// Drops the worst input if its F is small enough. Returns whether it did.
+/// Drops the worst input if its F is small enough. Returns whether an input was dropped.
 bool drop_worst(const Subsets& regression, Subset& subset) {
   const double before = regression.residual(subset);
   double least = kFToRemove;
@@ -99,7 +99,8 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
   if (const auto sound = check_set(set, 3); !sound) return failure(sound.error());
   const Subsets regression(set.x, set.y);
   Subset subset;
-  // Terminates: the F to enter is larger than the F to remove, so each round lowers the residual by a factor.
+  // Terminates: the F to enter is larger than the F to remove, so each round lowers the residual sum of squares by at
+  // least a constant factor.
   while (add_best(regression, subset)) {
     while (drop_worst(regression, subset)) {
     }

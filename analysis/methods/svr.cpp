@@ -38,7 +38,7 @@ Eigen::Index end_of_stretch(const data::Clusters& clusters, Eigen::Index first) 
 }
 
 // Thresholds of the quick search. Folds with more training rows than kMostQuickRows are trained on every k-th row, at
-// most kThinnedRows; all held-out rows are evaluated. The search then costs as much as for a small record.
+// most kThinnedRows; all held-out rows are evaluated. The search is then as fast as for a small record.
 constexpr Eigen::Index kMostQuickRows = 2000;
 constexpr Eigen::Index kThinnedRows = 1000;
 
@@ -48,7 +48,8 @@ Eigen::Index thinning_factor(const std::vector<svm::TuningFold>& folds) {
   return most <= kMostQuickRows ? 1 : (most + kThinnedRows - 1) / kThinnedRows;
 }
 
-// Keeps every k-th row, by its number in the data set if known, so that folds keep their common rows.
+// Keeps every k-th row of the fold. Row numbers in the data set are used if known; rows that two folds share are then
+// kept in both or in neither.
 void keep_every(Eigen::Index kth, svm::TuningFold& fold) {
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < fold.train_y.size(); ++i) {
@@ -62,7 +63,7 @@ void keep_every(Eigen::Index kth, svm::TuningFold& fold) {
   fold.train_rows = std::move(kept);
 }
 
-/// Solves to the tighter gap of the options if possible, else to the common one. Fails as solve_svr does.
+/// Solves to the tight gap of the options if possible, otherwise to the normal gap. Fails as solve_svr does.
 Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
                                        const svm::SvrParameters& parameters, const MethodOptions& options) {
   svm::KernelMemory memory;
@@ -76,7 +77,7 @@ Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, cons
   return solve_svr(samples, memory, y, parameters, common);
 }
 
-/// Plane, and the RMS of its residual over its training rows as the unit.
+/// Plane, and the unit of its residual: the RMS of the residual over the training rows.
 struct PlaneResidual {
   PenalisedPlane plane;
   double unit{};
@@ -102,7 +103,7 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
     for (svm::TuningFold& fold : unnamed) keep_every(kth, fold);
   auto tuned = tune_svr(unnamed, options.tuning, progress);
   if (!tuned) return failure(tuned.error());
-  // Keeps the total weight of all losses relative to the norm.
+  // Keeps the total weight of the losses relative to the norm term of the objective.
   tuned->best.C /= static_cast<double>(kth);
   if (auto& rule = tuned->one_standard_error) rule->best.C /= static_cast<double>(kth);
   if (kth > 1) tuned->warnings.push_back(fmt::format("the quick search learnt from one row in {} of its folds", kth));

@@ -10,7 +10,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-/// Returns a position in octaves, ordered so that a lower value is simpler: C keeps its sign, σ and ε are negated.
+/// Returns a position in whole octaves. A lower value is simpler: log2 C keeps its sign, log2 σ and log2 ε are negated.
 std::vector<double> complexity(const JudgedPosition& judged) {
   std::vector<double> octaves;
   for (std::size_t k = 0; k < judged.position.size(); ++k) {

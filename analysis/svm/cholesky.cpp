@@ -12,7 +12,7 @@ namespace gyrotherm::svm {
 
 namespace {
 
-// The recursion halves the matrix down to leaves of this order. All work above the leaves is matrix products.
+// The recursion halves the matrix down to leaves of this order. All work above the leaves consists of matrix products.
 constexpr Eigen::Index kLeaf = 24;
 
 // A product C −= A Bᵀ runs in tiles of 8 × 6. Their sums fit in registers on both AVX2 and AVX-512. A is packed in
@@ -88,8 +88,8 @@ void subtract_tile(const double* a, const double* b, Eigen::Index depth, double*
   }
 }
 
-// Computes the same for kStrips whole tiles below each other, to use all registers of AVX-512. The order of each sum is
-// that of subtract_tile.
+// Computes the same for kStrips whole tiles below each other, to use all registers of AVX-512. Adds the terms of each
+// sum in the same order as subtract_tile.
 GYROTHERM_CLONES
 void subtract_tiles(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride) {
   DoubleLanes sum[kStrips][kTileColumns] = {};
@@ -118,7 +118,8 @@ bool has_many_registers() {
 #endif
 }
 
-// Computes C −= A Bᵀ with C rows × columns. Part::lower skips tiles that are entirely above the diagonal.
+// Computes C −= A Bᵀ, where C has `rows` rows and `columns` columns. Part::lower skips tiles that are entirely above
+// the diagonal.
 void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index columns, Eigen::Index depth, Part part,
                       Packed& packed) {
   const bool in_strips = has_many_registers();
@@ -172,7 +173,7 @@ void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index
   }
 }
 
-// Returns half of n, rounded up to whole tiles so that the strips of the products are full.
+// Returns half of n, rounded up to whole tiles. All strips of the products are then full.
 Eigen::Index half(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
 
 void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, Packed& packed) {
@@ -237,8 +238,7 @@ void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* 
   }
 }
 
-// Number of rows of L⁻ᵀ computed at a time. L⁻ᵀ is upper triangular, so the leading zeros of its rows from `top` on are
-// skipped.
+// Number of rows of L⁻ᵀ computed at a time. L⁻ᵀ is upper triangular, so the leading zeros of these rows are skipped.
 constexpr Eigen::Index kInverseRows = 96;
 
 // Returns a matrix as an operand for products and divisions that only read it.

@@ -53,11 +53,11 @@ struct GaussianLoops {
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx512();
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx2();
 
-// The following templates make the loops from the lanes of an instruction set. `Lanes` has
-// Line, a vector of kWidth doubles, and UnalignedLine, the same loaded from any address;
-// raise<low>(x): x[i] ← 2^x[i] for a tile of lines; unless `low`, no x is below −1000;
+// The following templates make the loops for one instruction set. Their parameter `Lanes` has these members:
+// Line: vector of kWidth doubles. UnalignedLine: the same vector at any address.
+// raise<low>(x): x[i] ← 2^x[i] for a tile of lines. Unless `low`, no x may be below −1000.
 // add_powers<low>(x, sums): sums[i] += 2^x[i].
-// Everything is inlined into its caller, so that it is compiled for the instruction set of the caller.
+// All of them are inlined and thus compiled for the instruction set of their caller.
 
 #define GYROTHERM_INLINE __attribute__((always_inline)) inline
 /// Unrolls the next loop over a tile or over lanes early. Its lines then stay in registers.
@@ -160,7 +160,7 @@ struct PlainLanes {
                                              0.24022650695908768,
                                              0.6931471805599497,
                                              1.0};
-  // Adding this to a number below 2^51 leaves the number, rounded to an integer, in the low bits of the sum.
+  // Adding this constant to a number below 2^51 leaves the number, rounded to an integer, in the low bits of the sum.
   static constexpr double kRounder = 6755399441055744.0;
   static constexpr double kSmallestExponent = -1000;
   static constexpr int kMantissaBits = 52;

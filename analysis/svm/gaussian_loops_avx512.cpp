@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Compiled for AVX-512 (see CMakeLists.txt). Includes nothing that other object files of the program also compile.
+// SPDX-License-Identifier: Apache-2.0 Compiled for AVX-512 (see CMakeLists.txt). Must not include code that other
+// object files of the program also compile.
 #include "analysis/svm/gaussian_loops.hpp"
 
 #ifdef __AVX512DQ__
@@ -36,7 +36,7 @@ constexpr double kPower[] = {0.00015740594022796908,
                              0.24022650696190864,
                              0.6931471805599344,
                              1.0};
-// Adding this with rounding down leaves the sixteenths of a number in the low bits of the sum.
+// Adding this constant to a number, rounding down, leaves the number of sixteenths in the low bits of the sum.
 constexpr double kSixteenths = 6755399441055744.0 / 16;
 // Mask of all lanes. (GCC 12 warns about the forms without a mask.)
 constexpr __mmask8 kAll = 0xff;

@@ -17,8 +17,8 @@
 namespace gyrotherm::svm {
 namespace {
 
-// Exponents of 2. Weights below the first, relative to the largest weight, are dropped. Unused lanes of a block have
-// the second.
+// Exponents of 2. Weights below 2^kSmallestWeight of the largest weight are dropped. Unused lanes of a block have the
+// exponent kNothing.
 constexpr double kSmallestWeight = -400;
 constexpr double kNothing = -900;
 // Number of points processed together in scratch memory.
@@ -81,8 +81,9 @@ const GaussianLoops& gaussian_loops() {
   return best;
 }
 
-// State of kPointsTogether points: the columns ‖u‖², u of each dimension, and the distance from the space of the
-// centres; flags for points near enough for products; the sums of each loop.
+// State of kPointsTogether points. `columns` contains ‖u‖², each dimension of u, and the distance from the space of the
+// centres. `near` flags the points that are near enough for products. The last two arrays are the sums of the two
+// loops.
 struct GaussianSum::PointState {
   PointState(Eigen::Index inputs, Eigen::Index rank)
       : columns(Columns::Zero(kPointsTogether, rank + 2)), outside(Columns::Zero(kPointsTogether, inputs)) {}
@@ -201,8 +202,8 @@ void GaussianSum::pack_nothing(Eigen::Index slot) {
   difference[kGaussianBlock] = scale_;
 }
 
-// Evaluates each tile with the loops that its points require, or with both if they differ. The result for a point thus
-// never depends on the other points.
+// Evaluates each tile with the loop that its points require, or with both loops if the points differ in this. The
+// result for a point thus never depends on the other points.
 void GaussianSum::add(const GaussianLoops& loops, PointState& state) const {
   const Eigen::Index together =
       std::max<Eigen::Index>(1, kGaussianBytes / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
@@ -249,14 +250,14 @@ Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, co
 
 namespace {
 
-// Group size divisible by both tiles and blocks. Each pair of two groups is computed once.
+// Number of points per group, a multiple of the tile and of the block. Each pair of groups is computed once.
 constexpr Eigen::Index kGroup = std::lcm(kGaussianTile, kGaussianBlock);
 constexpr Eigen::Index kGroupBlocks = kGroup / kGaussianBlock;
 
 Eigen::Index count_groups(Eigen::Index count) { return (count + kGroup - 1) / kGroup; }
 
-// Returns the support in blocks of alternating sign to keep the sums small, because the positive and negative β of a
-// support vector machine cancel.
+// Returns the indices of the non-zero β, ordered in blocks of alternating sign. The positive and negative β of a
+// support vector machine cancel, so this order keeps the sums small.
 std::vector<Eigen::Index> balanced(const Eigen::VectorXd& beta) {
   std::vector<Eigen::Index> positive, negative, order;
   for (Eigen::Index i = 0; i < beta.size(); ++i)
@@ -275,9 +276,9 @@ std::vector<Eigen::Index> balanced(const Eigen::VectorXd& beta) {
   return order;
 }
 
-// Response computed by pairs. With e = ‖x‖²/(2σ²) about the mean, in powers of 2, a Gaussian is 2^−e_i · 2^−e_j ·
-// 2^(x_i·x_j/σ²). The first two factors are applied to the weights and to the sums; only the last is computed per pair.
-// Samples with β ≠ 0 come first, in groups of their own. An unused entry of a group has the weight 0.
+// Response computed by pairs. With x about the mean and e = log₂e ‖x‖²/(2σ²), a Gaussian is 2^−e_i · 2^−e_j · 2^(log₂e
+// x_i·x_j/σ²). The first two factors are applied to the weights and to the sums; only the third is computed per pair.
+// Samples with β ≠ 0 come first and have separate groups. The weight of an unused entry of a group is 0.
 class Pairs {
  public:
   Pairs(const Eigen::MatrixXd& centred, double scale, const Eigen::VectorXd& beta)
@@ -331,8 +332,8 @@ class Pairs {
     return at < support_ ? at : support_groups_ * kGroup + at - support_;
   }
 
-  // Adds the blocks from `first` to `end` at the points of a group. Processes as many blocks at once as fit in the
-  // nearest cache.
+  // Adds the blocks from `first` to `end` at the points of a group. Processes as many blocks per pass as fit in the
+  // first-level cache.
   void add(GaussianLoops::PairLoop* loop, Eigen::Index group, Eigen::Index first, Eigen::Index end) {
     const auto bytes = block_size() * static_cast<Eigen::Index>(sizeof(double));
     const Eigen::Index together = std::max<Eigen::Index>(1, kGaussianBytes / bytes);

@@ -10,7 +10,8 @@
 namespace gyrotherm::svm {
 namespace {
 
-// Computes out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` samples. Input k of all samples begins at x + k stride.
+// Computes out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` samples. The values of input k for all samples begin at x
+// + k · stride.
 template <class Lanes, class Real>
 [[gnu::always_inline]] inline void make(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
                                         Real scale, int count, Real* out) {

@@ -70,7 +70,7 @@ struct Exponential<float> {
 
 /// Computes x ← exp(x), x ≤ 0, for a number or for each lane of a line, as exp(x) = 2^k exp(r) with k the integer
 /// nearest to x/ln 2 and |r| ≤ ln 2/2. The function is inlined, so the hot loops of each processor generation contain
-/// their own version. `Integers` has the size and the number of lanes of x. In double precision the relative error is
+/// their own version. `Integers` has the same size and number of lanes as x. In double precision the relative error is
 /// below 4e-16, the result is 0 below −708, and exp(0) is exactly 1. In single precision the relative error is below
 /// 3e-7 and the result is 0 below −87.
 template <class Real, class Integers, class Numbers>

@@ -14,20 +14,20 @@ namespace {
 constexpr int kStepsPerCentre = 25;
 constexpr int kLineSearchSteps = 12;
 constexpr double kRetreat = 0.2;  // factor of σ
-// After this many steps shorter than kShort, the proximal step is too long.
+// The proximal step is too long if this many of its Newton steps were shorter than kShort.
 constexpr int kShortSteps = 5;
 constexpr double kShort = 0.02;
-// Tolerance, in C, for the agreement of β̃ and β(r). Rounding moves points back and forth between two pieces.
+// Tolerance, in C, for the agreement of β̃ and β(r). Rounding errors can move points back and forth between two pieces.
 constexpr double kAgreement = 1e-10;
 
-// Limit of further centres after the first one that reached the requested gap.
+// Maximum number of further centres after the first centre that reached the required gap.
 constexpr int kFurtherCentres = 2;
 
 enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
 
 bool is_on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
 
-// Returns the growth of σ. It is larger after a proximal step that took few Newton steps.
+// Returns the growth factor of σ, which is larger after a proximal step with few Newton steps.
 double growth(int steps) {
   if (steps <= 4) return 8;
   return steps <= 10 ? 2.8 : 1.3;
@@ -44,7 +44,7 @@ class Newton {
   [[nodiscard]] Eigen::ArrayXd residual() const { return problem_.y - response_ - Eigen::VectorXd::Constant(n_, b_); }
   [[nodiscard]] Piece find_piece(Eigen::Index i, double residual) const;
 
-  // Performs one proximal step. Returns false if the step should be shorter.
+  // Performs one proximal step. Returns false if σ should be reduced.
   bool minimise();
   bool solve_pieces(const Eigen::ArrayXd& residual);
   bool solve_slope(Eigen::VectorXd& moved);
@@ -126,8 +126,8 @@ bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
   return true;
 }
 
-// Solves the rows of F: (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃, where the other points are already moved, and
-// Σ(β̃ + Δ) = 0.
+// Solves the rows of F, (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃ and Σ(β̃ + Δ) = 0. Here β̃ already includes the
+// moves of all other points.
 bool Newton::solve_slope(Eigen::VectorXd& moved) {
   const auto count = static_cast<Eigen::Index>(slope_.size());
   if (system_.rows() < count) system_.resize(count + count / 4, count + count / 4);
@@ -185,7 +185,7 @@ double Newton::line_search() const {
   return step;
 }
 
-// Returns whether every point stayed on its piece, or β̃ and β(r) agree.
+// Returns whether a full step left every point on its piece, or β̃ and β(r) agree.
 bool Newton::is_settled(double step) const {
   const Eigen::ArrayXd r = residual();
   bool same = step == 1;
@@ -209,8 +209,8 @@ bool Newton::minimise() {
   return false;
 }
 
-// Makes the solution the new centre. Points on flat pieces are set exactly; the rounding error of the sum is spread
-// over the others.
+// Makes the solution the new centre. Points on flat pieces get their exact values; the rounding error of the sum is
+// spread over the other points.
 void Newton::take_centre() {
   const Eigen::ArrayXd r = residual();
   const Eigen::ArrayXd shrunk = shrink(r);
@@ -234,8 +234,8 @@ void Newton::retreat() {
   sigma_ *= kRetreat;
 }
 
-// Keeps the present centre if it is the best so far. A gap that would end the search is checked with a freshly computed
-// response.
+// Keeps the present centre if it is the best so far. If the gap reaches the required one, computes it again from a
+// newly computed response.
 void Newton::keep_if_best() {
   SvrPoint point{centre_, best_offset(problem_, response_)};
   double gap = certify(problem_, point, response_).relative_gap;

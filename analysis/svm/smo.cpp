@@ -25,7 +25,7 @@ bool leaves_range(const double* part, const double* beta, const double* low, con
   return passing > 0;
 }
 
-// Slope that no step may climb: β_i is at its bound, or i is padding.
+// Slope that keeps β_i from crossing its bound, and padding from moving.
 constexpr float kWall = 1e30F;
 constexpr float kLeastCurvature = 1e-12F;
 // Smallest curvature of a conjugate direction, as a fraction of the curvature of the pair's own direction.
@@ -66,7 +66,7 @@ template <class Step>
   });
 }
 
-// Arrays of a state that each step traverses. `count` is a multiple of two lines of lanes.
+// Arrays that each step traverses. `count` is a multiple of 2 · kFloatLanes.
 struct StateLines {
   float* h;
   float* response;
@@ -75,8 +75,8 @@ struct StateLines {
 };
 
 // Makes the step of a pair with the rows `up` and `down` of K: response = up − down + kept · response, h −= length ·
-// response. Returns the largest u = h − rise of the new h. The structures are passed by value, so that stores to an
-// array cannot change them.
+// response. Returns the largest u = h − rise of the new h. The structures are passed by value; the compiler then knows
+// that stores to an array do not change them.
 GYROTHERM_CLONES
 SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep step) {
   FloatLanes best[2] = {FloatLanes{} - kWall, FloatLanes{} - kWall};
@@ -150,8 +150,8 @@ SmoPartner choose_partner(const float* row, const float* h, const float* fall, f
   return {.least_slope = least[0][0], .index = best[0].where[0]};
 }
 
-// Returns the distance by which β_i may rise and β_j fall together. The decrease per unit is initially `slack`. It
-// falls by `curvature` per unit, and by 2ε where one of them leaves_range zero.
+// Returns the distance by which β_i may rise and β_j fall together. The decrease per unit is initially `slack`. The
+// decrease per unit shrinks by `curvature` per unit, and by 2ε where β_i or β_j passes zero.
 double pair_step(double beta_i, double beta_j, double slack, double curvature, double C, double epsilon) {
   const double room = std::min(C - beta_i, beta_j + C);
   const double whole = slack / curvature;
@@ -172,7 +172,7 @@ double pair_step(double beta_i, double beta_j, double slack, double curvature, d
 
 double decrease(double slack, double curvature, double length) { return (slack - 0.5 * curvature * length) * length; }
 
-// Number of points in a working set. Its rows take one megabyte.
+// Number of points in a working set. The rows of a set take 1 MiB.
 constexpr int kWorkingSet = 512;
 // Problems up to this size use all points as their working set.
 constexpr int kSmall = 640;
@@ -229,7 +229,7 @@ class Decomposition {
   std::vector<int> order_;
   std::vector<int> set_;
   std::vector<int> next_;
-  // Rows of the working set, restricted to the set, where has_row_.
+  // Kernel rows of the points in the working set, restricted to the set. Row p is valid if has_row_[p] is set.
   std::vector<float> rows_;
   std::vector<char> has_row_;
   SmoState block_;
@@ -429,7 +429,7 @@ SmoPartner SmoState::find_partner(const SmoSteepest& first, const float* row) co
   return choose_partner(row, h_.data(), fall_.data(), first.slope, stride_);
 }
 
-// Returns the point with the piece of the dual that β_i is on, or enters when it leaves zero.
+// Returns the point with the range of the quadratic piece that contains β_i. If β_i is 0, `rising` selects the piece.
 SmoDirection::Point SmoState::point(int i, bool rising) const {
   const double beta = beta_[i];
   const bool above = beta > 0 || (beta == 0 && rising);
@@ -462,7 +462,8 @@ std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
   return SmoStep{.length = static_cast<float>(length.units), .kept = static_cast<float>(share)};
 }
 
-// Moves the pair alone, through zeros. Starts conjugacy if no bound or kink stopped it.
+// Moves only the pair, through zeros if necessary. Starts a sequence of conjugate steps if the step met no bound or
+// kink.
 SmoStep SmoState::step_alone(const SmoPair& pair) {
   direction_.clear();
   const double beta_i = beta_[pair.i], beta_j = beta_[pair.j];
@@ -499,7 +500,7 @@ Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int mo
   }
   const auto kernel_row = [&](int i) { return problem.kernel.row(i); };
   const bool small = n <= kSmall;
-  // Few points move from a given start, so a working set is chosen at once.
+  // Few points move from a given start, so a working set is chosen immediately.
   const int all_iterations = small ? most : start == nullptr ? std::min(most, n) : 0;
   SmoRun run = all.run(kernel_row, tolerance, 0, all_iterations);
   if (!small && run.violation > tolerance) Decomposition(problem, all).run(tolerance, most, run);

@@ -21,14 +21,15 @@ namespace {
 
 // KKT violation at which SMO stops, in standard deviations of the target. Most such solutions have a gap below 1e-3.
 constexpr double kSmoTolerance = 1e-3;
-// Iteration limits per point. Beyond them Newton steps are faster, for small trainings sooner.
+// Iteration limits of SMO per point. After that many iterations Newton steps are faster. The limit is lower for small
+// trainings.
 constexpr Eigen::Index kSmoIterationsPerPoint = 64;
 constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
 constexpr Eigen::Index kFew = 640;
 // σ/C of the first proximal step after SMO.
 constexpr double kFirstWeight = 3;
-// If C is larger than this many standard deviations of the target, solutions with a gap just below 1e-3 differ by
-// percents in held-out error. A tenth of the gap is then aimed at.
+// If C is larger than kLargeBound standard deviations of the target, the held-out errors of solutions with a gap just
+// below 1e-3 differ by several percent. The desired gap is then kAim of the required one.
 constexpr double kLargeBound = 64;
 constexpr double kAim = 0.1;
 
@@ -83,8 +84,8 @@ void add_squared_differences(const double* values, double value, Eigen::Index co
   for (Eigen::Index i = 0; i < count; ++i) sum[i] += (values[i] - value) * (values[i] - value);
 }
 
-// Computes the kernel between one position and the rows of `columns` from `first` on. Uses the differences, so equal
-// rows have distance exactly 0. `out` begins with the value for `first`.
+// Computes the kernel between one position and the rows of `columns` from `first` on. Uses the differences of the
+// coordinates, so equal rows have the distance 0 exactly. The first element of `out` is the value for row `first`.
 void fill_kernel(const Eigen::MatrixXd& columns, Eigen::Index first, const Eigen::RowVectorXd& position, double sigma,
                  double* out) {
   const Eigen::Index count = columns.rows() - first;

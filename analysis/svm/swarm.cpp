@@ -20,7 +20,8 @@ namespace {
 
 constexpr double kNothingYet = std::numeric_limits<double>::infinity();
 
-// Returns the number of threads, at most those of the machine. oneTBB prints a warning on stderr for more.
+// Returns the number of threads, at most the number that the machine provides. For a larger number oneTBB prints a
+// warning on stderr.
 int thread_count(const SwarmOptions& options) {
   const int available = tbb::info::default_concurrency();
   return options.threads == 0 ? available : std::min(options.threads, available);

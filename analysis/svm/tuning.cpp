@@ -24,8 +24,8 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-// Returns the samples of both sides of a fold, the held-out ones below, in coordinates of the space that they span
-// together.
+// Returns the training samples of a fold and below them its held-out samples, in coordinates of the space that all of
+// them span.
 SampleMatrix both_sides(const TuningFold& fold) {
   SampleMatrix both(fold.train_x.rows() + fold.test_x.rows(), fold.train_x.cols());
   both << fold.train_x, fold.test_x;
@@ -40,7 +40,7 @@ class PreparedFold {
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
-  // Training at one position, as a start for other trainings.
+  // Result of the training at one position. Can be the start for other trainings.
   struct Solved {
     // Sum over all held-out rows, in units of target_scale squared.
     double squared_error{};
@@ -68,7 +68,7 @@ class PreparedFold {
   GaussianSamples samples_;
 };
 
-// All folds, and the start of each fold from the solution of the first.
+// All folds, and the mapping from a solution of the first fold to a start of each fold.
 struct PreparedFolds {
   explicit PreparedFolds(std::span<const TuningFold> all) : folds(all.begin(), all.end()) {
     for (const TuningFold& fold : all) seeds.push_back(FoldSeed::between(all.front(), fold));
@@ -84,15 +84,15 @@ struct PreparedFolds {
 
 using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 
-// Number of threads that evaluate a position of their own. At the end of an iteration of the swarm the other threads
-// are idle.
+// Number of threads that are evaluating a position. Towards the end of an iteration of the swarm the other threads are
+// idle.
 using Workers = std::atomic<int>;
 
 // Last solution of a particle for each fold.
 using History = std::vector<std::optional<PreparedFold::Solved>>;
 
-// Greatest distance at which the last solution of a particle is a better start than the solution of another fold or
-// none.
+// Greatest distance at which the last solution of a particle is a better start than the solution of another fold or no
+// start.
 constexpr double kFarthestStart = 2;
 
 // Evaluation of one position on all folds.
@@ -106,10 +106,10 @@ class Evaluation {
         memories_(memories),
         solved_(prepared.folds.size()) {}
 
-  // Returns the contribution of each fold to the mean over all held-out rows. Continues fold by fold until the sum
-  // exceeds the limit, since it can only grow; with `all`, evaluates every fold. If threads are idle, the remaining
-  // folds run in parallel, some of them needlessly. Updates the history only for the folds up to the limit, so that
-  // neither the result nor later evaluations depend on `all` or on the threads.
+  // Returns the contribution of each fold to the mean over all held-out rows. Proceeds fold by fold and stops when the
+  // sum exceeds the limit, since further folds can only increase it. With `all`, evaluates every fold. If threads are
+  // idle, the remaining folds run in parallel, some of them needlessly. Updates the history only for the folds up to
+  // the limit, so later evaluations depend neither on `all` nor on the threads.
   Result<std::vector<double>> shares(double limit, bool all, History& history, const Workers* workers);
 
  private:
@@ -163,7 +163,7 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
 
 double sum_shares(const std::vector<double>& shares) { return std::accumulate(shares.begin(), shares.end(), 0.0); }
 
-// All positions of a search with their shares, as one_standard_error requires. Thread-safe.
+// All evaluated positions of a search with their shares. ChoiceRule::one_standard_error requires them. Thread-safe.
 class JudgedPositions {
  public:
   void add(const std::vector<double>& position, const std::vector<double>& shares) {
@@ -202,8 +202,8 @@ SvrParameters parameters_at(const std::vector<double>& position, const TuningOpt
           .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
 }
 
-// Takes the simplest position within one standard error instead of the swarm's best. Stores the best in the summary and
-// returns the position taken.
+// Applies the one-standard-error rule instead of taking the best position of the swarm. Stores the best and the chosen
+// position in the summary and returns the chosen one.
 std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
                                   const PreparedFolds& prepared, const TuningOptions& options) {
   std::vector<double> parts;
@@ -289,8 +289,8 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     return failure(FaultKind::numeric, "tuning",
                    fmt::format("none of {} positions could be certified", swarm->evaluations));
   }
-  // Computes the error of a position by trainings that do not start from another position, so that the result is
-  // reproducible. Returns the error of the search if one training misses its certificate.
+  // Computes the error of a position by trainings that do not start from the solution of another position. The result
+  // is therefore reproducible. If a training fails, returns the error found by the search.
   const auto reproducible_error = [&](const SvrParameters& parameters, double search_error) {
     History none(folds.size());
     const auto shares = Evaluation(prepared, parameters, options.svr, memories).shares(kNoLimit, true, none, &workers);

@@ -12,7 +12,8 @@
 namespace gyrotherm::svm {
 namespace {
 
-// β within this relative distance of a bound is taken to be at the bound. Scaling changes it by rounding.
+// β within this relative distance of a bound is taken to be at the bound. The scaling of a start changes β by rounding
+// errors.
 constexpr double kAtBound = 1e-12;
 // Tolerance of the sum in units of C n, stricter than that of certify().
 constexpr double kStartSumTolerance = 1e-13;

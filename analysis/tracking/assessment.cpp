@@ -60,7 +60,7 @@ double rmse_to_truth(const Denoised& denoised, const Eigen::VectorXd& truth, con
 }
 
 /// Returns the standard error of an RMSE of forecasts made in every interval. Forecasts of overlapping hours share
-/// values, so only whole hours are counted.
+/// values, so the number of independent forecasts is the number of whole hours.
 double standard_error(const RootMeanSquare& errors, Eigen::Index hour) {
   const auto whole_hours = errors.count / hour;
   return whole_hours > 0 ? errors.value() / std::sqrt(2.0 * static_cast<double>(whole_hours)) : kNothing;
@@ -110,12 +110,12 @@ double allan_deviation(const Eigen::VectorXd& rates, double interval_s, Eigen::I
   return enough ? data::allan_point(stretches, static_cast<int>(intervals)).deviation_deg_per_h : kNothing;
 }
 
-/// Returns the response of a denoiser to rates with a change minus its response to them without it.
+/// Returns the response of a denoiser to noise with a change minus its response to the noise alone.
 Eigen::VectorXd change_response(const Denoiser& denoiser, const Eigen::VectorXd& noise, const Eigen::VectorXd& change) {
   return denoiser.denoise(noise + change).bias - denoiser.denoise(noise).bias;
 }
 
-/// Scales the values by a power of 2 so that the square of the greatest is representable. Correlations are
+/// Scales the values by a power of 2, which keeps the square of the greatest value representable. Correlations are
 /// bit-identical.
 Eigen::VectorXd scale_to_unit(const Eigen::Ref<const Eigen::VectorXd>& values) {
   double greatest = 0;

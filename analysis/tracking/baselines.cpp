@@ -52,7 +52,7 @@ constexpr std::array<double, kTaps> kLow = {0.48296291314453414, 0.8365163037378
                                             -0.12940952255126037};
 constexpr std::array<double, kTaps> kHigh = {kLow[3], -kLow[2], kLow[1], -kLow[0]};
 
-/// Returns the index in `count` values for index `i` of their repeated mirror extension.
+/// Maps index `i` of the repeated mirror extension of `count` values to an index of these values.
 Eigen::Index mirrored(Eigen::Index i, Eigen::Index count) {
   const Eigen::Index there = i % (2 * count);
   return there < count ? there : 2 * count - 1 - there;

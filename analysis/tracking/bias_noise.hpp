@@ -28,8 +28,8 @@ void describe(auto& form, Like<BiasNoise> auto& noise) {
 }
 
 /// Estimates the noise of a residual bias from the Allan deviation of its cluster means over whole records including
-/// ramps. Tracking must follow both the drift of the gyro itself and the errors of the model. Pass the held-out
-/// residual; an in-sample residual does not contain the part that the fit absorbed. Only N, B and K are fitted
+/// ramps. The noise model must cover both the drift of the gyro itself and the errors of the thermal model. Pass the
+/// held-out residual; an in-sample residual does not contain the part that the fit absorbed. Only N, B and K are fitted
 /// (allan.hpp); a term that is not significant is 0. Quantisation is not fitted, because means over 100 s cannot
 /// separate it from N. The rate ramp is not fitted, because it does not continue after the record.
 ///

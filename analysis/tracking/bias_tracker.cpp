@@ -35,7 +35,7 @@ Estimate BiasTracker::now() const { return {state_.sum(), std::sqrt(covariance_.
 
 Estimate BiasTracker::forecast(int intervals) const {
   assert(intervals >= 1);
-  // Weight of the state n intervals before the end in the sum over those n intervals.
+  // Weight of a state that applies n intervals before the end, in the sum of the bias over these n intervals.
   State weight = State::Zero();
   double fresh = 0;
   for (int n = 1; n <= intervals; ++n) {

@@ -19,9 +19,9 @@ double normal(std::mt19937_64& random) {
   return radius * std::cos(2 * std::numbers::pi * uniform(random));
 }
 
-/// Returns the variance of means over Δ due to flicker noise faster than the processes: (B²/π) ∫ sin²x/x³ dx from
-/// Δ/(2τ) on. τ is the fast end of the decade of the first process and at least 0.9 Δ. The integral is ln(τ/Δ) + 3/2 −
-/// γ to 6 %.
+/// Returns the variance of means over Δ due to flicker noise that is faster than all Markov processes: (B²/π) ∫
+/// sin²x/x³ dx from Δ/(2τ) on. τ is the lower end of the decade that the fastest process covers, and at least 0.9 Δ.
+/// The integral equals ln(τ/Δ) + 3/2 − γ to within 6 %.
 double faster_flicker(double instability, double fastest_h, double interval_h) {
   constexpr double kHalfDecade = 3.1622776601683795;
   const double integral = std::log(fastest_h / kHalfDecade / interval_h) + 1.5 - std::numbers::egamma;

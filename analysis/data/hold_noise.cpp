@@ -52,9 +52,9 @@ struct Overlaps {
 };
 
 /// Returns the relative standard error of the root mean square of second differences of white noise. Differences that
-/// share two clusters have the correlation −2/3; those that share one have 1/6. The squares of two normal variables
-/// have the squared correlation. The mean of D squares thus has the relative variance (2 + 4·(4/9·P₂ + 1/36·P₁)/D)/D,
-/// and its root has half the relative error.
+/// share two clusters have the correlation −2/3; those that share one have 1/6. The correlation of the squares of two
+/// normal variables is the square of their correlation. The mean of D squares thus has the relative variance (2 +
+/// 4·(4/9·P₂ + 1/36·P₁)/D)/D, and its root has half the relative error.
 double relative_error(const Overlaps& overlaps) {
   const double d = overlaps.differences;
   return 0.5 * std::sqrt((2 + 4 * (overlaps.by_two * 4.0 / 9 + overlaps.by_one / 36.0) / d) / d);

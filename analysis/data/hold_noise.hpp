@@ -21,9 +21,9 @@ inline constexpr double kQuietSeconds = 3600;
 /// Noise floor σ of cluster means, from second differences of three neighbouring clusters in the last hour of each
 /// hold: σ² = mean[(b_{k+2} − 2b_{k+1} + b_k)²]/6. σ² is the Hadamard variance at the cluster length (NIST SP 1065).
 /// For white noise it equals the Allan variance. A drift that is steady over 300 s, as in the holds of a random
-/// program, does not affect it. Only clusters wholly inside the hold are used; the hour ends with the last of them. A
-/// record without named holds has no noise floor, because its bias may change with temperature between neighbours. Bias
-/// instability slower than some minutes does not contribute.
+/// program, does not affect it. Only clusters wholly inside the hold are used. The hour ends with the last of these
+/// clusters. A record without named holds has no noise floor, because its bias may change with temperature between
+/// neighbours. Bias instability slower than some minutes does not contribute.
 ///
 /// If pulses are counted, two neighbouring means share the quantisation error of the angle at their common boundary,
 /// q/√12 for a pulse of size q. This error contributes 2/12·q²/τ² to the variance of a mean and 20/6·q²/(12τ²) to

@@ -27,8 +27,8 @@ struct PenalisedPlane {
 
 /// Minimises ‖y − Zw − b‖² + n wᵀCw without a penalty on b. Uses an orthogonal decomposition of the rows of Z stacked
 /// on those of √(nC), which avoids squaring the condition number. C is symmetric and positive semidefinite. In
-/// directions that are determined only to rounding errors by both C and Z, w has the shortest length. An input clamped
-/// at the end of its range then has little effect.
+/// directions that neither C nor Z determines above its rounding errors, w has the least possible length. An input
+/// clamped at the end of its range then has little effect.
 [[nodiscard]] PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z,
                                              const Eigen::Ref<const Eigen::VectorXd>& y,
                                              const Eigen::Ref<const Eigen::MatrixXd>& covariance);
@@ -69,8 +69,8 @@ inline constexpr double kWidestSlope = 100;
 /// Largest number of states tried.
 inline constexpr std::size_t kMostStates = 4;
 
-/// Chooses 1 to kMostStates of the time constants of the lags in the terms. Compares all sets of that size. If no term
-/// has a lag, the model has no state, and the choice contains a warning. Fails as choose_among does.
+/// Chooses 1 to kMostStates of the time constants of the lags in the terms. Compares all such sets. If no term has a
+/// lag, the model has no state, and the choice contains a warning. Fails as choose_among does.
 [[nodiscard]] ChooseFunction choose_state_space;
 
 /// Fits the plane of fit_plane() to the terms without a lag and to the terms whose lags have a chosen time constant

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Compiled for AVX2 (see CMakeLists.txt). Must not include code that other object
-// files of the program also compile.
+// SPDX-License-Identifier: Apache-2.0
+// Compiled for AVX2 (see CMakeLists.txt). Must not include code that other object files of the program also compile.
 #include "analysis/svm/gaussian_loops.hpp"
 
 namespace gyrotherm::svm {

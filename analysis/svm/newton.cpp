@@ -126,8 +126,8 @@ bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
   return true;
 }
 
-// Solves the rows of F, (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃ and Σ(β̃ + Δ) = 0. Here β̃ already includes the
-// moves of all other points.
+// Solves the rows of F, (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃ and Σ(β̃ + Δ) = 0. In Kβ̃ and Σβ̃ all other
+// points have already moved.
 bool Newton::solve_slope(Eigen::VectorXd& moved) {
   const auto count = static_cast<Eigen::Index>(slope_.size());
   if (system_.rows() < count) system_.resize(count + count / 4, count + count / 4);

@@ -170,11 +170,12 @@ SmoRun SmoState::run(KernelRow kernel_row, double tolerance, double fraction, in
 /// Minimises the dual from the feasible `start`, or from β = 0, until the KKT violation is at most `tolerance` or
 /// `most` iterations are done.
 ///
-/// Small problems (n points, at most 640) use all points in every iteration. Larger ones do so for at most n
-/// iterations, or for none if there is a start. They then continue in working sets whose rows fit in a second-level
+/// A small problem (n ≤ 640 points) uses all points in every iteration. A larger problem does so for at most n
+/// iterations, or for none if there is a start. It then continues in working sets whose rows fit in a second-level
 /// cache, which makes an iteration much cheaper. Each working set contains the most violating points and the free
-/// points of the previous set. The points of a set are optimised; then the gradient of all points is updated. After 4n
-/// iterations this phase ends early if few points are free, because a Newton step of the caller is then cheap.
+/// points of the previous set. The points of a set are optimised; then the gradient of all points is updated. The
+/// optimisation ends early after 4n iterations if few points are free, because a Newton step of the caller is then
+/// cheap.
 [[nodiscard]] Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most,
                                            const Eigen::VectorXd* start = nullptr);
 

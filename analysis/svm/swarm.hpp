@@ -26,9 +26,9 @@ struct SwarmOptions {
   double c2 = 2.0;         ///< eq. 9
   /// Velocity limit as a fraction of each coordinate's range.
   double v_max = 0.2;
-  /// The swarm stops early after this many successive iterations with a gain below `stall_gain`.
+  /// The swarm stops early after this many successive iterations without a total gain of more than `stall_gain`.
   int stall_iterations = 10;
-  /// Smallest relative improvement of the best fitness that counts as a gain.
+  /// Relative improvement of the best fitness.
   double stall_gain = 1e-3;
   std::uint64_t seed = 1;
   /// Number of threads, 0 for all. The result does not depend on it.
@@ -83,8 +83,8 @@ void describe(auto& form, Like<SwarmOptions> auto& swarm) {
 
 /// Fitness to minimise: `fitness(particle, position, limit)`. Once the value is certain to exceed `limit`, the fitness
 /// of the particle's best position so far, the function may return any number above `limit`. The swarm then proceeds
-/// exactly as with the full value, because it only compares the value with `limit`. It is called from several threads,
-/// for one particle by one thread at a time and in the order of its iterations.
+/// exactly as with the full value, because it only compares the value with `limit`. The function is called from several
+/// threads. The calls for one particle come one at a time, in the order of the iterations.
 using Fitness = std::function<Result<double>(std::size_t particle, const std::vector<double>& position, double limit)>;
 
 /// Minimises the fitness over the box. A position with an infinite or NaN fitness never becomes a best position.

@@ -25,27 +25,29 @@ inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen:
 /// The direction of the sum is uniform and carries no information, so its length r is a Markov chain (Crosier,
 /// Technometrics 30 (1988) 291): before the slack is subtracted, its square is noncentral χ²_p with λ = r². The run
 /// length from r is L(r) = 1 + P(0 | r) L(0) + ∫₀ʰ f(x | r) L(x) dx, Page's integral equation (Biometrika 41 (1954)
-/// 100), which is solved at the Gauss-Legendre nodes (Nyström's method). P(0 | r) is the complement of the alarm
-/// probability and the nodes' own sum, so that the alarm probability, the decisive quantity, is exact at each node.
-/// Three nodes per step of the limit and 24 more give about eight digits for a run of a million steps.
+/// 100), which is solved at the Gauss-Legendre nodes (Nyström's method). P(0 | r) is computed as 1 minus the alarm
+/// probability minus the sum over the nodes. The alarm probability, on which the result depends most, is therefore
+/// exact at each node. A rule with 24 nodes, plus three per unit of the limit, gives about eight digits for a run
+/// length of a million steps.
 [[nodiscard]] double average_run_length(int dimension, double slack, double limit);
 
 /// Returns the limit with this average run length (above 1, at most 1e9), with a relative error of 1e-7, by false
 /// position in the Illinois form (Dowell and Jarratt, BIT 11 (1971) 168) on the logarithm of the run length, which is
-/// nearly linear. The limit is nearly 0 if the slack alone makes runs that long.
+/// nearly linear. The limit is nearly 0 if the slack alone makes the runs that long.
 [[nodiscard]] double limit_for_run_length(int dimension, double slack, double run_length);
 
-/// Smallest number of vectors: ten hours of 100 s.
+/// Smallest number of healthy vectors: ten hours of 100 s clusters.
 inline constexpr Eigen::Index kFewestHealthy = 360;
 
-/// Returns the limit at which the sum of ChangeDetector has this average run length over vectors like the healthy ones,
-/// one column each in the order of time, all finite. The errors of a model last for up to half an hour, in which small
-/// means add up; this, and not the variance of single vectors, makes alarms more frequent than those of white vectors.
+/// Returns the limit at which the sum of ChangeDetector has this average run length for vectors like the healthy ones.
+/// `healthy` has one column per vector in time order, all finite. The errors of a model are correlated over up to half
+/// an hour, and small means add up during that time. This correlation, rather than the variance of single vectors,
+/// makes alarms more frequent than with white vectors.
 ///
-/// The run length is that of blocks of one hour drawn from the record with a fixed seed (circular block bootstrap,
-/// Politis and Romano, 1992). A record cannot show runs longer than itself. For longer runs the limit is that of white
-/// vectors with the one standard deviation s that explains the limit found at the record's own length: s h(k/s), with h
-/// from limit_for_run_length().
+/// The run length is measured on sequences of one-hour blocks drawn from the record with a fixed seed (circular block
+/// bootstrap, Politis and Romano, 1992). A record cannot show runs longer than itself. For longer runs the limit is
+/// that of white vectors with a standard deviation s: s h(k/s), with h from limit_for_run_length(). s is chosen so that
+/// this formula gives the limit measured at the record's own length.
 ///
 /// The limit is never below that of white vectors. Returns no value for fewer than 360 vectors. `slack` and
 /// `run_length` are as for limit_for_run_length().
@@ -68,29 +70,30 @@ struct Change {
   int steps{};
   /// Mean of the vectors since then.
   Eigen::VectorXd mean;
-  /// Returns √steps · mean for isolate(), which gives its direction and √steps times the size of the fault. Its length
-  /// is not distributed as that of N(0, I), because the start was chosen to maximise it.
+  /// Returns √steps · mean for isolate(), which then returns √steps times the size of the fault. The length of this
+  /// vector is not distributed like that of an N(0, I) vector, because the start was chosen to maximise it.
   [[nodiscard]] Eigen::VectorXd root_sum() const { return std::sqrt(static_cast<double>(steps)) * mean; }
 };
 
 /// Crosier's multivariate cumulative sum (Technometrics 30 (1988) 291): S ← (S + x)(1 − k/|S + x|), or 0 if |S + x| is
-/// at most k. An alarm occurs when |S| exceeds h; the sum then restarts. The slack k is half of the shift that it is
-/// designed for, and h is computed from the rate of false alarms by the exact run length of the chain: they occur at
-/// the stated rate, not below a bound. A change is detected after about h/(shift − k) steps. Its beginning is estimated
-/// from the last 8 h/k vectors: the most likely start maximises the square of their sum divided by their number
-/// (Hinkley, Biometrika 57 (1970) 1); the sum itself does not help, since it is rarely 0 in more than one dimension.
+/// at most k. An alarm occurs when |S| exceeds h; the sum then restarts. The slack k is half of the shift that the sum
+/// is designed for. h is computed from the rate of false alarms by the exact run length of the chain, so false alarms
+/// occur at the stated rate and not merely below a bound. A change is detected after about h/(shift − k) steps. Its
+/// beginning is estimated from the last 8 h/k vectors: the most likely start maximises the square of their sum divided
+/// by their number (Hinkley, Biometrika 57 (1970) 1); the sum itself does not help, since it is rarely 0 in more than
+/// one dimension.
 ///
-/// Without a change the vectors must be independent and N(0, I): parity or departures of single seconds, less a known
-/// or tracked bias (the innovations of tracking::BiasTracker are white). limit_of_healthy() computes the limit for
-/// other vectors. A mean that differs from 0 by less than the slack does not add up to an alarm, but makes alarms more
-/// frequent.
+/// Without a change the vectors must be independent and N(0, I), for example parity vectors or departures of single
+/// seconds from which a known or tracked bias was subtracted (the innovations of tracking::BiasTracker are white).
+/// limit_of_healthy() computes the limit for other vectors. A mean that differs from 0 by less than the slack does not
+/// add up to an alarm, but makes alarms more frequent.
 class ChangeDetector {
  public:
   /// Fails with usage if a number is not above 0, or if false alarms are more than 1e9 or fewer than ten steps apart.
   [[nodiscard]] static Result<ChangeDetector> make(const ChangeOptions& options);
 
-  /// Takes the next vector of p components; ignores one that is not finite. Returns a change if this vector causes an
-  /// alarm.
+  /// Adds the next vector of p components to the sum; ignores a vector that is not finite. Returns a change if this
+  /// vector causes an alarm.
   std::optional<Change> push(const Eigen::Ref<const Eigen::VectorXd>& vector);
 
   /// Returns a new detector with this limit, which must be above 0.

@@ -14,7 +14,7 @@ namespace gyrotherm::fusion {
 /// A vector that is N(0, I) without a fault, and N(b f_i, I) if candidate i has a fault of unknown size b.
 struct FaultTest {
   std::vector<std::string> candidates;
-  /// f_i, one column per candidate: the effect of its fault of one unit on the vector.
+  /// f_i, one column per candidate: the effect of a fault of one unit on the vector.
   Eigen::MatrixXd effects;
   [[nodiscard]] int freedom() const { return static_cast<int>(effects.rows()); }
 };
@@ -22,24 +22,24 @@ struct FaultTest {
 struct TestOptions {
   /// Probability of a false alarm of one test, between 0 and 1.
   double false_alarm_probability = 1e-6;
-  /// Lead that the best explanation must have over the next to be accepted, in units of −2 ln likelihood: 6 is a
+  /// Margin by which the best explanation must exceed the next to be accepted, in units of −2 ln likelihood: 6 is a
   /// likelihood ratio of 20.
   double margin = 6;
 };
 
 /// Isolation of the faulty candidate by one vector.
 struct Isolation {
-  /// The faulty candidate, if it alone explains the vector and has no rival.
+  /// The faulty candidate, if its fault alone explains the vector and it has no rival.
   std::optional<Eigen::Index> candidate{};
-  /// The candidate that explains most.
+  /// The candidate whose fault explains most of the statistic.
   Eigen::Index likeliest{};
-  /// Other candidates within the margin, which the vector cannot distinguish from it.
+  /// Other candidates within the margin, which the vector cannot distinguish from the likeliest one.
   std::vector<Eigen::Index> rivals{};
-  /// Lead of the likeliest candidate over the next.
+  /// Difference between the likeliest candidate and the next, in units of −2 ln likelihood.
   double margin{};
-  /// Estimated size of its fault and the standard deviation, in the candidate's unit.
+  /// Estimated size of the likeliest candidate's fault and its standard deviation, in the candidate's unit.
   double size{}, size_std{};
-  /// Remainder of the statistic after subtracting its fault; χ² with one degree of freedom less.
+  /// Remainder of the statistic after subtracting this fault; χ² with one degree of freedom less.
   double left{};
   /// The remainder is within its limit.
   bool explains{};
@@ -60,9 +60,9 @@ struct Finding {
 /// Tests a finite vector. Detection: without a fault pᵀp is χ² with as many degrees of freedom as p has components
 /// (Sturza, Navigation 35 (1988) 483). Isolation: a fault of candidate i explains (f_iᵀp)²/|f_i|² of the statistic, the
 /// gain of the likelihood ratio in −2 ln; the candidate that explains most is the likeliest (Daly, Gai and Harrison, J.
-/// Guidance and Control 2 (1979) 9). Candidates with parallel effects explain equally much, and none of them is
-/// isolated: four axes have a parity vector of one component and permit detection, but not isolation. An empty vector
-/// permits no test, and no fault is found.
+/// Guidance and Control 2 (1979) 9). Candidates with parallel effects explain the same part, and none of them is
+/// isolated: four axes have a parity vector of one component and permit detection, but not isolation. For an empty
+/// vector no test is possible, and no fault is reported.
 [[nodiscard]] Finding examine(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector,
                               const TestOptions& options = {});
 
@@ -71,8 +71,8 @@ struct Finding {
 [[nodiscard]] std::optional<Isolation> isolate(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector,
                                                const TestOptions& options = {});
 
-/// Returns the probability that a fault of this size, in the candidate's unit, is detected: that noncentral χ² with λ =
-/// size² |f_i|² exceeds the limit (Sturza's detector operating characteristic).
+/// Returns the probability that a fault of this size, in the candidate's unit, is detected: the probability that a
+/// noncentral χ² variable with λ = size² |f_i|² exceeds the limit (Sturza's detector operating characteristic).
 [[nodiscard]] double detection_probability(const FaultTest& test, Eigen::Index candidate, double size,
                                            double false_alarm_probability);
 

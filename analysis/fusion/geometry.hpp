@@ -34,7 +34,7 @@ struct Geometry {
 };
 
 /// Greatest deviation of a direction's length from 1, and smallest permitted ratio of the least to the greatest
-/// singular value of H. Below that the axes are in one plane within the accuracy of a fixture.
+/// singular value of H. Below this ratio the axes are in one plane within the accuracy of a fixture.
 inline constexpr double kLengthTolerance = 1e-6;
 inline constexpr double kLeastSingularShare = 1e-3;
 
@@ -46,8 +46,8 @@ inline constexpr double kLeastSingularShare = 1e-3;
 /// Returns the geometry without one axis. Fails with usage if the others do not span all directions.
 [[nodiscard]] Result<Geometry> without(const Geometry& geometry, Eigen::Index axis);
 
-/// Returns the geometry of means over `count` readings, for independent errors that are white and shared errors that
-/// are constant: the independent uncertainties are divided by the root of the count. Fails like make_geometry().
+/// Returns the geometry of means over `count` readings, assuming that independent errors are white and shared errors
+/// are constant: the independent uncertainties are divided by √count. Fails like make_geometry().
 [[nodiscard]] Result<Geometry> geometry_of_means(std::vector<InputAxis> axes, int count);
 
 }  // namespace gyrotherm::fusion

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Estimation of one rate vector from many axes, and of the contradictions between the axes. Both use constant
-/// matrices, so that each second takes two matrix products.
+/// matrices, so each second needs only two matrix products.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,8 +28,8 @@ struct Gains {
 [[nodiscard]] Gains compute_gains(const Geometry& geometry);
 
 /// Computes gains with the weights of `weights`, a geometry of the same axes with another covariance. The covariance of
-/// the vector and the parity are those of `geometry`. With other weights than its own, the vector does not have the
-/// least variance in this geometry, but remains unbiased.
+/// the vector and the parity are those of `geometry`. If `weights` differs from `geometry`, the vector does not have
+/// the least variance, but remains unbiased.
 [[nodiscard]] Gains weighted_gains(const Geometry& geometry, const Geometry& weights);
 
 struct FusedRate {
@@ -43,8 +43,8 @@ inline constexpr double kLeastRedundancy = 1e-6;
 
 /// Returns the rate vector of the readings without one axis, equal to that of compute_gains(without(…)). Leaving an
 /// axis out is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p
-/// the parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if the axis is the only
-/// one in some direction: the others contain less than kLeastRedundancy of its information, |v_i|² over (C⁻¹)_ii.
+/// the parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if only this axis measures
+/// some direction, that is, if |v_i|²/(C⁻¹)_ii is below kLeastRedundancy.
 [[nodiscard]] Result<FusedRate> fuse_without(const Gains& gains,
                                              const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
                                              Eigen::Index axis);

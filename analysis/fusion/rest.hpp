@@ -14,14 +14,14 @@ namespace gyrotherm::fusion {
 
 /// Attitude of the fixture and its standard uncertainties.
 struct Attitude {
-  /// Rotation from the fixture to north, east, down.
+  /// Rotation from the axes of the fixture to north, east, down.
   Eigen::Matrix3d to_local = Eigen::Matrix3d::Identity();
   double tilt_std_deg{};     ///< about north, and about east
   double azimuth_std_deg{};  ///< about down
   double latitude_deg{};
   double latitude_std_deg{};
-  /// Additional covariance of the angles about north, east and down, deg², such as from the fixture's elevation and
-  /// roll.
+  /// Additional covariance of the angles about north, east and down, deg², such as that caused by the fixture's
+  /// elevation and roll.
   Eigen::Matrix3d turn_covariance_deg2 = Eigen::Matrix3d::Zero();
 };
 
@@ -57,13 +57,14 @@ struct RestEstimate {
 
 /// Solves y = H to_localᵀ exp(−[ψ×]) Ω + b + e for b and ψ. Maximises their probability by the update of the iterated
 /// Kalman filter, which is a Gauss-Newton method (Bell and Cathey, IEEE Trans. Autom. Control 38 (1993) 294); the
-/// derivative by ψ is that of the exponential map, not that at 0. Priors may be 0; such a quantity then keeps its prior
-/// value. The readings' own error e has the geometry's covariance and should be that of sufficiently long means.
+/// derivative with respect to ψ is that of the exponential map at ψ, not at 0. A prior covariance may be 0; the
+/// quantity then keeps its prior value. The error e of the readings has the covariance of `geometry`; the readings
+/// should be sufficiently long means.
 ///
-/// N axes cannot determine N biases and three angles; the priors divide the difference between them. A rotation about
-/// the Earth's axis is not observable. An uncertain latitude is treated as a further tilt about east, since both are
-/// small: their variances are added, and the estimated rotation is the sum of both. Scale factors are assumed to be
-/// exact: 10 ppm are 1.5e-4 °/h.
+/// N axes cannot determine N biases and three angles; the priors determine how a difference is divided between biases
+/// and angles. A rotation about the Earth's axis is not observable. An uncertain latitude is treated as a further tilt
+/// about east, since both are small: their variances are added, and the estimated rotation is the sum of both. Scale
+/// factors are assumed to be exact: 10 ppm are 1.5e-4 °/h.
 ///
 /// Fails with usage if a size does not match, a number is not finite, a standard deviation is negative, the latitude is
 /// outside ± 90°, or to_local is not a rotation; with numeric if the iteration does not converge.
@@ -71,7 +72,7 @@ struct RestEstimate {
                                            const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
                                            const Attitude& attitude, const BiasPrior& prior);
 
-/// Test of axes at rest for faults, also for three axes. The vector is W (y − H to_localᵀ Ω − b₀), where W whitens its
+/// Fault test of axes at rest; three axes are sufficient. The vector is W (y − H to_localᵀ Ω − b₀), where W whitens its
 /// covariance C + B + J P Jᵀ, to first order in the angles. Each axis is a candidate.
 struct RestTest {
   Eigen::MatrixXd whitening;           ///< W
@@ -101,11 +102,11 @@ struct Tilt {
 /// alignment): u² = (eᵀ Σ e)/(Ω cos φ)² + (u_tilt tan φ)², with u_tilt about north, e the direction of east in the
 /// fixture and Σ the covariance of the rate.
 ///
-/// The rate must be one at rest, with the uncertainty of the biases in its covariance; the fixture's third axis points
-/// down except for the tilt. Fails with usage if the latitude is outside ± 90° or an uncertainty of the tilt is
-/// negative. Fails with numeric if the horizontal rate is less than ten times its uncertainty towards east (as near a
-/// pole), since the first order is then not sufficient; or if it differs from Ω cos φ by more than ten times its own
-/// uncertainty and that of the tilt, since the fixture is then not at rest or not at that latitude.
+/// The rate must be measured at rest, and its covariance must include the uncertainty of the biases; the fixture's
+/// third axis points down except for the tilt. Fails with usage if the latitude is outside ± 90° or an uncertainty of
+/// the tilt is negative. Fails with numeric if the horizontal rate is less than ten times its uncertainty towards east
+/// (as near a pole), since a first-order formula is then not sufficient; or if it differs from Ω cos φ by more than ten
+/// times its own uncertainty and that of the tilt, since the fixture is then not at rest or not at that latitude.
 [[nodiscard]] Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt& tilt);
 
 }  // namespace gyrotherm::fusion

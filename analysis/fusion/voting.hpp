@@ -14,8 +14,8 @@
 
 namespace gyrotherm::fusion {
 
-/// Agreement of thermometers: W (T − mean) is N(0, I). They are on one body, whose temperatures have a few common
-/// modes; other components belong to single thermometers.
+/// Agreement of thermometers: W (T − mean) is N(0, I). The thermometers are on one body, whose temperatures have a few
+/// common modes; deviations from these modes are attributed to single thermometers.
 struct ThermometerParity {
   std::vector<std::string> names;
   Eigen::RowVectorXd mean_c;
@@ -32,12 +32,12 @@ struct ThermometerParity {
 /// tested by their own spread in the record, plus the thermometers' uncertainty since then (K, one each): W = M⁻¹ E, E
 /// the rows of the other components, M Mᵀ = E (S + diag u²) Eᵀ, S the covariance of the record (Jackson and Mudholkar,
 /// Technometrics 21 (1979) 341; isolation of the thermometer by the explained part: Dunia, Qin, Edgar and McAvoy, AIChE
-/// J. 42 (1996) 2797, and fault_test.hpp). Normality is an assumption: the remainder of a body's components is not
-/// normal, and the record should cover all conditions of use.
+/// J. 42 (1996) 2797, and fault_test.hpp). Normality is an approximation: the temperatures of a body outside its modes
+/// are not normally distributed, so the record should cover all conditions of use.
 ///
 /// At least two components must remain; otherwise no thermometer can be distinguished from another. Fails with usage if
-/// there are fewer, if the names or uncertainties do not match the columns in number, if an uncertainty is not above 0,
-/// or if there are fewer than ten rows per thermometer.
+/// fewer remain, if the names or uncertainties do not match the columns in number, if an uncertainty is not above 0, or
+/// if there are fewer than ten rows per thermometer.
 [[nodiscard]] Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen::MatrixXd>& temperature_c,
                                                                  const std::vector<std::string>& names,
                                                                  const Eigen::Ref<const Eigen::VectorXd>& uncertainty_k,
@@ -56,10 +56,10 @@ struct Voters {
 };
 
 /// Returns the joint test; its vector is that of the axes above that of the thermometers. A bias of axis i affects only
-/// the first, by W e_i. A thermometer j that reads 1 K too high makes each prediction too high by its sensitivity and
-/// affects both, by (−W s_j, W_T e_j). Among the candidates the axes are first, in °/h, then the thermometers, in K.
-/// The two parts are treated as independent: an uncertainty of thermometers that axes share is assumed to be small
-/// compared with a fault.
+/// the axes' part, by W e_i. A thermometer j that reads 1 K too high makes each prediction too high by its sensitivity
+/// to j and affects both parts, by (−W s_j, W_T e_j). The candidates are the axes, with faults in °/h, followed by the
+/// thermometers, with faults in K. The two parts are treated as independent: thermometer uncertainty that is common to
+/// several axes is assumed to be small compared with a fault.
 [[nodiscard]] FaultTest joint_test(const Voters& voters);
 
 enum class VerdictKind {
@@ -79,14 +79,14 @@ struct Verdict {
   std::string who{};
   /// Size of the fault and its standard deviation, °/h or K.
   double size{}, size_std{};
-  /// A sentence with the values that were decisive.
+  /// A sentence with the values on which the verdict is based.
   std::string reason{};
   Finding joint, of_axes, of_thermometers;
 };
 
-/// Decides by the joint test alone, so that the false-alarm probability is that of the vote and not of its parts; the
-/// parts are examined only for the reason. Four axes in motion cannot determine which of them hopped, and the verdict
-/// is then a hop without an axis; at rest they can. All numbers must be finite.
+/// Decides by the joint test alone; the false-alarm probability therefore applies to the vote as a whole. The parts are
+/// examined only for the text of the reason. With four axes in motion the test cannot determine which one hopped, and
+/// the verdict is a hop without an axis; at rest it can. All numbers must be finite.
 [[nodiscard]] Verdict vote(const Voters& voters, const Eigen::Ref<const Eigen::VectorXd>& departures_deg_per_h,
                            const Eigen::Ref<const Eigen::RowVectorXd>& temperature_c, const TestOptions& options = {});
 

@@ -19,9 +19,9 @@ enum class Source {
   angle_random_walk,
   flicker,
   rate_random_walk,
-  /// Quantisation: the first and the last pulse of a mean do not coincide with its ends.
+  /// Quantisation: the first and the last pulse of a mean do not coincide with its start and end.
   counting,
-  /// Noise that the compensation adds, √Σ(c_i n_i)².
+  /// Noise that the compensation adds, √Σ(c_i n_i)²: c_i is the sensitivity to thermometer i and n_i its noise.
   thermometer_noise,
   /// Held-out residual that neither noise nor hysteresis explains.
   model_form,
@@ -47,7 +47,7 @@ enum class Source {
 }
 
 /// Scale on which the error of a source varies. An error that never varies is equal in training and in use: the model
-/// has learnt it, and no run of the same rig shows it.
+/// has learnt it, and no run of the same rig can reveal it.
 enum class Differs { within_a_run, between_runs, never };
 [[nodiscard]] const char* name(Differs differs);
 [[nodiscard]] Differs differs(Source source);
@@ -76,7 +76,7 @@ struct BudgetRow {
   bool assumed{};
   /// The residual of this row was also used to choose the model's parameters.
   bool chosen_on_these_folds{};
-  /// The training has a single power-on, so that no fold can hold it out and learn from another.
+  /// The training data have a single power-on, so no fold can hold it out and learn from another one.
   bool only_start_held_out{};
 };
 
@@ -104,7 +104,7 @@ struct CombinedUncertainty {
   double expanded_deg_per_h{};  ///< U = k·u_c
 };
 
-/// Share of the errors within U.
+/// Coverage probability of U.
 inline constexpr double kCoverage = 0.95;
 
 /// Returns the degrees of freedom of a standard uncertainty u with standard error Δu: ½(u/Δu)² (GUM G.3), at least 1;
@@ -116,7 +116,8 @@ inline constexpr double kCoverage = 0.95;
 /// number (G.4.1). If no row contributes, the uncertainties are 0 and the degrees of freedom infinite.
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
 
-/// Returns the rows whose errors differ between runs or within a run, which a run unknown to the model can show.
+/// Returns the rows whose errors differ between runs or within a run. Only these errors are observable in a run that
+/// the model has not seen.
 [[nodiscard]] std::vector<BudgetRow> differing_rows(const std::vector<BudgetRow>& rows);
 
 /// Converts a budget to means over another time: white noise changes as 1/√τ, quantisation as 1/τ, rate random walk as
@@ -132,7 +133,7 @@ struct Sensitivity {
   double greatest{};  ///< magnitude
 };
 
-/// Uncertainty of a model's compensated bias, evaluated at its training.
+/// Uncertainty of a model's compensated bias, evaluated when the model was trained.
 struct Uncertainty {
   /// Budget of a mean over 1 h.
   Budget budget;
@@ -140,9 +141,9 @@ struct Uncertainty {
   std::vector<Sensitivity> sensitivities;
   /// Noise that the compensation adds to the mean of one cluster, √Σ(c_i n_i)², °/h.
   double added_noise_deg_per_h{};
-  /// Mean of the model's own variance over its training clusters, (°/h)². The held-out residual contains it, and
-  /// therefore the model form row does. NaN if the model does not know its variance, or if the variance is a row of its
-  /// own.
+  /// Mean of the model's predictive variance over its training clusters, (°/h)². The held-out residual includes this
+  /// variance, and so does the model form row. NaN if the model has no predictive variance, or if the budget has a
+  /// separate row for it.
   double variance_in_training = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -150,8 +151,8 @@ struct Uncertainty {
 [[nodiscard]] CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s);
 
 /// Returns the variance to be added to a mean whose worst input is outside its trained range by `excess` times that
-/// range, in units of the model form variance: 3((1 + 2·excess)² − 1). It assumes an error that is linear over the
-/// range, has the mean square of the model form there and continues outside.
+/// range, in units of the model form variance: 3((1 + 2·excess)² − 1). The formula assumes an error that is linear in
+/// the input, inside and outside the range, and that has the mean square of the model form inside.
 [[nodiscard]] double widening(double excess);
 
 /// Returns the variance of the model form in a budget, (°/h)². widening() is a multiple of it.

@@ -43,7 +43,7 @@ using CPlaceholders = std::map<std::string, std::string, std::less<>>;
 /// Returns "static const double NAME[rows][columns] = {…};", a line per row.
 [[nodiscard]] std::string c_table(std::string_view name, const Eigen::Ref<const data::SampleMatrix>& values);
 
-/// Returns the text for use inside a block comment: on one line, without comment delimiters and trigraphs.
+/// Returns the text for use inside a block comment: on one line, without comment delimiters or trigraphs.
 [[nodiscard]] std::string c_comment(std::string_view text);
 
 }  // namespace gyrotherm::model

@@ -17,9 +17,9 @@
 
 namespace gyrotherm::model {
 
-/// A value and its standard uncertainty, k = 1, from the record's own noise alone (type A); NaN: unknown. The degrees
-/// of freedom belong to u: for a mean the effective number of values less one, for a combination of means by Welch and
-/// Satterthwaite (GUM G.4.1), and at least 1; infinite if unknown.
+/// A value and its standard uncertainty u, k = 1, from the noise of the record only (type A); NaN if unknown. The
+/// degrees of freedom are those of u: for a mean, the effective number of values minus one; for a combination of means,
+/// those of the Welch-Satterthwaite formula (GUM G.4.1). They are at least 1, and infinite if unknown.
 struct Measured {
   double value = std::numeric_limits<double>::quiet_NaN();
   double u = std::numeric_limits<double>::quiet_NaN();
@@ -42,8 +42,9 @@ void describe(auto& form, Like<BeforeAfter> auto& figures) {
   form("after", figures.after);
 }
 
-/// Minimum length of a hold that counts as stabilised in its last hour: two of the slowest time constants (46 min) of
-/// the reference simulation's gyro. A slower gyro, such as the default rig's (100 min), has not settled by then.
+/// Minimum length of a hold whose last hour is treated as stabilised: about twice the slowest time constant (46 min) of
+/// the gyro in the reference simulation. A slower gyro, such as that of the default rig (100 min), has not settled by
+/// then.
 inline constexpr double kStabilisedHoldSeconds = 5400;
 
 /// Hold bias: mean bias of the last hour of a stabilised hold, °/h.
@@ -66,8 +67,9 @@ void describe(auto& form, Like<StabilisedBias> auto& stabilised) {
   describe(form, stabilised.bias);
 }
 
-/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h, corrected by a
-/// straight line in temperature. The many clusters of a pass are correlated and count by their effective number.
+/// Mean bias while the block heats through a 10 K span minus the mean bias while it cools through the same span, °/h,
+/// corrected by a straight line in temperature. The clusters of a pass are correlated; the uncertainty uses their
+/// effective number.
 struct HysteresisPoint {
   double temperature_c{};    ///< middle of the span
   int heating{}, cooling{};  ///< clusters
@@ -81,7 +83,7 @@ void describe(auto& form, Like<HysteresisPoint> auto& point) {
   describe(form, point.width);
 }
 
-/// Hold bias less that of the record's first stabilised hold at the same set point, °/h.
+/// Hold bias minus the bias of the record's first stabilised hold at the same set point, °/h.
 struct Retrace {
   int segment{};
   double set_point_c{};
@@ -96,8 +98,8 @@ void describe(auto& form, Like<Retrace> auto& retrace) {
 
 /// Bias and Earth rate, separated by turning the unit around at one set point: r± = b ± Ω, so b is the mean of the two
 /// rates and Ω half their difference (IEEE Std 647, bias and Earth-rate tests; a scale factor error scales Ω). Means
-/// over the holds of each position cancel a steady drift if the positions alternate evenly. Other drift is in u as far
-/// as the holds of one position differ by more than their noise.
+/// over the holds of each position cancel a steady drift if the positions alternate evenly. Other drift increases u to
+/// the extent that the holds of one position differ by more than their noise.
 struct TwoPosition {
   double set_point_c{};
   int as_mounted{}, turned{};  ///< holds
@@ -121,9 +123,9 @@ void describe(auto& form, Like<TwoPosition> auto& found) {
 struct WarmUp {
   int segment{};
   double set_point_c{};
-  /// A mean over 1000 s within this distance of the final bias counts as settled, °/h; u is not given.
+  /// Greatest distance from the final bias at which a 1000 s mean counts as settled, °/h, without u.
   BeforeAfter within;
-  /// Time after which the bias remains settled; u is not given. Unknown if it settles only in the last hour.
+  /// Time after which the bias remains settled, without u. Unknown if the bias settles only in the last hour.
   BeforeAfter seconds;
 };
 
@@ -152,26 +154,26 @@ void describe(auto& form, Like<TurnOn> auto& turn_on) {
 }
 
 struct Characterisation {
-  /// Bias reference, as text. Biases of different references are not compared.
+  /// Bias reference, as text. Biases with different references are not compared.
   std::string zero;
   /// Text about the data basis.
   std::string statement;
   std::vector<StabilisedBias> stabilised;
-  /// °/h per K: slope of the hold bias with temperature, one line for each position.
+  /// Slope of the hold bias over temperature, °/h per K, common to both positions of the unit.
   BeforeAfter temperature;
-  /// °/h per K/min, in a regression with the temperature.
+  /// Sensitivity to the temperature ramp rate, °/h per K/min, from a joint regression with the temperature.
   BeforeAfter ramp;
   /// "A-D": the gradient that has the greatest correlation with the raw bias.
   std::string gradient;
-  /// °/h per K, in a regression with the temperature.
+  /// Sensitivity to this gradient, °/h per K, from a joint regression with the temperature.
   BeforeAfter of_gradient;
-  /// Points by rising temperature.
+  /// Points in ascending order of temperature.
   std::vector<HysteresisPoint> hysteresis;
   std::vector<Retrace> retrace;
   /// One row for each set point with holds in both positions.
   std::vector<TwoPosition> two_position;
-  /// Stabilised holds at the start of the record or after the unit was off, if the clusters contain their beginning.
-  /// Empty if the record has no noise floor.
+  /// One row for each stabilised hold at the start of the record or after the unit was off, if the clusters include the
+  /// beginning of the hold. Empty if the record has no noise floor.
   std::vector<WarmUp> warm_ups;
 };
 
@@ -190,18 +192,18 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 
 /// Characterises a record. `residual_deg_per_h` is the residual bias of each cluster, NaN where the model refuses.
 /// Results that the record cannot provide (no hold of 1.5 h, one temperature only, no ramp) are empty or unknown. The
-/// three sensitivities are not independent: a ramp causes a gradient. Hysteresis before compensation contains the
-/// effect of the ramp; after compensation it is the gyro's own or the model's error.
+/// three sensitivities are not independent: a ramp causes a gradient. Hysteresis before compensation includes the
+/// effect of the ramp; after compensation it is hysteresis of the gyro itself or an error of the model.
 [[nodiscard]] Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
                                             const Eigen::VectorXd& residual_deg_per_h);
 
 /// Computes the standard deviation of the biases at the ends of the warm-up holds, for three or more warm-ups at one
 /// set point, from one record or several. All records must be characterised with one model. Only biases with the same
-/// reference and position of the unit are compared; if a record's reference is the mean of its own first hold, only
-/// biases of that record are. Returns one row for each such set point, in ascending order.
+/// reference and position of the unit are compared; if a record's reference is the mean of its own first hold, its
+/// biases are compared only with each other. Returns one row for each such set point, in ascending order.
 [[nodiscard]] std::vector<TurnOn> turn_on_scatter(const std::vector<Characterisation>& records);
 
-/// Returns the widest point of a loop, before or after compensation; null if there is none.
+/// Returns the widest point of a loop; null if there is none. `which` selects the width before or after compensation.
 [[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);
 
 /// Least-squares coefficients with standard uncertainties that remain valid for correlated neighbouring residuals.

@@ -40,8 +40,8 @@ namespace gyrotherm::model {
 
 // range
 
-/// Writes "static void bound(double x[])", which moves inputs to the bounded point. Returns an empty text if the
-/// function is a plane alone.
+/// Writes "static void bound(double x[])", which moves inputs to the bounded point (see Outside). Returns an empty text
+/// if the function is only a plane.
 [[nodiscard]] std::string bounding_in_c(const Model& model);
 
 // lag
@@ -61,7 +61,7 @@ namespace gyrotherm::model {
 
 /// Known answers for the self-test of an exported model: temperatures and the model's predictions.
 struct KnownAnswers {
-  /// Means of the last cluster length and of the one before; columns are thermometers.
+  /// Means over the last cluster length and over the one before it; columns are thermometers.
   data::SampleMatrix mean_c, before_c;
   /// Lags, K; columns are the model's lags.
   data::SampleMatrix lag_k;
@@ -77,7 +77,7 @@ struct KnownAnswers {
 /// Returns the placeholders with the tables of NAME_self_test.
 [[nodiscard]] CPlaceholders self_test_placeholders(const KnownAnswers& answers);
 
-/// One part of an exported program; all texts are empty if the model does not need it.
+/// One part of an exported program; all texts are empty if the model does not need the part.
 struct CPart {
   std::string declarations;  ///< for the header
   /// Definitions for the source; they need <math.h>.
@@ -96,10 +96,10 @@ struct CPart {
 // tracking
 
 /// Writes NAME_tracker, NAME_track_start and NAME_track: RestTracker in C for this noise and means over `seconds`. It
-/// is a complete Kalman filter of four states without allocation, some hundred operations once per `seconds`. It
-/// propagates the covariance instead of using a fixed gain, because the start matters most: while a turn-on is being
-/// learnt, the gain falls from nearly 1 to a hundredth, and it rises again after the gyro has moved for hours. Fails
-/// with usage if a constant or a known answer is not finite.
+/// is a complete four-state Kalman filter without allocation, with some hundred operations once per `seconds`. It
+/// propagates the covariance instead of using a fixed gain, because the optimal gain varies: while the filter learns
+/// the turn-on bias, the gain falls from nearly 1 to about 0.01, and it rises again after hours of motion. Fails with
+/// usage if a constant or a known answer is not finite.
 [[nodiscard]] Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name);
 
 }  // namespace gyrotherm::model

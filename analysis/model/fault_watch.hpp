@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Detection of faults of axes and thermometers that a single second does not show, in consecutive means over clusters.
+/// Detection of axis and thermometer faults that are too small to be seen in a single second, from consecutive cluster
+/// means.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,11 +20,11 @@
 namespace gyrotherm::model {
 
 struct WatchOptions {
-  /// Probability for a single test: the parity of a second, a vote on a cluster.
+  /// False-alarm probability of a single test: the parity test of one second or the vote on one cluster.
   double false_alarm_probability = 1e-6;
   /// Rate of false alarms of each cumulative sum.
   double false_alarms_per_h = 1e-3;
-  /// Lead that one explanation must have over the next (fault_test.hpp).
+  /// Margin by which the best explanation must exceed the next (fault_test.hpp).
   double margin = 6;
 };
 
@@ -75,7 +76,7 @@ struct Alarm {
   double at_s{};
   /// Most likely beginning of the fault.
   double since_s{};
-  /// Time of the last alarm of the series.
+  /// Time of the last alarm that was merged into this one.
   double until_s{};
   /// Name of the axis or thermometer; empty if unknown.
   std::string who{};
@@ -96,8 +97,8 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 }
 
 /// Detects a hop of an axis in a sequence of vectors. A bias tracker per component removes slow drift; the innovations,
-/// divided by their standard deviations, are white and go through a fusion::ChangeDetector. After an alarm the trackers
-/// restart, so that a hop is reported once.
+/// divided by their standard deviations, are white and are passed to a fusion::ChangeDetector. After an alarm the
+/// trackers restart, so a hop is reported once.
 class HopWatch {
  public:
   /// `spaces` has one state space per component of a vector. `effects` has one column per candidate: the vector that a
@@ -106,13 +107,13 @@ class HopWatch {
                                              const Eigen::MatrixXd& effects,
                                              const std::vector<tracking::StateSpace>& spaces,
                                              const WatchOptions& options);
-  /// Takes the vector of the cluster that ended at `end_s`. A vector with a NaN is not tested, but the trackers'
-  /// uncertainty grows. Push NaN for a missing cluster.
+  /// Processes the vector of the cluster that ended at `end_s`. Returns an alarm if a hop is detected. A vector with a
+  /// NaN is not tested, but the uncertainty of the trackers grows. Push NaN for a missing cluster.
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
   /// Tracks the vectors of a healthy record, one row per cluster, and computes the limit of the sum from their
-  /// innovations (fusion::limit_of_healthy). The limit is unchanged if there are too few. Call it before the first
-  /// push().
+  /// innovations (fusion::limit_of_healthy). The limit is unchanged if there are too few vectors. Call it before the
+  /// first push().
   void learn_limit(const Eigen::MatrixXd& healthy);
   [[nodiscard]] SumLimit limit() const;
 
@@ -143,19 +144,20 @@ class HopWatch {
 /// All watches of a set of axes.
 class FaultWatch {
  public:
-  /// `thermometers` describes a record without faults; without it the thermometers have no vote. Axes are compared with
-  /// each other if there are four or more, and each with its own prediction if the attitude is known.
+  /// `thermometers` was learnt from a record without faults (healthy_thermometers()); without it the thermometers have
+  /// no vote. Axes are compared with each other if there are four or more, and each with its own prediction if the
+  /// attitude is known.
   [[nodiscard]] static Result<FaultWatch> make(const FusedAxes& axes, AxisSet set,
                                                const std::optional<fusion::ThermometerParity>& thermometers,
                                                double cluster_s, const WatchOptions& options);
 
-  /// Takes the means of all axes (°/h) and of all thermometers (°C) over the cluster that ended at `end_s`. Axes
-  /// outside the set are ignored. A watch reports nothing if one of its readings is missing.
+  /// Processes the means of all axes (°/h) and of all thermometers (°C) over the cluster that ended at `end_s`. Returns
+  /// the new alarms. Axes outside the set are ignored. A watch reports nothing if one of its readings is missing.
   [[nodiscard]] std::vector<Alarm> push(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
                                         double end_s);
 
-  /// Learns the limits of the cumulative sums from these rates of all axes, in the order of make(). The sum at rest
-  /// learns only if the Earth rate is known. Call it before the first push().
+  /// Learns the limits of the cumulative sums from these rates of all axes, in the order of make(). The limit of the
+  /// sum at rest is learnt only if the Earth rate is known. Call it before the first push().
   void learn_limits(const HealthyRates& healthy);
 
   [[nodiscard]] AxisSet set() const { return set_; }
@@ -168,7 +170,7 @@ class FaultWatch {
   /// Compares each axis with its own prediction if the attitude is known.
   [[nodiscard]] Result<void> watch_at_rest(const FusedAxes& axes, const fusion::Geometry& geometry,
                                            const WatchedAxes& watched);
-  /// Makes axes and thermometers the voters, unless the thermometers belong to another record.
+  /// Sets the axes and thermometers that vote. Sets none if `thermometers` has a thermometer that the axes do not have.
   void set_voters(const FusedAxes& axes, const std::vector<std::string>& names,
                   const fusion::ThermometerParity& thermometers, const Eigen::MatrixXd& whitening);
   [[nodiscard]] std::optional<Alarm> vote_on_cluster(const Eigen::VectorXd& rates,
@@ -180,7 +182,7 @@ class FaultWatch {
   std::vector<Eigen::Index> in_;
   /// Expected rates of the axes at rest; empty if unknown.
   Eigen::VectorXd expected_;
-  /// Parity matrix V of cluster means; without rows if there is no parity.
+  /// Parity matrix V of cluster means; it has no rows if there is no parity.
   Eigen::MatrixXd parity_;
   std::optional<HopWatch> rest_, hops_;
   std::optional<fusion::Voters> voters_;
@@ -188,9 +190,10 @@ class FaultWatch {
   std::vector<Eigen::Index> voting_thermometers_;
 };
 
-/// Learns the normal relations of thermometers from cluster means of a record without faults. It includes the
-/// thermometers that a model uses with a slope. The number of modes is that of the principal components that exceed the
-/// uncertainty of a thermometer, at most two fewer than the thermometers. Fails like learn_thermometer_parity().
+/// Learns the normal relations of thermometers from cluster means of a record without faults. Includes only
+/// thermometers to which a model is sensitive. The number of modes is the number of principal components whose variance
+/// exceeds that of every thermometer's uncertainty. It is at least one, and leaves at least two components for the test
+/// if there are enough thermometers. Fails like learn_thermometer_parity().
 [[nodiscard]] Result<fusion::ThermometerParity> healthy_thermometers(const FusedAxes& healthy, double cluster_s);
 
 /// Means of one-second rows over the clusters of a record. A NaN row makes its cluster's mean NaN. Clusters with a

@@ -36,8 +36,8 @@ struct FusedAxes {
   std::vector<std::string> names{};  ///< "gyro", "u1.x"
   Eigen::MatrixX3d directions{};     ///< one row per axis
   /// Seconds × axes: the whole rate, including the Earth rate, less the prediction of each axis's model from the
-  /// trailing means of its thermometers. NaN where that is unknown, while an operator handled the unit, and while it
-  /// was turned around.
+  /// trailing means of its thermometers. NaN where the prediction is unknown, while an operator handled the unit, and
+  /// while the unit was turned around.
   Eigen::MatrixXd rate_deg_per_h{};
   std::vector<std::string> thermometers{};
   Eigen::MatrixXd temperature_c{};  ///< seconds × thermometers
@@ -49,7 +49,7 @@ struct FusedAxes {
   std::vector<Model> models{};
   /// Quantisation of each axis: one pulse in a second.
   std::vector<double> step_deg_per_h{};
-  /// Covariance that the thermometers' drift between training and this run causes, (°/h)².
+  /// Covariance caused by the thermometers' drift between training and this run, (°/h)².
   Eigen::MatrixXd by_thermometer_drift{};
   /// Covariance of the errors that training and use share: certificates, angles, scale factors, (°/h)².
   Eigen::MatrixXd learnt{};
@@ -57,17 +57,18 @@ struct FusedAxes {
   std::optional<fusion::Attitude> attitude{};
   /// Axes with an input outside the trained range, per second.
   std::vector<AxisSet> outside{};
-  /// Seconds × axes: variance that is added to an axis outside, (°/h)², widening() times its model form; 0 inside.
+  /// Seconds × axes: variance added to an axis with an input outside the trained range, (°/h)²: widening() times its
+  /// model form variance. Otherwise 0.
   Eigen::MatrixXd widening{};
   std::vector<std::string> warnings{};
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }
 };
 
-/// Compensates the axes like CompensationStream, causally and with gaps, and collects their models' uncertainties. The
-/// covariance that a shared thermometer causes between axes is the mean over the record of the products of their signed
-/// slopes, so that common effects are neither lost nor counted twice. The attitude is the rotation of the directions
-/// into the recorded azimuths and elevations (Wahba's problem by a singular value decomposition; Markley, J. Astronaut.
-/// Sci. 36 (1988) 245).
+/// Compensates the axes like CompensationStream, which is causal and handles gaps, and collects the uncertainties of
+/// their models. The covariance that a shared thermometer causes between axes is the mean over the record of the
+/// products of their signed slopes, so that common effects are neither lost nor counted twice. The attitude is the
+/// rotation of the directions into the recorded azimuths and elevations (Wahba's problem by a singular value
+/// decomposition; Markley, J. Astronaut. Sci. 36 (1988) 245).
 ///
 /// Fails with usage if there are more than 64 axes, if samples are not one per second, if an axis has no direction, if
 /// a model has no uncertainty or belongs to another axis of the unit, if the Earth rate on an axis is unknown, or if
@@ -83,7 +84,7 @@ struct FusedUncertainty {
   Eigen::VectorXd noise;
   /// Covariance of errors that are slow or differ between runs: model, turn-on, drift of the thermometers.
   Eigen::MatrixXd bias;
-  /// Covariance of errors that training and use share. No comparison of axes shows them.
+  /// Covariance of errors that training and use share. No comparison of axes can reveal them.
   Eigen::MatrixXd learnt;
   [[nodiscard]] Eigen::MatrixXd differing() const { return Eigen::MatrixXd(noise.asDiagonal()) + bias; }
 };
@@ -97,7 +98,7 @@ struct FusedUncertainty {
 [[nodiscard]] Result<fusion::Geometry> geometry_of_set(const FusedAxes& axes, AxisSet set,
                                                        const Eigen::MatrixXd& covariance);
 
-/// Returns the Earth's rotation in the axes of the fixture, °/h, at that attitude.
+/// Returns the Earth's rotation in the axes of a fixture with this attitude, °/h.
 [[nodiscard]] Eigen::Vector3d earth_in_fixture(const fusion::Attitude& attitude);
 
 }  // namespace gyrotherm::model

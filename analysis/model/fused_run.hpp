@@ -22,13 +22,14 @@ inline constexpr double kFusionCoverage = 2;  ///< k of every U
 
 struct FusionOptions {
   WatchOptions watch;
-  /// Leaves a named axis out from then on. A second whose axes contradict each other loses one in any case.
+  /// Leaves an axis out from the moment when an alarm names it. If the axes of a single second contradict each other,
+  /// the isolated axis is left out of that second regardless of this option.
   bool leave_out = true;
   double cluster_s = 100;
   /// Averaging time of the means that the axes are weighted for.
   double averaging_s = 100;
-  /// Limits of the cumulative sums are learnt from these rates if the axes are the same; otherwise they are those of
-  /// white noise.
+  /// Rates from which the limits of the cumulative sums are learnt, if they are rates of the same axes. Otherwise the
+  /// limits are those of white noise.
   std::optional<HealthyRates> healthy = std::nullopt;
 };
 
@@ -36,9 +37,9 @@ struct FusionOptions {
 struct FusedAxisSummary {
   std::string name{}, inputs{}, method{};
   std::vector<double> direction{};
-  /// Standard uncertainty of a second, without the errors that training and use share.
+  /// Standard uncertainty of a one-second value, without the errors that training and use share.
   double second_std_deg_per_h{};
-  /// Standard uncertainty of a mean over 1 h, with those errors.
+  /// Standard uncertainty of a mean over 1 h, with the errors that training and use share.
   double hour_std_deg_per_h{};
   /// Error at rest: cluster means less the Earth rate on the axis; NaN if unknown.
   double error_rms_deg_per_h{};
@@ -75,7 +76,7 @@ struct RestStretch {
   std::string name{};
   double start_s{}, end_s{};
   RateVector rate{};
-  /// The rate less the Earth's rotation, in the fixture.
+  /// The rate minus the Earth's rotation, in the axes of the fixture.
   std::vector<double> residual_deg_per_h{};
   /// Heading of the fixture's x axis, from north over east.
   std::optional<double> heading_deg{};
@@ -86,7 +87,7 @@ struct RestStretch {
   std::vector<double> turn_deg{}, turn_std_deg{};
   std::vector<std::string> axes{};  ///< fused axes
   std::vector<double> bias_deg_per_h{}, bias_std_deg_per_h{};
-  /// χ² of readings and priors against each other, with one degree of freedom per axis.
+  /// χ² of the contradiction between readings and priors, with one degree of freedom per axis, and its limit.
   double statistic{}, limit{};
 };
 
@@ -131,19 +132,19 @@ struct FusionSummary {
   std::vector<FusedAxisSummary> axes{};
   /// Averaging time of the means that the axes are weighted for.
   double averaging_s{};
-  /// The limit applies to pᵀp of all axes; NaN without parity.
+  /// `limit` applies to pᵀp of all axes; it is NaN without parity.
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};
   /// Contradictions are seconds whose parity exceeds its limit.
   std::int64_t seconds{}, fused{}, contradictions{};
   bool thermometers_vote{};
   /// Limits at the start of the run.
   std::vector<SumLimit> sum_limits{};
-  /// NaN if unknown; the members down to `holds` are then empty.
+  /// Latitude; NaN if unknown. The following members up to `holds` are then empty.
   double latitude_deg{};
   std::vector<double> earth_deg_per_h{};  ///< in the fixture
   std::optional<double> said_heading_deg{};
   std::optional<RateError> error{};  ///< fused rate
-  /// Error without leaving any axis out.
+  /// Error of the rate from all axes, without leaving any out.
   std::optional<RateError> of_all_axes{};
   /// Error of the first three axes that span all directions.
   std::optional<RateError> of_three{};
@@ -153,7 +154,7 @@ struct FusionSummary {
   std::optional<RestStretch> rest{};
   std::vector<RestStretch> holds{};
   std::vector<Alarm> alarms{};
-  /// Models that may belong to other axes.
+  /// Warnings about models that may belong to other axes.
   std::vector<std::string> warnings{};
 };
 
@@ -189,8 +190,8 @@ struct FusedRun {
   Eigen::VectorXd time_s;
   /// NaN where fewer than three axes are known, or where they lie in a plane.
   Eigen::MatrixX3d rate_deg_per_h;
-  /// U of a second, k = 2, including the errors that training and use share; greater where a fused axis had an input
-  /// outside its trained range.
+  /// U of a one-second value, k = 2, including the errors that training and use share; greater where a fused axis had
+  /// an input outside its trained range.
   Eigen::MatrixX3d expanded_deg_per_h;
   /// pᵀp of the axes; NaN with three axes.
   Eigen::VectorXd statistic;
@@ -206,25 +207,26 @@ struct FusedRun {
 
 /// Fuses the axes second by second, like a navigation computer: each result depends only on this second and earlier
 /// ones. Axes are weighted by their uncertainty in means over `averaging_s`, without the errors that training and use
-/// share, because a rate is used in means and the noise of one second hides which axis is biased. The parity test uses
-/// the uncertainty of the second itself; an isolated axis is left out of that second. Means over clusters go through
-/// the watches (fault_watch.hpp), except those of axes with an input outside its trained range. When a watch names an
-/// axis or a thermometer, axes are left out from then on as long as that reduces the mean square error of the rate;
-/// each axis is then assumed to be off by the size of its hop, or by the thermometer's fault times its model's mean
-/// slope. A sum's alarm within an hour of a vote against a thermometer names no axis. Alarms of one kind and name that
-/// follow within an hour are merged.
+/// share, because rates are averaged in use, and the noise of a single second hides which axis is biased. The parity
+/// test uses the uncertainty of the second itself; an isolated axis is left out of that second. Cluster means are
+/// passed to the watches (fault_watch.hpp), except those of axes with an input outside its trained range. When a watch
+/// names an axis or a thermometer, axes are removed from all later seconds, one at a time, while each removal reduces
+/// the mean square error of the rate. For this error an axis is assumed to be off by the size of its hop, or by the
+/// thermometer's fault times the mean slope of the axis's model. An alarm of a cumulative sum within an hour of a vote
+/// against a thermometer does not name an axis. An alarm that follows one of the same kind and name within an hour is
+/// merged with it.
 ///
 /// At rest, in the last hour of each hold, the mean is compared with the Earth's rotation: north from the rate vector,
-/// biases and rotation from fusion::at_rest(), and an alarm where readings and priors contradict each other.
+/// biases and rotation from fusion::at_rest(). A contradiction between readings and priors raises an alarm.
 /// `thermometers` is passed to FaultWatch. Fails like make_geometry().
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);
 
-/// Adds the comparison with the Earth's rotation to the summary of a run. Over all clusters, since the fixture does not
-/// move in a chamber: the error of the rate vector, of all axes and of three axes alone, and of each axis. For the last
-/// hour of each hold, and for all these together: rate, heading, biases and rotation, and an alarm where χ² of readings
-/// and priors exceeds its limit. Adds nothing if the attitude is unknown. A period uses the axes that were fused during
-/// all of it.
+/// Adds the comparison with the Earth's rotation to the summary of a run. It computes the errors over all clusters,
+/// since the fixture does not move in a chamber: those of the fused rate vector, of the rate vectors from all axes and
+/// from three axes, and of each axis. For the last hour of each hold, and for these hours together, it estimates rate,
+/// heading, biases and rotation, and raises an alarm if χ² of readings and priors exceeds its limit. Adds nothing if
+/// the attitude is unknown. A period uses the axes that were fused during all of it.
 void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run);
 
 /// Returns the cluster means of the axes in a record without faults, with NaN for axes that have an input outside their

@@ -24,26 +24,27 @@ struct InputPlan {
 };
 
 /// Parses requested inputs: keywords and terms, joined by commas or '+'. A keyword denotes several terms:
-///   gradients      every difference of two gradient thermometers (28 of eight)
+///   gradients      every difference of two gradient thermometers (28 for eight)
 ///   temperatures   the gradient thermometers themselves
 ///   rates          their causal rates
 ///   seven-point    the differences of the first gradient thermometer with the others
 ///   three-point    the three differences of cathode, anode and shell
 ///   three-point-t  three-point, and the temperature of the first gradient thermometer
 ///   polynomial     T, T², T³, dT/dt and T·dT/dt, T the temperature of the first gradient thermometer
-///   temperature-gradient-rate  T, seven-point and dT/dt; T and dT/dt alone with a single thermometer
-///   physics        T, T², seven-point, T times seven-point, and dT/dt; T, T² and dT/dt with a single thermometer
+///   temperature-gradient-rate  T, seven-point and dT/dt; only T and dT/dt with a single thermometer
+///   physics        T, T², seven-point, T times seven-point, and dT/dt; only T, T² and dT/dt with a single thermometer
 ///   thermal-history  the temperatures, their lags with time constants of 600 s and 2400 s, and T times all of these
 ///   multi-point    gradients, selected by correlation (paper §4.3)
-///   multi-point-t  multi-point, and the temperature of the first gradient thermometer (errata 3.2)
-/// With a `rule`, the rule selects from the terms of all keywords, and terms given singly are always used. Without a
-/// rule, only the multi-point keywords select. Fails with usage: a record without the thermometers, an unknown or
-/// repeated term, a rule without a keyword.
+///   multi-point-t  multi-point, and the temperature of the first gradient thermometer (errata 3.2) With a `rule`, the
+/// rule selects from the terms of all keywords, and individually requested terms are always used. Without a rule, only
+/// the multi-point keywords select. Fails with usage: a record without the thermometers, an unknown or repeated term, a
+/// rule without a keyword.
 [[nodiscard]] Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& dataset,
                                             const std::optional<SelectionRule>& rule = {});
 
 /// Returns the indices of the clusters that have a value for every fixed and candidate term, in ascending order. If
-/// rates are among the terms, the first cluster of a run has none. Fails with usage if a thermometer is missing.
+/// rates are among the terms, the first cluster of a run is omitted, because it has no rate. Fails with usage if a
+/// thermometer is missing.
 [[nodiscard]] Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const data::Clusters& clusters);
 
 /// Result of choose_inputs().

@@ -15,7 +15,7 @@
 
 namespace gyrotherm::model {
 
-/// Fails with usage if a run is given twice, since it would be held out and learnt from at once, if records are of
+/// Fails with usage if a run is given twice (it would be held out and learnt from at the same time), if records are of
 /// different gyros or have different bias references, or if a bias jumps because the unit was turned around.
 [[nodiscard]] Result<void> check_records(const std::vector<data::Dataset>& datasets,
                                          const std::vector<data::Clusters>& records);
@@ -34,7 +34,7 @@ void warn_about_over_fit(Model& model, const std::vector<data::Dataset>& dataset
                          const std::vector<data::Clusters>& records);
 
 /// Estimates the noise of the model's held-out residual; no value if there are too few clusters. `records` are the
-/// training clusters by record, `all` are the same clusters in one.
+/// training clusters by record, `all` are the same clusters, concatenated.
 [[nodiscard]] std::optional<tracking::BiasNoise> held_out_noise(const Model& model,
                                                                 const std::vector<data::Dataset>& datasets,
                                                                 const std::vector<data::Clusters>& records,

@@ -58,7 +58,7 @@ struct TrainingRecord {
   std::optional<BlockRange> block{};
 };
 
-/// The loss of accuracy of a model that was made smaller.
+/// The loss of accuracy caused by the reduction of a model.
 struct ReducedSetSummary {
   int vectors_before{}, vectors{};
   /// Upper bound of the change of any prediction, for every input.
@@ -69,7 +69,7 @@ struct ReducedSetSummary {
   int clusters{};  ///< training clusters
 };
 
-/// The lag of a stream of the model's predictions and its cost; see measure_latency().
+/// The lag of the model's predictions in a stream, and the error that it causes; see measure_latency().
 struct Latency {
   /// Half the cluster length.
   double lag_s{};
@@ -125,9 +125,9 @@ struct Model {
   data::Figures leave_cycle_out;
   /// Like leave_cycle_out, with hyper-parameters that were also chosen without the fold.
   std::optional<data::Figures> nested_leave_cycle_out;
-  /// One residual per training cluster, °/h. The file contains it for the report.
+  /// Leave-cycle-out residual of each training cluster, °/h. The model file stores it for the report.
   Eigen::VectorXd leave_cycle_out_residual;
-  /// Noise of leave_cycle_out_residual for bias tracking, if that is long enough.
+  /// Noise of leave_cycle_out_residual for bias tracking, if the residual is long enough.
   std::optional<tracking::BiasNoise> residual_noise;
   /// Trained range of each term, unscaled.
   Eigen::RowVectorXd input_min, input_max;
@@ -162,9 +162,10 @@ struct Prediction {
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd std_deg_per_h;
 };
-/// Returns the first training record that belongs to a gyro other than `identity`; null if none states it.
+/// Returns the first training record that belongs to a gyro other than `identity`; null if no record states another
+/// identity.
 [[nodiscard]] const TrainingRecord* find_other_gyro(const Model& model, std::string_view identity);
-/// Returns the first training record that belongs to another axis of this unit; null if none states it.
+/// Returns the first training record that belongs to another axis of this unit; null if no record states another axis.
 [[nodiscard]] const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice& of);
 /// Returns warnings for a model of another gyro, of another axis, or of a bias with another reference. An empty
 /// identity or reference is unknown and causes no warning.
@@ -227,16 +228,17 @@ struct RecomputedProduct {
 // centres.
 //
 // In the space of the kernel, the function f = Σ β_i k(x_i, ·) is nearest to the span of the kept centres, R, at K_RR
-// β′ = K_R· β (Burges 1996; Schölkopf et al. 1999, §III). Centres are added one at a time, each the one that leaves the
-// smallest residual: that with the greatest squared residual, divided by the part of its own kernel function that the
-// others do not span (orthogonal matching pursuit; a pivoted Cholesky factorisation guided by the residual). Since k(z,
-// z) = 1, the norm of the residual bounds the change at every z.
+// β′ = K_R· β (Burges 1996; Schölkopf et al. 1999, §III). Centres are added one at a time. The next centre is the one
+// that leaves the smallest residual: its squared residual, divided by the part of its kernel function that the kept
+// centres do not span, is the greatest (orthogonal matching pursuit; a pivoted Cholesky factorisation guided by the
+// residual). Since k(z, z) = 1, the norm of the residual bounds the change at every z.
 
 /// Target of a reduction; exactly one of the two is given.
 struct ReducedSetGoal {
   /// Greatest number of vectors, at least 1.
   std::optional<int> vectors = {};
-  /// Greatest change of any training cluster, above 0; the number of vectors is the smallest that keeps it.
+  /// Greatest permitted change of the prediction for any training cluster, above 0. The reduction stops at the first
+  /// number of vectors that meets it.
   std::optional<double> max_change_deg_per_h = {};
 };
 

@@ -21,9 +21,9 @@ struct LeftOut {
   /// Thermometers kept, in the order of the record.
   std::vector<std::string> kept;
   data::Figures held_out;  ///< °/h, held-out folds
-  /// Held-out STD less that with all thermometers.
+  /// Price of leaving them out: held-out STD minus the held-out STD with all thermometers.
   double price_deg_per_h{};
-  /// Standard error of the price, from the squared errors by cluster.
+  /// Standard error of the price, from the squared errors of the clusters.
   double price_error_deg_per_h{};
   std::optional<data::Figures> unseen;  ///< unseen records
 };
@@ -31,25 +31,25 @@ struct LeftOut {
 /// The price of each thermometer, alone and in combination.
 struct Placement {
   LeftOut all;
-  /// Results with each thermometer left out alone, the cheapest first.
+  /// Results with one thermometer left out, the lowest price first.
   std::vector<LeftOut> alone;
-  /// One more thermometer left out at each step, the cheapest, until one is kept.
+  /// Stepwise elimination: each step leaves out one more thermometer, the one with the lowest price, until one is kept.
   std::vector<LeftOut> elimination;
-  /// Cheapest pair and triple of all. No value if too few thermometers would be left, or with more than twelve
-  /// thermometers, because of the computing time.
+  /// The pair and the triple that can be left out at the lowest price. No value if too few thermometers would be left.
+  /// No value with more than twelve thermometers either, because of the computing time.
   std::optional<LeftOut> best_pair;
   std::optional<LeftOut> best_three;
-  /// Number of elimination steps before the price first exceeds its error.
+  /// Number of elimination steps before the price first exceeds its standard error.
   int spared{};
   std::string folds;
 };
 
-/// Eliminates the thermometers of the records one by one, the cheapest first. The learner is a response surface of
-/// second order (selection.hpp) in the temperature of the first kept thermometer and its differences with the others,
-/// so that it has absolute temperature and gradients; the folds choose λ for each set. The unit's own values do not
-/// count as thermometers. The criterion is the STD on held-out clusters; `unseen` records are only reported. Fails with
-/// usage for fewer than two thermometers, records with different thermometers, no record or a STD that is not finite,
-/// or like plan_folds(). Fails with interrupted on request.
+/// Eliminates the thermometers of the records one by one, the one with the lowest price first. The learner is a
+/// response surface of second order (selection.hpp) in the temperature of the first kept thermometer and its
+/// differences with the others: absolute temperature and gradients. The folds choose λ for each set. The unit's own
+/// values are not treated as thermometers. The criterion is the STD on held-out clusters; `unseen` records are only
+/// reported. Fails with usage for fewer than two thermometers, records with different thermometers, no record or a STD
+/// that is not finite, or like plan_folds(). Fails with interrupted on request.
 [[nodiscard]] Result<Placement> study_placement(const std::vector<data::Clusters>& records,
                                                 const std::vector<data::Clusters>& unseen,
                                                 const data::FoldOptions& folds = {}, const ProgressSink& progress = {});

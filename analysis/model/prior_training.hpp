@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Training with a type prior: a file describes n units of a type, and a few hours of a further unit complete it to an
-/// ordinary model (docs/shared-learning.md).
+/// Training with a type prior: a prior learnt from n units of a type, and a few hours of data from a further unit, give
+/// an ordinary model of that unit (docs/shared-learning.md).
 #pragma once
 
 #include <string>
@@ -26,8 +26,8 @@ struct PriorOptions {
 };
 
 /// Learns the prior of a type. `first`, a record of one of the units, provides the inputs, the thermometers'
-/// uncertainty in a year of use and the turn-on (0.001 °/h if not stated). Fails with usage for inputs that select or
-/// that the record lacks, or like learn_type_prior().
+/// uncertainty in a year of use and the turn-on (0.001 °/h if not stated). Fails with usage if the inputs require
+/// selection or are missing in the record, or like learn_type_prior().
 [[nodiscard]] Result<population::TypePrior> learn_prior(const data::Dataset& first,
                                                         const std::vector<population::UnitClusters>& units,
                                                         const PriorOptions& options = {});
@@ -42,15 +42,15 @@ struct PriorTrainingOptions {
 /// °/h. It differs from train() in four points:
 /// - a fold is predicted by coefficients that are learnt from the type and all other clusters; records that are too
 ///   short for folds (data::FoldKind::automatic) are held out together and predicted by the type alone;
-/// - the trained range is the union of the type's and the unit's own, so that an hour at −40 °C does not limit it;
+/// - the trained range is the union of the type's and the unit's own, so an hour at −40 °C does not restrict it;
 /// - the variance is the uncertainty of the coefficients, given the type and the unit's own clusters, and the distance
 ///   of the careful coefficients from the most likely ones;
-/// - the budget has this as a row, the root mean square over the conditions of the type's units, with one degree of
-///   freedom less than the type has units. The model form is at least the unexplained part of the type's units after
-///   hysteresis, flicker and walk, since few own hours show little of it.
-/// The particulars name the type and its units. Warns of a prior that was learnt from the same gyro, whose data then
-/// count twice, and of a mix of virtual and real gyros. Fails with usage for no record, a run given twice, another bias
-/// reference, or clusters without the prior's thermometers or of another length, or like plan_folds().
+/// - the budget has a row for this variance: its root mean square over the conditions of the type's units, with one
+///   degree of freedom less than the number of units. The model form is at least the part of the type's noise that
+///   hysteresis, flicker and random walk do not explain, since a few hours of the unit's own data reveal little of it.
+/// The particulars name the type and its units. Warns if the prior was learnt from the same gyro, whose data would then
+/// be used twice, and if virtual and real gyros are mixed. Fails with usage for no record, a run given twice, another
+/// bias reference, or clusters without the prior's thermometers or of another length, or like plan_folds().
 [[nodiscard]] Result<Model> train_with_prior(const population::TypePrior& prior,
                                              const std::vector<data::Dataset>& datasets,
                                              const std::vector<data::Clusters>& clusters,

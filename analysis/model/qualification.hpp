@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Training of the experiment's models on its ramp run and verification on both runs: the paper's two models, the one
-/// recommended by rule, and all other methods for comparison.
+/// Training of models on the ramp run of the experiment, and verification on both runs: the three models of the
+/// experiment, all other methods for comparison, and the recommendation of one model by rule.
 #pragma once
 
 #include <cstdint>
@@ -96,7 +96,7 @@ void for_each_trained(Trained& of, Visit visit) {
   for (auto& trained : of.comparison.models) visit(compared_name(trained.model), trained);
 }
 
-/// Verifies every trained model on records of the same gyro that were made later, since the day of the training does
+/// Verifies every trained model on records of the same gyro that were made later, since records of the training day do
 /// not show how long a model remains valid. Fails like verify().
 [[nodiscard]] Result<void> verify_later(Qualification& trained, const std::vector<data::RecordedRun>& later);
 
@@ -108,12 +108,13 @@ void for_each_trained(Trained& of, Visit visit) {
 [[nodiscard]] Result<void> check_programs(const std::string& rate_profile,
                                           const std::vector<data::RecordedRun>& further);
 
-/// Recommends one of all trained models, by records of profiles that it has not seen (recommendation.hpp): each further
-/// record, predicted by the model of the ramp run, and the ramp run, predicted by the same method trained on the
-/// further records alone. No judged data is used in scaling, selection, tuning or fitting; the random run, which the
-/// headline quotes, is not used at all. Each squared error includes the effect of the thermometers' drift in a year
-/// (drift_in_a_year_deg_per_h). Without further records nothing is trained or recommended. The further records must
-/// have passed check_apart() and check_programs(). Fails with interrupted, or like verify().
+/// Recommends one of all trained models, judged by records of profiles that it has not seen (recommendation.hpp): each
+/// further record, predicted by the model of the ramp run, and the ramp run, predicted by the same method trained on
+/// the further records alone. A model is never judged by data that were used in its scaling, selection, tuning or
+/// fitting. The random run, from which the headline results come, is not used at all. Each squared error includes the
+/// effect of the thermometers' drift in a year (drift_in_a_year_deg_per_h). Without further records nothing is trained
+/// or recommended. The further records must have passed check_apart() and check_programs(). Fails with interrupted, or
+/// like verify().
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,
                                                        const QualificationOptions& options,

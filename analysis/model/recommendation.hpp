@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Recommendation of a model by rule: the simplest of those with an expanded uncertainty on unseen profiles that cannot
-/// be distinguished from the lowest.
+/// Recommendation of a model by rule: the simplest model whose expanded uncertainty on unseen profiles cannot be
+/// distinguished from the lowest.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct Candidate {
   /// Number of parameters that a navigation computer stores; a model is simpler if it has fewer.
   int stored_numbers{};
   /// Mean squared error per held-out record, (°/h)², including known errors in use. Each record has another profile
-  /// than the training record, and the hyper-parameters were chosen without it.
+  /// than the training record, and the hyper-parameters were chosen without the record.
   std::vector<double> held_out_mse;
 };
 
@@ -27,11 +27,11 @@ struct JudgedCandidate {
   /// Root mean square over all held-out records, equally weighted.
   double rmse_deg_per_h{};
   double expanded_deg_per_h{};  ///< 2·rmse: k = 2
-  /// Mean squared error less that of the lowest, (°/h)².
+  /// Mean squared error minus that of the candidate with the lowest, (°/h)².
   double behind_mse{};
-  /// Standard error of that difference, from the differences by record; 0 for a single record.
+  /// Standard error of behind_mse, from the differences in each record; 0 for a single record.
   double behind_error_mse{};
-  /// The candidate is behind by at most one standard error.
+  /// behind_mse is at most one standard error.
   bool within{};
 };
 
@@ -46,14 +46,14 @@ void describe(auto& form, Like<JudgedCandidate> auto& judged) {
 }
 
 struct Recommendation {
-  /// Name of the model; empty if there was no record to choose on.
+  /// Name of the model; empty if there was no record to judge by.
   std::string recommended;
   /// Candidate with the lowest expanded uncertainty.
   std::string lowest;
   int records{};  ///< held out
   /// The rule and its result, as text.
   std::string statement;
-  /// Candidates by rising expanded uncertainty.
+  /// Candidates in ascending order of expanded uncertainty.
   std::vector<JudgedCandidate> candidates;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Selection of inputs from one training set, and the learner that judges sets of inputs.
+/// Selection of inputs from one training set, and the fast learner that measures the accuracy of a set of inputs.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,8 +16,9 @@
 
 namespace gyrotherm::model {
 
-// A response surface of second order by ridge regression: the fast learner that judges inputs and thermometers. It
-// takes milliseconds, and on the virtual gyro its held-out error is the noise floor (docs/evaluation.md).
+// A second-order response surface by ridge regression: the fast learner that compares sets of inputs and of
+// thermometers. A fit takes milliseconds, and on the virtual gyro its held-out error is the noise floor
+// (docs/evaluation.md).
 //
 // y ≈ b + Σ w_i z_i + Σ_{i≤j} w_ij z_i z_j (Box & Wilson, J. R. Stat. Soc. B 13 (1951) 1), minimising ‖y − ŷ‖² + λ n
 // ‖w‖² with b free (Hoerl & Kennard, Technometrics 12 (1970) 55). z are the inputs standardised on the training rows;
@@ -47,7 +48,7 @@ struct SurfaceTrial {
 enum class SelectionKind {
   /// |r| with the bias above a threshold (paper §4.3).
   correlation,
-  /// One input at a time, the one with the greatest gain on held-out folds.
+  /// Adds one input at a time, the one with the greatest gain on held-out folds.
   forward,
   redundancy,  ///< all that are linearly independent
 };
@@ -56,9 +57,10 @@ enum class SelectionKind {
 struct SelectionRule {
   SelectionKind kind = SelectionKind::correlation;
   double threshold = 0.90;  ///< for |r|
-  /// Greatest number of inputs of the rule forward.
+  /// Rule forward: greatest number of inputs.
   int most = 12;
-  /// Redundancy: an input depends on the others if less than this fraction of its STD is independent.
+  /// Rule redundancy: an input is redundant if less than this fraction of its STD is linearly independent of the
+  /// others.
   double tolerance = 1e-6;
 };
 
@@ -70,7 +72,7 @@ struct Selection {
   /// Threshold of the rule correlation; 0 for other rules.
   double threshold = 0.90;
   int rank{};
-  /// Too few candidates passed the threshold; those independent of earlier candidates are used.
+  /// Too few candidates exceeded the threshold, so those that are independent of earlier candidates are used instead.
   bool fallback{};
   std::string statement;
 };
@@ -88,16 +90,17 @@ struct Selection {
                                               double threshold, int least_rank);
 
 /// Applies the rule forward: adds the candidate whose response surface has the least held-out squared error, while that
-/// error decreases and fewer than `most` are selected. Then keeps the fewest inputs with a mean squared error within
-/// one standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3), computed with
-/// the effective number of the squared residuals. A training set with fewer than two folds is divided into blocks.
+/// error decreases and fewer than `most` are selected. Then keeps the smallest number of inputs with a mean squared
+/// error within one standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3),
+/// computed with the effective number of the squared residuals. A training set with fewer than two folds is divided
+/// into blocks.
 [[nodiscard]] Result<Selection> select_forward(const std::vector<data::Term>& fixed,
                                                const std::vector<data::Term>& candidates,
                                                const data::TrainingSet& training_set, int most);
 
 /// Applies the rule redundancy: a QR decomposition with column pivoting of the standardised candidates, after
-/// projecting out the fixed terms. Candidates are kept while more than `tolerance` of their STD is independent; the
-/// others are, within that fraction, combinations of the kept and the fixed terms.
+/// projecting out the fixed terms. Candidates are kept while more than the fraction `tolerance` of their STD is
+/// independent. The other candidates are linear combinations of the kept and the fixed terms, within this fraction.
 [[nodiscard]] Result<Selection> select_independent(const std::vector<data::Term>& fixed,
                                                    const std::vector<data::Term>& candidates,
                                                    const data::Clusters& training, double tolerance);

@@ -14,8 +14,8 @@
 namespace gyrotherm::model {
 
 /// Means of each column over the last `length` rows. A window consists of the end of the previous block of `length`
-/// rows and the beginning of the current one. Each part is summed from zero and nothing is subtracted, so that rounding
-/// errors do not accumulate and a NaN leaves the window with its row.
+/// rows and the beginning of the current one. Each part is summed from zero and nothing is subtracted. Rounding errors
+/// therefore do not accumulate, and a NaN has no effect after its row has left the window.
 class SlidingMeans {
  public:
   SlidingMeans(Eigen::Index length, Eigen::Index columns);
@@ -37,9 +37,9 @@ class SlidingMeans {
   bool full_{};
 };
 
-/// Lags of sliding means. Each second has the lag of the means that end with it at intervals of a cluster length; these
-/// interleaved series include the one of the clusters themselves. A mean with a NaN makes the next step of its series
-/// longer.
+/// Lags of sliding means. The means whose ends are a cluster length apart form a series; there are as many interleaved
+/// series as seconds in a cluster, and one of them consists of the clusters themselves. The lag at a second is that of
+/// the series that has a mean ending there. After a mean with a NaN, the next step of its series is longer.
 class SlidingLags {
  public:
   /// Thermometer and time constant of a requested lag.
@@ -48,9 +48,9 @@ class SlidingLags {
     double time_constant_s{};
   };
   SlidingLags(Eigen::Index length, const std::vector<Lag>& lags);
-  /// Returns the lags of the next second's means, K; 0 at the first mean of a series, NaN if the mean is NaN.
+  /// Returns the lags at the next second, given its means, K: 0 at the first mean of a series, NaN if the mean is NaN.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
-  /// Advances by cluster lengths without a mean in any second.
+  /// Advances by this number of cluster lengths, in which no second has a mean.
   void pass(Eigen::Index cluster_lengths);
 
  private:
@@ -68,25 +68,27 @@ class SlidingLags {
 };
 
 /// Stream of compensated bias. Inputs are trailing means over the model's cluster length, one row per second (causal);
-/// rates are the difference of two adjacent means, lags those of SlidingLags. At the end of each whole cluster the
-/// inputs are those of the cluster. A prediction from them is the bias half a cluster length ago; a model that is_led()
-/// extrapolates it by that time, using the prediction one cluster length earlier, if there is one.
+/// rates are the difference of two adjacent means; lags are those of SlidingLags. At the end of each whole cluster the
+/// inputs equal those of the cluster. A prediction from these inputs is the bias half a cluster length ago. If is_led()
+/// is true for the model, the stream extrapolates the prediction by this time, using the prediction one cluster length
+/// earlier, if there is one.
 class CompensationStream {
  public:
-  /// Opens a stream for rows with these thermometers, in this order. Fails with usage if the model needs another one.
+  /// Opens a stream for rows with these thermometers, in this order. Fails with usage if the model needs a thermometer
+  /// that is not among them.
   [[nodiscard]] static Result<CompensationStream> open(const Model& model, std::vector<std::string> columns,
                                                        Outside outside = Outside::continued);
-  /// Takes the next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias
-  /// of each row; NaN before a complete mean (two, if a rate is an input), while a mean contains a NaN, and where the
-  /// model refuses inputs outside its range. The results are independent of the division into calls.
+  /// Processes the next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated
+  /// bias of each row; NaN before a complete mean (two, if a rate is an input), while a mean contains a NaN, and where
+  /// the model refuses inputs outside its range. The results do not depend on how the rows are divided into calls.
   [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
   /// Advances by seconds without a row. The computing time does not depend on their number.
   void pass(Eigen::Index seconds);
 
-  /// Takes rows with a time and passes the missing seconds between them. The times of a logger may deviate slightly
-  /// from whole seconds. `time_s` must be ascending, also relative to earlier calls.
+  /// Processes rows with their times, and advances over the missing seconds between them. The times of a logger may
+  /// deviate slightly from whole seconds. `time_s` must be ascending and continue the times of earlier calls.
   [[nodiscard]] Eigen::VectorXd push_at(const Eigen::Ref<const Eigen::VectorXd>& time_s,
                                         const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                         const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
@@ -100,15 +102,15 @@ class CompensationStream {
   [[nodiscard]] long long outside() const { return outside_; }
   /// Returns the indices of the last pushed rows with an input outside, in ascending order; the first row is 0.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_outside() const { return rows_outside_; }
-  /// Returns the excess of each of the last pushed rows: the distance of its worst input from its range, in ranges; 0
-  /// inside.
+  /// Returns the excess of each of the last pushed rows: the distance of its worst input from the trained range, as a
+  /// fraction of that range; 0 inside.
   [[nodiscard]] const Eigen::VectorXd& excess() const { return excess_; }
 
  private:
   CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Lag>& lags,
                      Outside policy);
   [[nodiscard]] Eigen::VectorXd led(Eigen::VectorXd predicted);
-  /// The model with its lags as temperatures.
+  /// Copy of the model in which each lag is an input like a temperature.
   Model model_;
   Outside policy_;
   SlidingMeans means_;
@@ -132,8 +134,8 @@ class CompensationStream {
 
 /// Computes the cost of the lag of half a cluster length from consecutive means. With p the predictions, the error is
 /// half the root mean square of p_k − p_{k−1} without correction, and of p_k − 2 p_{k−1} + p_{k−2} with the
-/// extrapolation p + ½(p − previous p). Both contain the noise of the thermometers, so that a model is not led if that
-/// would add more noise than it gains. No value for fewer than three consecutive means.
+/// extrapolation p + ½(p − previous p). Both errors include the thermometer noise, so predictions are not extrapolated
+/// if this would add more noise than it removes lag. No value for fewer than three consecutive means.
 [[nodiscard]] std::optional<Latency> measure_latency(const Model& model, const data::Clusters& clusters,
                                                      const Eigen::VectorXd& predicted_deg_per_h);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The paper's §3.3 from clusters to a model: correlate, select, scale, tune by swarm on held-out cycles, fit.
+/// Training of a model from clusters, after §3.3 of the paper: correlate, select, scale, tune by a particle swarm on
+/// held-out cycles, fit.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,10 +20,10 @@
 namespace gyrotherm::model {
 
 struct TrainingOptions {
-  /// Keywords and terms (inputs.hpp); empty: the inputs that the method was published with.
+  /// Keywords and terms (inputs.hpp); empty: the inputs with which the method was published.
   std::string inputs;
   std::string method = "svr";  ///< table of methods (method.hpp)
-  /// Empty: only multi-point selects, by |r| > 0.90.
+  /// Selection rule. If empty, inputs are selected only for multi-point, by |r| > 0.90.
   std::optional<SelectionRule> select;
   data::FoldOptions folds;
   /// Replaces `folds`; each cluster is held out once. Not available to users.
@@ -41,8 +42,8 @@ struct TrainingOptions {
                                   const std::vector<data::Clusters>& clusters, const TrainingOptions& options,
                                   const ProgressSink& progress = {});
 
-/// Preparation of a fit, for the final model and for every fold: selection, scaling and target units, all learnt from
-/// the training clusters alone.
+/// Preparation of a fit, for the final model and for every fold: selection, scaling and target units, all learnt only
+/// from the training clusters.
 struct Preparation {
   std::vector<data::Term> terms;
   Selection selection;
@@ -51,8 +52,8 @@ struct Preparation {
   double target_std_deg_per_h{};
 };
 
-/// Learns a preparation. The folds of the training set serve only a selection that holds out. Fails with usage if an
-/// input or the bias does not vary over the training clusters, or like choose_inputs().
+/// Learns a preparation. The folds of the training set are used only by a selection rule that needs held-out folds.
+/// Fails with usage if an input or the bias does not vary over the training clusters, or like choose_inputs().
 [[nodiscard]] Result<Preparation> prepare(const InputPlan& plan, const data::TrainingSet& training);
 
 /// The clusters of one fold: training part, held-out part and preparation.
@@ -60,7 +61,7 @@ struct FoldData {
   /// Training part with the bias filtered by the method, if it has a filter.
   data::TrainingSet training;
   data::Clusters held_out;
-  /// Row indices in the training set that was split.
+  /// Row indices in the training set before the split.
   std::vector<Eigen::Index> training_rows, held_out_rows;
   Preparation preparation;
 };
@@ -72,21 +73,21 @@ struct EstimatorOptions {
   methods::MethodOptions options;
 };
 
-/// Splits a training set at its folds. Selection and scaling of each split are learnt from its training clusters alone.
+/// Splits a training set by its folds. Selection and scaling of each split are learnt only from its training clusters.
 /// Fails with interrupted, or like prepare().
 [[nodiscard]] Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_set,
                                                            const InputPlan& inputs, const methods::Method& method,
                                                            const ProgressSink& progress);
 
-/// Returns the bias less the prediction of each of `rows` clusters, °/h, by a model that was refitted without the
-/// cluster's fold; NaN for a cluster in no fold. Does not change the estimator's hyper-parameters.
+/// Returns the bias minus the prediction for each of `rows` clusters, °/h. The prediction is that of a model refitted
+/// without the cluster's fold; NaN for a cluster that is in no fold. Does not change the estimator's hyper-parameters.
 [[nodiscard]] Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, Eigen::Index rows,
                                                          const EstimatorOptions& estimator,
                                                          const ProgressSink& progress);
 
 /// Returns the residuals of leave_out_residual() with hyper-parameters that have not seen the held-out fold either: for
-/// each fold they are chosen again by the remaining folds of its training clusters, including selection and scaling.
-/// `splits` are those of the training set. Also fails like with_two_folds().
+/// each fold they are chosen again on folds of its training clusters, including selection and scaling. `splits` are
+/// those of the training set. Also fails like with_two_folds().
 [[nodiscard]] Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set,
                                                       const std::vector<FoldData>& splits, const InputPlan& inputs,
                                                       EstimatorOptions estimator, const ProgressSink& progress);

@@ -15,63 +15,67 @@
 namespace gyrotherm::model {
 
 /// Computes ∂b/∂T, °/h per K, one row per cluster and one column per thermometer of the clusters. The thermometer error
-/// is taken as constant in time, so that rates and lags do not respond to it. Uses the central difference of `predict`
-/// over ± 1 mK for every method. Outside the trained range the plane has its own slope and the remainder that of the
-/// bounded point (Outside::continued). NaN where an input is unknown. Fails with usage if the clusters lack a
-/// thermometer that the model needs.
+/// is assumed to be constant in time, so rates and lags do not respond to it. Uses the central difference of `predict`
+/// over ± 1 mK for every method. Outside the trained range the slope of the plane is evaluated at the input, and that
+/// of the other parts of the function at the bounded point (Outside::continued). NaN where an input is unknown. Fails
+/// with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
 
 /// Returns mean, root mean square and greatest magnitude of each column of sensitivities() that is not all 0.
 [[nodiscard]] std::vector<Sensitivity> summarise_sensitivities(const Eigen::MatrixXd& sensitivities,
                                                                const std::vector<std::string>& thermometers);
 
-/// Computes the standard deviation of each thermometer's noise in the mean of one cluster, K. The sample variance is
-/// estimated from second differences, (T_{k+1} − 2T_k + T_{k−1})²/6, which cancel the temperature's course, and divided
-/// by the number of samples in a cluster. The noise is assumed to be white; it includes the resolution.
+/// Computes the standard deviation of each thermometer's noise in the mean of one cluster, K. The variance of a sample
+/// is estimated from second differences, (T_{k+1} − 2T_k + T_{k−1})²/6, which are insensitive to the slow change of the
+/// temperature, and is divided by the number of samples in a cluster. The noise is assumed to be white; it includes the
+/// resolution.
 [[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
 
-/// Returns the standard uncertainty of a residual for expansion, °/h: its root mean square, unless a transient of few
-/// means dominates it. In that case returns the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that
-/// contain 95 % and 68.27 % of the means of another run (conformal prediction: Lei et al., J. Am. Stat. Assoc. 113
-/// (2018) 1094). The quantiles are taken at (n + 1)/n of these shares, with n the effective number of means. All three
-/// are equal for normal residuals. Quantiles above the root mean square are not used.
+/// Returns the standard uncertainty of a residual for use in an expanded uncertainty, °/h: its root mean square, unless
+/// a transient of a few means dominates the residual. In that case returns the greater of q₉₅/1.96 and q₆₈, the
+/// quantiles of its magnitude that contain 95 % and 68.27 % of the means of another run (conformal prediction: Lei et
+/// al., J. Am. Stat. Assoc. 113 (2018) 1094). The quantiles are taken at (n + 1)/n of these shares, with n the
+/// effective number of means. All three are equal for normal residuals. Quantiles above the root mean square are not
+/// used.
 [[nodiscard]] double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective);
 
-/// Half of the difference of a residual between warming and cooling at equal temperatures.
+/// Half of the difference between the residuals during warming and during cooling at equal temperatures.
 struct Hysteresis {
   double half_deg_per_h{};
   double degrees_of_freedom = 1;  ///< ½(u/Δu)², GUM G.3
 };
 
 /// Estimates hysteresis in steps of 5 °C of the thermometers' mean. Returns the root mean square of half the difference
-/// between the mean residuals at rising and at falling temperature (more than 0.05 °C/min), less the difference
-/// expected by chance. The unit's own values do not count as thermometers; if there is no thermometer, the unit's own
-/// temperature is used. 0 if no step has three clusters of both directions, or if chance explains the whole difference.
+/// between the mean residuals at rising and at falling temperature (more than 0.05 °C/min), minus the difference
+/// expected by chance. The unit's own values are not treated as thermometers; if there is no thermometer, the unit's
+/// own temperature is used. 0 if no step has three clusters of both directions, or if chance explains the whole
+/// difference.
 [[nodiscard]] Hysteresis estimate_hysteresis(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
 
-/// Training records of a model, the clusters that it was trained on, and its held-out residual on them, record by
-/// record; NaN where there is none.
+/// Training records of a model, the training clusters of each, and the held-out residual of all these clusters, record
+/// by record; NaN where a cluster has no residual.
 struct TrainedOn {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
   /// The residual was also used to choose parameters.
   bool chosen_on_these_folds = false;
-  /// The model's own variance becomes a row of the budget, and Uncertainty::variance_in_training stays NaN.
+  /// The model's predictive variance becomes a separate row of the budget, and Uncertainty::variance_in_training stays
+  /// NaN.
   bool variance_is_a_row = false;
 };
 
 /// Computes the budget of a mean over 1 h, and its components. The sources:
 /// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as estimated by the Allan
-///   fit of the compensated holds, from the record with most of them; degrees of freedom ½(u/Δu)² (GUM G.3). If the fit
-///   finds no angle random walk, the noise floor less its quantisation is used as if it were white. No row if there is
-///   no hold. Rows are not tested for significance: an uncertain row has few degrees of freedom;
+///   fit of the compensated holds, from the record with the longest holds; degrees of freedom ½(u/Δu)² (GUM G.3). If
+///   the fit finds no angle random walk, the noise floor less its quantisation is used as if it were white. No row if
+///   there is no hold. Rows are not tested for significance: an uncertain row has few degrees of freedom;
 /// - quantisation, if the first record counts pulses of size q: each end of a mean is uniformly off by up to half a
-///   pulse, so that the error of the mean is triangular within ± q/τ, and u = q/(√6 τ) (GUM 4.3.9);
+///   pulse, so the error of the mean has a triangular distribution within ± q/τ, and u = q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers: thermometer_noise_k() times the sensitivities;
-/// - model form: the held-out RMSE², or robust_standard_deg_per_h()² if a transient dominates that, less noise floor²
-///   and hysteresis², with the degrees of freedom of that difference;
-/// - hysteresis as limits ± a: a/√3;
+/// - model form: its variance is the held-out RMSE², or robust_standard_deg_per_h()² if a transient dominates the
+///   residual, minus noise floor² and hysteresis², with the degrees of freedom of this difference;
+/// - hysteresis: a/√3, with ± a the limits of its error;
 /// - turn-on, once in use and once in training, the latter divided by the root of the number of records;
 /// - each thermometer's calibration and its drift u·√(years since calibration), times the root mean square of its
 ///   sensitivity. Other inputs have no calibration row: their constant error is a property of the unit;
@@ -84,15 +88,16 @@ struct TrainedOn {
 /// clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on);
 
-/// Returns the scale factor row of a measured rate, °/h, as in a budget.
+/// Returns the budget row for the scale factor error of a measured rate, °/h.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
 
-/// Returns the rows of a bias from which the Earth rate was subtracted, as in a budget. If the record states the
-/// angles: latitude, azimuth and tilt (or the angles of a fixture) times the slopes of the Earth rate. The scale factor
-/// row is the Earth rate's. Empty if no Earth rate was subtracted.
+/// Returns the budget rows of a bias from which the Earth rate was subtracted. If the record states the angles, these
+/// are rows for latitude, azimuth and tilt (or the angles of a fixture), each with the slope of the Earth rate as its
+/// sensitivity. The scale factor row applies to the Earth rate. Returns no row if no Earth rate was subtracted.
 [[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
 
-/// Returns the rows of a thermometer's calibration and of its drift until the run of a record, for this sensitivity.
+/// Returns the budget rows for the calibration of a thermometer and for its drift until the run of a record, with this
+/// sensitivity.
 [[nodiscard]] std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset,
                                                            const Sensitivity& sensitivity);
 
@@ -100,7 +105,7 @@ struct TrainedOn {
 /// the record states it, and of the drift in a year, assumed to be 0.05 K if the record does not state it.
 struct ThermometersInUse {
   std::vector<double> uncertainty_k;
-  bool assumed{};  ///< any drift is
+  bool assumed{};  ///< at least one drift is assumed
 };
 [[nodiscard]] ThermometersInUse thermometers_in_use(const data::Dataset& dataset);
 
@@ -119,33 +124,35 @@ struct ThermometersInUse {
 /// state them, and one year between the runs if neither states the day.
 [[nodiscard]] std::vector<double> drifts_between_k(const data::Dataset& trained, const data::Dataset& used);
 
-/// Returns a model's budget rows for the run of an unseen record. Drift rows become drift_between_k(), marked as
-/// assumed if the record does not state the drift or the day of calibration.
+/// Returns a model's budget rows for the run of an unseen record. The uncertainty of a drift row becomes
+/// drift_between_k(). The row is marked as assumed if the record does not state the drift or the day of calibration.
 [[nodiscard]] std::vector<BudgetRow> rows_in_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
 
 /// Computes the half-width of the interval, °/h, that should contain each cluster's mean of compensated bias with
-/// probability kCoverage in an unseen run. It contains the sources that differ within a run or between runs, at the
-/// cluster length, and is expanded as a budget. Errors that are equal in training and in use are excluded, since the
-/// model has learnt them. A thermometer counts with its sensitivity in that cluster and its drifts until training and
-/// until this run, as if they were independent, which is an upper limit for a random walk. If neither day of
-/// calibration is known, a year is assumed between them. Outside the trained range widening() is added. If the model
-/// knows its own variance, the cluster's variance replaces a row `coefficients`; without such a row only the excess
-/// over its mean in training is added, because the held-out residual contains that mean. `trained` is the uncertainty
-/// of the model. NaN where an input is unknown. Fails like sensitivities().
+/// probability kCoverage in an unseen run. It combines the sources that differ within a run or between runs, for means
+/// over the cluster length, and is expanded like a budget. Errors that are equal in training and in use are excluded,
+/// since the model has learnt them. A thermometer contributes its sensitivity in this cluster times its drifts until
+/// training and until this run. The two drifts are treated as independent, which is an upper limit for a random walk.
+/// If neither day of calibration is known, a year is assumed between them. Outside the trained range widening() is
+/// added. If the model has a predictive variance and the budget a row `coefficients`, the variance in this cluster
+/// replaces the row. Without such a row only the excess of the variance over its mean in training is added, because the
+/// held-out residual includes this mean. `trained` is the uncertainty of the model. NaN where an input is unknown.
+/// Fails like sensitivities().
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);
 
-/// Slopes of the Earth rate on an axis in a fixture, °/h per degree: by the fixture's elevation and roll, signed, and
-/// by the axis direction, as a root mean square over all directions across the axis.
+/// Partial derivatives of the Earth rate on an axis in a fixture, °/h per degree: with respect to elevation and roll of
+/// the fixture, signed, and to a tilt of the axis, as a root mean square over all directions perpendicular to the axis.
 struct FixtureSlopes {
   double elevation{}, roll{}, direction{};
 };
-/// Computes the slopes from latitude, from azimuth and elevation of the axis, and from azimuth and elevation of the
-/// fixture; all must be known. The fixture is raised about its own horizontal axis and rolled about its x axis.
+/// Computes the derivatives from latitude, from azimuth and elevation of the axis, and from azimuth and elevation of
+/// the fixture; all must be known. The fixture is raised about its own horizontal axis and rolled about its x axis.
 [[nodiscard]] FixtureSlopes fixture_slopes(const record::GyroUncertainty& known);
 
-/// Slopes of the Earth rate on an axis, Ω(cos φ cos az cos el + sin φ sin el), by each of its angles, °/h per degree.
+/// Partial derivatives of the Earth rate on an axis, Ω(cos φ cos az cos el + sin φ sin el), with respect to latitude,
+/// azimuth and elevation, °/h per degree.
 struct EarthRateSlopes {
   double latitude{}, azimuth{}, elevation{};
 };

@@ -47,12 +47,12 @@ void describe(auto& form, Like<OutsideTheRange> auto& outside) {
   form("farthest", outside.farthest);
 }
 
-/// Prediction less true bias of a virtual gyro: the error of the model, without effects that no temperature predicts
+/// Prediction minus true bias of a virtual gyro: the error of the model, without effects that no temperature predicts
 /// (noise, bias instability, turn-on offset). A constant offset of the training record is not an error of the model;
 /// `std` excludes it, `rmse` includes it.
 struct ErrorToTruth {
   data::Figures figures;
-  /// The bias reference is a mean of this record, so that the mean error has no meaning.
+  /// The bias reference is a mean of this record, so the mean error has no meaning.
   bool mean_removed{};
 };
 
@@ -71,7 +71,7 @@ struct Coverage {
   double mean_half_width_deg_per_h{};
 };
 
-/// Describes the form in all files.
+/// Describes the JSON object, which is the same in all files.
 void describe(auto& form, Like<Coverage> auto& coverage) {
   form("nominal", coverage.nominal);
   form("seen", coverage.seen);
@@ -80,8 +80,8 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
   form("mean_half_width_deg_per_h", coverage.mean_half_width_deg_per_h);
 }
 
-/// Residual bias of the stream in means over the clusters, compared with that of predictions aligned with the same
-/// means. Uses only clusters with a value in every second.
+/// Residual bias of the stream, averaged over the clusters, and the residual bias of predictions from the same clusters
+/// without lag (aligned). Uses only clusters with a value in every second.
 struct Streamed {
   data::Figures residual, aligned;
   std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< virtual rig only
@@ -100,7 +100,7 @@ struct Verification {
   /// Identity of the gyro, as far as the record states it.
   std::string identity;
   bool simulated{};
-  /// The model was fitted to this record, so that the figures are in-sample.
+  /// The model was fitted to this record, so the figures are in-sample.
   bool trained_on_this{};
   std::string bias_zero;
   /// The bias reference is a mean of this record.
@@ -117,7 +117,7 @@ struct Verification {
   /// Effective parameters of the model; 0 if unknown.
   double effective_parameters{};
   /// floor·√(1 − p/n), °/h, with n the number of clusters that the model was fitted to in all records: the residual STD
-  /// that noise alone would leave. NaN if the model was not trained on this record or p is unknown.
+  /// expected from noise alone. NaN if the model was not trained on this record or p is unknown.
   double expected_in_sample_std{};
   /// Residual of each cluster; NaN where the model refuses.
   Eigen::VectorXd residual_deg_per_h;
@@ -136,34 +136,34 @@ struct Verification {
 [[nodiscard]] std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
                                                          const Eigen::VectorXd& residual_deg_per_h);
 
-/// Compensates the record's clusters and judges the residual bias. Fails with usage if the clusters lack a thermometer
-/// that the model needs, or if the model refuses every cluster.
+/// Compensates the record's clusters and evaluates the residual bias. Fails with usage if the clusters lack a
+/// thermometer that the model needs, or if the model refuses every cluster.
 [[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
                                           const data::Clusters& clusters, Outside outside = Outside::continued);
 
-/// Streams the record through the model and judges the result of a navigation computer second by second: `compensate`
-/// and the C export use past readings only and therefore lag. `aligned_residual_deg_per_h` is that of verify(). Fails
-/// with usage if rows are not one per second, if the record lacks a thermometer that the model needs, or if no cluster
-/// has a value in every second.
+/// Streams the record through the model second by second, like a navigation computer, and evaluates the result:
+/// `compensate` and the C export use only past readings and therefore lag. `aligned_residual_deg_per_h` is that of
+/// verify(). Fails with usage if rows are not one per second, if the record lacks a thermometer that the model needs,
+/// or if no cluster has a value in every second.
 [[nodiscard]] Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset,
                                            const data::Clusters& clusters,
                                            const Eigen::VectorXd& aligned_residual_deg_per_h,
                                            Outside outside = Outside::continued);
 
-/// Returns a warning if the residual of two or more means does not have a smaller STD than the raw bias. `leaves`
-/// begins its sentence, such as "compensated".
+/// Returns a warning if the residual of two or more means does not have a smaller STD than the raw bias. `leaves` is
+/// the beginning of the warning, such as "compensated".
 [[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
                                                          const data::Figures& raw);
 
-/// Scatter of the means of whole runs, which a single run does not show: type A, from two or more runs.
+/// Scatter of the means of whole runs, which a single run cannot reveal: type A, from two or more runs.
 struct BetweenRuns {
   int runs{};
-  /// Mean of the runs' means of compensated bias.
+  /// Mean compensated bias of each run, averaged over the runs.
   double mean_deg_per_h{};
   /// Standard deviation of one run's mean.
   double std_deg_per_h{};
   int degrees_of_freedom{};
-  /// std times Student's t: 95 % of single runs' means are within this distance of the true mean.
+  /// std times Student's t: the means of 95 % of single runs are within this distance of the true mean.
   double expanded_deg_per_h{};
 };
 
@@ -176,7 +176,7 @@ void describe(auto& form, Like<BetweenRuns> auto& between) {
 }
 
 /// Computes the scatter of the runs that the model was not trained on, each counted once; no value for fewer than two.
-/// A run with its own mean as bias reference does not count, because its difference from others was removed. No value
+/// A run with its own mean as bias reference is excluded, because its difference from other runs was removed. No value
 /// if two runs have different bias references or different gyros.
 [[nodiscard]] std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications);
 

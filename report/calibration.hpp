@@ -4,8 +4,8 @@
 /// certificate (DCC) and tables are views of it and therefore contain the same numbers.
 ///
 /// The data are independent of language: results have keys of the table in words.hpp, and texts of the laboratory are
-/// stored unchanged. Numbers are exact doubles; only views round them. The report describes the unit. The report of the
-/// experiment (report.hpp) describes how the models were trained.
+/// stored unchanged. Numbers are exact doubles; only views round them. This report describes the unit; the report of
+/// the experiment (report.hpp) describes how the models were trained.
 #pragma once
 
 #include <limits>
@@ -23,8 +23,8 @@ namespace gyrotherm::report {
 
 inline constexpr const char* kCalibrationSchema = "gyrotherm-calibration/1";
 
-/// A text of the laboratory in English, in German, or in both. A view prints its own language if present, otherwise the
-/// other one.
+/// A text of the laboratory in English, in German, or in both. A view prints the text in its own language if present,
+/// otherwise the text in the other language.
 struct Texts {
   std::string en{}, de{};
   [[nodiscard]] bool empty() const { return en.empty() && de.empty(); }
@@ -57,7 +57,7 @@ struct CalibratedItem {
   Texts description{};
   std::string manufacturer{}, model{}, serial_number{};
   std::string customers_number{};
-  /// State of the item on receipt.
+  /// Condition of the item on receipt.
   Texts condition{};
   /// Axis labels such as "u1.x"; "" for an axis without a name.
   std::vector<std::string> axes{};
@@ -81,7 +81,7 @@ struct Equipment {
 
 /// An influence on the results: "relative humidity", 35 to 45 %.
 struct Influence {
-  /// Key of words.hpp; if it is empty, `name` has the text.
+  /// Key of words.hpp; if it is empty, `name` contains the text.
   std::string key{};
   Texts name{};
   std::string unit{};
@@ -159,9 +159,10 @@ struct ResultTable {
   Stage stage{};
   /// Run id; empty for a result from all records.
   std::string run{};
-  /// The model was fitted to this record, or to one of all records: the result is not a verification.
+  /// The model was fitted to this record (for a result from all records, to one of them), so the result is not a
+  /// verification.
   bool in_sample{};
-  /// Language-independent addition to the key such as "A-D" or "hold 3"; may be empty.
+  /// Language-independent addition to the key, such as "A-D" or "hold 3"; may be empty.
   std::string detail{};
   std::vector<Column> columns{};
 };
@@ -176,15 +177,16 @@ struct ReportedBudget {
 
 /// Rule that decides whether a result meets a limit (ILAC-G8:09/2019).
 enum class DecisionRule {
-  /// Simple acceptance (4.2.1): passes up to the limit and requires a known U. The probability of a false acceptance
+  /// Simple acceptance (4.2.1): a value up to the limit passes if its U is known. The probability of a false acceptance
   /// reaches 50 % at the limit.
   simple,
-  /// Guard band (4.2.3): passes up to limit − U; between limit − U and limit + U the verdict is conditional.
+  /// Guard band (4.2.3): a value up to limit − U passes; between limit − U and limit + U the verdict is conditional.
   guard_band
 };
 [[nodiscard]] const char* name(DecisionRule rule);
 
-/// Verdicts from best to worst. The worst one is the verdict of all; a failure outranks an unknown verdict.
+/// Verdicts from best to worst. The overall verdict is the worst single one; a failure is worse than an unknown
+/// verdict.
 enum class Verdict { pass, conditional_pass, conditional_fail, not_known, fail };
 [[nodiscard]] const char* name(Verdict verdict);
 
@@ -197,7 +199,8 @@ struct ReportedLimit {
   double at_most{};
 };
 
-/// Comparison of a result with a limit. Contains the worst row of the result, by verdict and then by probability.
+/// Comparison of a result with a limit. The values are those of the worst row of the result, by verdict and then by
+/// probability.
 struct Conformity {
   std::string quantity{};
   std::string axis{};
@@ -215,12 +218,12 @@ struct Conformity {
 /// Compares a value with a limit by a rule. Returns not_known without a value, or without U if the rule requires U.
 [[nodiscard]] Conformity compare_with_limits(const ReportedValue& value, double limit, DecisionRule rule);
 
-/// A model tried on the same record for comparison with the model as left.
+/// A model that was evaluated on the same record, for comparison with the model as left.
 struct ComparedModel {
   std::string axis{};
   std::string inputs{}, method{};
   double rmse_deg_per_h{}, std_deg_per_h{}, expanded_deg_per_h{};
-  /// The model with which the unit leaves.
+  /// This is the model as left.
   bool left{};
   /// The model recommended by the experiment.
   bool recommended{};
@@ -228,7 +231,7 @@ struct ComparedModel {
   bool simple{};
 };
 
-/// A line of a figure; NaN interrupts it.
+/// A line of a figure; a NaN interrupts the line.
 struct FigureLine {
   std::string key{};
   std::string detail{};  ///< such as thermometer "A"
@@ -251,7 +254,7 @@ struct FigureData {
 enum class ReportState { draft, authorised, superseded };
 [[nodiscard]] const char* name(ReportState state);
 
-/// Name of the authorising person, and the time.
+/// Name of the authorising person, and the time of authorisation.
 struct Authorisation {
   std::string name{}, utc{};
 };
@@ -270,8 +273,8 @@ struct BiasReference {
   bool operator==(const BiasReference&) const = default;
 };
 
-/// Block temperatures covered by the training of an axis' model. Outside them the model extrapolates, even if the air
-/// temperatures the chamber can reach.
+/// Block temperatures covered by the training of an axis' model. Outside this range the model extrapolates, even at air
+/// temperatures that the chamber can reach.
 struct TrainedRange {
   std::string axis{};
   Stage stage{};                             ///< as_found or as_left
@@ -330,7 +333,7 @@ struct CalibrationReport {
 /// Returns the column for a quantity; null if the table has none.
 [[nodiscard]] const Column* find_column(const ResultTable& table, std::string_view quantity);
 
-/// Returns calibration.json, ending in a newline. Equal reports give equal bytes.
+/// Returns calibration.json, ending in a newline. The text depends only on the report.
 [[nodiscard]] std::string to_json(const CalibrationReport& report);
 
 /// Reads calibration.json. Fails with bad_file on syntax errors, another schema, a missing key, a wrong type or columns
@@ -339,9 +342,9 @@ struct CalibrationReport {
 
 /// Returns the results as CSV for other programs, one line per value: the keys of calibration.json, then value, u, k, U
 /// = k·u, degrees of freedom and unit. Numbers are exact and have a decimal point; an unknown or infinite number is
-/// empty. The first column is "DRAFT", "SUPERSEDED", "SIMULATED", two of them, or empty. RFC 4180: lines end in CR LF,
-/// and a field with a comma, a quote or a line break is quoted. A text field that a spreadsheet would execute as a
-/// formula gets a leading apostrophe.
+/// empty. The first column contains "DRAFT", "SUPERSEDED", "SIMULATED" or two of these marks, or is empty. RFC 4180:
+/// lines end in CR LF, and a field with a comma, a quote or a line break is quoted. A text field that a spreadsheet
+/// would execute as a formula gets a leading apostrophe.
 [[nodiscard]] std::string results_to_csv(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

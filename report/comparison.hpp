@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Comparison of two calibrations of one unit: the drift, and whether it exceeds the uncertainty of both.
+/// Comparison of two calibrations of one unit: the drift between them, and whether the drift exceeds their combined
+/// uncertainty.
 #pragma once
 
 #include <array>
@@ -20,13 +21,13 @@ inline constexpr const char* kComparisonSchema = "gyrotherm-comparison/1";
 inline constexpr std::array<std::string_view, 5> kReferenceDependent{"bias", "mean", "rmse", "largest",
                                                                      "compensated_bias"};
 
-/// One quantity contained in both reports.
+/// One quantity that both reports contain.
 struct ComparedResult {
   std::string key{}, quantity{}, unit{};
   std::string axis{};
   /// Profile of both records; "random, 2" is the second record of that profile in each report.
   std::string profile{};
-  /// Stages of the compared results: equal, or as_left and as_found.
+  /// Stages of the compared results: the same stage twice, or as_left before and as_found now.
   Stage before_at{}, now_at{};
   /// Condition of the row: "set_point 20, 2" is the second row at that set point; empty for a single row.
   std::string condition{};
@@ -48,18 +49,19 @@ struct Comparison {
   std::string laboratory{};                                        ///< laboratory of the later report
   double days_between = std::numeric_limits<double>::quiet_NaN();  ///< between the starts of the runs
   bool simulated{};
-  /// The unit came with the model with which it had left.
+  /// The unit returned with the model with which it had left the previous calibration.
   bool same_model{};
   std::vector<ComparedResult> results{};
 };
 
-/// Compares the results that both reports have for the same profile, row by row: the first record with the first, the
-/// second with the second. It compares uncompensated results with each other, and results as left with the later ones
-/// as found; the latter give the drift of the compensated unit. Results of a model on its own training record are
-/// skipped. Fails with usage if the reports are not of one unit (serial number and model) or have no result in common.
+/// Compares the results that both reports have for the same profile, row by row: the first record of one report with
+/// the first of the other, and so on. It compares uncompensated results with each other, and results as left with the
+/// later ones as found; the latter give the drift of the compensated unit. Results of a model on its own training
+/// record are skipped. Fails with usage if the reports are not of one unit (serial number and model) or have no result
+/// in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
-/// Returns the change with its U.
+/// Returns the change and its U.
 [[nodiscard]] ReportedValue change_with_uncertainty(const ComparedResult& result);
 /// Returns the results sorted by |E_n|, greatest first.
 [[nodiscard]] std::vector<const ComparedResult*> by_normalised_error(const Comparison& comparison);

@@ -5,7 +5,7 @@
 /// The certificate contains the whole report except its figures. Each axis is a measurementResult, and each table of an
 /// axis is a result. The refType identifies a quantity: a type of PTB's vocabulary (basic_…) if one exists, otherwise
 /// gyrotherm_ with the key of words.hpp. Texts are in English and German. The certificate does not depend on the time
-/// of writing: equal reports and options give equal bytes.
+/// of writing: the same report and options always give the same bytes.
 #pragma once
 
 #include <optional>
@@ -45,9 +45,9 @@ struct DccOptions {
   std::optional<ReadableReport> pdf{};
 };
 
-/// Returns the unsigned certificate. For a draft, missing texts required by the schema are "not given (draft)" and
-/// missing days 0001-01-01; identifier, statements and signer mark it as a draft. Fails with bad_file if a report that
-/// is not a draft has no results or is missing data required by the schema.
+/// Returns the unsigned certificate. In a draft, missing texts that the schema requires are replaced by "not given
+/// (draft)" and missing days by 0001-01-01; identifier, statements and signer mark the certificate as a draft. Fails
+/// with bad_file if a report that is not a draft has no results or is missing data required by the schema.
 [[nodiscard]] Result<std::string> make_dcc(const CalibrationReport& report, const DccOptions& options = {});
 
 /// Contents of a certificate needed to verify its files.
@@ -57,8 +57,8 @@ struct ReadDcc {
 };
 
 /// Reads a certificate written by this program, without its signature. Fails with bad_file if it is not XML, or if any
-/// byte differs from the form in which this program writes the same contents. Comments, document types and other
-/// encodings of the same contents are therefore refused: an XML signature covers the contents and not the bytes.
+/// byte differs from the form in which this program writes the same contents. This refuses comments, document types and
+/// other encodings, which an XML signature does not detect: it covers the contents and not the bytes.
 [[nodiscard]] Result<ReadDcc> read_dcc(std::string_view dcc, const std::string& file);
 
 }  // namespace gyrotherm::report

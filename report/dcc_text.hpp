@@ -25,7 +25,8 @@ namespace gyrotherm::report {
 /// Joins two texts in each language.
 [[nodiscard]] Texts joined(const Texts& first, std::string_view between, const Texts& second);
 
-/// Returns the language that all texts of the laboratory have: English before German, and English if neither has all.
+/// Returns the language in which all texts of the laboratory are given: English if possible, otherwise German; English
+/// if neither is complete.
 [[nodiscard]] Language mandatory_language(const CalibrationReport& report);
 
 /// Returns the text, or "not given" if it is empty.
@@ -43,7 +44,8 @@ class DccText {
   [[nodiscard]] Language mandatory() const { return mandatory_; }
   [[nodiscard]] XmlText& xml() { return xml_; }
 
-  /// Writes a text in both languages. If the mandatory language is missing, the other one takes its place with a note.
+  /// Writes a text in both languages. If the text in the mandatory language is missing, it is replaced by the other
+  /// text with a note.
   void text(const char* name, const Texts& texts, const XmlText::Attributes& attributes = {});
   /// Writes a name, which has no language.
   void proper_name(const char* name, std::string_view proper);
@@ -53,7 +55,7 @@ class DccText {
   /// Writes a quantity with one value or a list of values.
   void quantity(const Texts& name, const std::string& ref_type, std::string_view unit,
                 const std::vector<ReportedValue>& values, const char* element = "dcc:quantity");
-  /// Writes a quantity with a unit per value. D-SI must know all of these units.
+  /// Writes a quantity with a separate unit for each value. All units must be known to D-SI.
   void quantity(const Texts& name, const std::string& ref_type, const std::vector<std::string>& units,
                 const std::vector<ReportedValue>& values);
   /// Writes a list of texts. Blanks become underscores, because blanks separate the items of an XML list.

@@ -69,7 +69,7 @@ struct DocumentFigure {
   FigureData data;
 };
 
-/// Returns the legend text of a line: only the parts that distinguish it from the other lines.
+/// Returns the legend text of a line, with only the parts that distinguish the line from the others.
 [[nodiscard]] std::string line_name(Language language, const FigureData& figure, std::size_t index);
 /// Returns the colour of a line as "#rrggbb".
 [[nodiscard]] std::string line_colour(const FigureData& figure, std::size_t index);
@@ -99,8 +99,8 @@ struct Document {
 
 /// Returns the document as one HTML page for a screen of any width and for print, without network access. With scripts
 /// enabled, dygraphs draws the figures with zoom and cursor. Without scripts, in print, and for logarithmic axes, the
-/// page shows the SVGs of the document. The mark of the document is above the page and on every sheet. Equal documents
-/// give equal bytes.
+/// page shows the SVGs of the document. The mark of the document is above the page and on every sheet. The page depends
+/// only on the document.
 [[nodiscard]] std::string to_html(const Document& document);
 
 }  // namespace gyrotherm::report

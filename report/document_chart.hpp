@@ -13,8 +13,8 @@ namespace gyrotherm::report {
 /// Returns true if dygraphs can draw the figure: x increases along each line, and both axes are linear.
 [[nodiscard]] bool can_be_enlarged(const FigureData& figure);
 
-/// Returns the values as JSON on one line. Each line of the figure has at most `most_points` points: the minimum and
-/// maximum of each section are kept. No character of the JSON ends a script element.
+/// Returns the values as JSON on one line. Each line of the figure is reduced to at most `most_points` points; the
+/// minimum and maximum of each section are kept. The JSON contains nothing that could end a script element.
 [[nodiscard]] std::string chart_data(const FigureData& figure, Language language, std::size_t most_points);
 
 /// Returns the script of the page: dygraphs with the notice required by its licence, and the code that calls it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Building blocks for documents, used by document*.cpp and comparison_document.cpp only.
+/// Helpers that build documents, used only by document*.cpp and comparison_document.cpp.
 #pragma once
 
 #include <string>
@@ -72,8 +72,8 @@ class DefinitionsWriter {
 [[nodiscard]] std::vector<std::string> all_axes(const CalibrationReport& report);
 /// Returns "Axis u1.x", or "Results of the unit" for an axis without a name.
 [[nodiscard]] std::string axis_heading(const DocumentWriter& writer, const std::string& axis);
-/// Returns the most representative result of a key: a result on an unseen record before an in-sample one, then one of
-/// all records before one of a single record. Returns null if there is none.
+/// Returns the most representative result of a key. Prefers a result on an unseen record to an in-sample one, then a
+/// result of all records to one of a single record. Returns null if there is none.
 [[nodiscard]] const ResultTable* find_representative_result(const CalibrationReport& report, std::string_view key,
                                                             std::string_view axis, Stage stage);
 

@@ -16,7 +16,7 @@ struct HtmlPage {
   std::string kind;
   std::string heading;
   std::string subtitle = {};
-  /// Marks the page as simulated at its top, and each printed sheet.
+  /// The page has the mark of simulated data at its top and on each printed sheet.
   bool simulated{};
   std::string body;  ///< HTML
   std::string footer = {};
@@ -36,7 +36,7 @@ struct HtmlTable {
 
 [[nodiscard]] std::string to_html(const HtmlTable& table);
 
-/// Returns a text as a CSS string. Everything except letters and digits is written as a code, so that no character is
+/// Returns a text as a CSS string. Every character except letters and digits is escaped as its code, so nothing is
 /// interpreted as CSS or HTML.
 [[nodiscard]] std::string css_string(std::string_view text);
 

@@ -24,8 +24,8 @@ struct LotAxis {
   std::string verdict;
   /// Reason for a training failure, or empty.
   std::string trouble;
-  /// Standard deviation and root mean square in the random run, which no model has seen: uncompensated, and compensated
-  /// by multi-point with temperature. Unknown if training failed.
+  /// Standard deviation and root mean square of the bias in the random run, which was not used in training:
+  /// uncompensated, and compensated by the model multi-point with temperature. Unknown if training failed.
   double raw_std_deg_per_h = kNotKnown, compensated_std_deg_per_h = kNotKnown, compensated_rmse_deg_per_h = kNotKnown;
   double floor_deg_per_h = kNotKnown;     ///< noise floor
   double expanded_deg_per_h = kNotKnown;  ///< U of a 1 h mean
@@ -55,8 +55,8 @@ struct Lot {
 /// Copies the verdict and the values of an axis from its report.
 void copy_results(const Report& report, LotAxis& axis);
 
-/// Returns the modified z-score of each value among the known ones: 0.6745 (x − median)/MAD of the logarithms. Returns
-/// NaN for all values if fewer than six are known, or if their MAD is 0.
+/// Returns the modified z-score of each value relative to the known values: 0.6745 (x − median)/MAD, computed from the
+/// logarithms. Returns NaN for all values if fewer than six are known, or if the MAD is 0.
 [[nodiscard]] std::vector<double> robust_scores(const std::vector<double>& values);
 
 /// Computes the scores of all axes.

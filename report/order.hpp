@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data that people add to a calibration report: laboratory.toml of the laboratory, which applies to every order, and
-/// order.toml of one order.
+/// Data that people add to a calibration report: laboratory.toml, which applies to every order, and order.toml, which
+/// applies to one order.
 #pragma once
 
 #include <optional>
@@ -27,7 +27,7 @@ struct LaboratoryFile {
   std::vector<Person> people{};
 };
 
-/// A unit under test as its customer describes it. Empty members are taken from the record.
+/// A unit under test as described by the customer. Empty members are taken from the record.
 struct OrderedUnit {
   /// Name in the rig; empty for the only unit.
   std::string name{};
@@ -76,8 +76,9 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 /// Checks that `by` has the role authorising in the report. Fails with usage and lists the persons with that role.
 [[nodiscard]] Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by);
 
-/// Compares the results with the limits of an order, row by row. The worst verdict is that of the result; among equal
-/// verdicts the least probable row counts. In-sample results are not compared. A limit without a result is not_known.
+/// Compares the results with the limits of an order, row by row. The result gets the verdict of its worst row; among
+/// rows with the same verdict, the worst is the one with the lowest probability of conformity. In-sample results are
+/// not compared. A limit without a result gets the verdict not_known.
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
 
 /// Returns true for a text copied from an example and not replaced: an unfinished text ("…", "...", "todo", "tbd",

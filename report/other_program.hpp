@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs programs as child processes. Third-party programs make and verify the signatures.
+/// Runs third-party programs as child processes. They make and verify the signatures of reports.
 #pragma once
 
 #include <chrono>

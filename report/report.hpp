@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The report of an experiment as data. All views, including the file report.json, are made from these data alone.
 ///
-/// Equal inputs give equal bytes: the report contains no wall-clock time, thread count or path of the machine.
+/// The same inputs always give the same report: it contains no wall-clock time, thread count or path of the machine.
 #pragma once
 
 #include <cstdint>
@@ -98,7 +98,7 @@ struct ReportedSeries {
   std::vector<ReportedCycle> cycles;
 };
 
-/// Noise of the holds, and of the whole run before and after compensation.
+/// Noise of the holds and of the whole run, before and after compensation.
 struct ReportedNoise {
   /// Noise of the holds, uncompensated and compensated by multi_point_t.
   data::HoldNoise holds, compensated_holds;
@@ -106,7 +106,7 @@ struct ReportedNoise {
   model::PerModel<data::AllanCurve> compensated;
 };
 
-/// Gain of a model. The last two values compare it with three-point and are unknown for three-point itself.
+/// Gain of a model. The last two values compare the model with three-point and are unknown for three-point itself.
 struct ReportedGain {
   double from_original{}, paper_ratio = kNotKnown, residual_reduction = kNotKnown;
 };
@@ -220,7 +220,7 @@ struct Report {
   std::vector<ReportedSegment> segments;
   std::string program_version;
   std::uint64_t seed{};
-  /// Virtual rig: days by which the gyro is older in both runs.
+  /// Virtual rig: days by which the gyro has aged before both runs.
   std::uint64_t days_later{};
 };
 
@@ -231,8 +231,8 @@ struct Report {
 /// value.
 [[nodiscard]] const char* in_sample_text(const ReportedRun& run);
 
-/// Returns report.json, ending in a newline. Each top-level key is on its own line, so that reports can be compared
-/// line by line. Numbers have the fewest digits that restore the same double; NaN is null.
+/// Returns report.json, ending in a newline. Each top-level key is on a separate line, which permits a line-by-line
+/// comparison of reports. Numbers have the fewest digits that restore the same double; NaN is null.
 [[nodiscard]] std::string to_json(const Report& report);
 
 /// Reads report.json. Fails with bad_file on syntax errors (where: file:line:column), and on another schema, a missing
@@ -278,7 +278,7 @@ struct ReportSource {
   const model::Qualification& qualification;
   std::string program_version;
   std::uint64_t seed{};
-  /// Virtual rig: days by which the gyro is older in both runs.
+  /// Virtual rig: days by which the gyro has aged before both runs.
   std::uint64_t days_later{};
 };
 

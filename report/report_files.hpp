@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The files in the folder of a report. They are replaced together. Authorisation records the SHA-256 of
-/// calibration.json and each view in authorisation.json; later exactly these bytes are signed.
+/// calibration.json and each view in authorisation.json; only files with these hashes are signed later.
 #pragma once
 
 #include <string>
@@ -19,7 +19,8 @@ struct NewFile {
 };
 
 /// Replaces files of a folder in the given order; the last file makes the others valid. All files are first written
-/// under temporary names, so that a full disk changes nothing. Fails with storage; later files are then not replaced.
+/// under temporary names, so nothing changes if the disk is full. Fails with storage; the files after the failed one
+/// are then not replaced.
 [[nodiscard]] Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files);
 
 inline constexpr const char* kAuthorisationFile = "authorisation.json";
@@ -36,7 +37,7 @@ struct AuthorisedFiles {
 [[nodiscard]] AuthorisedFiles authorised_files(const CalibrationReport& report, const std::vector<NewFile>& files,
                                                const std::string& program_version);
 
-/// Returns authorisation.json, ending in a newline. Equal authorisations give equal bytes.
+/// Returns authorisation.json, ending in a newline. The text depends only on `files`.
 [[nodiscard]] std::string to_json(const AuthorisedFiles& files);
 
 /// Reads authorisation.json. Fails with bad_file on syntax errors, another schema, a missing key, a name with a folder,
@@ -52,8 +53,8 @@ struct FolderDifferences {
 /// Returns "changed calibration.html; not part of the report note.html, zz.pdf".
 [[nodiscard]] std::string text(const FolderDifferences& differences);
 
-/// Compares a folder with the listed files. The folder may also contain files used by the report, each record with its
-/// manifest, and those in `beside`. A file that cannot be read counts as changed.
+/// Compares a folder with the listed files. The folder may also contain the files used by the report, the manifest of
+/// each used record, and the files in `beside`. A file that cannot be read is reported as changed.
 [[nodiscard]] FolderDifferences compare_with(const std::string& folder, const std::vector<IssuedFile>& files,
                                              const std::vector<UsedFile>& used,
                                              const std::vector<std::string>& beside = {});

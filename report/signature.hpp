@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Signs certificates (XML, with xmlsec1) and PDFs (with pdfsig), and verifies the signatures. In both cases openssl
-/// judges the certificate of the key. None of these functions uses the network.
+/// verifies the certificate of the key. None of these functions uses the network.
 #pragma once
 
 #include <optional>
@@ -50,7 +50,7 @@ struct Signer {
 /// its signer is not trusted.
 [[nodiscard]] Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, const Trust& trust);
 
-/// Signs a PDF into another file (adbe.pkcs7.detached, SHA-256). `reason` is ASCII. Fails with bad_file in the cases of
+/// Signs a PDF into another file (adbe.pkcs7.detached, SHA-256). `reason` is ASCII. Fails with bad_file like
 /// sign_dcc(), and if the PDF already has a signature.
 [[nodiscard]] Result<void> sign_pdf(const std::string& path, const std::string& signed_path, const SigningKey& key,
                                     const std::string& reason);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A signed calibration report: a folder with calibration.json, the human-readable files, and dcc.xml. dcc.xml lists
-/// the SHA-256 of every file; its signature therefore protects all of them.
+/// the SHA-256 of every file; the signature of dcc.xml therefore protects all of them.
 #pragma once
 
 #include <functional>
@@ -27,7 +27,7 @@ struct Check {
   } outcome{};
   std::string text{};  ///< "as it was signed"
 };
-/// Returns true if this outcome means that the folder is not the signed report.
+/// Returns true if the outcome means that the folder is not the report that was signed.
 [[nodiscard]] bool is_failure(Check::Outcome outcome);
 
 /// Renders the files of an authorised report that have the given names.
@@ -38,8 +38,8 @@ using RenderFiles =
 /// file listed in authorisation.json, and over authorisation.json itself; dcc.xml embeds the first PDF. The signed
 /// bytes are those that `render` makes from calibration.json. Returns the names of the files. Fails with bad_file if
 /// the report is a draft, is already signed, or has no authorisation.json; if a file was changed or removed after
-/// authorisation, is not rendered to the same bytes, or is not part of the report; or in the cases of sign_dcc() and
-/// sign_pdf(). Fails with storage. A failure leaves the folder unchanged, also on a full disk, unless it occurs while
+/// authorisation, is not rendered to the same bytes, or is not part of the report; or like sign_dcc() and sign_pdf().
+/// Fails with storage. A failure leaves the folder unchanged, even on a full disk, unless the failure occurs while
 /// files are being renamed.
 [[nodiscard]] Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key,
                                                            const RenderFiles& render);

@@ -48,7 +48,7 @@ struct ReportedThermalModel {
   ReportedThermalImage image;
 };
 
-/// The model, or the reason why it is missing.
+/// The finite-element model, or the reason why it is missing.
 struct ReportedThermal {
   std::string missing = "not applicable";  ///< or "not available"; empty with model
   std::string reason = "no finite-element model of this gyro exists";

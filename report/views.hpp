@@ -45,11 +45,11 @@ struct ReportFigure {
 [[nodiscard]] std::string to_html(const Report& report, const std::vector<ReportFigure>& figures);
 
 /// Writes `folder`/report.json (the given text), `folder`/report.html and `folder`/figures/*.svg. Creates the folders
-/// if needed. Each file is written under a temporary name and renamed, so that it appears completely or not at all.
-/// Fails with bad_file, before writing, if the text is not a complete report; fails with storage.
+/// if needed. Each file is written under a temporary name and then renamed; it therefore appears completely or not at
+/// all. Fails with bad_file, before writing, if the text is not a complete report; fails with storage.
 [[nodiscard]] Result<void> write_report(const std::string& report_json_text, const std::string& folder);
 
-/// Writes the views from the report.json in `folder` (`gyrotherm report DIR`). Fails as write_report(), and with
+/// Writes the views from the report.json in `folder` (`gyrotherm report DIR`). Fails like write_report(), and with
 /// storage if report.json cannot be read.
 [[nodiscard]] Result<void> rebuild_report(const std::string& folder);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes XML in one canonical form: reading the text with any parser and writing it again gives the same bytes.
-/// read_dcc() relies on this.
+/// Writes XML in one canonical form: reading the text with any parser and writing the contents again gives the same
+/// bytes. read_dcc() relies on this.
 #pragma once
 
 #include <cstddef>

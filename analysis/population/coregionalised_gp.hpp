@@ -11,14 +11,14 @@
 
 namespace gyrotherm::population {
 
-// The intrinsic coregionalisation model: the covariance of output i at z with output j at z' is B_ij k(z, z'), with k
-// the squared exponential with one length per input, and each output has its own noise (nugget) (Bonilla, Chai and
+// The intrinsic coregionalisation model: the covariance of output i at z with output j at z' is B_ij k(z, z'), where k
+// is the squared exponential with one length per input. Each output has its own noise (nugget) (Bonilla, Chai and
 // Williams, Multi-task Gaussian process prediction, NIPS 20 (2008); Álvarez, Rosasco and Lawrence, Kernels for
 // vector-valued functions, Found. Trends Mach. Learn. 4 (2012) 195, §4.2).
 //
-// If all outputs have the same rows and no noise, the prediction of an output depends on its own values alone
-// (autokrigeability: Bonilla et al. §2.3). A gain is possible only through the noise, and where an axis lacks rows that
-// another has.
+// If all outputs have the same rows and no noise, the prediction of an output depends only on its own values
+// (autokrigeability: Bonilla et al. §2.3). Joint learning helps only if there is noise, or if an axis has no values in
+// rows in which another axis has some.
 
 /// One value of one output.
 struct OutputValue {
@@ -28,8 +28,8 @@ struct OutputValue {
 };
 
 /// Training data of the process: scaled inputs, and the outputs' values at some of their rows. The values should be the
-/// residuals of a plane. Each output has a constant in addition to the process, with a flat prior; the mean of
-/// correlated values is uncertain, and the variance includes this.
+/// residuals of a plane. Each output also has a constant with a flat prior. The predicted variance includes the
+/// uncertainty of the constant, which is large for correlated values.
 struct OutputSamples {
   data::SampleMatrix x;
   std::vector<OutputValue> values;
@@ -54,13 +54,13 @@ struct Coregionalisation {
 
 struct CoregionalisedLikelihood {
   double log_value{};
-  /// Gradient by the log lengths, then by the lower triangle of L column by column (the diagonal by its logarithm),
-  /// then by the log noise.
+  /// Gradient with respect to the log lengths, the lower triangle of L column by column (for the diagonal, its
+  /// logarithm), and the log noises, in this order.
   Eigen::VectorXd gradient;
 };
-/// Computes the likelihood of the values and its gradient, with the outputs' constants integrated out under a flat
-/// prior (Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), eq. 2.45). Fails with numeric if the
-/// covariance is not positive definite in double precision.
+/// Computes the likelihood of the values and its gradient, with the constants of the outputs integrated out under a
+/// flat prior (Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), eq. 2.45). Fails with numeric if
+/// the covariance is not positive definite in double precision.
 [[nodiscard]] Result<CoregionalisedLikelihood> marginal_likelihood(const Coregionalisation& model,
                                                                    const OutputSamples& samples);
 
@@ -84,17 +84,18 @@ struct OutputPredictions {
   Eigen::MatrixXd variance;
 };
 
-/// Learns lengths, B and noises by maximising the marginal likelihood: Rprop, starting from independent outputs with
-/// half their variance as noise, until no derivative exceeds 0.05 or after `most_evaluations`. The computing time grows
-/// with the third power of the number of values; some hundred are suitable. Fails with usage for an output with fewer
-/// than two values, an invalid row or output, or values that are not finite or do not vary. Fails with numeric.
+/// Learns lengths, B and noises by maximising the marginal likelihood with Rprop. The search starts from independent
+/// outputs with half their variance as noise, and ends when no derivative exceeds 0.05 or after `most_evaluations`. The
+/// computing time grows with the third power of the number of values; a few hundred values are practical. Fails with
+/// usage for an output with fewer than two values, an invalid row or output, or values that are not finite or do not
+/// vary. Fails with numeric.
 [[nodiscard]] Result<CoregionalisedGp> learn_coregionalised(OutputSamples samples, int most_evaluations = 100);
 
 /// Conditions a known model on values. Fails like learn_coregionalised().
 [[nodiscard]] Result<CoregionalisedGp> condition(const Coregionalisation& model, OutputSamples samples);
 
-/// Predicts every output at each of the rows, including its constant (Rasmussen and Williams, eqs. 2.41 and 2.42). The
-/// rows must have the inputs of the samples.
+/// Predicts every output, including its constant, at each row of `x` (Rasmussen and Williams, eqs. 2.41 and 2.42). The
+/// columns of `x` must be the inputs of the samples.
 [[nodiscard]] OutputPredictions predict(const CoregionalisedGp& process, const data::SampleMatrix& x);
 
 }  // namespace gyrotherm::population

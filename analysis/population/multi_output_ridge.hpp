@@ -15,11 +15,12 @@ namespace gyrotherm::population {
 // If Q diagonalises both, QᵀΩQ = D and QᵀΓQ = I, each column of Y Q is a separate ridge regression with the penalty d n
 // C, and no iteration is needed.
 //
-// Limits: if Ω is a multiple of Γ, all penalties are equal and Q cancels; if both are diagonal, Q mixes nothing. In
-// both cases the result is exactly that of separate ridges. The same is true without a penalty, for any Ω (Zellner, J.
-// Am. Stat. Assoc. 57 (1962) 348: the same inputs in each equation). A gain requires that the axes' noises correlate,
-// that their slopes do not correlate in the same way, and that the penalty is significant compared with the data: few
-// hours, or thermometers with nearly equal readings. residual_correlation.hpp tests the first condition.
+// Limiting cases: if Ω is a multiple of Γ, all penalties are equal and Q cancels; if both are diagonal, Q does not mix
+// outputs. In both cases the result equals that of separate ridges exactly. The same is true without a penalty, for any
+// Ω (Zellner, J. Am. Stat. Assoc. 57 (1962) 348: the same inputs in each equation). Joint regression therefore helps
+// only if the noises of the axes correlate, if their slopes do not correlate in the same way, and if the penalty is
+// significant compared with the data, as with few hours of data or with thermometers that have nearly equal readings.
+// residual_correlation.hpp tests for correlated noises.
 
 /// Covariances between the outputs, outputs × outputs, symmetric and positive definite.
 struct OutputCovariances {
@@ -31,27 +32,28 @@ struct OutputCovariances {
 struct MultiOutputPlanes {
   Eigen::MatrixXd weights;  ///< W, inputs × outputs
   Eigen::RowVectorXd b;     ///< one per output
-  /// One per combination Y Q, including the constant's 1.
+  /// One per column of Y Q, including 1 for the constant.
   Eigen::VectorXd effective_parameters;
 };
 
-/// Minimises the sum above in closed form. C is symmetric and not negative: the covariance of the inputs due to the
-/// thermometers' uncertainty, as in methods::penalised_plane(), which solves each combination, or λI for an ordinary
-/// ridge. Fails with usage if shapes differ, if there are fewer than two rows or if a value is not finite, and with
-/// numeric if Ω or Γ is not positive definite.
+/// Minimises the sum above in closed form; methods::penalised_plane() solves each column of Y Q. `penalty` is C,
+/// symmetric and positive semidefinite: the covariance of the inputs due to the thermometers' uncertainty, or λI for an
+/// ordinary ridge. Fails with usage if shapes differ, if there are fewer than two rows or if a value is not finite, and
+/// with numeric if Ω or Γ is not positive definite.
 [[nodiscard]] Result<MultiOutputPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                                            const Eigen::MatrixXd& penalty,
                                                            const OutputCovariances& between);
 
-/// Planes with Ω estimated from the data: the covariance of the residuals of separate ridges, over the rows less the
-/// mean effective parameters. Each ridge has the penalty n C times its own output's residual variance, so that Γ is I
-/// in the unit of the outputs. Two steps without iteration, as in Zellner's estimator.
+/// Planes with Ω estimated from the data. Ω is the covariance of the residuals of separate ridges, divided by the
+/// number of rows minus the mean number of effective parameters. The penalty of each ridge is n C times the residual
+/// variance of its output, so Γ is I in the unit of the outputs. The estimate takes two steps without iteration, as in
+/// Zellner's estimator.
 struct EstimatedPlanes {
   MultiOutputPlanes planes;
   Eigen::MatrixXd noise;  ///< estimated Ω
 };
-/// Computes them. `penalty` is the inverse of n times the prior variance of a slope, and not in units of the noise.
-/// Fails like the function above, and with usage if the rows are not more than the effective parameters.
+/// Estimates Ω and the planes. `penalty` is the inverse of n times the prior variance of a slope; it is not in units of
+/// the noise. Fails like the function above, and with usage if there are no more rows than effective parameters.
 [[nodiscard]] Result<EstimatedPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                                          const Eigen::MatrixXd& penalty);
 

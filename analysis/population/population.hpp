@@ -15,7 +15,7 @@ namespace gyrotherm::population {
 // covariance and already whitened (Laird and Ware, Random-effects models for longitudinal data, Biometrics 38 (1982)
 // 963; Lindley and Smith, J. R. Stat. Soc. B 34 (1972) 1; Gelman et al., Bayesian Data Analysis (2013), ch. 15).
 
-/// Sufficient statistics of one unit's whitened values for its coefficients. All are 0 without any row.
+/// Sufficient statistics of one unit's whitened values for its coefficients. All are 0 if there is no row.
 struct UnitInformation {
   Eigen::MatrixXd precision;   ///< A = ZᵀZ
   Eigen::VectorXd projection;  ///< c = Zᵀy
@@ -27,7 +27,7 @@ struct UnitInformation {
 
 [[nodiscard]] UnitInformation unit_information(const Eigen::MatrixXd& z, const Eigen::VectorXd& y,
                                                double log_determinant = 0);
-/// Returns empty statistics for that number of coefficients.
+/// Returns the statistics of a unit without data, for this number of coefficients.
 [[nodiscard]] UnitInformation no_information(Eigen::Index coefficients);
 /// Adds the statistics of two independent records of one unit. Both must have the same coefficients.
 [[nodiscard]] UnitInformation operator+(const UnitInformation& a, const UnitInformation& b);
@@ -57,9 +57,9 @@ struct Population {
 /// Returns the prior of the next unit: N(μ, Σ + the covariance of μ).
 [[nodiscard]] Coefficients next_unit(const Population& population);
 
-/// Shrinkage of Σ towards a diagonal matrix, since few units determine the correlations of coefficients poorly. It has
-/// the weight of `worth_units` further units with that covariance: the mode under an inverse Wishart prior (Gelman et
-/// al. (2013), §3.6).
+/// Shrinkage of Σ towards a diagonal matrix, since few units determine the correlations of coefficients poorly. The
+/// diagonal matrix has the weight of `worth_units` further units with that covariance: the mode under an inverse
+/// Wishart prior (Gelman et al. (2013), §3.6).
 struct Shrinkage {
   Eigen::VectorXd variances;  ///< diagonal, not negative
   double worth_units{};       ///< κ, above 0
@@ -76,16 +76,16 @@ struct PopulationOptions {
 
 struct PopulationFit {
   Population population;
-  /// Restricted log likelihood; for a shrunk Σ with its log prior, up to a constant.
+  /// Restricted log likelihood, plus the log prior of Σ if Σ is shrunk, up to a constant.
   double log_likelihood{};
   int iterations{};
   bool converged{};
 };
 
-/// Estimates Σ by the EM algorithm for the restricted likelihood. μ is integrated out under a flat prior, so that Σ is
-/// not biased by the estimation of μ (Laird and Ware (1982), eqs. 3.4 to 3.7; Dempster, Laird and Rubin, J. R. Stat.
-/// Soc. B 39 (1977) 1: no iteration decreases the likelihood). It starts from `start`, which must not be negative; a
-/// variance that starts at 0 remains 0. Fails with usage if there are fewer than three units, and with numeric if the
+/// Estimates Σ by the EM algorithm for the restricted likelihood. μ is integrated out under a flat prior, so the
+/// estimation of μ does not bias Σ (Laird and Ware (1982), eqs. 3.4 to 3.7; Dempster, Laird and Rubin, J. R. Stat. Soc.
+/// B 39 (1977) 1: no iteration decreases the likelihood). It starts from `start`, which must be positive semidefinite;
+/// a variance that starts at 0 remains 0. Fails with usage if there are fewer than three units, and with numeric if the
 /// data of all units together do not determine the coefficients.
 [[nodiscard]] Result<PopulationFit> fit_population(std::span<const UnitInformation> units, const Eigen::MatrixXd& start,
                                                    const PopulationOptions& options = {});

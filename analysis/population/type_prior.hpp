@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Prior of a unit from n other units of its type, so that a few hours of its own data are sufficient for a model that
-/// would otherwise need a complete profile.
+/// Prior of a unit from n other units of its type. With the prior, a few hours of the unit's own data are sufficient
+/// for a model that would otherwise need a complete profile.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,9 +45,10 @@ struct TypePriorOptions {
   bool simulated = false;
 };
 
-/// A record that a prior was learnt from. The name of its unit is chosen by the user and does not identify the gyro.
+/// A record from which a prior was learnt. The user chooses the name of the unit, so the name does not identify the
+/// gyro.
 struct PriorRecord {
-  /// Name of the unit in TypePrior::units.
+  /// Name of the unit as in TypePrior::units.
   std::string name;
   std::string run_id;
   /// Unit and axis in that run; empty for a record with a single one.
@@ -76,7 +77,7 @@ struct TypePrior {
   Eigen::MatrixXd term_spread;
   /// Covariance of the scaled terms due to the thermometers' uncertainty; 0 if there is none.
   Eigen::MatrixXd error_covariance;
-  /// °/h: the constant, then per STD of each term.
+  /// Coefficients of the next unit: the constant, °/h, then the slopes, °/h per STD of each term.
   Coefficients next_unit;
   UnexplainedNoise noise;
   /// Weight of the shrinkage of the correlations (see Shrinkage); 0: no correlations.
@@ -84,17 +85,17 @@ struct TypePrior {
 };
 
 /// Learns the prior from at least three units with the same thermometers and cluster length. Terms are scaled over all
-/// clusters together; clusters without a value of every term are ignored. The covariance of the coefficients is
-/// estimated in the principal components of the scaled terms, because thermometers of one block have nearly equal
-/// readings, and directions that cannot be distinguished must not contribute. Directions with less than 10⁻⁵ of the
-/// greatest spread are omitted; no unit has coefficients there.
+/// clusters together; clusters that lack a value of a term are ignored. The covariance of the coefficients is estimated
+/// in the principal components of the scaled terms: thermometers of one block have nearly equal readings, and the data
+/// do not determine coefficients along their small differences. Components with less than 10⁻⁵ of the greatest spread
+/// are therefore omitted; the coefficients along them are 0.
 ///
 /// The variances of the coefficients and the noises (except the turn-on) are estimated alternately, each with the
-/// others held constant, by the restricted likelihood; noise with a correlation time below three clusters counts as
-/// white. The correlations between coefficients are then learnt, shrunk towards 0 with the weight of a number of
-/// further units without correlations. That number, or no correlation at all, is chosen by leave-one-unit-out: by the
-/// predictive density of each unit's data given the others (log_predictive). With a dozen units this is a choice
-/// between a few values, not an estimate.
+/// others held constant, by the restricted likelihood; noise with a correlation time below three clusters is treated as
+/// white. The correlations between coefficients are then learnt and shrunk towards 0. The shrinkage has the weight of a
+/// number of additional units without correlations. Leave-one-unit-out chooses this number, or no correlation at all,
+/// by the predictive density of each unit's data given the other units (log_predictive). A dozen units permit only a
+/// choice between a few values.
 ///
 /// Fails with usage for too few units, a unit given twice or without a run, inconsistent clusters, a term that does not
 /// vary or does not exist, or uncertainties that are negative or not one per thermometer. Fails with numeric.
@@ -104,22 +105,22 @@ struct TypePrior {
 /// Posterior of one unit.
 struct LearntUnit {
   Coefficients coefficients;
-  /// Mean of the scaled terms over its own clusters; 0 without clusters.
+  /// Mean of the scaled terms over the unit's own clusters; 0 without clusters.
   Eigen::VectorXd centre;
-  /// Number of coefficients that its own clusters determine: tr(VA) with V and A of population.hpp.
+  /// Number of coefficients that the unit's own clusters determine: tr(VA), with V and A as in population.hpp.
   double effective_parameters{};
 };
 
-/// Returns the posterior of a unit's coefficients given its own runs, in closed form. There may be no run, or only the
-/// beginning of one. Fails with usage if clusters lack a thermometer or have another length.
+/// Returns the posterior of a unit's coefficients given its own runs, in closed form. `own` may be empty or contain
+/// only the beginning of a run. Fails with usage if clusters lack a thermometer or have another length.
 [[nodiscard]] Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clusters> own);
 
-/// Returns the constant and the slopes for compensation, °/h, per STD, with the least error for readings with the
-/// thermometers' uncertainty. The slopes v = (M + C)⁻¹Mm minimise (v − m)ᵀM(v − m) + vᵀCv, with M the spread of the
+/// Returns the constant, °/h, and the slopes, °/h per STD, that give the least error of compensation for readings with
+/// the thermometers' uncertainty. The slopes v = (M + C)⁻¹Mm minimise (v − m)ᵀM(v − m) + vᵀCv, with M the spread of the
 /// terms within a run, C the covariance of their errors and m the most likely slopes. The constant keeps the mean over
-/// the unit's own clusters. It is the penalty of methods::penalised_plane(), with the posterior instead of samples. The
-/// most likely slopes themselves depend on differences between thermometers that a year's drift changes. If C is 0,
-/// they are returned.
+/// the unit's own clusters. This is the penalty of methods::penalised_plane(), with the posterior instead of samples.
+/// The most likely slopes are not used directly, because they depend on differences between thermometers that change
+/// with a year's drift. If C is 0, the most likely slopes are returned.
 [[nodiscard]] Eigen::VectorXd careful_coefficients(const TypePrior& prior, const LearntUnit& unit);
 
 /// Predicted bias of each cluster of a run that the unit has not made yet, °/h; NaN if an input is unknown.
@@ -132,9 +133,10 @@ inline constexpr double kUnitCoverageFactor = 2;
 
 /// Predicts a run's bias with the careful coefficients. `drift_k` is the standard uncertainty of each thermometer's
 /// drift since the unit's own runs, K; no drift if it is empty. U combines the covariance of the coefficients, the
-/// distance of the careful ones from the most likely ones, the drift, and the wander and the turn-on of the run. It
-/// excludes the white noise of a mean, which is not an error of the compensation, and calibration errors, which the own
-/// runs share. Fails like learn_unit(), or with usage if `drift_k` does not have one value per thermometer.
+/// distance of the careful coefficients from the most likely ones, the drift, and the wander and the turn-on of the
+/// run. It excludes the white noise of a mean, which is not an error of the compensation, and calibration errors, which
+/// are the same in the unit's own runs. Fails like learn_unit(), or with usage if `drift_k` does not have one value per
+/// thermometer.
 [[nodiscard]] Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit,
                                              const data::Clusters& clusters, std::span<const double> drift_k = {});
 

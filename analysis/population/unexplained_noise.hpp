@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Noise model of the residual of a plane: white noise, wander and a constant of each run. Clusters of one hour are
+/// Noise model of the residual of a plane: white noise, wander and a constant per run. Clusters within an hour are
 /// correlated; treating them as independent would make the uncertainty too small.
 #pragma once
 
@@ -7,9 +7,9 @@
 
 namespace gyrotherm::population {
 
-/// Noise of cluster means: white noise, a first-order Gauss–Markov process with the covariance s² exp(−|Δt|/τ) (effects
-/// that the inputs do not contain: hysteresis, bends, bias instability), and a constant of each run, the turn-on. The
-/// values are standard deviations, °/h, and not negative.
+/// Noise of cluster means: white noise, a first-order Gauss–Markov process with the covariance s² exp(−|Δt|/τ) (the
+/// wander: effects that a plane in the inputs does not describe, such as hysteresis, curvature and bias instability),
+/// and a constant per run, the turn-on. The values are standard deviations, °/h, and not negative.
 struct UnexplainedNoise {
   /// Noise of one mean; above 0.
   double white_deg_per_h{};
@@ -18,10 +18,10 @@ struct UnexplainedNoise {
   double turn_on_deg_per_h{};
 };
 
-/// Returns the covariance of the noise of means at these times, s, in one run.
+/// Returns the noise covariance of means at the times `time_s` of one run.
 [[nodiscard]] Eigen::MatrixXd noise_covariance(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s);
 
-/// Columns with noise that is white and of variance 1.
+/// Columns whose noise is white with variance 1.
 struct Whitened {
   Eigen::MatrixXd columns;
   /// Log determinant of the noise's covariance.
@@ -30,7 +30,7 @@ struct Whitened {
 
 /// Whitens columns with one row per mean of one run at `time_s`, in ascending order: the innovations of a Kalman
 /// filter, divided by their standard deviations. This equals the product with the inverse of the covariance's Cholesky
-/// factor, in a time proportional to the rows (Anderson and Moore, Optimal Filtering (1979), §5.3 and §9.4).
+/// factor, in a time proportional to the number of rows (Anderson and Moore, Optimal Filtering (1979), §5.3 and §9.4).
 [[nodiscard]] Whitened whiten(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s,
                               const Eigen::MatrixXd& columns);
 

@@ -27,10 +27,11 @@ struct Tick {
 [[nodiscard]] Range joined(const Range& a, const Range& b);
 
 /// Returns the tick step, 1, 2 or 5 times a power of ten, that divides the range into about `count` parts. An empty
-/// range counts as 1 wide.
+/// range is treated as a range of width 1.
 [[nodiscard]] double tick_step(const Range& range, int count);
 
-/// Extends both ends of the range to a tick of about `count`. ticks() with the same count returns these ends.
+/// Extends both ends of the range to the next tick, for about `count` ticks. ticks() with the same count includes both
+/// ends.
 [[nodiscard]] Range rounded_out(const Range& range, int count);
 
 /// Returns the ticks inside the range, ends included. Each label has as many decimals as the step requires.
@@ -62,13 +63,14 @@ struct Points {
   std::vector<double> y;
 };
 
-/// Divides the range of x into `columns` and keeps the minimum and maximum of y in each, in their order, so that spikes
-/// remain visible. Consecutive NaNs of y, which break the line, become one. Returns series of at most two points per
-/// column unchanged. `x` must not decrease and must have the length of `y`.
+/// Divides the range of x into `columns` and keeps the minimum and maximum of y in each, in their order; spikes
+/// therefore remain visible. Consecutive NaNs of y, which break the line, are reduced to one. Returns series of at most
+/// two points per column unchanged. `x` must not decrease and must have the length of `y`.
 [[nodiscard]] Points decimate(const std::vector<double>& x, const std::vector<double>& y, std::size_t columns);
 
-/// Returns a line of cluster means of length `step`, each at the x of its start, with a NaN of y for each gap, so that
-/// nothing is drawn across it. The NaN is where the first missing mean would start.
+/// Returns the line of cluster means with a NaN in y for each gap, so that no line is drawn across the gap. `x` has the
+/// start of each cluster, and `step` is the length of a cluster. The NaN is at the x at which the first missing mean
+/// would start.
 [[nodiscard]] Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step);
 
 enum class Side { left, right };
@@ -83,7 +85,7 @@ struct Curve {
   Side side = Side::left;
   double width_px = 1.2;
   bool dashed = false;
-  /// Staircase: a value is valid until the next point.
+  /// Draws a staircase: a value is valid until the next point.
   bool steps = false;
   Marker marker = Marker::none;
   bool hollow = false;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes SVG: the shapes that figures need, with coordinates rounded to 0.1 px so that equal figures give equal bytes.
+/// Writes SVG: the shapes that figures need, with coordinates rounded to 0.1 px, so that the same figure always gives
+/// the same bytes.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +11,8 @@
 
 namespace gyrotherm::plot {
 
-/// Number of colours in the palette. More colours could not be distinguished by every reader; further lines must differ
-/// in another way.
+/// Number of colours in the palette. Not every reader could distinguish more colours; additional lines must differ in
+/// another way.
 inline constexpr std::size_t kPaletteSize = 8;
 
 /// Returns a colour of the palette of Okabe and Ito (2008) without its yellow, which is too faint for a line. Repeats

@@ -40,11 +40,11 @@ struct ThermalMark {
 struct ThermalImage {
   std::string title;             ///< "Top face of the block, z = 52.5 mm"
   std::string x_title, y_title;  ///< "x, mm"
-  /// Ranges covered by the samples; y points upwards.
+  /// Ranges that the samples cover; y points upwards.
   Range x_mm, y_mm;
   /// Top row first; NaN is drawn white.
   SampledField celsius;
-  /// Part that contains each sample; borders between parts are drawn.
+  /// Index of the part that contains each sample; borders between parts are drawn.
   std::vector<int> parts;
   /// Temperatures of the first and the last colour.
   Range colours_c;

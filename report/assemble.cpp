@@ -188,7 +188,7 @@ ReportedVerification make_verification(const model::Verification& verification) 
   return {verification.compensated, verification.to_truth, verification.coverage};
 }
 
-/// Returns the variation between the runs unknown to the model.
+/// Returns the variation between the runs that were not used to train the model.
 std::optional<model::BetweenRuns> compare_runs(const model::TrainedModel& trained) {
   std::vector<model::Verification> unseen = trained.later;
   unseen.push_back(trained.random);

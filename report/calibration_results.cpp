@@ -42,13 +42,13 @@ Column column(std::string quantity, std::string unit, std::vector<ReportedValue>
   return {.quantity = std::move(quantity), .unit = std::move(unit), .values = std::move(values)};
 }
 
-/// Target of the results of one record at one stage, and the uncertainty of its bias reference.
+/// Report to which the results of one record at one stage are added, and the uncertainty of the bias reference.
 struct ResultTarget {
   CalibrationReport& report;
   std::string axis, run;
   Stage stage{};
   bool in_sample{};
-  /// Type B uncertainty of each quantity that depends on the bias reference, °/h.
+  /// Type B uncertainty that the bias reference causes in each quantity that depends on it, °/h.
   double u_reference{};
 };
 
@@ -171,9 +171,10 @@ void add_noise(const ResultTarget& of, const data::HoldNoise& noise) {
 
 /// Returns the standard uncertainty that an uncertain bias reference (standard uncertainty u) causes in a root mean
 /// square r of values with mean m. A shift δ changes r to √(r² + 2mδ + δ²). To first order the effect is |m|/r·u, but
-/// that is 0 at m = 0, where r has its minimum; there the mean square of the second order is ¾u⁴/r². For u > r no order
-/// of the series is sufficient. The function therefore returns the root mean square of the change over a normal δ, by
-/// three-point Gauss-Hermite quadrature: −√3·u, 0 and √3·u with weights 1/6, 2/3 and 1/6. The result never exceeds u.
+/// that is 0 at m = 0, where r has its minimum; there the mean square of the second order is ¾u⁴/r². For u > r the
+/// series is not sufficient at any order. The function therefore returns the root mean square of the change over a
+/// normal δ, by three-point Gauss-Hermite quadrature: −√3·u, 0 and √3·u with weights 1/6, 2/3 and 1/6. The result never
+/// exceeds u.
 double rmse_reference_uncertainty(const data::Figures& figures, double u_reference) {
   const double farthest = std::numbers::sqrt3 * u_reference;
   const auto change = [&](double shift) {
@@ -184,8 +185,8 @@ double rmse_reference_uncertainty(const data::Figures& figures, double u_referen
   return std::sqrt(kWeight) * std::hypot(change(-farthest), change(farthest));
 }
 
-/// Returns a root mean square with the uncertainty of standard deviation, mean, and bias reference. The errors of
-/// standard deviation and mean are independent.
+/// Returns a root mean square with the uncertainty that results from standard deviation, mean and bias reference. The
+/// errors of standard deviation and mean are independent.
 ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
   if (!(figures.rmse > 0)) return exact(figures.rmse);
   const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
@@ -223,7 +224,7 @@ void add_behaviour(const ResultTarget& of, const model::Characterisation& found,
 }
 
 /// Adds the value to which the unit is calibrated: the mean of its compensated bias with the uncertainty of the model's
-/// budget in that run. The training record has no thermometer drift since training.
+/// budget in that run. For the training record, there is no thermometer drift since training.
 void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, const model::Model& model,
                           const data::Dataset& dataset) {
   ReportedValue value = exact(figures.mean);
@@ -343,7 +344,8 @@ void add_allan_figure(CalibrationReport& report, const std::string& axis, const 
   report.figures.push_back(std::move(figure));
 }
 
-/// Adds the results of one record. Returns the characteristics of the unit in it at each stage, in the order of stages.
+/// Adds the results of one record. Returns the characteristics of the unit in this record, one for each stage, in the
+/// order of stages.
 std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
                                                  const VerifiedRun& verified) {
   const auto& [dataset, clusters] = verified.run;
@@ -374,7 +376,7 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
 /// Characteristics of the unit in all records at one stage.
 struct AllRecords {
   std::vector<model::Characterisation> characterised{};
-  /// The model of the stage was fitted to a record with a start.
+  /// The model of the stage was fitted to a record with a start of the unit.
   bool in_sample{};
 };
 

@@ -50,7 +50,7 @@ void describe(auto& form, Like<Comparison> auto& comparison) {
 namespace {
 
 constexpr double kDaysInAYear = 365.25;
-// Temperature of a hold: it is a condition set by the chamber and not a result of the unit.
+// Temperature of a hold. It is a condition set by the chamber, not a result of the unit.
 constexpr std::string_view kConditionQuantity = "temperature";
 
 /// Returns the profile of a run; empty if unknown.
@@ -59,7 +59,7 @@ std::string find_profile(const CalibrationReport& report, const std::string& run
   return run.empty() || file == report.files.end() ? std::string() : file->profile;
 }
 
-/// Counts the comparable tables of the same result before this one: same key, axis, stage, detail and profile.
+/// Counts the comparable tables before this one that have the same key, axis, stage, detail and profile.
 std::ptrdiff_t count_previous(const CalibrationReport& report, const ResultTable& table) {
   const std::string profile = find_profile(report, table.run);
   return std::count_if(report.results.data(), &table, [&](const ResultTable& one) {
@@ -134,7 +134,8 @@ bool depends_on_bias_reference(const std::string& quantity) {
   return std::ranges::find(kReferenceDependent, quantity) != kReferenceDependent.end();
 }
 
-/// Returns the table of the other report with the same result; null if there is none.
+/// Returns the table of `in` at `stage` that corresponds to `table` of `of`: same key, axis, detail and profile, and
+/// the same position among the records of the profile. Ignores in-sample tables. Returns null if there is none.
 const ResultTable* find_matching_table(const ResultTable& table, const CalibrationReport& of,
                                        const CalibrationReport& in, Stage stage) {
   for (const ResultTable& other : in.results)

@@ -33,7 +33,7 @@ class DccReader {
       case QXmlStreamReader::StartElement: start(); break;
       case QXmlStreamReader::Characters: characters(utf8(xml_.text())); break;
       case QXmlStreamReader::EndElement: end(); break;
-      // Other tokens are not rewritten, so that the comparison with the file fails.
+      // Other tokens are not rewritten; the comparison with the file then fails.
       default: break;
     }
   }

@@ -52,8 +52,8 @@ struct EqualRows {
 };
 
 /// Groups the rows with equal known parts, in the order of their first row. In a D-SI list all columns have the same
-/// number of values, and a value must be a number. Unknown values are therefore not written, and rows with and without
-/// them form separate lists.
+/// number of values, and a value must be a number. Unknown values are therefore not written, and rows with and rows
+/// without an unknown value form separate lists.
 std::vector<EqualRows> group_rows(const DccTable& table) {
   std::vector<EqualRows> groups;
   for (std::size_t row = 0; row < table.rows(); ++row) {

@@ -11,7 +11,7 @@
 namespace gyrotherm::report {
 namespace {
 
-/// Above this number of lines the legend omits the parts that all names have in common.
+/// If a figure has more lines than this, its legend omits the parts that all names have in common.
 constexpr std::size_t kFewLines = 4;
 constexpr std::size_t kLongestName = 28;
 /// Maximum number of points of a line that reverses in x, such as the bias over temperature.

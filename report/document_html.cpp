@@ -174,7 +174,7 @@ std::string cell_html(const Cell& cell) {
   return html;
 }
 
-/// Returns true if a word is too long for a column, such as a hash. It may then break anywhere.
+/// Returns true if a word is too long for a column, such as a hash. Such a word may break anywhere.
 bool has_long_word(std::string_view text) {
   constexpr std::size_t kLong = 30;
   std::size_t length = 0;

@@ -17,7 +17,7 @@ constexpr std::array kStages = {Stage::uncompensated, Stage::as_found, Stage::as
 
 std::size_t stage_index(Stage stage) { return static_cast<std::size_t>(stage); }
 
-/// Tables of one record with the same result at each stage.
+/// Tables of one record with the same result, one for each stage.
 struct RecordTables {
   std::string run;
   std::array<const ResultTable*, kStages.size()> by_stage{};
@@ -50,7 +50,8 @@ bool same_shape(const ResultTable& a, const ResultTable& b) {
          });
 }
 
-/// Adds a table to the group. Returns false if it does not match, or if the group has one of that record and stage.
+/// Adds a table to the group. Returns false if the table does not match, or if the group already has a table of this
+/// record and stage.
 bool add_to_group(TableGroup& tables, const ResultTable& table) {
   const ResultTable& other = tables.any();
   if (other.key != table.key || other.detail != table.detail || !same_shape(other, table)) return false;

@@ -30,8 +30,8 @@ std::optional<SummaryValue> find_result_value(const CalibrationReport& report, c
   return find_value(find_representative_result(report, key, axis, stage), quantity);
 }
 
-/// Returns the same quantity of the same record at another stage. Records of other programs are not comparable: their
-/// requirements on the unit differ by more than the effect of a model.
+/// Returns the same quantity of the same record at another stage. Records of different profiles are not comparable,
+/// because the profiles affect the bias more differently than the models do.
 std::optional<SummaryValue> find_at_stage(const CalibrationReport& report, Stage stage, const SummaryValue& figure,
                                           const char* quantity) {
   const ResultTable& own = *figure.table;
@@ -53,7 +53,7 @@ std::optional<SummaryValue> find_mean_as_found(const CalibrationReport& report, 
   return mean && last == Stage::as_left ? find_at_stage(report, Stage::as_found, *mean, kMean) : std::nullopt;
 }
 
-/// Returns the state by which the unit is judged: as left, or as found if it was not adjusted.
+/// Returns the last stage with a result of the axis: as left, otherwise as found, otherwise uncompensated.
 Stage find_last_stage(const CalibrationReport& report, const std::string& axis) {
   for (const Stage stage : {Stage::as_left, Stage::as_found})
     if (find_mean(report, axis, stage) || find_result_value(report, "whole_run", "rmse", axis, stage)) return stage;

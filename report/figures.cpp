@@ -89,7 +89,7 @@ plot::Curve correlation_curve(const ReportedCorrelation& correlation, std::size_
   return curve;
 }
 
-/// Returns the range for the enlarged panel: from the 0.05 step below the threshold up to 1.
+/// Returns the range for the enlarged panel: from a multiple of 0.05 that is at least 0.025 below the threshold, to 1.
 plot::Range enlarged_range(double threshold) { return {std::max(0.0, std::floor(20 * threshold - 0.5) / 20), 1.0}; }
 
 std::vector<double> roots(std::vector<double> squares) {
@@ -245,7 +245,7 @@ plot::Curve fit_line(const data::HoldNoise& holds) {
   return line;
 }
 
-/// Returns the range of the measured curves. Lines of single noise terms may leave the panel.
+/// Returns the range of the measured curves. Lines of single noise terms may extend outside the panel.
 plot::Range measured_range(const std::vector<plot::Curve>& curves) {
   std::vector<double> ends;
   for (const plot::Curve& curve : curves) {

@@ -189,7 +189,7 @@ std::string events_html(const Lot& lot) {
   return html + "</ul>\n";
 }
 
-/// Prefixes all ids and references of an axis' page with the axis, so that they are unique on the page of the unit.
+/// Prefixes all ids and references of an axis' page with the axis, which makes them unique on the page of the unit.
 std::string with_unique_ids(std::string html, const std::string& axis) {
   for (const std::string before : {" id=\"", "url(#", "href=\"#"}) {
     for (auto at = html.find(before); at != std::string::npos; at = html.find(before, at + before.size()))

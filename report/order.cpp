@@ -158,7 +158,7 @@ std::vector<std::string> results_with_limits() {
           "compensated_mean.compensated_bias"};
 }
 
-/// Greater shares are better, so that an upper limit would reject good results.
+/// Greater shares are better, so an upper limit would reject good results.
 constexpr std::string_view kShare = "coverage.seen_share";
 
 void check_is_result(const TomlTable& limit, const std::string& quantity) {
@@ -318,7 +318,7 @@ bool has_role(const std::vector<Person>& people, std::string_view role) {
   return std::ranges::find(people, role, &Person::role) != people.end();
 }
 
-/// Lists persons of the order without confirmation of their role by the laboratory. Only the laboratory gives the role
+/// Lists persons of the order whose role the laboratory does not confirm. Only the laboratory gives the role
 /// authorising. For another role the laboratory may leave the choice to the order by listing no person with that role.
 void list_unconfirmed_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                             const std::optional<OrderFile>& order) {
@@ -332,7 +332,7 @@ void list_unconfirmed_roles(CalibrationReport& report, const std::optional<Labor
   }
 }
 
-/// Returns true if each model as found and as left was judged on a record to which it was not fitted.
+/// Returns true if each model, as found and as left, has a result on a record to which it was not fitted.
 bool is_verified(const CalibrationReport& report) {
   return std::ranges::all_of(report.results, [&](const ResultTable& one) {
     const auto is_unseen = [&](const ResultTable& other) {
@@ -342,8 +342,8 @@ bool is_verified(const CalibrationReport& report) {
   });
 }
 
-/// Lists days in the wrong order: a unit is calibrated after receipt and before issue of the report. Simulated reports
-/// are exempt.
+/// Lists days in the wrong order: the unit is received before its calibration, and the report is issued after it.
+/// Simulated reports are exempt.
 void list_wrong_days(CalibrationReport& report) {
   const auto are_in_order = [&](const std::string& first, const std::string& then) {
     return report.simulated || first.empty() || then.empty() || first <= then;

@@ -142,7 +142,7 @@ void describe(auto& form, Like<ReportedModel> auto& model) {
   form("uncertainty", model.uncertainty);
 }
 
-/// Describes the tuning of a model, which is separate from the model in the file.
+/// Describes the tuning of a model, which the file stores separately from the model.
 void describe_tuning(auto& form, Like<ReportedModel> auto& model) {
   auto& swarm = model.options.swarm;
   form("seed", swarm.seed);

@@ -110,8 +110,7 @@ Result<void> write_private(const std::string& path, std::string_view text) {
   return replace_own_file(path, text, Syncing::not_awaited);
 }
 
-/// Runs a program of the signing or verification and returns its output. Fails with bad_file on another exit code than
-/// 0.
+/// Runs a program of the signing or verification and returns its output. Fails with bad_file if the exit code is not 0.
 Result<std::string> run_step(const std::string& program, const Strings& arguments, const char* what) {
   const auto run = run_program(program, arguments);
   if (!run) return failure(run.error());
@@ -123,8 +122,8 @@ Result<std::string> run_step(const std::string& program, const Strings& argument
 // The purposes that a certificate permits
 
 constexpr std::array<std::string_view, 2> kSigningUsages{"Digital Signature", "Non Repudiation"};
-/// Usages as openssl prints them. It knows emailProtection, and later versions also documentSigning and that of
-/// Microsoft.
+/// Usages as openssl prints them. openssl has a name for emailProtection; later versions also have names for
+/// documentSigning and for Microsoft's usage.
 constexpr std::array<std::string_view, 6> kDocumentUsages{"E-mail Protection",       "1.3.6.1.5.5.7.3.36",
                                                           "Document Signing",        "1.2.840.113583.1.1.5",
                                                           "1.3.6.1.4.1.311.10.3.12", "Microsoft Document Signing"};
@@ -185,8 +184,8 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
 
 // Trust
 
-/// Returns the instants at which certificates are judged, s since 1970; absent for now. A day gives its last and its
-/// first second, because a certificate may start or end on it, and noon.
+/// Returns the instants at which certificates are verified, s since 1970; absent for the current time. For a day these
+/// are its last second, its first second (a certificate may start or end on this day) and noon.
 std::vector<std::optional<std::int64_t>> judgement_times(const Trust& trust) {
   if (!trust.on_day) return {std::nullopt};
   int year = 0;
@@ -239,8 +238,8 @@ std::string to_pem(const std::string& base64) {
   return "-----BEGIN CERTIFICATE-----\n" + lines + "-----END CERTIFICATE-----\n";
 }
 
-/// Fails unless each certificate is followed by its issuer's. The signature does not cover the certificates; this check
-/// refuses unrelated ones.
+/// Fails unless each certificate is followed by its issuer's. The signature does not cover the certificates, so this
+/// check is needed to refuse unrelated ones.
 Result<void> check_chain(const PrivateFolder& folder, const Strings& certificates, const std::string& file) {
   for (std::size_t i = 1; i < certificates.size(); ++i) {
     for (const auto& [name, one] :

@@ -45,12 +45,12 @@ HtmlTable budget_table(const model::Uncertainty& uncertainty) {
   for (const BudgetRow& row : uncertainty.budget.rows) table.rows.push_back(budget_row(row));
   table.rows.push_back({"<b>Combined</b>", "", "", "", "", "", "",
                         "<b>" + plot::significant(all.standard_deg_per_h) + "</b>",
-                        // Truncated as for the choice of k.
+                        // Truncated like the degrees of freedom that determine k.
                         format_freedom(std::floor(all.degrees_of_freedom))});
   return table;
 }
 
-/// Adds the cells of one record: RMSE, RMSE to truth and coverage.
+/// Adds the cells of one record: RMSE, RMSE relative to the true bias, and coverage.
 void add_cells(Cells& cells, const ReportedVerification& found) {
   cells.push_back(plot::format_bias(found.figures.rmse));
   cells.push_back(found.to_truth ? plot::format_bias(found.to_truth->figures.rmse) : "–");

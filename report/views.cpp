@@ -287,7 +287,8 @@ std::string provenance_section(const Report& report) {
   return to_html(table);
 }
 
-/// Returns the averaging time at which the coefficient is read: "1 h", "1.73 h" or "its minimum".
+/// Returns the averaging time at which the coefficient is read from the Allan deviation: "1 h", "1.73 h" or "its
+/// minimum".
 std::string format_read_off(const data::NoiseCoefficient& noise) {
   const double hours = info(noise.term).read_off_s / kSecondsPerHour;
   if (!std::isfinite(hours)) return "its minimum";
@@ -334,7 +335,8 @@ const char* describe(model::Outside policy) {
   return "";
 }
 
-/// Formats the error to the truth of a virtual rig. A mean that was removed contains no information.
+/// Formats a figure of the error relative to the true bias of a virtual rig. Marks a figure from which the mean was
+/// removed.
 std::string format_truth(const std::optional<model::ErrorToTruth>& error, double data::Figures::*figure) {
   if (!error) return "–";
   return plot::format_bias(error->figures.*figure) + (error->mean_removed ? " (mean removed)" : "");

@@ -108,7 +108,7 @@ double limit_for_run_length(int dimension, double slack, double run_length) {
     at_high = above(high);
   }
   double best = high;
-  // The end that was moved last: −1 low, 1 high.
+  // End of the interval that was moved last: −1 low, 1 high.
   int side = 0;
   for (double step = high - low; std::abs(step) > kTolerance * high;) {
     const double middle = high - at_high * (high - low) / (at_high - at_low), at_middle = above(middle);

@@ -17,7 +17,8 @@ double chi_squared_limit_for(int freedom, double false_alarm_probability) {
   return freedom < 1 ? kInfinite : data::chi_squared_limit(false_alarm_probability, freedom);
 }
 
-/// Returns true if the candidate has an effect on the vector. An effect much smaller than the greatest one is rounding.
+/// Returns true if the candidate has an effect on the vector. An effect that is much smaller than the greatest one is
+/// regarded as a rounding error.
 bool has_effect(const FaultTest& test, Eigen::Index candidate) {
   constexpr double kRounding = 1e-9;
   const double norm = test.effects.col(candidate).norm();

@@ -56,15 +56,15 @@ Result<void> check(const Geometry& geometry, const Attitude& attitude, const Bia
   return {};
 }
 
-/// Computes the covariance of the angles about north, east and down, rad². An error of the latitude is an angle about
-/// east.
+/// Computes the covariance of the angles about north, east and down, rad². An error of the latitude is equivalent to a
+/// rotation about east.
 Eigen::Matrix3d angle_covariance(const Attitude& attitude) {
   Eigen::Matrix3d covariance = pose_covariance(attitude);
   covariance(1, 1) += std::pow(kRadians * attitude.latitude_std_deg, 2);
   return covariance;
 }
 
-/// Earth rate on the axes for a fixture rotated by ψ, and its derivative by ψ.
+/// Earth rate on the axes for a fixture rotated by ψ, and its derivative with respect to ψ.
 struct EarthOnAxes {
   Eigen::VectorXd deg_per_h;
   Eigen::MatrixX3d by_angle;  ///< °/h per rad

@@ -80,7 +80,8 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
   return {.before = difference(a.before, b.before), .after = difference(a.after, b.after)};
 }
 
-/// Returns the mean of the rows; its u accounts for correlated neighbours. Unknown if any of the rows is not finite.
+/// Returns the mean of the rows. Its u accounts for the correlation of neighbouring rows. Unknown if a row is not
+/// finite.
 Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
   const data::Figures figures = compute_figures(values(rows), subject.clusters, rows);
@@ -127,9 +128,9 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
   return all;
 }
 
-/// Returns the common slope of straight lines through the points, one line per position of the unit, because the
-/// positions differ by the residual Earth rate. Its u is computed from the scatter about the lines. Unknown with too
-/// few points or too small a range of temperature.
+/// Returns the common slope of straight lines through the points. Each position of the unit has its own line, because
+/// the positions differ by the residual Earth rate. u is computed from the scatter about the lines. Unknown if there
+/// are too few points or if their range of temperature is too small.
 Measured temperature_slope(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
   const auto count = std::ssize(points);
   Eigen::VectorXd t(count), b(count);
@@ -181,7 +182,7 @@ Measured regression_coefficient(const Subject& subject, const Eigen::VectorXd& i
   return {fit.coefficients(kInput), fit.u(kInput)};
 }
 
-/// Returns the raw bias less its mean in each position, because the positions differ by the residual Earth rate.
+/// Returns the raw bias minus its mean in each position, because the positions differ by the residual Earth rate.
 Eigen::VectorXd bias_within_positions(const Subject& subject) {
   Eigen::VectorXd bias = subject.clusters.bias_deg_per_h;
   for (const double position : {0.0, 1.0}) {
@@ -209,8 +210,8 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
           column(i) - column(j)};
 }
 
-/// Returns the bias during heating less the bias during cooling, corrected by a straight line in temperature: passes
-/// through a span that one of them leaves early have different mean temperatures.
+/// Returns the mean bias during heating minus the mean bias during cooling. A straight line in temperature corrects for
+/// different mean temperatures, which occur if one of the two passes leaves the span early.
 Measured loop_width(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
                     const RowNumbers& cooling) {
   RowNumbers both;
@@ -304,9 +305,9 @@ double first_bias_s(const data::Dataset& dataset, int segment) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Returns true if the unit was switched on in this hold: the record begins with it, or the unit was off before it. The
-/// clusters, possibly a selected part of the record, must contain the hold from its first bias on, except for less than
-/// one mean of a warm-up.
+/// Returns true if the unit was switched on in this hold: the record begins with the hold, or the unit was off before
+/// it. The clusters may be a selected part of the record. They must contain the hold from its first bias on, except for
+/// less than one warm-up mean.
 bool is_start(const Subject& subject, const StabilisedBias& hold) {
   const data::Dataset& dataset = subject.dataset;
   const bool begins = dataset.segment.size() > 0 && dataset.segment(0) == hold.segment;
@@ -325,8 +326,8 @@ std::vector<WarmUp> find_warm_ups(const Subject& subject, const std::vector<Stab
   return all;
 }
 
-/// Returns the mean of several values. Its u is the greater of their combined own uncertainty and the one of their
-/// scatter.
+/// Returns the mean of several values. Its u is the greater of two estimates: from the combined uncertainties of the
+/// values and from their scatter.
 Measured mean_with_scatter(const std::vector<Measured>& figures) {
   const auto count = std::ssize(figures);
   Eigen::VectorXd values(count);

@@ -21,8 +21,8 @@ constexpr Eigen::Index kFewestWithParity = 4;
 constexpr std::size_t kHourOfClusters = 36;
 constexpr std::size_t kMostRemembered = 600;  ///< vectors, about 17 h
 
-/// Returns the noise model of an axis's residual bias. If its training could not determine it: white noise about an
-/// unknown constant.
+/// Returns the noise model of an axis's residual bias. If the training could not determine it, returns white noise
+/// about an unknown constant.
 tracking::BiasNoise axis_noise(const FusedAxes& axes, Eigen::Index a, const FusedUncertainty& uncertainty,
                                double cluster_s) {
   const Model& model = axes.models[static_cast<std::size_t>(a)];
@@ -36,8 +36,8 @@ tracking::BiasNoise axis_noise(const FusedAxes& axes, Eigen::Index a, const Fuse
           .start_deg_per_h = start};
 }
 
-/// Returns the noise model of a parity vector with white noise 1, equal for all its components, so that a hop keeps its
-/// direction.
+/// Returns the noise model of a parity vector with white noise 1. It is equal for all components, so the trackers do
+/// not change the direction of a hop.
 tracking::BiasNoise parity_noise(const Eigen::MatrixXd& parity, const std::vector<tracking::BiasNoise>& of_axes,
                                  double cluster_s) {
   const auto together = [&](auto of) {
@@ -68,9 +68,9 @@ std::optional<Eigen::VectorXd> push_all(std::vector<tracking::BiasTracker>& trac
   return innovations;
 }
 
-/// Returns the whitening matrix of the departures of the axes, in the order of the geometry: at rest for the departure
-/// of each axis from its own thermal prediction, in motion for their parity. It has no rows if the attitude is unknown
-/// and three axes have no parity.
+/// Returns the whitening matrix of the departures of the axes, in the order of the geometry: if the attitude is known,
+/// for the departure of each axis from its own thermal prediction, otherwise for the parity. It has no rows if the
+/// attitude is unknown and there are only three axes, which have no parity.
 Result<Eigen::MatrixXd> departure_whitening(const FusedAxes& axes, const fusion::Geometry& geometry,
                                             const Eigen::VectorXd& noise, const Eigen::MatrixXd& bias) {
   if (!axes.attitude) {

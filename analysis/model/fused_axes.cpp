@@ -56,7 +56,7 @@ Eigen::VectorXd whole_rate(const data::Dataset& dataset) {
   return rate;
 }
 
-/// Compensates axis `a` in blocks, so that a long record needs no second copy of itself.
+/// Compensates axis `a` block by block, which avoids a second copy of a long record.
 Result<void> compensate(FusedAxes& fused, Eigen::Index a, const CompensatedAxis& axis, Outside outside) {
   auto stream = CompensationStream::open(axis.model, axis.dataset.thermometers, outside);
   if (!stream) return failure(stream.error());
@@ -170,8 +170,8 @@ Eigen::Vector3d axis_direction(const record::GyroUncertainty& known) {
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), -std::sin(elevation)};
 }
 
-/// Returns the tilt, degrees, that gives the Earth rates of axes without a fixture's angles the same uncertainty as
-/// their rows: √(Σ(c u)²/Σ c²). A single axis is not sufficient, since its slope may vanish.
+/// Returns the tilt, degrees, for axes without angles of a fixture: √(Σ(c u)²/Σ c²). It causes the same uncertainty of
+/// their Earth rates as the tilt rows of their budgets. All axes are used, since the slope of a single axis may be 0.
 double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   double rates = 0, slopes = 0;
   for (const BudgetRow* row : rows) {
@@ -181,8 +181,8 @@ double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   return slopes > 0 ? std::sqrt(rates / slopes) : 0;
 }
 
-/// Adds the recorded or assumed uncertainties of the fixture's angles to its attitude. Elevation rotates it about its
-/// own horizontal axis, roll about its x axis.
+/// Adds the recorded or assumed uncertainties of the fixture's angles to its attitude. An elevation rotates the fixture
+/// about its horizontal axis, a roll about its x axis.
 void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
   std::vector<const BudgetRow*> tilts;
   std::vector<std::vector<BudgetRow>> all;
@@ -235,7 +235,7 @@ Result<std::optional<fusion::Attitude>> find_attitude(const FusedAxes& fused,
 }
 
 /// Adds the uncertainties of the training. Latitude, azimuth, elevation and roll of the fixture affect all axes
-/// together, each through its own row; direction, tilt and scale factor belong to one axis.
+/// together, each through a separate budget row; direction, tilt and scale factor affect a single axis.
 void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   for (const Source source : {Source::latitude, Source::azimuth, Source::fixture_elevation, Source::fixture_roll}) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(fused.axes());
@@ -301,7 +301,8 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
     const Model& model = axes.models[static_cast<std::size_t>(a)];
     const Budget& budget = model.uncertainty->budget;
     const Budget over = at_averaging(budget, averaging_s);
-    // Predictions use trailing means, so that the noise of the thermometers does not grow below the cluster length.
+    // Predictions use trailing means over the cluster length. Thermometer noise therefore does not increase for shorter
+    // averaging times.
     const Budget over_mean = at_averaging(budget, std::max(averaging_s, model.cluster_length_s));
     for (std::size_t row = 0; row < over.rows.size(); ++row) {
       const Source source = over.rows[row].source;
@@ -311,12 +312,12 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
       if (source == Source::thermometer_noise)
         result.noise(a) += std::pow(contribution_deg_per_h(over_mean.rows[row]), 2);
       const bool is_noise = source == Source::angle_random_walk || source == Source::thermometer_noise;
-      // Axes share the drift of thermometers. The drift of a unit's own values belongs to the axis.
+      // Axes share the drift of thermometers. The drift of a unit's own values affects only the axis.
       const bool is_shared = source == Source::thermometer_drift && !data::is_own_value(over.rows[row].of);
       if (is_noise || is_shared || differs(source) == Differs::never) continue;
       result.bias(a, a) += variance;
     }
-    // Each end of a count is uniformly off by up to half a step: together by 1/√6 of a step.
+    // Each end of a count is uniformly off by up to half a step; the standard deviation of their sum is 1/√6 of a step.
     constexpr double kTwoEnds = 6;
     result.noise(a) += std::pow(axes.step_deg_per_h[static_cast<std::size_t>(a)] / averaging_s, 2) / kTwoEnds;
   }

@@ -164,8 +164,8 @@ std::optional<RestStretch> judge_stretch(const FusedAxes& axes, const Stretch& s
   return rest;
 }
 
-/// Raises an alarm without an axis: each axis could explain the contradiction of readings and priors together with a
-/// rotation.
+/// Raises an alarm that does not name an axis: each axis, together with a rotation, could explain the contradiction
+/// between readings and priors.
 void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
   if (rest.bias_deg_per_h.empty() || rest.statistic <= rest.limit) return;
   alarms.push_back({.kind = AlarmKind::rest,
@@ -177,8 +177,8 @@ void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
                                              rest.statistic, rest.bias_deg_per_h.size(), rest.limit, rest.name)});
 }
 
-/// Returns the share of the components of cluster means within U. U is that of the axes that formed the last second of
-/// the cluster.
+/// Returns the share of the components of cluster means within U. U is that of the axes that were fused in the last
+/// second of the cluster.
 std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
                                    const Eigen::MatrixXd& weighed_by, const ClusterMeans& means, const FusedRun& run) {
   const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();

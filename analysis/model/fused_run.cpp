@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
 
-/// Gains, parity test and covariance of a set of axes for one second. Computed when the set occurs for the first time.
+/// Gains, parity test and covariance of a set of axes for one second. They are computed when the set first occurs.
 struct SetOfAxes {
   fusion::Gains gains;
   fusion::FaultTest test;
@@ -70,7 +70,7 @@ AxisSet finite_in(const Eigen::Ref<const Eigen::VectorXd>& readings) {
   return set;
 }
 
-/// Fuses a record second by second and keeps the set of axes that are left out.
+/// Fuses a record second by second and stores the set of axes that are left out.
 class Fusing {
  public:
   Fusing(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
@@ -95,7 +95,7 @@ class Fusing {
   fusion::TestOptions test_;
   std::optional<FaultWatch> watch_;
   AxisSet all_{}, left_out_{};
-  /// Consecutive clusters with axes other than the watched ones. Clusters without any axis do not count.
+  /// Number of consecutive clusters whose axes differ from the watched set. Clusters without any axis are ignored.
   int other_set_{};
 };
 
@@ -164,7 +164,7 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
   }
   if (!watch_) return {};
   std::vector<Alarm> alarms = watch_->push(rates, temperatures, end_s);
-  // A vote against a thermometer is more reliable than a sum and is handled first.
+  // A vote against a thermometer is more reliable than the alarm of a cumulative sum and is handled first.
   std::ranges::stable_partition(alarms, [](const Alarm& alarm) { return alarm.kind == AlarmKind::thermometer; });
   for (Alarm& alarm : alarms) {
     doubt(alarm);
@@ -174,8 +174,8 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
   return {};
 }
 
-/// Clears the axis of a sum's alarm while the vote holds a thermometer at fault: a sum monitors axes alone and would
-/// blame the wrong one.
+/// Clears the axis in the alarm of a cumulative sum if a recent vote found a thermometer faulty: a sum monitors only
+/// axes and would name one that has no fault.
 void Fusing::doubt(Alarm& alarm) const {
   if (alarm.kind != AlarmKind::rest_hop && alarm.kind != AlarmKind::parity_hop) return;
   const auto& alarms = run_.summary.alarms;
@@ -188,8 +188,8 @@ void Fusing::doubt(Alarm& alarm) const {
   alarm.statement += "; not believed, since a thermometer is voted to be at fault";
 }
 
-/// Returns the mean square error of a rate vector of these axes when each is off by `off_deg_per_h`; infinite if they
-/// do not span all directions.
+/// Returns the mean square error of the rate vector of these axes if each axis has the error given by `off_deg_per_h`;
+/// infinite if the axes do not span all directions.
 double mean_square_error(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance,
                          const Eigen::VectorXd& off_deg_per_h) {
   const auto geometry = geometry_of_set(axes, set, covariance);
@@ -243,7 +243,8 @@ void summarise_axes(const FusedAxes& axes, FusedRun& run) {
   }
 }
 
-/// Returns the rates, with NaN where an input is outside the trained range and the model's budget does not apply.
+/// Returns the rates, with NaN where an input is outside the trained range, because the model's budget does not apply
+/// there.
 Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
   Eigen::MatrixXd rates = axes.rate_deg_per_h;
   for (Eigen::Index row = 0; row < rates.rows(); ++row)

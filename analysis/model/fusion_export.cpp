@@ -191,7 +191,7 @@ Eigen::RowVectorXd column_squares(const fusion::Gains& gains) {
   return squares;
 }
 
-/// A few readings of tens of °/h, with errors of about their stated uncertainty, and the results of fusing them.
+/// A few readings of tens of °/h, with errors of about the stated uncertainty, and the results of their fusion.
 struct KnownFusion {
   Eigen::MatrixXd readings, rates;  ///< one row per reading
   Eigen::RowVectorXd statistics;
@@ -215,7 +215,7 @@ KnownFusion known_fusion(const fusion::Geometry& geometry, const fusion::Gains& 
   return known;
 }
 
-/// Bounds on the rounding of sums of N products in double, with a margin of a hundred.
+/// Bounds on the rounding errors of sums of N products in double, with a safety factor of 100.
 struct Tolerances {
   double rate{}, statistic{};
 };

@@ -106,7 +106,8 @@ Result<Terms> physics(const data::Dataset& dataset) {
   });
 }
 
-/// A fast and a slow time constant of a gyro's block, s. The slowest of the reference simulation is 46 min.
+/// A fast and a slow time constant of a gyro's block, s. The slowest time constant in the reference simulation is 46
+/// min.
 constexpr std::array kTimeConstantsS = {600, 2400};
 
 Result<Terms> thermal_history(const data::Dataset& dataset) {
@@ -120,8 +121,8 @@ Result<Terms> thermal_history(const data::Dataset& dataset) {
   });
 }
 
-/// Time constants from which a state-space model selects, s: octaves from below the fastest body of a gyro to five
-/// hours.
+/// Time constants from which a state-space model selects, s: in octaves, from less than the time constant of a gyro's
+/// fastest part to five hours.
 constexpr std::array kBankS = {300, 600, 1200, 2400, 4800, 9600, 19200};
 
 Result<Terms> lag_bank(const data::Dataset& dataset) {

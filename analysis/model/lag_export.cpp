@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes the lags of an exported model: the state of its C program for them.
+/// Writes the lags of an exported model: the state that its C program keeps for them, and the function that advances
+/// it.
 #include <fmt/format.h>
 
 #include <cstddef>

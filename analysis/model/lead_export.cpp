@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes the extrapolation of an exported model's stream by its lag.
+/// Writes the part of an exported model that extrapolates the predictions of a stream by its lag.
 #include <fmt/format.h>
 
 #include <string>

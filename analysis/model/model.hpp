@@ -229,9 +229,9 @@ struct RecomputedProduct {
 //
 // In the space of the kernel, the function f = Σ β_i k(x_i, ·) is nearest to the span of the kept centres, R, at K_RR
 // β′ = K_R· β (Burges 1996; Schölkopf et al. 1999, §III). Centres are added one at a time. The next centre is the one
-// that leaves the smallest residual: its squared residual, divided by the part of its kernel function that the kept
-// centres do not span, is the greatest (orthogonal matching pursuit; a pivoted Cholesky factorisation guided by the
-// residual). Since k(z, z) = 1, the norm of the residual bounds the change at every z.
+// that leaves the smallest residual: its squared residual, divided by the squared norm of the part of its kernel
+// function that the kept centres do not span, is the greatest (orthogonal matching pursuit; a pivoted Cholesky
+// factorisation guided by the residual). Since k(z, z) = 1, the norm of the residual bounds the change at every z.
 
 /// Target of a reduction; exactly one of the two is given.
 struct ReducedSetGoal {

@@ -12,7 +12,7 @@
 namespace gyrotherm {
 namespace {
 
-/// Range of permitted magnitudes: inputs in standard deviations, their weights in °/h and the squares of these neither
+/// Range of permitted magnitudes. Within it, inputs in standard deviations, weights in °/h and their squares neither
 /// overflow nor underflow.
 constexpr double kLeastSane = 1e-30, kMostSane = 1e30;
 
@@ -91,7 +91,7 @@ std::string_view form_name(const methods::Function& function) {
   return kForms[function.index()];
 }
 
-/// One input, with the values that a reader of the file wants side by side.
+/// One input with all of its values, grouped for readers of the file.
 struct ModelInput {
   data::Term term;
   double mean{}, std{}, min{}, max{};
@@ -175,7 +175,7 @@ void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Ei
   form.expect("out", network.out.size() == network.weights.rows(), "expected one number per hidden unit");
 }
 
-/// Describes the variance. The rows have as many numbers as there are columns.
+/// Describes the variance. Each row has as many numbers as there are columns.
 void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& variance, Eigen::Index inputs) {
   form("lengths", variance.lengths);
   form("signal", sane_positive(variance.signal));

@@ -21,8 +21,8 @@ namespace {
 /// Indices of the thermometers that are kept, in ascending order.
 using Set = std::vector<std::size_t>;
 
-/// Returns the inputs of a record that are thermometers. Values of the gyro itself have no position to choose, are
-/// mostly not temperatures and may be missing.
+/// Returns the inputs of a record that are thermometers. Values measured by the gyro itself are excluded: their
+/// position cannot be chosen, most are not temperatures, and they may be missing.
 Set thermometers_among(const std::vector<std::string>& inputs) {
   Set thermometers;
   for (std::size_t i = 0; i < inputs.size(); ++i)
@@ -95,8 +95,8 @@ Judged Study::judge(const Set& set) const {
   return judged;
 }
 
-/// Judges the sets that have not been judged yet. Fails for a STD that is not finite, since it cannot be ordered and
-/// would make a recommendation meaningless.
+/// Computes the accuracy of the sets for which it is still unknown. Fails if a STD is not finite, since such a value
+/// cannot be ordered and would make a recommendation meaningless.
 Result<void> Study::judge_all(const std::vector<Set>& sets) {
   constexpr std::size_t kAtOnce = 16;  // sets between two progress reports
   std::vector<Set> open;
@@ -121,7 +121,7 @@ Result<void> Study::judge_all(const std::vector<Set>& sets) {
   return {};
 }
 
-/// Returns the cheapest of judged sets; the first of equals.
+/// Returns the set with the least held-out STD; the first of several equal ones.
 const Set& Study::cheapest(const std::vector<Set>& sets) const {
   return *std::ranges::min_element(sets, {}, [&](const Set& set) { return judged_.at(set).held_out.std; });
 }
@@ -150,7 +150,7 @@ LeftOut Study::left_out(const Set& kept) const {
   return result;
 }
 
-/// Returns the total number of sets to be judged, for the progress.
+/// Returns the total number of sets whose accuracy is to be computed, for the progress.
 std::size_t Study::number_of_sets() const {
   const std::size_t m = everything_.size();
   if (m > kManyThermometers) return 1 + m * (m + 1) / 2;

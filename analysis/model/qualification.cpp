@@ -89,16 +89,16 @@ std::vector<NamedModel> named_models(const Qualification& qualification) {
   return all;
 }
 
-/// Returns the mean squared error on a run, including the drift of the thermometers in a year, which no record of a few
-/// weeks shows.
+/// Returns the mean squared error on a run, including the drift of the thermometers in a year, which records of a few
+/// weeks cannot reveal.
 Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
   return verify(model, run.dataset, run.clusters).map([&](const Verification& verification) {
     return std::pow(verification.compensated.rmse, 2) + std::pow(drift_in_a_year_deg_per_h(model, run.dataset), 2);
   });
 }
 
-/// Judges each further record with the model of the ramp run, and the ramp run with a model of all further records. The
-/// latter is NaN if the method cannot learn from those.
+/// Computes the mean squared error of the ramp run's model on each further record, and that of a model of all further
+/// records on the ramp run. The latter is NaN if the method cannot learn from the further records.
 Result<Candidate> judge_candidate(const NamedModel& named, const data::RecordedRun& rate,
                                   const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
                                   const ProgressSink& progress) {

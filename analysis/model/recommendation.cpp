@@ -18,7 +18,7 @@ double mean_value(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Returns the standard deviation of the values over the root of their number; 0 for a single value.
+/// Returns the standard deviation of the values divided by the square root of their number; 0 for a single value.
 double error_of_mean(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
   const double mean = mean_value(values);

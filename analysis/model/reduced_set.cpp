@@ -48,7 +48,7 @@ Result<Gaussians> extract_gaussians(const Model& model) {
                    expansion->widths(0), expansion->weights};
 }
 
-/// Selected centres, and the residual at every centre and every cluster.
+/// The centres selected so far, and the residual of the reduced function at every centre and every cluster.
 class Pursuit {
  public:
   Pursuit(const Gaussians& full, const data::SampleMatrix& clusters) : full_(full), left_(full.weights.size()) {
@@ -59,7 +59,8 @@ class Pursuit {
     columns_.resize(points_.rows(), kFirstCapacity);
   }
 
-  /// Adds the centre that leaves the smallest residual. Returns false if no centre adds anything.
+  /// Adds the centre that leaves the smallest residual. Returns false if every remaining centre is in the span of the
+  /// selected ones.
   bool take_one() {
     const auto here = residual_.head(left_.size()).array();
     const Eigen::ArrayXd gains = (left_.array() > kSpanned).select(here.square() / left_.array(), -1.0);
@@ -160,7 +161,7 @@ Result<void> check(const Model& model, const ReducedSetGoal& goal) {
   return {};
 }
 
-/// Adds the error of the smaller function to the model form row.
+/// Adds the error caused by the reduction to the model form row.
 void widen(Uncertainty& uncertainty, double change_deg_per_h) {
   auto& rows = uncertainty.budget.rows;
   auto form = std::ranges::find(rows, Source::model_form, &BudgetRow::source);

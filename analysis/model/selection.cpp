@@ -80,7 +80,7 @@ void project_out(const Eigen::MatrixXd& fixed, Eigen::MatrixXd& columns) {
 
 using Columns = std::vector<Eigen::Index>;
 
-/// One more input, and the trial of the surface with all inputs so far.
+/// A step of the forward selection: the added input, and the trial of the surface with all inputs so far.
 struct Step {
   Eigen::Index column{};
   SurfaceTrial trial;
@@ -133,7 +133,7 @@ double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clu
   return mean_error(compute_figures(trial.residual(rows).array().square().matrix(), clusters, rows));
 }
 
-/// Returns the number of steps of the path to keep. The last step has the least error.
+/// Returns the number of steps of the path to keep. The last step of the path has the least error.
 std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial& start, const Field& field) {
   if (path.empty()) return 0;
   const SurfaceTrial& best = path.back().trial;
@@ -244,8 +244,7 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
   Eigen::MatrixXd columns = unit_columns(*offered);
   project_out(unit_columns(*taken), columns);
 
-  // Pivoting selects the column with the largest independent part each time; the diagonal of R is the size of that
-  // part.
+  // Each pivot is the column with the largest independent part; the diagonal of R is the size of this part.
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
   const Eigen::Index most = std::min(columns.rows(), columns.cols());
   std::vector<Eigen::Index> kept;

@@ -67,7 +67,7 @@ data::SampleMatrix draw_inputs(const Model& model, Eigen::Index rows) {
   return inputs;
 }
 
-/// Rounds to a value that is short in a table and exact there.
+/// Rounds to a value that has few digits and is printed exactly in a table.
 double rounded(double value) {
   constexpr double kParts = 1024;
   return std::round(value * kParts) / kParts;

@@ -33,7 +33,7 @@ Eigen::VectorXd scaled_target(const Preparation& preparation, const data::Cluste
   return (clusters.bias_deg_per_h.array() - preparation.target_mean_deg_per_h) / preparation.target_std_deg_per_h;
 }
 
-/// Combines preparation and fit to a model, without the description of its training.
+/// Combines a preparation and a fit into a model, without the description of its training.
 Model assemble(const Preparation& preparation, methods::Fit fit) {
   Model model;
   model.function = std::move(fit.function);
@@ -137,8 +137,8 @@ std::string requested_inputs(const TrainingOptions& options, const methods::Meth
   return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
 }
 
-/// Fails if the one-standard-error rule is chosen for a method without C, σ and ε, the only parameters that the rule
-/// can order by simplicity.
+/// Fails if the one-standard-error rule is chosen for a method without C, σ and ε. The rule can order only these
+/// parameters by simplicity.
 Result<void> check_choice(const TrainingOptions& options, const methods::Method& method) {
   if (options.tuning.choice == svm::ChoiceRule::best || method.tunes_svr) return {};
   return failure(FaultKind::usage, "--choose",
@@ -217,8 +217,8 @@ Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estim
   return fit(context.all, context.learnt, estimator);
 }
 
-/// Enlarges the coefficients' variance of a linear function for correlated residuals: they count by the effective
-/// number of their mean, because inputs vary as slowly.
+/// Enlarges the variance of the coefficients of a linear function for correlated residuals. The number of residuals is
+/// replaced by the effective number of their mean, because the inputs vary as slowly as the residuals.
 void widen_for_correlation(Model& model) {
   if (!model.variance || !std::holds_alternative<methods::LinearModel>(model.function)) return;
   const auto freedom = [&](double number) { return std::max(1.0, number - model.effective_parameters); };
@@ -250,15 +250,15 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   warn_about_over_fit(model, datasets, records);
 }
 
-/// The residual that the budget uses.
+/// The held-out residual for the budget.
 struct JudgedBy {
   Eigen::VectorXd residual;
   /// The residual was also used to choose the hyper-parameters.
   bool chosen_on_these_folds{};
 };
 
-/// Judges the training recipe by held-out clusters, and by nested folds if requested. Returns the nested residual if
-/// there is one, because it was not used for any choice.
+/// Evaluates the training procedure on held-out clusters, and by nested folds if requested. Returns the nested residual
+/// if there is one, because it was not used to choose parameters.
 Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
                                 bool nested, const ProgressSink& progress) {
   const data::Clusters& clusters = context.training_set.clusters;
@@ -267,7 +267,7 @@ Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, co
   model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = compute_figures(*residual, clusters);
   model.leave_cycle_out_residual = *residual;
-  // If nothing was chosen, nothing has seen a held-out fold.
+  // If no parameters were chosen, the residual is independent of the held-out folds.
   if (estimator.parameters.empty()) {
     if (nested) model.nested_leave_cycle_out = model.leave_cycle_out;
     return JudgedBy{std::move(*residual), false};
@@ -396,7 +396,7 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
     const ProgressSink within_stage = [&](std::string_view, double fraction) {
       return keep_going(progress, stage, fraction);
     };
-    // The bias is not filtered here, since each inner split does this itself.
+    // The bias is not filtered here, since each inner split filters it.
     const auto inner = with_two_folds(within(training_set, training_set.folds.folds[i].training));
     if (!inner) return failure(inner.error());
     const auto inner_splits = split_at_folds(*inner, inputs, estimator.method, within_stage);

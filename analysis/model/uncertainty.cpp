@@ -68,7 +68,7 @@ data::NoiseFloor pooled_floor(const TrainedOn& on) {
   return all;
 }
 
-/// Returns the noise of the compensated holds of the record with the longest holds.
+/// Returns the noise of the compensated holds of the record with the longest total hold time.
 data::HoldNoise longest_hold_noise(const Model& model, const TrainedOn& on) {
   data::HoldNoise most;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
@@ -113,7 +113,7 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
 
 /// Computes the model form row from the part of the held-out residual that noise and hysteresis do not explain. It uses
 /// the estimate even if it is not significant. Its degrees of freedom are those of the difference of the squares (GUM
-/// G.3 and G.4); if the residual is far above the noise floor, they are the residual's effective number less one.
+/// G.3 and G.4); if the residual is far above the noise floor, they are the effective number of residuals minus one.
 BudgetRow form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
                    bool chosen) {
   BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
@@ -127,7 +127,8 @@ BudgetRow form_row(const data::Figures& figures, double standard, const data::No
   return row;
 }
 
-/// Counts the power-ons before clusters: that of the record, and one after each segment with the unit off.
+/// Counts the power-ons that are followed by clusters: one at the start of the record, and one after each segment with
+/// the unit off.
 int count_starts(const data::Dataset& dataset, const data::Clusters& clusters) {
   int starts = clusters.start_s.size() > 0 ? 1 : 0;
   for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
@@ -234,10 +235,10 @@ Result<Eigen::VectorXd> function_variance(const Model& model, const data::Cluste
   });
 }
 
-/// Returns the columns whose mean gives the gyro's temperature and its rate. They are all thermometers, whether or not
-/// the model uses them, so that all models of a record are compared at the same temperatures. The unit's own values are
-/// excluded: most are not temperatures, and a missing one would hide the cluster. Its own temperature is used if there
-/// is no thermometer.
+/// Returns the columns whose mean gives the gyro's temperature and its rate. They are all thermometers, including those
+/// that the model does not use; all models of a record are therefore compared at the same temperatures. The unit's own
+/// values are excluded: most are not temperatures, and a missing value would exclude the cluster. The unit's own
+/// temperature is used if there is no thermometer.
 std::vector<Eigen::Index> temperature_columns(const std::vector<std::string>& inputs) {
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < inputs.size(); ++i)
@@ -283,7 +284,8 @@ std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const
   drift.assumed = drift.assumed || !years;
   calibration.of = drift.of = sensitivity.thermometer;
   if (data::is_temperature(sensitivity.thermometer)) return {std::move(calibration), std::move(drift)};
-  // A constant error of a unit's own input is a property of the unit. Such an input has a drift, but no calibration.
+  // A constant error of a value measured by the unit is a property of the unit. Such an input has a drift row, but no
+  // calibration row.
   drift.source = Source::input_drift;
   drift.unit = input_unit(dataset, sensitivity.thermometer);
   return {std::move(drift)};

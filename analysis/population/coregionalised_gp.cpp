@@ -243,7 +243,8 @@ Result<CoregionalisedLikelihood> marginal_likelihood(const Coregionalisation& mo
   const Eigen::Index inputs = samples.x.cols(), outputs = samples.outputs, rows = samples.x.rows();
   const auto count = static_cast<Eigen::Index>(samples.values.size());
   // The gradient is ½ tr(Q ∂K/∂θ), Q = ααᵀ − K⁻¹ + K⁻¹H(HᵀK⁻¹H)⁻¹HᵀK⁻¹. Sums of Q ∘ k over the values of each pair of
-  // outputs give the gradient by B; sums of Q ∘ B over those of each pair of rows give the gradient by k.
+  // outputs give the gradient with respect to B; sums of Q ∘ B over the values of each pair of rows give the gradient
+  // with respect to k.
   const Eigen::MatrixXd with_constants = solved->factor.matrixU().solve(solved->of_constants);
   Eigen::MatrixXd q = -solved->factor.solve(Eigen::MatrixXd::Identity(count, count));
   q += solved->alpha * solved->alpha.transpose() +

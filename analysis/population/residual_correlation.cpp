@@ -63,7 +63,7 @@ Eigen::VectorXd pairs_apart(const Eigen::VectorXi& places, Eigen::Index lags) {
 
 struct CorrelatedPair {
   double r{}, effective{}, probability = 1;
-  /// The pair has enough effective values for a statement.
+  /// The pair has enough effective values for a test.
   bool is_usable{};
 };
 

@@ -107,8 +107,8 @@ data::SampleMatrix all_inputs(const std::vector<UnitValues>& units, Eigen::Index
   return all;
 }
 
-/// Returns the covariance of the scaled terms within runs. Between units they also vary by the errors of the
-/// thermometers.
+/// Returns the covariance of the scaled terms within runs. The variation between units is excluded, because it includes
+/// the errors of the thermometers.
 Eigen::MatrixXd spread_within_runs(const std::vector<UnitValues>& units, const data::Scaling& scaling) {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(scaling.std.size(), scaling.std.size());
   for (const UnitValues& unit : units) {
@@ -217,8 +217,8 @@ UnexplainedNoise noise_at(const NoiseLogarithms& at, double turn_on_deg_per_h) {
   return {std::exp(at[0]), std::exp(at[1]), std::exp(at[2]), turn_on_deg_per_h};
 }
 
-/// Searches the noises with the highest restricted likelihood for this Σ, one coordinate at a time with steps that are
-/// halved. Noise with a correlation time below three clusters counts as white.
+/// Searches for the noise parameters with the highest restricted likelihood for this Σ, one coordinate at a time with
+/// steps that are halved. Noise with a correlation time below three clusters is treated as white.
 Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const DesignedUnits& units,
                                       const Eigen::MatrixXd& covariance, double cluster_length_s) {
   constexpr double kFirstStep = 0.8, kLastStep = 0.04;
@@ -250,7 +250,8 @@ Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const Desig
   return noise_at(at, start.turn_on_deg_per_h);
 }
 
-/// Returns the sum of the log predictive densities of each unit given the others; no value if a fit fails.
+/// Returns the sum over all units of the log predictive density of the unit given the other units; no value if a fit
+/// fails.
 std::optional<double> predicted_by_others(const std::vector<UnitInformation>& units, const Eigen::MatrixXd& start,
                                           const PopulationOptions& options) {
   double sum = 0;

@@ -17,7 +17,7 @@
 namespace gyrotherm::population {
 namespace {
 
-/// One term with its scaling and its prior, as a reader of the file wants it.
+/// One term with its scaling and its prior, grouped for readers of the file.
 struct PriorTerm {
   data::Term term;
   double mean{}, std{}, min{}, max{};

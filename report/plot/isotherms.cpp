@@ -12,7 +12,7 @@ namespace {
 /// An edge of the grid from a sample to its neighbour on the right (even number) or below (odd number).
 using Edge = std::size_t;
 
-/// The line segments of one level. Each connects two edges, and an edge has at most two.
+/// The line segments of one level. Each segment connects two edges, and at most two segments meet at an edge.
 class Pieces {
  public:
   Pieces(const SampledField& field, double level) : field_(field), level_(level) {

@@ -259,7 +259,7 @@ void draw_x_axis(SvgWriter& svg, const Plot& plot, const PanelLayout& layout, bo
            {.size_px = 12, .anchor = Anchor::middle});
 }
 
-/// Returns the path of a curve. Coordinates are absolute, so that rounding errors do not accumulate.
+/// Returns the path of a curve. Coordinates are absolute, so rounding errors do not accumulate.
 std::string path_data(const Curve& curve, const PanelLayout& layout) {
   const Points points = decimate(curve.x, curve.y, static_cast<std::size_t>(layout.width_px));
   const Scale& scale = layout.scale(curve.side);

@@ -75,7 +75,7 @@ std::string numbered_profile(const CalibrationReport& report, const ResultTable&
   return number > 0 && !profile.empty() ? fmt::format("{}, {}", profile, number + 1) : profile;
 }
 
-/// Returns true if each model as found is among the models as left of the previous calibration.
+/// Returns true if the previous calibration has each model as found among its models as left.
 bool has_same_models(const CalibrationReport& before, const CalibrationReport& now) {
   bool any = false;
   for (const UsedFile& found : now.files) {

@@ -30,8 +30,8 @@ std::optional<SummaryValue> find_result_value(const CalibrationReport& report, c
   return find_value(find_representative_result(report, key, axis, stage), quantity);
 }
 
-/// Returns the same quantity of the same record at another stage. Records of different profiles are not comparable,
-/// because the profiles affect the bias more differently than the models do.
+/// Returns the same quantity of the same record at another stage. Only the same record is comparable, because the
+/// difference between profiles exceeds the effect of a model.
 std::optional<SummaryValue> find_at_stage(const CalibrationReport& report, Stage stage, const SummaryValue& figure,
                                           const char* quantity) {
   const ResultTable& own = *figure.table;
@@ -47,7 +47,7 @@ std::optional<SummaryValue> find_mean(const CalibrationReport& report, const std
   return find_result_value(report, "compensated_mean", kMean, axis, stage);
 }
 
-/// Returns the mean as found of a unit that was adjusted.
+/// Returns the mean as found if the unit was adjusted.
 std::optional<SummaryValue> find_mean_as_found(const CalibrationReport& report, Stage last,
                                                const std::optional<SummaryValue>& mean) {
   return mean && last == Stage::as_left ? find_at_stage(report, Stage::as_found, *mean, kMean) : std::nullopt;

@@ -66,10 +66,10 @@ struct OrderFile {
                                        const std::string& from);
 
 /// Adds the texts of the laboratory and the order to the report of a unit, and lists required texts that are missing:
-/// "laboratory.toml: name". A missing file leaves all of its keys missing. Also missing are keys with an example text
-/// (is_placeholder()), and persons of the order whose role laboratory.toml does not confirm: only laboratory.toml gives
-/// the role authorising, and if it lists operators or reviewers, those of the order must be among them. The model and
-/// serial number already in the report have precedence.
+/// "laboratory.toml: name". If a file is missing, all of its keys are listed. Also missing are keys with an example
+/// text (is_placeholder()), and persons of the order whose role laboratory.toml does not confirm: only laboratory.toml
+/// gives the role authorising, and if it lists operators or reviewers, those of the order must be among them. The model
+/// and serial number already in the report have precedence.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The report of an experiment as data. All views, including the file report.json, are made from these data alone.
+/// The report of an experiment as data. All views, including the file report.json, are made only from these data.
 ///
 /// The same inputs always give the same report: it contains no wall-clock time, thread count or path of the machine.
 #pragma once

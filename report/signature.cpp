@@ -201,7 +201,7 @@ std::vector<std::optional<std::int64_t>> judgement_times(const Trust& trust) {
 }
 
 /// Runs `openssl verify` with the certificates of `trust` and without those of the system. Succeeds if the certificates
-/// are valid at any of the instants. check_usage() judges the key usage separately.
+/// are valid at any of the instants. check_usage() verifies the key usage separately.
 Result<ProgramRun> run_trusting(const Trust& trust, const Strings& files) {
   const Strings all{"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-CAfile", trust.certificates_file};
   Result<ProgramRun> run = ProgramRun{};

@@ -55,8 +55,8 @@ struct Signer {
 [[nodiscard]] Result<void> sign_pdf(const std::string& path, const std::string& signed_path, const SigningKey& key,
                                     const std::string& reason);
 
-/// Verifies a PDF and returns its signer. Fails with bad_file unless it has exactly one signature that covers the whole
-/// unchanged file and whose signer is trusted.
+/// Verifies a PDF and returns its signer. Fails with bad_file unless it has exactly one signature, the signature covers
+/// the whole file, the file is unchanged, and the signer is trusted.
 [[nodiscard]] Result<Signer> verify_pdf(const std::string& path, const Trust& trust);
 
 }  // namespace gyrotherm::report

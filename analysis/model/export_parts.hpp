@@ -35,7 +35,8 @@ namespace gyrotherm::model {
 /// Returns the sum of the weights of the function's terms, which bounds the rounding error of their sum.
 [[nodiscard]] double sum_of_weights(const methods::Function& function);
 
-/// Returns true if every constant and every divisor of the function is finite, so that C can represent it.
+/// Returns true if every constant and every divisor of the function is finite and can therefore be written as a C
+/// constant.
 [[nodiscard]] bool has_finite_constants(const methods::Function& function);
 
 // range

@@ -24,7 +24,7 @@ namespace gyrotherm::model {
 inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 
 /// Method name of a model that was trained with a type prior (prior_training.hpp). The table of methods does not
-/// contain it, since those methods learn from the clusters of one unit alone.
+/// contain it, since the methods in the table learn only from the clusters of one unit.
 inline constexpr const char* kTypePriorMethod = "type-prior";
 
 /// The lowest and the highest cluster mean of the thermometers of the block, °C.
@@ -209,8 +209,8 @@ struct RangedInputs {
   double worst_excess{};
 };
 
-/// Applies the policy to `inputs` (rows × terms of the model, unscaled). A row with a NaN does not count as outside and
-/// stays unchanged.
+/// Applies the policy to `inputs` (rows × terms of the model, unscaled). A row with a NaN is not treated as outside and
+/// remains unchanged.
 [[nodiscard]] RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside);
 
 /// Predicts the bias of each row, °/h; NaN if an input is not finite.

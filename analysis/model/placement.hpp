@@ -28,7 +28,7 @@ struct LeftOut {
   std::optional<data::Figures> unseen;  ///< unseen records
 };
 
-/// The price of each thermometer, alone and in combination.
+/// The price of leaving out thermometers, singly and in combination.
 struct Placement {
   LeftOut all;
   /// Results with one thermometer left out, the lowest price first.

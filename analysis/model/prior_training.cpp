@@ -58,7 +58,7 @@ std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumb
   return within;
 }
 
-/// Plans the folds. Records that are too short become a single fold, predicted by the type alone.
+/// Plans the folds. Records that are too short become a single fold, which is predicted only from the type.
 Result<data::FoldPlan> plan_own_folds(const OwnClusters& own, const std::vector<data::Dataset>& datasets,
                                       data::FoldOptions options) {
   options.programs = list_programs(datasets);

@@ -41,7 +41,7 @@ struct PriorTrainingOptions {
 /// function is linear in the scaled terms of the prior, with the coefficients of population::careful_coefficients, in
 /// °/h. It differs from train() in four points:
 /// - a fold is predicted by coefficients that are learnt from the type and all other clusters; records that are too
-///   short for folds (data::FoldKind::automatic) are held out together and predicted by the type alone;
+///   short for folds (data::FoldKind::automatic) are held out together and predicted only from the type;
 /// - the trained range is the union of the type's and the unit's own, so an hour at −40 °C does not restrict it;
 /// - the variance is the uncertainty of the coefficients, given the type and the unit's own clusters, and the distance
 ///   of the careful coefficients from the most likely ones;

@@ -109,8 +109,8 @@ void for_each_trained(Trained& of, Visit visit) {
                                           const std::vector<data::RecordedRun>& further);
 
 /// Recommends one of all trained models, judged by records of profiles that it has not seen (recommendation.hpp): each
-/// further record, predicted by the model of the ramp run, and the ramp run, predicted by the same method trained on
-/// the further records alone. A model is never judged by data that were used in its scaling, selection, tuning or
+/// further record is predicted by the model of the ramp run, and the ramp run is predicted by the same method trained
+/// only on the further records. A model is never judged by data that were used in its scaling, selection, tuning or
 /// fitting. The random run, from which the headline results come, is not used at all. Each squared error includes the
 /// effect of the thermometers' drift in a year (drift_in_a_year_deg_per_h). Without further records nothing is trained
 /// or recommended. The further records must have passed check_apart() and check_programs(). Fails with interrupted, or

@@ -70,7 +70,7 @@ Eigen::MatrixXd unit_columns(const data::SampleMatrix& values) {
   return unit;
 }
 
-/// Removes the projection onto the columns of `fixed`, twice, so that the remainder is orthogonal within rounding.
+/// Removes the projection onto the columns of `fixed`, twice, which makes the remainder orthogonal within rounding.
 void project_out(const Eigen::MatrixXd& fixed, Eigen::MatrixXd& columns) {
   if (fixed.cols() == 0) return;
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fixed);

@@ -83,7 +83,7 @@ Result<methods::Fold> make_fold(const FoldData& split, const EstimatorOptions& e
                        std::move(*covariance)};
 }
 
-/// Chooses the method's hyper-parameters by these splits alone.
+/// Chooses the method's hyper-parameters using only these splits.
 Result<methods::Choice> choose(const std::vector<FoldData>& splits, const EstimatorOptions& estimator,
                                const ProgressSink& progress) {
   std::vector<methods::Fold> folds;

@@ -13,7 +13,7 @@
 namespace gyrotherm::population {
 namespace {
 
-/// Returns R with RRᵀ = S. Eigenvalues that rounding made negative count as 0.
+/// Returns R with RRᵀ = S. Eigenvalues that are negative because of rounding are treated as 0.
 Eigen::MatrixXd root_of_covariance(const Eigen::MatrixXd& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();

@@ -15,7 +15,7 @@ namespace gyrotherm::plot {
 
 namespace {
 
-/// A tick within this fraction of a step from the end of the range counts as lying on the end.
+/// A tick within this fraction of a step from the end of the range is treated as being at the end.
 constexpr double kRounding = 1e-6;
 
 Range extend_to_step(const Range& range, double step) {

@@ -35,10 +35,10 @@ struct InputPlan {
 ///   physics        T, T², seven-point, T times seven-point, and dT/dt; only T, T² and dT/dt with a single thermometer
 ///   thermal-history  the temperatures, their lags with time constants of 600 s and 2400 s, and T times all of these
 ///   multi-point    gradients, selected by correlation (paper §4.3)
-///   multi-point-t  multi-point, and the temperature of the first gradient thermometer (errata 3.2) With a `rule`, the
-/// rule selects from the terms of all keywords, and individually requested terms are always used. Without a rule, only
-/// the multi-point keywords select. Fails with usage: a record without the thermometers, an unknown or repeated term, a
-/// rule without a keyword.
+///   multi-point-t  multi-point, and the temperature of the first gradient thermometer (errata 3.2)
+/// With a `rule`, the rule selects from the terms of all keywords, and individually requested terms are always used.
+/// Without a rule, only the multi-point keywords select. Fails with usage: a record without the thermometers, an
+/// unknown or repeated term, a rule without a keyword.
 [[nodiscard]] Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& dataset,
                                             const std::optional<SelectionRule>& rule = {});
 

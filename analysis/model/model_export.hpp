@@ -26,8 +26,8 @@ namespace gyrotherm::model {
 ///   NAME_uncertainty  U of a mean of compensated bias over the cluster length;
 ///   NAME_uncertainty_outside  U with an input outside the trained range;
 /// and, given the noise of the residual bias,
-///   NAME_track     estimates the residual bias at rest from one compensated rate per second, like RestTracker. Return
-/// values report inputs that are outside the trained range or missing. Results agree with `predict` within
+///   NAME_track     estimates the residual bias at rest from one compensated rate per second, like RestTracker.
+/// Return values report inputs that are outside the trained range or missing. Results agree with `predict` within
 /// c_tolerance_deg_per_h(). Fails with usage if `name` is not a valid beginning of C identifiers, or if a constant or a
 /// known answer is not finite.
 [[nodiscard]] Result<CProgram> to_c(const Model& model, std::string_view name,
@@ -43,11 +43,12 @@ namespace gyrotherm::model {
 ///   NAME_suspect        the axis that explains a contradiction, like fusion::examine(), or −1;
 ///   NAME_fuse_without   the rate vector without one axis, like fusion::fuse_without();
 ///   NAME_covariance     the covariance of the rate vector of all axes;
-///   NAME_self_test      returns 0 if known results are reproduced. Return values report a contradiction of the axes
-/// above the limit, or a reading that is not finite. Three axes have no parity: NAME_fuse then finds no contradiction,
-/// and the parity functions are omitted. The limit applies to single readings; fusion::ChangeDetector finds hops below
-/// the noise of a second. `weights`, if given, is the geometry that determines the weights of the axes
-/// (fusion::weighted_gains). Fails with usage if `name` is not a valid beginning of C identifiers.
+///   NAME_self_test      returns 0 if known results are reproduced.
+/// Return values report a contradiction of the axes above the limit, or a reading that is not finite. Three axes have
+/// no parity: NAME_fuse then finds no contradiction, and the parity functions are omitted. The limit applies to single
+/// readings; fusion::ChangeDetector finds hops below the noise of a second. `weights`, if given, is the geometry that
+/// determines the weights of the axes (fusion::weighted_gains). Fails with usage if `name` is not a valid beginning of
+/// C identifiers.
 [[nodiscard]] Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
                                            const fusion::TestOptions& options = {},
                                            const std::optional<fusion::Geometry>& weights = {});

@@ -19,8 +19,8 @@ struct Goal {
 [[nodiscard]] constexpr Goal at_least(double limit) { return {GoalSense::at_least, limit}; }
 [[nodiscard]] constexpr Goal at_most(double limit) { return {GoalSense::at_most, limit}; }
 
-/// Prints the line. A figure is short if it has no value, or if its premise does not hold: the result was not equal, so
-/// that its time does not count.
+/// Prints the line of a figure. The figure is "short" if it misses its goal, has no value, or if `premise` is false:
+/// the compared results were not equal, and the time is therefore not valid.
 void print_figure(const std::string& name, std::optional<double> value, Goal goal, bool premise = true);
 
 /// Returns the processor time of the calling thread, s (CLOCK_THREAD_CPUTIME_ID).
@@ -31,8 +31,8 @@ void print_figure(const std::string& name, std::optional<double> value, Goal goa
 /// Returns the median of at least one value; for an even number, the mean of the middle two.
 [[nodiscard]] double median(std::vector<double> values);
 
-/// Returns the median thread_seconds() of `work`. Runs it at least `least` times and, up to 100 times, for at least a
-/// fifth of a second.
+/// Returns the median thread_seconds() of `work`. Runs `work` at least `least` times, and repeats it until it has taken
+/// a fifth of a second in total, at most 100 times.
 [[nodiscard]] double median_seconds(int least, const std::function<void()>& work);
 
 /// Returns the peak memory of this process, bytes (VmHWM); 0 if the system does not report it.

@@ -15,8 +15,8 @@
 
 namespace gyrotherm::app {
 
-/// Names of the values of options and positional arguments, for ->type_name(value::kRig). Help and manual pages print
-/// the name; shells complete the value by it (command_info.hpp).
+/// Names for the values of options and positional arguments, passed to ->type_name(), such as value::kRig. Help and
+/// manual pages print the name; shell completion chooses the offered files by it (command_info.hpp).
 namespace value {
 inline constexpr const char *kProfile = "PROFILE", *kRig = "RIG", *kMap = "MAP", *kGyro = "GYRO", *kRecord = "RECORD",
                             *kRecordOrFolder = "RECORD|FOLDER", *kModel = "MODEL", *kTable = "TABLE", *kToml = "TOML",
@@ -57,13 +57,13 @@ struct Program {
   Result<Exit> outcome = Exit::done;
 };
 
-/// Adds a subcommand to the program or below another command: "gyrotherm report sign". Its help begins with the
-/// example. Objects that receive option values must live as long as the program. The caller sets a callback that stores
-/// the outcome in the program.
+/// Adds a subcommand to the program or to another command, as in "gyrotherm report sign". The help of the subcommand
+/// begins with the example. Objects that receive option values must live as long as the program. The caller sets a
+/// callback that stores the outcome in the program.
 CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& name, const std::string& description,
                          const std::string& example);
-/// Adds a subcommand that calls `what` with its options. The caller may set defaults in the returned options. Does not
-/// call `what` if the user gave a subcommand of this command.
+/// Adds a subcommand that calls `action` with its options. The caller may set defaults in the returned options. If the
+/// user gives a subcommand of this command, `action` is not called.
 template <class Options>
 std::pair<CLI::App&, Options&> add_subcommand(Program& program, CLI::App& parent, const std::string& name,
                                               const std::string& description, const std::string& example,
@@ -92,8 +92,8 @@ void add_completion(Program& program);
 /// Adds `manual [COMMAND]`. The build makes the manual pages with it.
 void add_manual(Program& program);
 
-/// Adds the option --outside: the treatment of inputs outside the trained range. `refused` describes the result for a
-/// refused input in the help.
+/// Adds the option --outside, which determines how inputs outside the trained range are treated. `refused` is the help
+/// text for the treatment of a refused input.
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");
 
 /// Refuses a value that begins with a minus sign.

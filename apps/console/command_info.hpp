@@ -46,7 +46,7 @@ struct ValueKind {
   bool is_folder = false;  ///< only folders
 };
 
-/// Returns the kind with that name, or null if its values are not files.
+/// Returns the kind of value with this name, or null if values of this name are not files.
 [[nodiscard]] const ValueKind* value_kind(std::string_view name);
 
 /// Describes all commands and options except hidden ones.

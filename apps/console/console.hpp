@@ -18,7 +18,7 @@ class Console {
  public:
   Console();
 
-  /// Facts as JSON; with `samples` also each second of a run.
+  /// Prints facts as JSON; with `samples`, also each second of a run.
   bool json = false;
   bool samples = false;
   bool quiet = false;    ///< no messages, no progress
@@ -42,8 +42,8 @@ class Console {
   /// Shows a stage, its percentage and the remaining time. On a terminal one line is redrawn; elsewhere a plain line is
   /// printed every 10 s.
   void progress(std::string_view stage, double fraction);
-  /// Shows a few lines. On a terminal they are redrawn in place, at most ten times a second. Elsewhere the first of
-  /// them is printed as a plain line every minute, and immediately with `at_once`.
+  /// Shows a few lines. On a terminal they are redrawn in place, at most ten times a second. Elsewhere only the first
+  /// line is printed, as a plain line: once a minute, or immediately with `at_once`.
   void panel(const std::function<std::vector<std::string>()>& lines, bool at_once);
   /// Returns a sink that calls progress() and requests a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();

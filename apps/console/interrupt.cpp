@@ -13,7 +13,7 @@
 namespace gyrotherm::app {
 namespace {
 
-/// Signals within this time were one press of a key, in ns.
+/// Signals within this time after the first one belong to the same key press, ns.
 constexpr std::int64_t kOnePress = 500'000'000;
 
 std::atomic<int> stops_so_far{0};

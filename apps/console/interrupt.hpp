@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Handling of Ctrl-C, SIGTERM and a lost terminal (SIGHUP). By default they end the program at once. A command that
-/// must stop in order calls watch_for_interrupts() and polls; the signal handler itself only counts.
+/// Handles Ctrl-C, SIGTERM and a lost terminal (SIGHUP). By default these signals end the program immediately. A
+/// command that must finish cleanly calls watch_for_interrupts() and polls; the signal handler itself only counts
+/// signals.
 #pragma once
 
 namespace gyrotherm::app {
 
 /// Effect of a second signal that arrives more than half a second after the first.
 enum class SecondInterrupt {
-  ends,        ///< ends the program at once
-  is_counted,  ///< only counts; the command decides
+  ends,        ///< ends the program immediately
+  is_counted,  ///< only increments the counter
 };
 
 /// Catches SIGINT, SIGTERM and SIGHUP from now on. A SIGHUP that was ignored at the start of the program (nohup)
-/// remains ignored. Call it where polling of interrupted() begins. A further call changes `second` only.
+/// remains ignored. Call it before you first poll interrupted(). A further call changes only `second`.
 void watch_for_interrupts(SecondInterrupt second);
 
-/// Ignores SIGPIPE and SIGXFSZ, so that a closed reader or a file size limit makes the write fail instead of ending the
+/// Ignores SIGPIPE and SIGXFSZ. A write to a closed pipe or beyond a file size limit then fails and does not end the
 /// program. Call it once, at the start of the program.
 void ignore_write_signals();
 
@@ -24,17 +25,18 @@ void ignore_write_signals();
 
 /// Counts all signals except forgiven hang-ups.
 [[nodiscard]] int interrupts();
-/// Count the requests to stop (SIGINT, SIGTERM) and the losses of the terminal (SIGHUP).
+/// Counts the requests to stop: SIGINT and SIGTERM.
 [[nodiscard]] int stops();
-/// Counts SIGTERM alone: a shutdown, a service manager or the end of a session.
+/// Counts only SIGTERM, which is sent by a shutdown, a service manager or the end of a session.
 [[nodiscard]] int terminations();
+/// Counts the losses of the terminal (SIGHUP).
 [[nodiscard]] int hangups();
 /// Marks all hang-ups so far as handled; interrupts() no longer counts them.
 void forgive_hangups();
 
 /// Returns a descriptor that becomes readable at each signal, for an event loop; −1 before watch_for_interrupts().
 [[nodiscard]] int interrupt_descriptor();
-/// Reads the descriptor empty, so that it waits for the next signal.
+/// Discards all bytes in the descriptor. It becomes readable again at the next signal.
 void drain_wake_ups();
 
 }  // namespace gyrotherm::app

@@ -22,14 +22,14 @@ namespace {
 constexpr auto kLongestFlush = std::chrono::seconds(1);
 constexpr int kForever = -1;
 
-/// Writes all text, however long the reader takes. Returns false if a write fails or, if `impatient`, the user wants to
-/// stop.
+/// Writes all text, however long the reader takes. Returns false if a write fails or, with `stops_on_interrupt`, if the
+/// user requests a stop before all text is written.
 bool write_all(int descriptor, std::string_view text, bool stops_on_interrupt) {
   while (!text.empty()) {
     const auto written = ::write(descriptor, text.data(), text.size());
     if (written >= 0) {
       text.remove_prefix(static_cast<std::size_t>(written));
-    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {  // another process made it non-blocking
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {  // another process set O_NONBLOCK
       pollfd reader{descriptor, POLLOUT, 0};
       ::poll(&reader, 1, kForever);
     } else if (errno != EINTR) {

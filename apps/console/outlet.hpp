@@ -24,15 +24,15 @@ class Outlet {
   Outlet(const Outlet&) = delete;
   Outlet& operator=(const Outlet&) = delete;
 
-  /// Makes all later calls return at once: a thread of the object writes. Before, each call waits until its text is
+  /// Starts a thread that writes, so all later calls return immediately. Without it, each call waits until its text is
   /// written.
   void never_wait();
 
-  /// Writes whole lines in order. Lines are dropped and counted while more than kMostWaiting bytes wait; the next
-  /// accepted lines get that count.
+  /// Writes whole lines in order. Drops and counts calls while more than kMostWaiting bytes wait. The next accepted
+  /// call receives the count as `dropped`.
   using Lines = std::function<std::string(std::size_t dropped)>;
   void write_lines(const Lines& lines);
-  /// Draws lines in place on a terminal. A picture that still waits is replaced by the newest.
+  /// Draws lines in place on a terminal. A new picture replaces one that is still waiting.
   void draw(std::vector<std::string> picture);
 
   /// Returns whether some text could not be written: the disk is full or the reader has gone.
@@ -62,7 +62,7 @@ class Screen {
   std::size_t lines_open_ = 0;
 };
 
-/// Returns as many characters of a line as fit. A line that wraps could not be erased completely.
+/// Shortens a line to `width` characters, because a line that wraps cannot be erased completely.
 [[nodiscard]] std::string cut_to(const std::string& line, std::size_t width);
 
 }  // namespace gyrotherm::app

@@ -13,7 +13,7 @@ namespace gyrotherm::app {
 
 struct BiasTrackingArguments {
   bool track = false;
-  /// Record that gives the noise; empty for the model's own noise.
+  /// Record from which the noise is estimated; empty for the noise stored in the model.
   std::string noise;
 };
 /// Adds the options --track, with the help text `what`, and --noise.

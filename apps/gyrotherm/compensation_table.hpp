@@ -21,7 +21,7 @@ namespace gyrotherm::app {
 /// thermometer and the conversion of rotation to bias.
 class CompensationTable {
  public:
-  /// Reads the header. Fails with bad_file if it is neither kind of header, or if an exported table does not contain
+  /// Reads the header. Fails with bad_file if the header is of neither kind, or if an exported table does not contain
   /// the Earth rate. Fails with usage if the table has no column for an input of the model or for the axis. `tracked`
   /// permits the column "at_rest".
   [[nodiscard]] static Result<CompensationTable> of(const std::vector<std::string>& header,
@@ -55,8 +55,8 @@ class CompensationTable {
   std::vector<record::Channel> calibrations_;
   struct Rotation {
     double scale{}, earth_rate_deg_per_h{};
-    bool over_interval{};  ///< pulses; a column of intervals follows
-    /// A further column contains the mounting, which decides the sign of the Earth rate.
+    bool over_interval{};  ///< pulse counts; an interval column follows
+    /// True if a further column contains the mounting, which determines the sign of the Earth rate.
     bool may_be_turned{};
   };
   std::optional<Rotation> rotation_;  ///< empty if the column is bias

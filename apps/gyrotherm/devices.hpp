@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Devices that are connected, with the user's access to them and commands that grant it.
+/// Connected devices, the user's access to them, and commands that grant access.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@ namespace gyrotherm::app {
 struct Node {
   std::string path;
   bool allowed{};
-  std::string group;  ///< empty if it does not exist
+  std::string group;  ///< empty if the file is missing
 };
 [[nodiscard]] Node node_at(const std::string& path);
 
 /// Returns the command that grants access to a serial port, or an empty string if access is granted already.
 [[nodiscard]] std::string serial_access_command(const Node& node);
-/// Returns the same for an HID device.
+/// Returns the command that grants access to an HID device, or an empty string if access is granted already.
 [[nodiscard]] std::string hid_access_command(const Node& node);
 
 /// Connected device.
@@ -30,7 +30,7 @@ struct Device {
   std::string usb{};  ///< "0403:6001", vendor and product; otherwise empty
   std::string serial{};
   std::string driver{};  ///< only for HID devices
-  /// Commands that grant access; empty if it is granted.
+  /// Commands that grant access; empty if access is granted already.
   std::string fix{};
 };
 

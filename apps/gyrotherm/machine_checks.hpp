@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks of the machine for runs that take days; `doctor` prints them in addition to the instruments. No check writes
-/// to a disk or communicates with an instrument.
+/// Checks whether the machine is suitable for runs that take days. `doctor` prints the findings together with those
+/// about the instruments. No check writes to a disk or communicates with an instrument.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ struct Finding {
   FindingState state{};
   std::string found;
   std::string fix;  ///< empty if ok
-  /// Kind of a fault; decides the exit code.
+  /// Kind of fault if the check failed; determines the exit code.
   FaultKind kind = FaultKind::disconnected;
 };
 

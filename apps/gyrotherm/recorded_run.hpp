@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records as input of an analysis: found, verified and loaded.
+/// Finds, verifies and loads records as input of an analysis.
 #pragma once
 
 #include <string>
@@ -21,9 +21,9 @@ struct CheckedRun {
   record::RecordFiles files;
   record::Verified verified;
 };
-/// Finds the files of a record and verifies them (verify_record). Fails with bad_file that names the first altered
-/// position, and like read_record() if the record cannot be read. With `unverified` the files are only found, and a
-/// warning is printed.
+/// Finds the files of a record and verifies them (verify_record). Fails with bad_file, which names the first altered
+/// position, or like read_record() if the record cannot be read. With `unverified`, only finds the files and prints a
+/// warning.
 [[nodiscard]] Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
 struct RecordedRunOptions {

@@ -20,7 +20,7 @@ struct PaperFacts {
 };
 
 /// Returns the complete page without style sheet; paper.css defines the classes used here. Title, author, keywords and
-/// dates are meta elements. Equal documents and facts give equal bytes.
+/// dates are meta elements. The same document and facts always give the same bytes.
 [[nodiscard]] std::string paper_html(const report::Document& document, const PaperFacts& facts);
 
 }  // namespace gyrotherm::pdf

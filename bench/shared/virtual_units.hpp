@@ -16,12 +16,13 @@ namespace gyrotherm::bench {
 struct VirtualUnit {
   std::string name;
   data::RecordedRun rate, random;
-  /// True bias of each cluster of the random run, °/h: all but the angle random walk and the effects of the read-out.
+  /// True bias of each cluster of the random run, °/h: everything except the angle random walk and the read-out
+  /// effects.
   Eigen::VectorXd random_truth_deg_per_h;
 };
 
-/// Loads rate-SEED.db and random-SEED.db of the seeds 1 … count of a folder, and simulates the random runs again for
-/// their true bias. Prints progress on stderr.
+/// Loads rate-SEED.db and random-SEED.db for the seeds 1 … count from a folder, and simulates the random runs again to
+/// obtain their true bias. Prints progress on stderr.
 [[nodiscard]] Result<std::vector<VirtualUnit>> load_units(const std::string& folder, int count);
 
 /// Mean and standard error of at least two values.

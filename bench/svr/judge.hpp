@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Assessment of a solution of any solver: objective, duality gap and violation in double precision, from β and b
-/// alone. The kernel is computed again from coordinate differences with the library's exp; values that a solver states
-/// are never reported.
+/// Assesses a solution of any solver: computes objective, duality gap and violation in double precision from β and b
+/// only. Computes the kernel again from coordinate differences with std::exp. Does not use any value that a solver
+/// reports.
 #pragma once
 
 #include <Eigen/Core>

@@ -18,8 +18,8 @@ struct Bench {
   LibsvmPeer peer;
 };
 
-/// Measures one training of one set in three cases (moderate, hard, very hard): speed ratios with and without kernel
-/// set-up, and the gap by the judge.
+/// Trains on one set in three cases (moderate, hard, very hard). Measures the speed ratios with and without kernel
+/// set-up, and the duality gap as computed in judge.hpp.
 [[nodiscard]] Result<void> measure_training(const Bench& bench, const std::string& set);
 /// Measures a public set: the moderate and the hard case, with kernel set-up.
 [[nodiscard]] Result<void> measure_public_set(const Bench& bench, const std::string& set);
@@ -31,11 +31,11 @@ struct ReplayOptions {
   /// The trace replaces LIBSVM; only progress is printed.
   bool without_peer = false;
 };
-/// Measures a paired replay, the whole job compared with LIBSVM's time extrapolated from the replay, and the job on two
-/// threads.
+/// Measures a paired replay; the whole job, compared with LIBSVM's time as extrapolated from the replay; and the job on
+/// two threads.
 [[nodiscard]] Result<void> measure_tuning(const Bench& bench, const ReplayOptions& options);
 [[nodiscard]] Result<void> measure_replay_alone(const Bench& bench, const ReplayOptions& options);
-/// Runs pagmo's job with the fitness of this project: compares its swarm with the trace's, and its best error.
+/// Runs pagmo's job with this project's fitness function, and compares its best error with that of the stored trace.
 [[nodiscard]] Result<void> measure_pagmo_job(const Bench& bench, const std::string& set);
 
 /// Counts the trainings at random positions of the search box that miss the certificate.

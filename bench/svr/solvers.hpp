@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The two compared solvers. The peer is LIBSVM (Chang and Lin), from any build of its shared library: cache 200 MB,
-/// shrinking, tolerance 1e-3. The other one is this project's solver, through the public interface of analysis/ alone.
+/// shrinking, tolerance 1e-3. The other is this project's solver, called only through the public interface of
+/// analysis/.
 #pragma once
 
 #include <Eigen/Core>
@@ -53,18 +54,18 @@ class LibsvmPeer {
   std::shared_ptr<const Functions> functions_;
 };
 
-/// Requested relative duality gap, and the much smaller one of a reference.
+/// Requested relative duality gap, and the much smaller gap of a reference solution.
 inline constexpr double kGap = 1e-3;
 inline constexpr double kReferenceGap = 1e-6;
 
-/// Evaluates one position like the tuning job, without abort. The seconds are those of the second of two evaluations in
-/// a job of two particles and a box 1e-9 wide, so that the preparation of a job is not counted at each position. Fails
+/// Evaluates one position as the tuning job does, but never aborts it early. Runs a job of two particles in a box 1e-9
+/// wide and returns the time of the second evaluation, because the first one includes the preparation of the job. Fails
 /// like tune_svr(), or with numeric if a training misses its certificate.
 [[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds,
                                                    const TracePosition& position);
 
-/// Returns the error of solutions with a relative gap of at most kReferenceGap by the judge, predicted by a plain loop.
-/// Fails with numeric if a fold's solution does not reach it.
+/// Returns the cross-validation error of solutions whose relative gap, as computed in judge.hpp, is at most
+/// kReferenceGap. Predicts by a plain loop. Fails with numeric if the solution of a fold does not reach that gap.
 [[nodiscard]] Result<double> reference_error(std::span<const svm::TuningFold> folds, const PeerParameters& parameters);
 
 /// Returns the tuning options of the whole job: 20 particles, 30 iterations and no early end (620 evaluations), in the

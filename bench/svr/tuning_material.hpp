@@ -35,7 +35,7 @@ struct TracePosition {
   double log2_gamma{};
   double log2_epsilon{};
   double error{};  ///< five-fold mean squared error
-  /// Time at the making of the trace; not used in a comparison.
+  /// Time measured when the trace was made; not used in a comparison.
   double seconds{};
 
   [[nodiscard]] PeerParameters parameters() const;
@@ -46,8 +46,8 @@ struct TracePosition {
 [[nodiscard]] Result<std::vector<TracePosition>> load_trace(const std::string& path);
 [[nodiscard]] std::string line_of(const TracePosition& position);
 
-/// Returns `count` positions at equal stride over the whole job, from the middle of the first stride; all if there are
-/// fewer.
+/// Returns `count` positions, spaced evenly over the whole job from the middle of the first interval. Returns all
+/// positions if there are fewer.
 [[nodiscard]] std::vector<TracePosition> spread_over(const std::vector<TracePosition>& trace, std::size_t count);
 
 /// Greatest permitted ratio of this job's best error to the peer's.
@@ -58,7 +58,7 @@ struct TuningMaterial {
   std::vector<svm::TuningFold> folds;
   std::vector<TracePosition> trace;
 
-  /// Position of the trace's best error, the end of the job.
+  /// Returns the position with the best error of the trace, which is the result of the job.
   [[nodiscard]] const TracePosition& best() const;
   /// Returns "n=600: figure".
   [[nodiscard]] std::string name(const std::string& figure) const;

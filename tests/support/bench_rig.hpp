@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bench rig: one chamber with some air, nine thermometers, a gyro, and a record in memory. Each part fails on command.
-/// The parts implement the real interfaces, so that the tests execute the same run code as real rigs.
+/// Bench rig: a chamber with its air, nine thermometers, a gyro, and a record in memory. Each part fails on command.
+/// The parts implement the real interfaces, so the tests execute the same run code as real rigs.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ struct BenchChamber {
       follow();
   }
   void follow() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
-  /// Restarts after a power cut with the set point of its first day.
+  /// Restarts after a power cut with its default set point.
   void restart() { set_point_c = 20; }
 };
 
@@ -92,7 +92,7 @@ class BenchIo final : public io::InstrumentIo {
 
   std::vector<std::string> strangers() const override { return others; }
 
-  /// Unauthorised programs on the instruments.
+  /// Unauthorised programs that use the instruments.
   std::vector<std::string> others;
   double uut_c = 20;
   std::optional<double> thermometer_c;  ///< first thermometer

@@ -50,13 +50,13 @@ class DryRun {
   /// Returns the description of a record of this profile on this rig.
   [[nodiscard]] record::RunInfo info() const { return run::run_info("", profile_, file_, seed_, {}, days_later); }
 
-  /// Runs until the profile's end, or `seconds`. Returns the outcome of the last tick.
+  /// Runs until the end of the profile, for at most `seconds`. Returns the outcome of the last tick.
   run::RunOutcome run(std::int64_t seconds = 1'000'000) {
     return run({.gyro = seed_, .run = 0, .days_later = days_later}, nullptr,
                [&](RunHarness& harness, rig::Rig&) { harness.seconds(seconds); });
   }
-  /// Calls `steps` to drive the run. A `program` is loaded into the chamber's controller. Finishes the record of a
-  /// complete run.
+  /// Calls `steps` to drive the run. Loads `program`, unless it is null, into the chamber's controller. Finishes the
+  /// record if the run is complete.
   run::RunOutcome run(simulator::LaboratorySeed seed, const drivers::ChamberProgram* program,
                       const std::function<void(RunHarness&, rig::Rig&)>& steps) {
     auto rig = rig::Rig::assemble(

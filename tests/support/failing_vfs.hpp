@@ -32,7 +32,8 @@ class FailingVfs {
   FailingVfs(const FailingVfs&) = delete;
   FailingVfs& operator=(const FailingVfs&) = delete;
 
-  /// Makes an operation fail, once or together with all later ones. Operations count from 1, from this call on.
+  /// Makes an operation fail, once or together with all later ones. Operations are numbered from 1, starting with the
+  /// first one after this call.
   void fail(std::int64_t operation, bool sticky, Kind kind);
   void heal() { fail_at_ = 0; }
   [[nodiscard]] std::int64_t operations() const { return operations_; }
@@ -67,7 +68,7 @@ class FailingVfs {
   sqlite3_vfs* below_{};
   std::int64_t operations_{};
   std::int64_t failures_{};
-  std::atomic<std::int64_t> fail_at_{};  ///< healed while a worker writes
+  std::atomic<std::int64_t> fail_at_{};  ///< reset while a worker writes
   bool sticky_{};
   Kind kind_{};
   std::map<std::string, File> disk_;

@@ -56,7 +56,7 @@ class FakeRegisters final : public drivers::Registers {
   }
 
  private:
-  static constexpr FaultKind kWell = FaultKind::interrupted;  ///< no wire fails with it
+  static constexpr FaultKind kWell = FaultKind::interrupted;  ///< unused by all wires
   FaultKind broken_ = kWell;
   bool late_ = false;
   bool deaf_ = false;

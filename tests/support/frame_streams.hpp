@@ -58,7 +58,7 @@ namespace gyrotherm::tests {
   return bytes;
 }
 
-/// Decoder after it was fed, with its results.
+/// Decoder that has processed all given bytes, with its results.
 class Fed {
  public:
   Fed(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {

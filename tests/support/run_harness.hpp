@@ -30,7 +30,7 @@ class RunHarness {
   std::function<void(std::int64_t slot)> before_second = {};
   std::function<void()> after_tick = {};
 
-  /// Advances second by second with a tick each, until the run has ended. Returns the outcome of the last tick.
+  /// Advances by `count` seconds with a tick each, or until the run has ended. Returns the outcome of the last tick.
   run::RunOutcome seconds(std::int64_t count) {
     for (; count > 0 && outcome_ == run::RunOutcome::going_on; --count) {
       if (before_second) before_second(slot_);

@@ -10,8 +10,8 @@
 
 namespace gyrotherm::tests {
 
-/// Measures the calling thread. The kernel counts the waits for a processor (CONFIG_SCHED_INFO); without that count
-/// they are taken for sleep.
+/// Measures the calling thread. The kernel counts the waits for a processor (CONFIG_SCHED_INFO). Without that count,
+/// they are counted as sleep.
 class SleepMeter {
  public:
   [[nodiscard]] std::chrono::nanoseconds slept() const {

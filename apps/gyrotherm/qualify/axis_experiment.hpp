@@ -49,13 +49,13 @@ struct AxisOptions {
   std::function<void(const std::string& stage)> begins{};
 };
 
-/// Trained models and the report, which has been written.
+/// Trained models and the report that was written.
 struct AxisOutcome {
   model::Qualification trained;
   report::Report report;
 };
 
-/// Trains, verifies, and writes the models and the report. Fails like train() and verify(), with interrupted or
+/// Trains, verifies, and writes the models and the report. Fails like train() and verify(), or with interrupted or
 /// storage.
 [[nodiscard]] Result<AxisOutcome> carry_out(AxisExperiment& experiment, const rig::RigFile& rig,
                                             const AxisOptions& options, const ProgressSink& progress,

@@ -8,9 +8,9 @@
 
 namespace gyrotherm::app {
 
-/// Returns the model that the rig's gyro was reduced from, with its thermal image, which gyrotherm-thermal computes in
-/// about a second. Otherwise it returns the reason: the rig is real, its gyro has no finite elements, the gyro file is
-/// missing or has changed, or the program failed. Fails only with interrupted.
+/// Returns the finite-element model from which the rig's gyro was reduced, with a thermal image that gyrotherm-thermal
+/// computes in about a second. If there is none, returns the reason: the rig is real, its gyro has no finite elements,
+/// the gyro file is missing or has changed, or the program failed. Fails only with interrupted.
 [[nodiscard]] Result<report::ReportedThermal> find_thermal_model(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

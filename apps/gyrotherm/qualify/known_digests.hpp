@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Digests of the rows of closed records, kept in the folder of an experiment. A second start, or work on one axis of
-/// many, can then skip reading every row of every unit.
+/// Digests of the rows of closed records, kept in the folder of an experiment. With a stored digest, a second start of
+/// the experiment, or the training of a single axis, need not read every row of every unit.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,8 @@ class KnownDigests {
   /// has another format or version.
   KnownDigests(const std::string& folder, std::string program_version);
 
-  /// Returns the digest of the record's rows as `export` writes them, if it is stored for files with exactly the
-  /// present bytes. The record is unchanged then. Fails with bad_file if a file contradicts the record's manifest.
+  /// Returns the stored digest of the record's rows as `export` writes them, or nothing if no digest is stored for
+  /// exactly the present bytes of the record's files. Fails with bad_file if a file contradicts the record's manifest.
   [[nodiscard]] Result<std::optional<std::string>> find_rows(const std::string& record_path) const;
 
   /// Stores the digest of a closed record. Ignores a record that is not closed. Fails like find_rows(), or with

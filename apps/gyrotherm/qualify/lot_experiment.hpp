@@ -40,10 +40,10 @@ struct LotExperiment {
 [[nodiscard]] Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& names,
                                                               const record::RunInfo& info);
 
-/// Trains every axis that has no report of these runs yet, as many in parallel as there are threads, into OUT/UNIT/AXIS
-/// (OUT/UNIT if the unit has one axis). Writes the report of each unit, OUT/lot.json and OUT/lot.html, unless `only`
-/// selects some axes. An axis that fails is reported in the summary and does not stop the others. Shows the progress of
-/// all axes on one line. Fails with interrupted or storage.
+/// Trains every axis that has no report on these runs yet and writes the results to OUT/UNIT/AXIS, or to OUT/UNIT if
+/// the unit has one axis. Trains as many axes in parallel as there are threads. Writes the report of each unit,
+/// OUT/lot.json and OUT/lot.html, unless `only` selects axes. Reports a failed axis in the summary and continues with
+/// the others. Shows the progress of all axes on one line. Fails with interrupted or storage.
 [[nodiscard]] Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment, const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

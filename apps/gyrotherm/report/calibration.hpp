@@ -20,7 +20,7 @@ struct CalibrationArguments {
   /// Name of the models in these folders; empty for multi-point-t.
   std::string inputs;
   std::string unit;               ///< empty: each unit of the records
-  std::string laboratory, order;  ///< files; without them a draft
+  std::string laboratory, order;  ///< files; if empty, a draft results
   std::vector<std::string> languages{"en"};
   std::string out;
   bool unverified = false;
@@ -28,8 +28,8 @@ struct CalibrationArguments {
 
 /// Adds the options --laboratory and --order.
 void add_report_texts(CLI::App& command, CalibrationArguments& options);
-/// Checks these two files before a command works for days and then writes a report. `from` names the source of `units`.
-/// Fails with bad_file, also if the order names another unit.
+/// Checks the laboratory file and the order before a command that runs for days and writes its report at the end.
+/// `from` names the source of `units`. Fails with bad_file, also if the order names another unit.
 [[nodiscard]] Result<void> check_report_texts(const CalibrationArguments& options,
                                               const std::vector<record::UnitInfo>& units, const std::string& from);
 

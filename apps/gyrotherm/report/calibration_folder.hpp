@@ -39,8 +39,8 @@ struct FiledReport {
 [[nodiscard]] Result<void> write_comparison(Console& console, const report::Comparison& comparison,
                                             const std::string& folder, const std::vector<std::string>& languages);
 
-/// Copies a signed report to FOLDER/as-signed before its folder changes. Does nothing if it is not signed or a copy
-/// exists. Fails with bad_file or storage.
+/// Copies a signed report to FOLDER/as-signed before its folder changes. Does nothing if the report is not signed or
+/// the copy exists. Fails with bad_file or storage.
 [[nodiscard]] Result<void> keep_as_signed(Console& console, const std::string& folder);
 
 /// Returns the languages of the views in a folder.

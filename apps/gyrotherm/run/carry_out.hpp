@@ -21,7 +21,8 @@ namespace gyrotherm::app {
 struct StartOptions {
   std::uint64_t seed{};        ///< virtual gyro and its noise
   std::uint64_t days_later{};  ///< additional age of a virtual gyro
-  /// Loads the whole profile into the chamber's controller, which executes it. Otherwise set points are sent.
+  /// Loads the whole profile into the chamber's controller, which then executes it. If false, this program sends set
+  /// points.
   bool upload = false;
 };
 
@@ -33,14 +34,14 @@ void add_run_json_option(CLI::App& command, std::string& json);
 /// Applies the value of that option.
 void apply_run_json(Console& console, const std::string& json);
 
-/// Records a new run of a profile, which was read for this rig, into `path`. Fails with usage (--days-later on a real
-/// rig, among others), interrupted (the record is kept and can be resumed), interlock, an instrument's fault at the
-/// start, or storage.
+/// Records a new run of `profile` in the file `path`. The profile must have been read for this rig. Fails with usage
+/// (--days-later on a real rig, among others), interrupted (the record is kept and can be resumed), interlock, an
+/// instrument's fault at the start, or storage.
 [[nodiscard]] Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& rig,
                                      const std::string& path, const StartOptions& options);
 
 struct ResumeOptions {
-  /// The operator accepts a situation in which the resume rule requires acceptance.
+  /// Resumes even if the resume rule requires an operator's acceptance: the operator gives it with this option.
   bool accept = false;
   bool trust_commands = false;              ///< starts unconfirmed programs
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: duration of the interruption
@@ -48,13 +49,13 @@ struct ResumeOptions {
 
 /// Continues an unfinished run in the same segment, without shortening a soak, and records the gap. Fails with
 /// bad_file, before it uses any content of the record, if the hash chain is broken. Fails with refused if the record
-/// names a program without this user's confirmation for its rig file, unless trusted, and with interrupted if
-/// judge_reentry() requires an operator, unless accepted.
+/// names a program that this user has not confirmed for its rig file, unless `trust_commands` is set. Fails with
+/// interrupted if judge_reentry() requires an operator, unless `accept` is set.
 [[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
 
 // Drivers of the tick: an event loop in real time, a plain loop in virtual time.
 
-/// Active run and its objects, which must outlive the drive.
+/// Active run and its objects. They must outlive drive_virtual() and drive_real().
 struct ActiveRun {
   Console& console;
   const profile::Profile& profile;
@@ -68,8 +69,8 @@ struct ActiveRun {
 /// Ticks as fast as possible and syncs at least once a second of wall time. Fails with interrupted or storage.
 [[nodiscard]] Result<run::RunOutcome> drive_virtual(const ActiveRun& run);
 
-/// Ticks on the whole seconds of the rig's clock, and syncs each tick. A late tick is recorded as a gap; the grid does
-/// not drift. Each tick ends with a heartbeat to the watchdog.
+/// Ticks on each whole second of the rig's clock and syncs after each tick. Records the seconds that a late tick has
+/// missed as a gap; later ticks are on whole seconds again. Sends a heartbeat to the watchdog at each tick.
 [[nodiscard]] Result<run::RunOutcome> drive_real(const ActiveRun& run);
 
 /// Waits up to three seconds until all rows are on the disk, and prints a warning if they are not.

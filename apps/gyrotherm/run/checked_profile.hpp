@@ -12,9 +12,9 @@
 
 namespace gyrotherm::app {
 
-/// Reads a profile, a file or a shipped profile of that name, and checks it against the limits of the rig's chamber,
-/// its air and its sensors. Without a rig only the profile itself is checked. Fails with bad_file; the fault lists
-/// every error with its position.
+/// Reads a profile from a file, or the shipped profile of that name, and checks it against the limits of the rig's
+/// chamber, air and sensors. Without a rig, checks only the profile itself. Fails with bad_file; the fault lists every
+/// error with its position.
 [[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
 /// Checks the text of a profile in the same way. Its errors are reported under `name`.
 [[nodiscard]] Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const std::string& profile_text,

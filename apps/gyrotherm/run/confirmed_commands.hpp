@@ -15,9 +15,9 @@ namespace gyrotherm::app {
 /// an empty string if neither variable is set.
 [[nodiscard]] std::string confirmed_commands_folder();
 
-/// Returns the stored text of a command: rig file, folder and arguments, and the path and digest of the program and of
-/// the first argument that names a file. Files below /usr, except /usr/local, belong to packages and are stored without
-/// digest, so that a security update does not prevent a resume.
+/// Returns the text that is stored for a command: rig file, folder and arguments, and the path and digest of the
+/// program and of the first argument that names a file. Files below /usr, except /usr/local, belong to packages. They
+/// are stored without a digest, because a security update must not prevent a resume.
 [[nodiscard]] std::string confirmation_text(const std::string& rig_file, const drivers::ProgramCommand& command);
 
 /// Stores the commands of a rig as confirmed for the rig file at that path. Does nothing for a rig without commands.

@@ -28,7 +28,7 @@ class BiasMeter {
   explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
   void see(const Reading<GyroCount>& reading) { meter_.see(reading); }
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return subtract_earth_rate(meter_.last_second()); }
-  /// Returns the mean over the last 100 s, without seconds that have no reading; nothing if none has one.
+  /// Returns the mean over those of the last 100 s that have a reading, or nothing if none has one.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const { return subtract_earth_rate(meter_.mean()); }
 
  private:
@@ -42,7 +42,7 @@ class Display {
   /// All arguments must outlive the object.
   Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig);
 
-  /// Takes each second.
+  /// Adds the readings of a second. Must be called for each second.
   void see(const Sample& sample);
   /// Shows the present state, after each second or each batch of seconds.
   void show(const Sample& sample, const RunOverview& standing, std::span<const record::Alarm> alarms);

@@ -21,7 +21,7 @@ struct ConnectedInstrument {
   std::string title;
   std::string line;
   std::uint16_t usual_port = drivers::LineDefaults{}.port;
-  /// Program that reads the instrument; without words if there is none.
+  /// Program that reads the instrument; its `words` are empty if there is none.
   drivers::ProgramCommand program{};
 };
 
@@ -35,12 +35,12 @@ struct ConnectedInstrument {
 /// Returns a sentence for each calibration that is overdue on the day on which the rig would run.
 [[nodiscard]] std::vector<std::string> list_overdue(const rig::RigFile& rig);
 
-/// Reports the source of the bias reference. Warns if the Earth rate of an axis is unknown; the mean of the first hold
-/// is then its reference.
+/// Reports the source of the bias reference. Warns if the Earth rate of an axis is unknown; the bias reference of that
+/// axis is then the mean of the first hold.
 [[nodiscard]] Finding check_bias_zero(const rig::RigFile& rig);
 
-/// Checks the bias reference, the calibrations on that day, the chamber's limiter, the disk of the record and the
-/// watchdog. A virtual rig has neither limiter nor watchdog.
+/// Checks the bias reference, the calibrations on the day of `utc`, the chamber's limiter, the disk of the record and
+/// the watchdog. A virtual rig has neither limiter nor watchdog.
 [[nodiscard]] std::vector<Finding> check_readiness(const rig::RigFile& rig, const std::string& record, Duration utc);
 
 /// Prints the findings and the verdict: GO, GO WITH n WARNINGS or NO-GO. Prints only the warnings of a virtual rig.

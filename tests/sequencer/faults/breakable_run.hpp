@@ -18,7 +18,7 @@
 
 namespace gyrotherm::faults {
 
-/// Segments of a profile: 5 min at 20 °C, a 5 min ramp to 40 °C, half an hour there, and back.
+/// Segments of a profile: 5 min at 20 °C, a 5 min ramp to 40 °C, half an hour at 40 °C, and a 5 min ramp back.
 inline constexpr const char* kSteps = R"(
 [[segment]]
 kind = "hold"
@@ -37,7 +37,7 @@ to = 20
 rate = 4
 )";
 
-/// The settings of such a run. Nothing is broken.
+/// Settings of a BreakableRun. By default nothing is broken.
 struct Setting {
   std::string segments = kSteps;
   /// Changes to profiles/rigs/virtual-reference.toml.

@@ -18,7 +18,7 @@ struct BrokenThing {
   int at;
   void (*breaks)(BreakableRun&);
   int acts_within;  ///< seconds
-  /// Null: passes by itself.
+  /// Null if the fault passes by itself.
   void (*repairs)(BreakableRun&) = {};
   /// Seconds after the repair.
   int over_within = 60;
@@ -27,7 +27,7 @@ struct BrokenThing {
   bool brought_back = false;
   /// Milder interlocks that also act, earlier or in the same second.
   std::vector<interlocks::InterlockId> also = {};
-  /// Its alarm remains until the end.
+  /// The alarm remains until the end of the run.
   bool for_good = false;
 };
 inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.shows; }

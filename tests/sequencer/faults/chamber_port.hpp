@@ -24,17 +24,17 @@ struct ChamberTrouble {
   bool foreign_unit{};  ///< another unit answers
   /// TCP: answers carry the number of another transaction.
   bool wrong_number{};
-  /// TCP: a connection is never established or refused.
+  /// TCP: a connection is neither established nor refused.
   bool half_open{};
-  /// Acknowledged and not applied.
+  /// Acknowledges writes and does not apply them.
   bool ignores_writes{};
   /// Another chamber answers. Its identity is in the registers.
   bool exchanged{};
-  /// A set point of a larger magnitude is applied as this magnitude.
+  /// Largest applied magnitude; a set point of larger magnitude is clamped to it.
   std::optional<Celsius> clamps_at;
 };
 
-/// A set point that the chamber received in a frame of its own.
+/// Set point that the chamber received in a separate frame.
 struct SetPointSent {
   Celsius value;
   bool applied{};
@@ -44,7 +44,7 @@ struct SetPointSent {
 
 class ChamberPort {
  public:
-  /// `registers` and `world` must outlive this object.
+  /// All references must outlive this object.
   ChamberPort(simulator::ChamberRegisters& registers, simulator::VirtualLaboratory& laboratory, const Clock& rig,
               std::uint64_t seed);
 
@@ -59,7 +59,7 @@ class ChamberPort {
   [[nodiscard]] const std::vector<SetPointSent>& set_points_sent() const { return sent_; }
   [[nodiscard]] int not_read_back() const { return not_read_back_; }
   [[nodiscard]] std::int64_t exchanges() const { return exchanges_; }
-  /// Counts the writes since the last call that were sent to another chamber in this one's place.
+  /// Returns the number of writes since the last call that reached another chamber connected in place of this one.
   [[nodiscard]] int take_sent_to_another() { return std::exchange(sent_to_another_, 0); }
   /// Ends the wait for a read-back, because the program has died.
   void start_afresh() { to_be_read_back_.reset(); }
@@ -68,7 +68,7 @@ class ChamberPort {
  private:
   [[nodiscard]] std::optional<Celsius> set_point_in(const drivers::ModbusRequest& request) const;
   [[nodiscard]] bool shows_set_point(const drivers::ModbusRequest& request) const;
-  /// Returns true for a request of the identity, or of the air alone, which serves to compare the word order.
+  /// Returns true for a read of the identity, or of only the air temperature, which is read to check the word order.
   [[nodiscard]] bool asks_who(const drivers::ModbusRequest& request) const;
   void note(const drivers::ModbusRequest& request);
   void clamp();

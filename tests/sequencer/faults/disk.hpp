@@ -41,8 +41,8 @@ class Disk {
   [[nodiscard]] bool attack(const InjectedFault& fault, int part);
   /// Carries out one second of the store's work.
   void attend(std::int64_t second);
-  /// Lets the program and its store die: the disk does no more work for it. A power cut loses a random part of the data
-  /// that was not synced.
+  /// Lets the program and its store die: the disk does no more work for them. A power cut loses a random part of the
+  /// data that was not synced.
   void leave(bool power_cut, unsigned seed, const std::function<void()>& die);
 
   [[nodiscard]] bool breaks() const { return vfs_.has_value(); }

@@ -19,7 +19,7 @@ class FaultInjector {
   /// operator, not the plant.
   [[nodiscard]] std::vector<InjectedFault> pass(std::int64_t second);
 
-  /// Returns the active faults. An instantaneous fault is active for as long as its effect lasts.
+  /// Returns the active faults. An instantaneous fault remains active while its effect lasts.
   [[nodiscard]] const std::vector<InjectedFault>& standing() const { return standing_; }
   /// Returns the second in which the last fault ended, or began if it is instantaneous; −1: none.
   [[nodiscard]] std::int64_t last_change() const { return last_change_; }

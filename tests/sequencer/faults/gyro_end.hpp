@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro's end of its line: sends one frame a second, whole or not.
+/// A gyro's end of its line: sends one frame a second, intact or damaged.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct GyroTrouble {
 
 class GyroEnd {
  public:
-  /// The laboratory must outlive this object. `settings`: the line's.
+  /// The laboratory must outlive this object. `settings` are those of the line.
   GyroEnd(const rig::GyroLine& settings, const std::vector<rig::UnitSettings>& units,
           const simulator::VirtualLaboratory& laboratory, const Clock& rig, std::uint64_t seed);
 
@@ -34,8 +34,8 @@ class GyroEnd {
   /// Restarts the gyro with its counters at zero.
   void restart();
   [[nodiscard]] LineEnd& line() { return line_; }
-  /// Returns true if the counts over that interval equal the difference of two received frames, for the axes from
-  /// `first` on.
+  /// Returns true if `count` equals the difference between two received frames over the same interval. Compares the
+  /// axes from index `first` on.
   [[nodiscard]] bool was_counted(const GyroCount& count, std::size_t first) const;
 
  private:

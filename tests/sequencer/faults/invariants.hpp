@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The invariants of each second of a simulated run, under any faults. They are judged from outside, by the set points
-/// that the chamber received and the rows that the record was given.
+/// The invariants of each second of a simulated run, under any faults. They are checked from outside the program, on
+/// the set points that the chamber received and the rows that were written to the record.
 #pragma once
 
 #include <array>
@@ -41,13 +41,13 @@ class Invariants {
   /// All arguments must outlive this object.
   Invariants(const profile::Profile& profile, const rig::RigFile& file, Plant& plant, const FaultInjector& injector);
 
-  /// Begins a life of the program, at the first second or with a record whose last row or gap is `last_recorded`.
+  /// Begins a life of the program, with a new record or with one whose last row or gap is in slot `last_recorded`.
   void life_begins(std::int64_t last_recorded);
   /// Records the world's state before the tick.
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
-  /// Judges one tick. `recording` has its rows and events.
+  /// Judges one tick, whose rows and events are in `recording`.
   void after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators);
-  /// Records seconds without a program, or without a tick.
+  /// Resets the counts of consecutive ticks after seconds without a program or without a tick.
   void no_tick() {
     quiet_ticks_ = {};
     untroubled_ticks_.clear();
@@ -55,11 +55,11 @@ class Invariants {
   }
   /// Judges the position at which a resumed run continues.
   void judge_resumption(std::int64_t second, const ProfilePosition& at);
-  /// Judges the closed record. `left_unwritten`: its last rows waited for the disk without success.
+  /// Judges the closed record. `left_unwritten` is true if the disk did not accept its last rows.
   void judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// Judges a run that reported the profile's end.
   void completed(std::int64_t second);
-  /// Judges a run that has ended and counts the chamber as safe.
+  /// Judges a run that has ended and reported the chamber as safe.
   void left_as_safe(std::int64_t second);
   /// Returns true if a fault of the kinds from `first` to `last` is active.
   [[nodiscard]] bool is_active(InjectedFaultKind first, InjectedFaultKind last) const;
@@ -71,7 +71,7 @@ class Invariants {
   [[nodiscard]] const std::array<std::int64_t, 7>& seconds_in_state() const { return seconds_in_state_; }
 
  private:
-  /// Ticks in a row for which a condition has been true.
+  /// Numbers of consecutive ticks for which a condition has been true.
   struct Ticks {
     std::int64_t link_bad{}, link_good{}, thermometers_bad{}, door{}, limiter{}, off{}, other_set_point{}, beyond{},
         aborting{}, lossy{}, disk_dead{};
@@ -109,9 +109,9 @@ class Invariants {
   Violations violations_;
   /// The chamber's set point before the tick.
   Celsius in_force_;
-  /// Last set point that was sent, now and before the tick.
+  /// Last set point that was sent, after and before the tick.
   std::optional<Celsius> sent_, sent_before_;
-  /// Attempts for the same set point.
+  /// Number of attempts to send the same set point.
   int tries_ = 0;
   /// A broken chamber keeps the air away from its expected value.
   bool is_kept_away_ = false;
@@ -119,7 +119,7 @@ class Invariants {
   Duration last_time_{Duration::min()};
   std::vector<RowBrief> rows_;
   std::vector<RecordingStore::GapSeen> gaps_;
-  std::deque<double> from_safe_k_;  ///< last minute
+  std::deque<double> from_safe_k_;  ///< values of the last minute
   /// Last slot with a row or a gap.
   std::int64_t last_slot_ = -1;
   Ticks quiet_ticks_;
@@ -127,16 +127,16 @@ class Invariants {
   /// Index of each channel in the laboratory.
   std::vector<std::size_t> places_;
   std::vector<LostChannel> lost_channels_;
-  /// One per unit's line.
+  /// One element per gyro line.
   std::vector<std::int64_t> untroubled_ticks_;
   std::array<std::int64_t, 7> seconds_in_state_{};
 
-  /// Good stored readings of one instrument that are identical to those before.
+  /// Consecutive rows in which the stored good readings of one instrument are equal.
   struct Identical {
     std::vector<double> last;
     std::int64_t rows{}, longest{};
   };
-  /// Ticks without a break.
+  /// Consecutive ticks without an interruption.
   std::int64_t ticks_of_life_ = 0;
   std::vector<Identical> identical_;          ///< per thermometer instrument
   std::vector<std::int64_t> without_counts_;  ///< rows, by unit

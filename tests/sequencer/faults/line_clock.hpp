@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The time of one line in memory. A wait on it does not delay other lines, as with a worker of its own.
+/// The time of one line in memory. A wait on one line does not delay the others, as if each line had its own worker.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ class SimulatedClock final : public Clock {
   [[nodiscard]] Instant now() const override { return {elapsed_, kVirtualEpoch + elapsed_ + step_}; }
   void advance(Duration by) { elapsed_ += by; }
   void step_utc(Duration by) { step_ += by; }
-  /// Sets the start of the run for a program that starts now.
+  /// Sets the time since the start of the run, for a program that starts now.
   void restart_at(Duration elapsed) { elapsed_ = elapsed; }
 
  private:

@@ -20,12 +20,12 @@ using Bytes = std::vector<std::byte>;
 
 /// Faults of a line; none by default. A share is the probability for one answer.
 struct LineTrouble {
-  /// Unplugged, or the connection refused.
+  /// The line is unplugged, or refuses the connection.
   bool gone{};
   bool silent{};  ///< nothing arrives
-  /// Requests are carried out, and their answers are lost.
+  /// Requests are carried out, but their answers are lost.
   bool answers_lost{};
-  /// Share of requests or answers.
+  /// Share of lost requests and answers.
   double lost{};
   double garbled{}, cut{}, doubled{};
   Duration late{};  ///< delay of answers
@@ -36,7 +36,7 @@ class LineEnd {
  public:
   /// Receives the bytes that were sent, and appends the answer.
   using Answer = std::function<void(std::span<const std::byte> sent, Bytes& answer)>;
-  /// Breaks an answer so that its receiver can detect it.
+  /// Damages an answer in a way that its receiver can detect.
   using Garble = std::function<void(Bytes& answer, std::mt19937_64& random)>;
 
   LineEnd(const Clock& rig, std::uint64_t seed, Answer answer, Garble garble)
@@ -52,7 +52,7 @@ class LineEnd {
     return share > 0 && std::uniform_real_distribution<>(0, 1)(random_) < share;
   }
 
-  /// The loss of one exchange on a lossy line.
+  /// Part of an exchange that a lossy line loses.
   enum class Loss { none, of_request, of_answer };
   [[nodiscard]] Loss loss() {
     if (!happens(trouble.lost)) return Loss::none;
@@ -78,9 +78,9 @@ class LineEnd {
   std::mt19937_64 random_;
   Answer answer_;
   Garble garble_;
-  /// Pieces in order of time.
+  /// Pieces in order of arrival.
   std::deque<Piece> coming_;
-  /// Byte of the first piece.
+  /// Next byte to be read from the first piece.
   std::size_t next_ = 0;
   bool open_ = false;
   Bytes answered_;
@@ -102,10 +102,10 @@ class MemoryStream final : public drivers::ByteStream {
   LineEnd& end_;
 };
 
-/// Sets a top bit that no text has, and that parity detects.
+/// Sets a top bit. Text never has one, and parity detects it.
 void garble_text(Bytes& answer, std::mt19937_64& random);
-/// Garbles up to 16 neighbouring bits, which every check of 16 bits detects. Skips the pair of the check's first byte
-/// and the byte before it: they are not neighbours if the check is sent low byte first.
+/// Garbles up to 16 neighbouring bits, which every 16-bit check detects. Never garbles the last byte before the check
+/// together with the first byte of the check: these are not neighbours if the check is sent low byte first.
 void garble_burst(Bytes& answer, std::mt19937_64& random);
 
 }  // namespace gyrotherm::faults

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The wires of one life of the program. They end in the plant, which outlives it.
+/// Wires for one life of the program. They connect to the plant, which outlives the program.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The operators of a simulated run: their requests, and the answers that the run must keep.
+/// Operators of a simulated run: their requests, and the promises that the run must keep.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace gyrotherm::faults {
 
-/// Delay of an operator, in seconds, if the run does not resume by itself.
+/// Delay, in seconds, after which an operator resumes a run that does not resume by itself.
 inline constexpr std::int64_t kOperatorComesAfter = 60;
 
 class Operators {
@@ -43,7 +43,8 @@ class Operators {
   std::optional<control::OperatorCommand> promised_;
 };
 
-// The reader of a program's messages, or its absence: a pipe behind the program's own outlet.
+// Reader of the program's messages at the end of a pipe. It may stop reading. The messages are written through the
+// program's own class Outlet.
 
 class Listener {
  public:
@@ -53,7 +54,7 @@ class Listener {
   void hear();
   /// Reads the pending output.
   void read();
-  /// Returns, at the end, the message that was lost without a report; otherwise nothing.
+  /// Describes the first message that was lost without a report; nothing if there is none. Call it at the end.
   [[nodiscard]] std::optional<std::string> missing();
 
  private:
@@ -62,7 +63,7 @@ class Listener {
 
   Descriptor reader_, writer_;
   std::unique_ptr<app::Outlet> outlet_;
-  /// Number of the last message.
+  /// Numbers of the last written and the last read message.
   std::int64_t said_ = 0, heard_ = 0;
   /// Digits of the current message so far.
   std::string number_;

@@ -27,7 +27,7 @@ class Plant {
 
   /// Advances by one second, and lets the gyros send their frames.
   void pass_second();
-  /// Restarts the controller at `set_point`, conditioning or not.
+  /// Restarts the controller at `set_point`, switched on or off.
   void restart_chamber(Celsius set_point, bool on);
   /// Writes an item of the chamber's map, like a person at its panel.
   void write(const char* item, double value);
@@ -55,7 +55,7 @@ class Plant {
   simulator::ChamberRegisters registers_;
   ChamberPort chamber_port_;
   std::vector<std::unique_ptr<simulator::Session>> sessions_;
-  /// One per thermometer; its line has the address.
+  /// One flag per thermometer. The thermometer's line refers to its address.
   std::vector<std::unique_ptr<bool>> are_exchanged_;
   std::vector<std::unique_ptr<LineEnd>> thermometers_;
   /// Positions of each thermometer's channels.

@@ -13,7 +13,7 @@
 
 namespace gyrotherm::faults {
 
-/// Hash of all rows, events and gaps in order. One seed gives one hash.
+/// Hash of all rows, events and gaps in order. The same seed always gives the same hash.
 class LogHash {
  public:
   void add(std::string_view text);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A schedule of faults in a simulated run: a list that a seed draws, that can be written and read back, and that can
-/// be shortened.
+/// A schedule of faults in a simulated run. It is drawn from a seed, can be written as text and read back, and can be
+/// shortened.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ enum class InjectedFaultKind {
   chamber_silent,
   chamber_gone,
   chamber_half_open,
-  /// Another chamber has its address, and its air.
+  /// Another chamber is connected at the same address, in the same air.
   chamber_exchanged,
   chamber_answers_lost,
   /// Size: share of exchanges that lose the request or the answer.
@@ -33,7 +33,7 @@ enum class InjectedFaultKind {
   chamber_wrong_number,
   // the chamber
   chamber_ignores_writes,
-  /// Size: °C from zero.
+  /// Size: largest magnitude that is applied, °C.
   chamber_clamps,
   /// Starts at its default set point.
   chamber_restarts,
@@ -60,9 +60,9 @@ enum class InjectedFaultKind {
   thermometer_stuck,
   thermometer_spike,  ///< size: K
   thermometer_drift,  ///< size: K
-  /// The target and the next.
+  /// The target channel and the next one.
   thermometers_swapped,
-  /// Size: °C shown in every second second.
+  /// Size: °C shown in every other second.
   thermometer_alternates,
   /// All channels of the target instrument.
   thermometers_frozen,
@@ -107,7 +107,7 @@ enum class InjectedFaultKind {
   wall_clock_steps,  ///< size: s
   /// No tick for the duration.
   program_late,
-  /// And is resumed after the duration.
+  /// The program is resumed after the duration.
   program_crashes,
   /// A signal stops it; it is resumed after the duration.
   program_stopped,
@@ -141,15 +141,15 @@ struct InjectedFault {
 using Schedule = std::vector<InjectedFault>;
 
 struct ScheduleOptions {
-  /// Part of the run in which faults begin.
+  /// Faults begin within this time from the start of the run.
   std::int64_t seconds = 3600;
   std::int64_t longest = 1200;  ///< longest fault
   int most = 8;                 ///< number of faults
-  /// Under test, each on its own line.
+  /// Units under test, each on its own line.
   int units = 1;
 };
 
-/// Draws a schedule in order of time. The seed enables some of the kinds, and draws from these.
+/// Draws a schedule in order of time. Selects some kinds of fault from the seed and draws the faults from these kinds.
 [[nodiscard]] Schedule draw_schedule(std::uint64_t seed, const ScheduleOptions& options);
 
 [[nodiscard]] const char* name(InjectedFaultKind kind);

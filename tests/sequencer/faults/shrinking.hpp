@@ -6,13 +6,13 @@
 
 namespace gyrotherm::faults {
 
-/// Returns options for faults in all of the profile's time, and a third more.
+/// Returns options for faults during the planned duration of the profile plus one third.
 [[nodiscard]] ScheduleOptions options_for(const SimulatedSetup& ground);
 /// Returns the interval of syncs that the seed draws: every second, every few, or in batches.
 [[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
 
-/// Returns the schedule of `setting`, which violates an invariant, without the faults that the violation does not need.
-/// Shortens the others as far as possible.
+/// Reduces the schedule of `setting`, which violates an invariant: removes the faults that the violation does not need,
+/// and shortens the others as far as possible.
 [[nodiscard]] Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm::faults

@@ -28,7 +28,7 @@ namespace gyrotherm::faults {
 /// The parsed files of a simulated run.
 struct SimulatedSetup {
   profile::Profile profile;
-  /// One rig, with its chamber on either framing.
+  /// The same rig with its chamber on Modbus TCP and on Modbus RTU.
   rig::RigFile tcp, rtu;
   simulator::LaboratoryParameters laboratory;
 };
@@ -40,8 +40,8 @@ struct SimulatedSetup {
 /// Returns the run data of this profile on this virtual rig.
 [[nodiscard]] record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file);
 
-// One run of a profile on the virtual plant during a schedule of faults: the real run, io, driver logic and store, in
-// virtual time, judged every second.
+// One run of a profile on the virtual plant during a schedule of faults. Run controller, I/O, driver logic and store
+// are the real ones; the time is virtual, and every second is judged.
 
 struct SimulatedRunSetting {
   std::uint64_t seed = 0;
@@ -57,7 +57,7 @@ enum class Ending {
   stopped,
   ran_out_of_time,
   never_began,
-  /// Destroyed before any program could notice it.
+  /// The record was destroyed before any program could notice it.
   lost_its_record,
 };
 [[nodiscard]] const char* name(Ending ending);
@@ -67,12 +67,12 @@ struct SimulatedRunReport {
   Ending ending = Ending::never_began;
   /// Length of the run.
   std::int64_t seconds = 0;
-  /// Lives of the program.
+  /// Number of times that the program was started.
   std::int64_t lives = 0;
   std::uint64_t log_hash = 0;
   /// Longest time that rows waited for the disk, in seconds.
   std::int64_t longest_backlog = 0;
-  /// Files of the record.
+  /// Number of files of the record.
   int parts = 1;
   std::array<std::int64_t, 7> seconds_in_state{};
   std::vector<RowBrief> rows;

@@ -52,8 +52,8 @@ bool is_being_written(const std::string& path) {
   return status && status->being_written;
 }
 
-/// Returns the rows that are not printed yet. Refuses the live copy of another run: a program that died may have left
-/// it, or the other record has the same name without ".db".
+/// Returns the rows that are not printed yet. Refuses the live copy of another run: it may be left from a program that
+/// died, or belong to a record with the same name without ".db".
 Result<record::Record> new_rows(const std::string& path, const Table& table) {
   auto copy = record::open_live_copy(path);
   if (!copy) return failure(copy.error());

@@ -108,7 +108,7 @@ std::string in_words(rlim_t limit, const char* unit) {
   return limit == RLIM_INFINITY ? "no limit" : fmt::format("{} {}", limit, unit);
 }
 
-/// Reports any limit on a resource as a fault, because a long run reaches it at some time.
+/// Reports any limit on a resource as a fault, because a long run reaches it eventually.
 Finding check_unlimited(const char* what, __rlimit_resource_t resource, const char* unit, const char* option,
                         const char* ends) {
   const auto limit = soft_limit(resource);

@@ -48,7 +48,7 @@ std::optional<std::int64_t> utc_midnight(const std::string& day) {
 }
 
 /// Returns the date of the PDF: SOURCE_DATE_EPOCH if it is set, otherwise the day of issue, otherwise the last day of
-/// the calibration. The time of day is never used, so that equal reports give equal files.
+/// the calibration. The time of day is never used, so the same report always gives the same file.
 std::optional<std::int64_t> pdf_date(const report::CalibrationReport& report) {
   if (const char* given = std::getenv("SOURCE_DATE_EPOCH"); given != nullptr) {
     std::int64_t seconds{};
@@ -68,7 +68,7 @@ struct FinishedFile {
   std::string remarks;
 };
 
-/// Returns the last line: the error message, even after a Python traceback.
+/// Returns the last line, which is the error message even after a Python traceback.
 std::string last_line(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);

@@ -101,7 +101,7 @@ Mark mark_style(Cell::Mark mark) {
   return {"", ""};
 }
 
-/// Returns true for a short note. It is not broken if the table has the width.
+/// Returns true for a short note. Such a note stays on one line if the table is wide enough.
 bool is_brief(std::string_view note) { return count_letters(note) <= 32; }
 
 std::string cell_html(const Cell& cell) {
@@ -123,8 +123,8 @@ double least_width(const Cell& cell, bool is_text) {
   return std::max(sign + bold * text, kNote * note);
 }
 
-/// Returns the largest of three sizes in which every column fits, or "crowded", the smallest size, in which words may
-/// break anywhere. Words longer than natural ones may always break.
+/// Returns the class of the largest of three font sizes at which every column fits. If none fits, returns "crowded",
+/// the smallest size, at which any word may break. Unusually long words may break at every size.
 const char* size_class(const DocumentTable& table) {
   constexpr double kLongest = 18;
   double width = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Compares ways of holding out, for one method on one record, with the error on unseen data: random clusters (which
-/// the program never offers), blocks without and with a guard, cycles, and nested cycles. Each chooses the
-/// hyper-parameters again. There are 10 random folds from a seeded shuffle.
+/// Compares ways of holding out data for one method on one record, by how close their error is to the error on unseen
+/// data: random clusters (which the program never offers), blocks with and without a guard, cycles, and nested cycles.
+/// Each way chooses the hyper-parameters again. The 10 random folds come from a seeded shuffle.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

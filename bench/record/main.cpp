@@ -20,7 +20,7 @@ namespace {
 /// Seconds of the qualification.
 constexpr std::int64_t kSlots = 221'600;
 
-/// Ends the program at the first SQLite error, since there is nothing to compare with then.
+/// Ends the program at the first SQLite error, because nothing can be compared after it.
 void expect(bool done, sqlite3* database) {
   if (done) return;
   fmt::print(stderr, "SQLite alone: {}\n", sqlite3_errmsg(database));

@@ -32,8 +32,8 @@ Eigen::MatrixXd alike(double correlation) {
   return all;
 }
 
-/// Errors for three axes that drift together over 80 means, with half as much noise; the first lacks those in the
-/// middle.
+/// Errors for three axes that drift together over 80 cluster means. The noise is half the drift. The first axis has no
+/// means in the middle.
 struct GapDraw {
   double p_all{}, alone{}, together{}, held{};
 };
@@ -98,7 +98,7 @@ Result<void> print_gaps() {
   return {};
 }
 
-/// Errors of the planes of three axes with independent slopes, over the inputs of the fit.
+/// Errors, over the fitted inputs, of planes fitted to three axes with independent slopes.
 struct PlaneDraw {
   double separate{}, together{}, known{};
 };

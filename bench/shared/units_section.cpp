@@ -22,7 +22,8 @@ constexpr double kSecondsPerHour = 3600;
 constexpr std::array kShownHours = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 62};
 constexpr int kLastHour = 62;  // the whole ramp run
 
-/// Result of one way of learning, for one unit's random run after some hours of its ramp run.
+/// Result of one way of learning: the errors on a unit's random run after learning from the first hours of its ramp
+/// run.
 struct Judged {
   double expanded = std::numeric_limits<double>::quiet_NaN();  ///< U, root mean square
   double error{};                                              ///< true error, root mean square
@@ -50,7 +51,7 @@ constexpr std::array<const char*, kWays> kWayNames = {"type prior", "alone", "`r
 
 using ByHour = std::vector<std::array<Judged, kWays>>;
 
-/// Returns the clusters of the first hours; all clusters for the last value.
+/// Returns the clusters of the first `hours`; all clusters for kLastHour.
 data::Clusters first_hours(const data::Clusters& clusters, int hours) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k)
@@ -58,8 +59,8 @@ data::Clusters first_hours(const data::Clusters& clusters, int hours) {
   return pick(clusters, rows);
 }
 
-/// Returns a prior without knowledge from the type: the constant and each slope per STD are within some °/h of 0, about
-/// fifty times their real size. The noises are those of the type, as if they were known.
+/// Returns a prior without knowledge of the type: the constant and each slope per STD are within a few °/h of 0, which
+/// is about fifty times their real size. The noises are those of the type, as if they were known.
 population::TypePrior nothing_known(const population::TypePrior& type) {
   population::TypePrior nothing = type;
   nothing.next_unit.mean.setZero();
@@ -105,7 +106,7 @@ Result<Judged> judge_ridge(const population::TypePrior& type, const data::Cluste
   return judged;
 }
 
-/// Judges the slopes of the type's mean with the constant of the unit's own clusters.
+/// Judges predictions with the mean slopes of the type and a constant from the unit's own clusters.
 Result<Judged> judge_mean(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
   const auto none = learn_unit(type, {});
   if (!none) return failure(none.error());
@@ -127,7 +128,7 @@ Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUn
     if (!with || !mean) return failure(with ? mean.error() : with.error());
     judged[kWithPrior] = *with;
     judged[kTypeMean] = *mean;
-    // Nothing is compensated without data.
+    // These two ways compensate nothing without data.
     if (hours == 0) {
       judged[kAlone] = judged[kRidgeU] =
           judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
@@ -203,8 +204,8 @@ void print_differences(const std::vector<ByHour>& units) {
   fmt::print("\n");
 }
 
-/// Returns the first hour from which the unit's U without the prior is at most `wanted`; one hour after the last if it
-/// never is.
+/// Returns the first hour from which U without the prior remains at most `wanted`, or the hour after the last if there
+/// is none.
 int first_hour_with(const ByHour& unit, double wanted) {
   int first = kLastHour + 1;
   for (; first > 1; --first)
@@ -212,8 +213,8 @@ int first_hour_with(const ByHour& unit, double wanted) {
   return first;
 }
 
-/// Additional hours that units need without the prior for the U that it gives after some hours, unit by unit. A unit
-/// that never reaches it counts with one hour after the last.
+/// Additional hours, averaged over the units, that a unit needs without the prior to reach the U that it has with the
+/// prior after some hours. A unit that never reaches that U is counted with the hour after the last.
 struct SavedHours {
   MeanWithError hours;
   int never{};  ///< units
@@ -231,8 +232,8 @@ SavedHours saved_at_equal_u(const std::vector<ByHour>& units, int hours_with_pri
   return saved;
 }
 
-/// Returns the hour until which another way errs more than the prior after some hours, unit by unit, by more than two
-/// standard errors; −1: until the end.
+/// Returns the first hour at which the mean error of another way no longer exceeds that of the prior after
+/// `hours_with_prior` hours by more than two standard errors; −1 if there is none.
 int first_hour_as_good(const std::vector<ByHour>& units, Way way, int hours_with_prior) {
   for (int hours = 1; hours <= kLastHour; ++hours) {
     std::vector<double> more;

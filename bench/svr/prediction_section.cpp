@@ -53,7 +53,7 @@ Result<void> measure_prediction(const Bench& bench) {
   const double worst = (out.head(kChecked) - plain).cwiseAbs().maxCoeff() / model.beta.lpNorm<1>();
   const data::SampleMatrix few = set->x.topRows(kSupportVectors);
   const Eigen::VectorXd targets = set->y.head(kSupportVectors);
-  // A tiny ε makes nearly every sample a support vector, so that both sides predict with the same number.
+  // A tiny ε makes nearly every sample a support vector. Both solvers therefore predict with the same number of them.
   const double peer = bench.peer.predictions_per_second(few, targets, {.C = 1, .gamma = kGamma, .epsilon = 1e-6});
   const double rate = static_cast<double>(kPoints) / seconds;
   say_progress(

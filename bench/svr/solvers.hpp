@@ -64,8 +64,8 @@ inline constexpr double kReferenceGap = 1e-6;
 [[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds,
                                                    const TracePosition& position);
 
-/// Returns the cross-validation error of solutions whose relative gap, as computed in judge.hpp, is at most
-/// kReferenceGap. Predicts by a plain loop. Fails with numeric if the solution of a fold does not reach that gap.
+/// Returns the cross-validation error of solutions with a relative gap of at most kReferenceGap, as computed in
+/// judge.hpp. Predicts by a plain loop. Fails with numeric if the solution of a fold does not reach that gap.
 [[nodiscard]] Result<double> reference_error(std::span<const svm::TuningFold> folds, const PeerParameters& parameters);
 
 /// Returns the tuning options of the whole job: 20 particles, 30 iterations and no early end (620 evaluations), in the

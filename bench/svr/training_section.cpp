@@ -32,11 +32,11 @@ std::array<TrainingCase, 3> cases_of(const SampleSet& set) {
 struct OwnTraining {
   double alone_s{};
   double with_set_up_s{};
-  /// Verdict on the solution alone. The gap with set-up is not larger.
+  /// Verdict on the solution with the larger gap of the two trainings.
   Verdict verdict;
 };
 
-/// Trains alone, from prepared samples as in the tuning, and with set-up, from the samples themselves.
+/// Trains without set-up, from prepared samples as in tuning, and with set-up, from the samples themselves.
 Result<OwnTraining> train_own(const SampleSet& set, const PeerParameters& parameters) {
   const svm::SvrParameters own = own_parameters(parameters);
   const svm::SvrOptions options{.relative_gap = kGap};
@@ -72,7 +72,7 @@ PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, cons
 
 constexpr double kWorse = 1e-4;
 
-/// Returns the relative excess of D over the peer's; negative if it is better.
+/// Returns the relative excess of D over that of the peer; negative if `own` is better.
 double worse(const Verdict& own, const Verdict& peer) { return (own.dual - peer.dual) / std::abs(peer.dual); }
 
 /// Returns true if the results are equal, the condition for comparing times.

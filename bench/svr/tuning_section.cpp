@@ -32,7 +32,7 @@ struct ReplayedPosition {
   /// Error of solutions with a relative gap ≤ 1e-6, if requested and reached.
   std::optional<double> reference;
 
-  /// Returns true if the error is within 0.5 % of the peer's, or closer to the reference than the peer.
+  /// Returns true if the error is within 0.5 % of the peer's error, or closer to the reference than the peer's error.
   [[nodiscard]] bool agrees() const {
     if (!own) return false;
     if (near(own->error, peer.error)) return true;
@@ -54,7 +54,7 @@ struct Replay {
     for (const auto& p : positions) sum += p.own ? p.own->seconds : std::numeric_limits<double>::infinity();
     return sum;
   }
-  /// Returns the standard error of the peer's mean, as for independent draws.
+  /// Returns the standard error of the peer's mean time. Treats the positions as independent draws.
   [[nodiscard]] double peer_mean_error_s() const {
     const auto n = static_cast<double>(positions.size());
     const double mean = peer_seconds() / n;

@@ -42,8 +42,8 @@ Result<model::Model> train_on(const std::string& path, const Options& options) {
   return model::train({*dataset}, {*clusters}, training);
 }
 
-/// Checks that the measured bias differs from the true one, which includes turn-on and wander, by the angle random walk
-/// alone.
+/// Checks that the measured bias differs from the true one, which includes turn-on and wander, only by the angle random
+/// walk.
 Result<void> check_truth(const tracking::BiasNoise& noise, const data::Clusters& measured, const data::Clusters& truth,
                          const std::string& path) {
   constexpr double kSigmas = 6, kSecondsPerHour = 3600;
@@ -77,7 +77,7 @@ Result<Residual> residual_of(const std::string& rate, const std::string& random,
                   of_truth->bias_deg_per_h - predicted};
 }
 
-/// Root of the mean of squares.
+/// Accumulates the root mean square of values.
 struct Mean {
   double sum{};
   int count{};
@@ -88,7 +88,7 @@ struct Mean {
   [[nodiscard]] double root() const { return std::sqrt(sum / count); }
 };
 
-/// Means over all gyros.
+/// Root mean squares over all gyros.
 struct Means {
   Mean next_hour, next_hour_to_truth, to_truth, hour_deviation;
 };

@@ -34,7 +34,7 @@ struct CompensateArguments {
   BiasTrackingArguments tracking;
 };
 
-/// Returns U, °/h, of a mean whose worst input lies so far outside the trained range.
+/// Returns U, °/h, of a mean whose worst input lies `excess` outside the trained range.
 using Expanded = std::function<double(double excess)>;
 
 /// Returns one line per row, empty if the row has no value. With `expanded`, U is a second field.
@@ -59,7 +59,7 @@ class Compensation {
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
   /// Prints a line for each row. Fails with bad_file at a row whose slot is missing or not greater than the previous
-  /// one; all rows before it are answered first.
+  /// one, after it has printed the rows before it.
   [[nodiscard]] Result<void> answer(Console& console, const record::LiveRows& rows);
   [[nodiscard]] long long outside() const { return stream_.outside(); }
   [[nodiscard]] long long missing_s() const { return missing_s_; }
@@ -135,9 +135,10 @@ Eigen::Index Compensation::rows_in_order(const Rows& rows) {
   return row;
 }
 
-/// Computes the second of each row from its slot and the accumulated difference of time and slot. Our own records have
-/// a row per second and skip the slots of missing ones. Imported records number their rows and keep the times of their
-/// file. Returns the row at which most rows so far are not one second apart, if any.
+/// Computes the second of each row from its slot and the accumulated difference of time and slot. Records of this
+/// project have one row per second and skip the slots of missing rows. Imported records number their rows and keep the
+/// times of their file. Returns the row, if any, that comes too soon after its predecessor, or at which too many rows
+/// so far are not one second apart.
 std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
   constexpr double kOff_s = 0.5;
   constexpr int kEnough = 3;
@@ -207,8 +208,8 @@ class StandardInput {
   std::string buffer_;
 };
 
-/// Answers all available rows, then waits: rows that arrive in bulk are answered in bulk, a single row at once. `open`
-/// is called with the header and the comments before it.
+/// Compensates all available rows, then waits for more. Rows that arrive together are processed together, and a single
+/// row immediately. Calls `open` with the header and the comments before it.
 using Open = std::function<Result<Compensation>(const std::vector<std::string>& header,
                                                 const std::vector<std::string>& comments)>;
 Result<void> answer(Console& console, const Open& open, std::string_view head,

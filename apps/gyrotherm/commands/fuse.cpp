@@ -110,9 +110,9 @@ struct Healthy {
   std::optional<model::HealthyRates> rates{};
 };
 
-/// Learns from the named record or, without it, from the record of the ramp program that qualify left next to the
-/// models. Reports a missing record. Takes rates only from a named record: models err less in the record they were
-/// trained on.
+/// Learns from the record that was named or, if none was, from the record of the ramp run that qualify left next to the
+/// models. Reports a missing record. Learns rates only from a named record, because the errors of a model are smaller
+/// on the record on which it was trained.
 Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {
@@ -271,7 +271,8 @@ Result<void> fuse_one(Console& console, const std::string& path, const Healthy& 
   if (!options.export_c.empty())
     if (auto written = write_c(console, *run, options); !written) return written;
   std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
-  if (console.json && options.runs.size() > 1) summary = text_of(Json::parse(summary)) + "\n";  // a record per line
+  if (console.json && options.runs.size() > 1)
+    summary = text_of(Json::parse(summary)) + "\n";  // one JSON record per line
   if (options.out == "-") {
     console.print_message(summary);
   } else {

@@ -25,7 +25,7 @@ struct PlacementArguments {
   model::TrainingOptions training;
 };
 
-/// Results of a set of the elimination, tuned again with support vectors.
+/// Results for one set of thermometers of the elimination, after training with support vectors.
 struct Confirmed {
   data::Figures held_out;
   std::vector<data::Figures> unseen;
@@ -144,8 +144,9 @@ std::string json(const RecordedRuns& records, const model::Placement& placement,
   return text_of(json) + "\n";
 }
 
-/// Checks that the deciding records are of one gyro with one bias reference and that no run occurs twice. The records
-/// of --verify must be of the same gyro and must not be among the deciding ones.
+/// Checks that the records that decide the placement, `records`, are of one gyro with one bias reference, and that no
+/// run occurs twice. The records of --verify, `unseen`, must meet the same conditions. They must also be of the same
+/// gyro as `records` and contain none of these runs.
 Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
   for (const RecordedRuns* runs : {&records, &unseen})
     if (auto sound = model::check_records(runs->datasets, runs->clusters); !sound) return sound;

@@ -42,7 +42,7 @@ struct QualifyArguments {
   bool compare = false;
   std::vector<std::string> only;  ///< axes of a lot
   bool records_only = false;      ///< stops before training
-  CalibrationArguments report;    ///< written only if it has texts
+  CalibrationArguments report;    ///< written only if texts are given
 };
 
 /// Wall time of each stage. Kept apart from results, because it varies from run to run.
@@ -107,7 +107,8 @@ bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& 
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 
-/// Plans the random program again, so many days later; `what` may also name an existing record.
+/// Plans a later run of the random program. `what` is a number of days after `random`, or the path of an existing
+/// record.
 Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const Run& random) {
   std::uint64_t days{};
   const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), days);
@@ -176,8 +177,8 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .days_later = options.days_later};
 }
 
-/// Reads the records on which a model is chosen. Called before anything moves: a run takes days, and a wrong name
-/// should be reported at once.
+/// Reads the records that are used to recommend a model. Called before anything moves: a run takes days, and a wrong
+/// name should be reported immediately.
 Result<std::vector<data::RecordedRun>> load_further(Console& console, const std::vector<std::string>& paths,
                                                     const profile::Profile& rate) {
   const auto loaded = load_recorded_runs(console, paths, {});
@@ -348,7 +349,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
-/// Records the missing runs and reads all of them, limited to the unit of `only` if it is a single one.
+/// Records the missing runs and reads all runs. Reads only one unit if all axes of `only` belong to it.
 Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
                              const std::vector<data::AxisChoice>& only, KnownDigests& digests, Runs& runs,
                              Timings& timings) {

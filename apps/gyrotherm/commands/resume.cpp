@@ -21,7 +21,7 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   apply_run_json(console, options.json);
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
-  // A record that cannot be read is reported by resume_run(); Ctrl-C ends the program at once up to there.
+  // resume_run() reports a record that cannot be read. Until that call, Ctrl-C ends the program immediately.
   const auto status = record::read_status(options.run);
   // A virtual run is replayed from the record before the record is opened for writing. Its files are verified first.
   if (status && status->simulated)

@@ -38,7 +38,7 @@ std::string describe_state(const record::RunStatus& status) {
   return fmt::format("not finished; check the chamber, then run \"gyrotherm resume {} --accept\"", status.path);
 }
 
-/// Returns one line per row of the list of alarms, the consequences below their root.
+/// Returns one line per alarm. Consequential alarms follow their root cause.
 std::string alarm_lines(const record::RunStatus& status) {
   std::string text;
   for (const auto& alarm : status.alarms) {
@@ -117,7 +117,7 @@ std::string describe(const record::RunStatus& status) {
   return text + thermometer_line(status);
 }
 
-/// Returns the status as JSON, with the trace of gyrotherm-make-safe, or null if it did not act.
+/// Returns the status as JSON, with the trace of gyrotherm-make-safe. The trace is null if that program did not act.
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
   const auto age = status_age(status);

@@ -61,7 +61,7 @@ std::string describe_coverage(const model::Verification& v) {
       v.trained_on_this ? ", in-sample" : "");
 }
 
-/// Describes the stream in means over the same clusters, next to predictions without its lag.
+/// Describes the streamed compensation, averaged over the same clusters, next to predictions without its lag.
 std::string describe_streamed(const model::Verification& v) {
   if (!v.streamed) return {};
   const model::Streamed& s = *v.streamed;

@@ -82,7 +82,7 @@ Result<AxisExperiment> axis_experiment(const LotExperiment& lot, const data::Axi
   return experiment;
 }
 
-/// Axes that several threads train. The main thread polls it and shows the progress.
+/// Trains axes on several threads. The main thread polls the pool and shows its progress.
 class TrainingPool {
  public:
   TrainingPool(const LotExperiment& lot, const rig::RigFile& rig, std::vector<Task>& tasks, std::size_t threads)
@@ -116,8 +116,8 @@ class TrainingPool {
   }
 
  private:
-  /// Returns the number of threads for one of `left` axes. It is 1 until fewer axes than threads are left, because
-  /// threads would otherwise be idle.
+  /// Returns the number of threads for each of `left` axes. The number exceeds 1 only if fewer axes than threads are
+  /// left, because some threads would otherwise be idle.
   [[nodiscard]] int threads_for(std::size_t left) const {
     return static_cast<int>(std::max<std::size_t>(1, threads_ / left));
   }

@@ -41,8 +41,8 @@ constexpr Duration kLongestLastWrite = std::chrono::seconds(3);
 constexpr Duration kLongestReading = std::chrono::seconds(60);
 constexpr Duration kLookForReaders = std::chrono::milliseconds(100);
 
-/// Waits for a program that reads the record: after the writer's death a reader may lock it. After the longest wait it
-/// fails with timeout. systemd then starts the resume again, at a rate below its start limit.
+/// Waits for programs that read the record, because a reader may lock it after the writer has died. Fails with timeout
+/// after the longest wait. systemd then starts the resume again, at a rate below its start limit.
 Result<void> await_readers(Console& console, const std::string& path) {
   if (const auto status = record::read_status(path); status && status->finished)
     return {};  // such a run is not resumed
@@ -107,7 +107,7 @@ tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
 
 Result<void> drive(const ActiveRun& run) {
   const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
-  // Store::finish() fails with the damage, so that it is reported once.
+  // Store::finish() reports the damage of a record that it closes, so it is reported here only for other outcomes.
   const bool reaches_its_end = outcome && *outcome != run::RunOutcome::made_safe;
   if (const auto damage = run.store.health().damage; !damage.empty() && !reaches_its_end)
     run.console.print_message("warning: " + damage);
@@ -161,8 +161,8 @@ void print_connecting(Console& console, const rig::RigFile& rig) {
   console.print_message(words);
 }
 
-/// Returns the fault of a rig that could not be prepared. Releases a chamber that is unchanged, unless a program had
-/// died and left it in that state; otherwise the watchdog makes it safe.
+/// Returns the fault of a rig that could not be prepared. Releases the chamber if it is unchanged and was not left
+/// behind by a program that died. Otherwise the watchdog makes it safe.
 tl::unexpected<Fault> preparation_fault(run::ChamberOwnership& ownership, const rig::Rig& rig, Fault why) {
   if (rig.is_as_found() && ownership.took_over())
     why.what += "; the chamber is unchanged since its program died and is made safe";
@@ -214,8 +214,8 @@ std::string chamber_identity(const std::map<std::string, std::string>& identitie
   return who == identities.end() ? "" : who->second;
 }
 
-/// Arms the watchdog for the chamber of a dead run that cannot be resumed, so that it is made safe. A run that needs an
-/// operator's acceptance leaves the chamber unchanged.
+/// Arms the watchdog to make the chamber of a dead run safe if the run cannot be resumed. Leaves the chamber unchanged
+/// if the run only needs an operator's acceptance.
 void guard_abandoned_chamber(run::ChamberOwnership& ownership, const record::RunInfo& info, const Fault& why) {
   if (!ownership.is_armed() && why.kind != FaultKind::interrupted)
     static_cast<void>(ownership.arm(chamber_identity(info.identities)));
@@ -234,7 +234,7 @@ Result<void> record_guard_trace(Console& console, record::Store& store, const In
   if (words.empty()) return {};
   console.print_message(path + ": " + words);
   if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
-  // The trace remains for the next resume.
+  // If the event is not yet on the disk, the trace remains for the next resume.
   if (!store.settle(kLongestLastWrite)) return {};
   remove_trace(path);
   return {};
@@ -263,17 +263,17 @@ Result<void> append_absence(record::Store& store, const run::InterruptedRun& sto
   return store.append_gap(first, last, "the program was not running" + cause);
 }
 
-// A run begins, or goes on, in two steps: take() takes the chamber and assembles the rig; then the rig calls enter() or
-// reenter() with the chamber as it was found, before anything moves.
+// A run begins or resumes in two steps: take() acquires the chamber and assembles the rig; the rig then calls enter()
+// or reenter() with the chamber as it was found, before anything moves.
 
-/// The parts of a run that is about to begin or to go on.
+/// The parts of a run that is about to begin or to resume.
 struct Opening {
   run::ChamberOwnership ownership;
   std::unique_ptr<rig::Rig> rig;
 
   // Set by enter() and reenter().
   run::EntryPoint entry{};
-  std::vector<std::string> missing{};  ///< values that the chamber lacks
+  std::vector<std::string> missing{};  ///< quantities the chamber does not provide
   std::unique_ptr<record::Store> store{};
 };
 
@@ -307,7 +307,7 @@ struct NewRun {
   profile::ProfileState first;  ///< at the first second
 };
 
-/// Checks what needs neither chamber nor rig.
+/// Checks the conditions that do not depend on the chamber or the assembled rig.
 Result<void> check_may_start(const rig::RigFile& file, const std::string& path, const StartOptions& options) {
   if (!file.simulated && options.days_later > 0)
     return failure(FaultKind::usage, "--days-later", "only valid on a virtual rig");
@@ -350,7 +350,8 @@ Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::ChamberAs
   return open_with(opening, std::move(store), found);
 }
 
-/// Notes how the run begins. `names`: the lines that prepare() returned, with the program's last.
+/// Notes how the run begins. `names` are the lines that prepare() returned. After an upload, the last line is the name
+/// of the uploaded program.
 void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
@@ -361,17 +362,17 @@ void note_start(const NewRun& plan, const Opening& opening, const std::vector<st
   run_controller.note(EventKind::note, "the controller carries out the profile: " + names.back());
 }
 
-// ---- a run that goes on
+// ---- a resumed run
 
 struct StoppedRun {
   const std::string& path;
   record::RunInfo info;
   run::RunContinuation on;
-  Result<std::optional<record::LostEnd>> lost;  ///< of its record
+  Result<std::optional<record::LostEnd>> lost;  ///< lost end of the record
   run::RunTally tally;
 };
 
-/// Reads and judges the record of a run that has stopped, while it is as the run left it.
+/// Reads the record of a stopped run and decides whether the run can be resumed. The record is not changed.
 Result<StoppedRun> find_interrupted(Console& console, const std::string& path, const ResumeOptions& options) {
   if (auto alone = await_readers(console, path); !alone) return failure(alone.error());
   const auto files = record::find_files_to_read(path);
@@ -405,7 +406,7 @@ Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& 
   return open_with(opening, record::Store::reopen(run.path, store_options(on.rig.simulated)), found);
 }
 
-/// Notes, here and in the record, how the run goes on. `first`: its next second.
+/// Prints and records how the run resumes. `first` is its next second.
 void note_resumption(Console& console, const StoppedRun& run, const run::EntryPoint& entry, std::int64_t first,
                      run::RunController& run_controller) {
   const run::RunContinuation& on = run.on;

@@ -28,7 +28,7 @@ class BiasMeter {
   explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
   void see(const Reading<GyroCount>& reading) { meter_.see(reading); }
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return subtract_earth_rate(meter_.last_second()); }
-  /// Returns the mean over those of the last 100 s that have a reading, or nothing if none has one.
+  /// Returns the mean over all seconds with a reading among the last 100 s, or nothing if there is none.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const { return subtract_earth_rate(meter_.mean()); }
 
  private:

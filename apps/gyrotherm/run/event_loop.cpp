@@ -72,7 +72,8 @@ Result<run::RunOutcome> finish_stopped(const ActiveRun& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
-/// Ends a run after SIGTERM, when the safe set point was sent. The watchdog gets no release and takes over.
+/// Ends a run after SIGTERM, once the safe set point has been sent. Does not release the chamber, so the watchdog takes
+/// over.
 Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
   const auto now = run.rig.clock().now();
   if (auto noted = run.store.append_event({now, EventKind::interrupted, run.run_controller.end_cause()}); !noted)
@@ -82,8 +83,8 @@ Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
-/// Ignores the first signal, and prints the reason, while the chamber is being made safe or an operator has ended the
-/// run.
+/// Returns true if Ctrl-C must be ignored, and prints the reason: an operator's request to end the run is pending, or
+/// this is the first Ctrl-C while the chamber is being made safe.
 bool refuses_to_leave(const ActiveRun& run) {
   if (run.run_controller.is_end_requested()) {
     run.console.print_message(
@@ -102,7 +103,7 @@ Result<run::RunOutcome> leave_to_guard(const ActiveRun& run) {
   return failure(FaultKind::interlock, "", run.run_controller.end_cause());
 }
 
-/// Prints alarms and changes of state at once, each on its own line.
+/// Prints alarms and changes of state immediately, each on its own line.
 void print_events(const ActiveRun& run) {
   for (const auto& event : run.run_controller.last_events()) switch (event.kind) {
       case EventKind::fault:
@@ -163,7 +164,7 @@ class RealTime {
     QCoreApplication::quit();
   }
 
-  /// Waits for the disk, so that the last seconds are acknowledged, too.
+  /// Waits for the disk and syncs, so the last seconds are acknowledged, too.
   Result<run::RunOutcome> sync_last_second(Result<run::RunOutcome> outcome) {
     await_disk(run_);
     if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
@@ -198,7 +199,7 @@ class RealTime {
     if (!leaves_after_tick_) leave();
   }
 
-  /// Aborts, and ends once the chamber has confirmed: no watchdog could take over.
+  /// Requests an abort. The program ends only when the chamber is confirmed safe, because no watchdog could take over.
   void abort_without_guard() {
     run_.console.print_message("no guard monitors the chamber; this program ends when the chamber is safe");
     if (run_.run_controller.objection(control::OperatorCommand::abort).empty())

@@ -88,8 +88,8 @@ void BreakableRun::take_record_away() {
   path_ = record::part_path(path_, 2);
 }
 
-/// Waits until the store has written everything. A working disk keeps up with virtual time; nothing waits for a broken
-/// one.
+/// Waits until the store has written everything, because a working disk keeps up with virtual time. Does not wait for a
+/// full disk.
 void BreakableRun::make_durable() {
   EXPECT_TRUE(store_->sync());
   if (disk_ && !disk_is_full_) {

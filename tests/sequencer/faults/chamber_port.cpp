@@ -43,8 +43,8 @@ bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
          (is(*map.find(map.identity->item)) || is(*map.find("air_temperature")));
 }
 
-/// Checks that each set point is read back by the next request, except identity requests after a reconnection. A set
-/// point without an acknowledgement may be repeated.
+/// Checks that the next request after each set point reads it back. Ignores identity requests, which follow a
+/// reconnection. A set point without an acknowledgement may be repeated.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
   if (asks_who(request)) return;
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);

@@ -142,7 +142,7 @@ void Disk::heal() {
   every_ = 1;
 }
 
-/// Lets the program die. Writes during its death have no effect.
+/// Lets the program die. Writes that it attempts meanwhile have no effect.
 void Disk::leave(bool power_cut, unsigned seed, const std::function<void()>& die) {
   attend_ = nullptr;
   if (vfs_) vfs_->fail(1, true, tests::FailingVfs::Kind::power_cut);

@@ -76,7 +76,8 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 
-/// The chamber is made safe in the same second. The run ends when the chamber has shown that, and stays ended.
+/// The chamber is made safe in the same second. The run ends when the chamber has confirmed its safe state, and does
+/// not start again.
 void EachInterlock::expect_the_chamber_is_made_safe() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
@@ -168,7 +169,7 @@ TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
   EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1u);
 }
 
-/// Another client writes 65 °C in every second second.
+/// Another client writes 65 °C in every other second.
 TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
   BreakableRun d({});
   d.seconds(900);
@@ -194,7 +195,7 @@ TEST(Interlocks, NameBothThermometersThatWereExchanged) {
   for (const auto& alarm : alarms) EXPECT_EQ(alarm.cause, "drifting");
 }
 
-/// Readings that were stored before the instrument was found frozen remain; later ones are faults.
+/// Readings that were stored before the instrument was reported as frozen remain; later ones are stored as faults.
 TEST(Interlocks, StoreNoReadingOfAFrozenInstrumentAndNoCountOfADeadGyro) {
   BreakableRun d({});
   d.seconds(900);

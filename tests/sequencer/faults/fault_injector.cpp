@@ -88,7 +88,7 @@ void FaultInjector::happen(const InjectedFault& fault) {
   }
 }
 
-/// Applies all active faults from a plant without faults.
+/// Resets the plant to a state without faults, then applies all active faults.
 void FaultInjector::settle() {
   plant_.faults = simulator::LaboratoryFaults(plant_.faults.thermometers.size());
   plant_.chamber().trouble = {};

@@ -141,7 +141,7 @@ TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
     EXPECT_GT(seconds[static_cast<std::size_t>(state)], 0) << name(state);
 }
 
-/// Each fault of a disk that stops it, one schedule each.
+/// Runs one schedule for each fault that stops the disk.
 TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
   const auto with = [](std::uint64_t seed, InjectedFaultKind kind, double size) {
     const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
@@ -187,8 +187,8 @@ std::map<int, std::int64_t> rows_by_segment(const SimulatedRunReport& report) {
   return rows;
 }
 
-/// Compares a run with its undisturbed twin: it crashed when `rows` of its seconds were on the disk and two more were
-/// not, and was resumed.
+/// Crashes a run when `rows` of its seconds are on the disk and two more are not, resumes it after `down` seconds, and
+/// compares it with its undisturbed twin.
 void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup& ground,
                        const SimulatedRunReport& twin) {
   auto setting = make_setting(2, {});
@@ -226,8 +226,8 @@ std::vector<std::size_t> ends_of_segments(const SimulatedRunReport& twin) {
 
 constexpr std::int64_t kDown = 30;
 
-/// Crashes when the last second of a segment, or the first of the next, was the last one on the disk: at every `each`th
-/// boundary, from `first` on.
+/// Crashes two runs at every `each`th segment boundary, from index `first` on. The last second on the disk is the last
+/// one of a segment in one run, and the first one of the next segment in the other.
 void expect_resume_equals_twin(const std::string& profile, std::size_t first, std::size_t each) {
   const auto& ground = ground_of(profile);
   const auto twin = carry_out(ground, make_setting(2, {}));

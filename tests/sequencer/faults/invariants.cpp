@@ -16,14 +16,14 @@ namespace {
 using Kind = InjectedFaultKind;
 
 constexpr std::size_t kMostViolations = 20;
-/// A set point may lag its ramp by this time, and make up for it at once.
+/// Longest time by which a set point may lag its ramp, s. It may catch up in one step.
 constexpr double kSecondsToCatchUp = 10;
 constexpr Kelvins kSame{0.02}, kNearAir{2.5};
-/// Longest recovery, with the return to the profile by a ramp.
+/// Longest recovery, including the return to the profile by a ramp, s.
 constexpr std::int64_t kRecoversWithin = 3600;
-/// Attempts for a set point that the chamber refused.
+/// Largest number of attempts to send a set point that the chamber refused.
 constexpr int kMostTries = 3;
-/// Longest time to the alarm, with the last batch before a sync is requested.
+/// Longest time to the storage alarm, including the last batch before a sync is requested, s.
 constexpr std::int64_t kUntilAlarm = 15;
 constexpr std::int64_t kLinkSettles = 16;  ///< pause of a failed line: 10 s
 
@@ -105,9 +105,9 @@ bool Invariants::is_active(InjectedFaultKind first, InjectedFaultKind last) cons
                              [&](const auto& fault) { return fault.kind >= first && fault.kind <= last; });
 }
 
-/// I1, I2, I3, I4: judges the set points that were sent. A return to the profile may begin at the air outside the
-/// profile's extremes, clamped to the limits. It leads inwards. A broken chamber may keep the air away or show the old
-/// value; then a set point that was not read back is sent again.
+/// I1, I2, I3, I4: judges the set points that were sent. A return to the profile may begin at an air temperature
+/// outside the profile's extremes, clamped to the limits, and must move towards the profile. If a broken chamber keeps
+/// the air away or shows the previous set point, a set point that was not read back may be sent again.
 void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
@@ -217,7 +217,7 @@ bool Invariants::is_troubled(std::size_t line) const {
 
 /// I24: a unit with an undisturbed line is read, whatever happens to the others. A dropped unit is silent.
 void Invariants::judge_units(std::int64_t second, const Sample& sample, const Operators& operators) {
-  // Ticks after any change in the world.
+  // Ticks after any change in the world before a unit is judged again.
   constexpr std::int64_t kCountsAgainAfter = 5;
   untroubled_ticks_.resize(file_.gyro_lines.size());
   for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line) {
@@ -265,7 +265,7 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
     broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
 }
 
-/// I21: a lost thermometer is reported by name at once, and suspends the run if the analysis needs it.
+/// I21: a lost thermometer is reported by name immediately, and suspends the run if the analysis needs it.
 void Invariants::judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample,
                                 const Operators& operators) {
   const auto suspend_after = file_.limits.suspend_after / std::chrono::seconds(1);
@@ -336,8 +336,9 @@ void Invariants::judge_segments(std::int64_t second, const Sample& sample) {
 
 namespace {
 
-/// Returns the number of rows for which readings of an instrument may be identical and still good: a minute, and the
-/// time until its noise is known; or five times the longest earlier spell.
+/// Returns the number of consecutive rows for which readings of an instrument may be identical and still be stored as
+/// good: a minute plus the time until the instrument's noise is known, or five times the longest earlier spell plus a
+/// margin, whichever is larger.
 std::int64_t longest_identical(std::int64_t before) {
   constexpr std::int64_t kNoiseIsKnown = 300, kTimes = 5, kMargin = 60;
   return std::max(kNoiseIsKnown, kTimes * before + kMargin);
@@ -376,7 +377,8 @@ void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
   }
 }
 
-/// I26: a limit that is exceeded in k of the last 2 k readings acts at once, regardless of lost readings between.
+/// I26: a limit that is exceeded in k of the last 2 k readings acts immediately, regardless of lost readings between
+/// them.
 void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
   const auto& limits = file_.limits;
   const auto all = sample.thermometers.size();
@@ -444,7 +446,7 @@ void Invariants::count_ticks(const Sample& sample) {
   const bool air = sample.chamber.value &&
                    (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
-  // A set point that reads back as the safe one counts, regardless of its sender.
+  // A chamber that reads back the safe set point is accepted, whichever client sent it.
   const bool reads_back =
       abs(laboratory.set_point() - file_.safe_set_point) <= drivers::set_point_tolerance(file_.chamber_map) + kSame;
   const bool safe = reads_back || !laboratory.is_on();
@@ -454,7 +456,7 @@ void Invariants::count_ticks(const Sample& sample) {
   count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }
 
-/// I7, I8, I9, I20: judges the reactions to causes that last.
+/// I7, I8, I9, I20: judges the reactions to lasting causes.
 void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   const auto& ticks = quiet_ticks_;
   const int is = severity(sample.state);
@@ -499,8 +501,8 @@ void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at
                        spoken(at.soaked), spoken(clock), spoken(soaked)));
 }
 
-/// Compares the record with the rows that it was given. Rows that were not acknowledged may be missing at the end.
-/// Other rows may be missing only if the record reports it: memory overflow, or a destroyed file.
+/// Compares the record with the rows that were appended to it. Rows that were not acknowledged may be missing at the
+/// end. Other rows may be missing only if the record reports the reason: memory overflow, or a destroyed file.
 void Invariants::judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged,
                               bool left_unwritten) {
   auto given = rows_.begin();

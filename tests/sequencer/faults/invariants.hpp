@@ -45,7 +45,7 @@ class Invariants {
   void life_begins(std::int64_t last_recorded);
   /// Records the world's state before the tick.
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
-  /// Judges one tick, whose rows and events are in `recording`.
+  /// Judges one tick. `recording` contains its rows and events.
   void after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators);
   /// Resets the counts of consecutive ticks after seconds without a program or without a tick.
   void no_tick() {

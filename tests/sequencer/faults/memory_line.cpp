@@ -14,7 +14,7 @@ void LineEnd::arrive(Bytes bytes, Duration after) {
   coming_.insert(place, {at, std::move(bytes)});
 }
 
-/// Reads from the first piece as many bytes as `room` has.
+/// Copies as many bytes of the first piece as fit into `room`.
 std::size_t LineEnd::take(std::span<std::byte> room) {
   const auto& bytes = coming_.front().bytes;
   const auto size = std::min(room.size(), bytes.size() - next_);

@@ -28,7 +28,8 @@ int least_severity(control::OperatorCommand command) {
 
 }  // namespace
 
-/// Makes a request. A request without an objection is a promise. Of several promises the most severe must be kept.
+/// Makes a request. If the run controller does not object, it has promised to carry the request out. Of several
+/// promises, only the most severe one must be kept.
 void Operators::ask(control::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
   run_controller.submit(command, "operator");

@@ -12,7 +12,8 @@ namespace gyrotherm::faults {
 namespace {
 
 constexpr int kChannels = 9, kThermometerLines = 2, kRecordFiles = 2;
-/// Answers without a number of their own are attributed to the right request up to twice the time-out, 1 s.
+/// Longest delay of an answer, s. An answer without a transaction number is attributed to the right request if it
+/// arrives within 1 s, which is twice the time-out.
 constexpr double kLatestAnswer = 0.95;
 
 struct KindRow {
@@ -110,7 +111,7 @@ constexpr bool rows_are_in_order() {
 }
 static_assert(rows_are_in_order());
 
-/// A random generator with equal results on every machine, unlike the standard's distributions.
+/// A random generator that, unlike the standard's distributions, gives the same results on every machine.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : bits_(seed) {}
@@ -132,7 +133,8 @@ class Draw {
 
 const KindRow& row_of(InjectedFaultKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
-/// Draws the kinds of a schedule, each as often as its weight: half of the kinds, or the share that the seed draws.
+/// Draws the kinds of fault of a schedule. Selects each kind with a probability that is drawn from the seed, and lists
+/// a selected kind as often as its weight.
 std::vector<InjectedFaultKind> enabled_kinds(Draw& draw, const ScheduleOptions& options) {
   std::vector<InjectedFaultKind> kinds;
   const double share = draw.uniform(0.05, 1);

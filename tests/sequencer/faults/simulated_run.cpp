@@ -65,7 +65,7 @@ bool survives_its_program(const Schedule& schedule) {
 }
 
 constexpr std::int64_t kShortBatch = 7;  ///< seconds, with a breaking disk
-/// Rows in memory in a test of the bound on them.
+/// Most rows in memory, in the test of that bound.
 constexpr std::int64_t kFewRows = 900;
 
 class SimulatedRun {
@@ -176,7 +176,7 @@ bool SimulatedRun::is_another_connected() const {
          invariants_.is_active(InjectedFaultKind::thermometer_exchanged, InjectedFaultKind::thermometer_exchanged);
 }
 
-/// Starts the first program of a run. An operator also starts again a run that cannot be resumed.
+/// Starts the first program of a run. If it cannot start, it is started again after kTriesAgainAfter.
 void SimulatedRun::begin_run() {
   if (disk_.hangs() || is_another_connected()) return end_life(kTriesAgainAfter);
   clock_.restart_at(-kSecond);
@@ -245,7 +245,7 @@ void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::Pro
   run_controller_->leave_out(dropped_);
 }
 
-/// Handles a storage fault. It is expected on a sick disk, and then the program tries again.
+/// Handles a storage fault. On a sick disk (`excused`) the fault is expected, and the program is started again later.
 void SimulatedRun::end_at_storage(const char* invariant, const Fault& fault, bool excused) {
   if (excused) return end_life(kTriesAgainAfter);
   invariants_.broken(invariant, second_, text(fault));
@@ -294,8 +294,8 @@ void SimulatedRun::obey(const InjectedFault& fault) {
   operators_.ask(fault, *run_controller_, second_);
 }
 
-/// Attacks the record's files. Skipped before a power cut, whose effect is only known for files that no other program
-/// has changed.
+/// Attacks the record's files. Does nothing before a power cut, because the effect of the cut is only known for files
+/// that no other program has changed.
 void SimulatedRun::attack(const InjectedFault& fault) {
   if (cuts_power_) return;
   if (!disk_.attack(fault, store_->health().parts)) return;
@@ -304,8 +304,9 @@ void SimulatedRun::attack(const InjectedFault& fault) {
   if (fault.target == 0) spoiled_ = true;
 }
 
-/// Checks that the program has noticed an attack and continued in another file. P12: it reports the attack. If it has
-/// left the file on a sick disk, it has its rows in memory and checks the file when the record is closed.
+/// P12: checks that the program reports an attack once it has continued in another file. If it had already left the
+/// attacked file on a sick disk, no report is required yet: its rows are in memory, and the file is checked when the
+/// record is closed.
 void SimulatedRun::check_attack_is_noticed() {
   if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
   attacked_at_.reset();

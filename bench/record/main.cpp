@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-record-bench FOLDER: compares the cost of the record of the whole qualification with SQLite alone for the
-/// same rows. SQLite alone writes in one transaction; the record also chains every row and verifies rows when reading.
+/// gyrotherm-record-bench FOLDER: writes and reads the rows of the whole qualification as a record and in a plain
+/// SQLite table, and compares the costs. Plain SQLite writes in one transaction; the record also chains every row and
+/// verifies rows when reading.
 #include <fmt/format.h>
 #include <sqlite3.h>
 

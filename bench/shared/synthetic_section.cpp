@@ -32,8 +32,8 @@ Eigen::MatrixXd alike(double correlation) {
   return all;
 }
 
-/// Errors for three axes that drift together over 80 cluster means. The noise is half the drift. The first axis has no
-/// means in the middle.
+/// Errors for three axes that drift together over 80 cluster means. The noise is half as large as the drift. The first
+/// axis has no means in the middle.
 struct GapDraw {
   double p_all{}, alone{}, together{}, held{};
 };

@@ -25,8 +25,8 @@ struct SampleSet {
 /// bad_file.
 [[nodiscard]] Result<SampleSet> load_sample_set(const std::string& folder, const std::string& name);
 
-/// Returns five folds of a fixed shuffle (Fisher–Yates, std::mt19937(12345)), so that every solver has the same rows in
-/// the same order. Shuffled folds measure time; they do not evaluate a model.
+/// Returns five folds of a fixed shuffle (Fisher–Yates, std::mt19937(12345)), which gives every solver the same rows in
+/// the same order. Shuffled folds are for measuring time; they are not suitable for evaluating a model.
 [[nodiscard]] std::vector<svm::TuningFold> shuffled_folds(const SampleSet& set);
 
 /// One evaluation of the job: its position and the peer's result.

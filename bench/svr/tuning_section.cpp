@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures the tuning job: the paired replay, which evaluates each position of a stored job first with LIBSVM and then
-/// with this project's solver, so that both see the same state of the machine; and the whole job.
+/// Measures the tuning job in two ways: a paired replay and the whole job. The replay evaluates each position of a
+/// stored job first with LIBSVM and then with this project's solver, because both must see the same state of the
+/// machine.
 #include <fmt/format.h>
 
 #include <algorithm>

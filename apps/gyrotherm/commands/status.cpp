@@ -77,8 +77,8 @@ std::string state_lines(const record::RunStatus& status) {
   return text;
 }
 
-/// Returns whether the program that executes the run is alive, judged by the age of the status file; nothing if the
-/// record is not being written.
+/// Returns whether the program that executes the run is alive, according to the age of the status file. Returns nothing
+/// if the record is not being written.
 std::optional<bool> is_alive(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = status_age(status);

@@ -113,7 +113,7 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
   return training;
 }
 
-/// Trains from the records alone, or from the records and the prior of the type.
+/// Trains only from the records or, with --prior, from the records and the prior of the type.
 Result<model::Model> train_model(Console& console, const TrainArguments& options, const RecordedRuns& records,
                                  const model::TrainingOptions& training) {
   if (options.prior.empty()) return train(records.datasets, records.clusters, training, console.sink());

@@ -39,7 +39,7 @@ void expect_invariants_hold(const SimulatedSetup& ground, const SimulatedRunSett
                   << text(setting.schedule);
 }
 
-/// Tests one block of seeds, so that blocks run in parallel.
+/// Tests one block of seeds. The blocks can run in parallel.
 class HourLong : public ::testing::TestWithParam<std::uint64_t> {};
 constexpr std::uint64_t kSeedsInABlock = 50;
 
@@ -243,7 +243,7 @@ TEST(Crash, AtAnySegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
 }
 
 #ifdef GYROTHERM_NIGHTLY
-/// Tests one share of the boundaries, so that shares run in parallel.
+/// Tests one share of the boundaries. The shares can run in parallel.
 class WholeCrash : public ::testing::TestWithParam<std::size_t> {};
 constexpr std::size_t kShares = 11;
 

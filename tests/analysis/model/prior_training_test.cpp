@@ -218,7 +218,8 @@ TEST_F(TypePriorTraining, RefusesWhatItCannotLearnFrom) {
   const auto of_two_zeros =
       train_with_prior(of_another_zero, {own_}, {clusters_}, {.folds = {}, .program_version = {}});
   ASSERT_FALSE(of_two_zeros);
-  EXPECT_NE(of_two_zeros.error().what.find("different bias reference (earth rate removed) than the prior"), std::string::npos)
+  EXPECT_NE(of_two_zeros.error().what.find("different bias reference (earth rate removed) than the prior"),
+            std::string::npos)
       << of_two_zeros.error().what;
   data::Dataset own_zero = own_;
   own_zero.bias_zero = of_another_zero.records.front().bias_zero = data::kOwnReference;

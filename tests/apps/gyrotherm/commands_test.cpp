@@ -253,7 +253,8 @@ TEST(Check, WarnsWhenControllerStoresEachSetPoint) {
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* word : {"stores each of them in memory that is rated for 100000 writes", "% of its life", "`every`"})
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
-  EXPECT_EQ(gyrotherm_with("check profiles/qualification.toml --rig virtual").out.find("is rated for"), std::string::npos);
+  EXPECT_EQ(gyrotherm_with("check profiles/qualification.toml --rig virtual").out.find("is rated for"),
+            std::string::npos);
   for (const auto* wrong : {"0", "-5", "1.5", "\"many\""})
     EXPECT_EQ(gyrotherm_with("check --rig " + rig_that_stores(folder, "nonvolatile_set_point = " + std::string(wrong)))
                   .exit_code,

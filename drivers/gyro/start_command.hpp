@@ -64,7 +64,7 @@ struct GyroQuestion {
 [[nodiscard]] Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line,
                                         Duration within, const Clock* clock);
 
-/// Evidence that a setting has the described value.
+/// The evidence that a setting has the described value.
 enum class SettingEvidence {
   /// The answer to a start command.
   reply,

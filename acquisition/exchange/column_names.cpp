@@ -204,8 +204,8 @@ bool is_increment_name(std::string_view name) {
 
 std::string time_unit_in(std::string_view name) {
   if (has_unit(name, {"ns", "nsec", "nanosec", "nanosecond", "nanoseconds"})) return "ns";
-  if (has_unit(name, {"us", "µs", "μs", "usec", "microsec", "microsecond", "microseconds"}))
-    return "us";  // the micro sign and the Greek letter
+  // µ is the micro sign, μ the Greek letter.
+  if (has_unit(name, {"us", "µs", "μs", "usec", "microsec", "microsecond", "microseconds"})) return "us";
   if (has_unit(name, {"ms", "msec", "millisec", "millisecond", "milliseconds"})) return "ms";
   if (has_unit(name, {"s", "sec", "secs", "second", "seconds", "sek", "sekunden"})) return "s";
   if (has_unit(name, {"min", "mins", "minute", "minutes", "minuten"})) return "min";

@@ -52,7 +52,7 @@ struct Channel {
   std::string certificate{};
   /// The last day on which the calibration is valid.
   std::optional<std::chrono::sys_days> due{};
-  std::string unit = "°C";  ///< of the stored reading
+  std::string unit = "°C";  ///< unit of the stored reading
   /// The unit under test that the channel belongs to; empty for the rig.
   std::string unit_under_test = kOnlyUnit;
   ThermometerUncertainty uncertainty{};

@@ -266,7 +266,8 @@ Result<void> apply(Database& database, const Setting& setting, const std::string
 }  // namespace
 
 Result<void> make_new_file(const std::string& path) {
-  constexpr mode_t kGroupReadable = 0640;  // SQLite gives the log the same mode
+  // SQLite creates the log with the same mode.
+  constexpr mode_t kGroupReadable = 0640;
   const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kGroupReadable);
   if (file < 0 && errno == EEXIST)
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");

@@ -599,7 +599,7 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
     remove_record(path);
     return failure(proved.error());
   }
-  if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // from an earlier record
+  if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // manifest of an earlier record
   auto copy = options.live_copy ? std::make_unique<LiveCopy>(path, info, *options.live_copy) : nullptr;
   return opened(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
 }

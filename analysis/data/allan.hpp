@@ -45,8 +45,8 @@ void describe(auto& form, Like<AllanPoint> auto& point) {
 }
 
 /// Computes the overlapping Allan deviation at averaging factor `m` ≥ 1. At least one stretch has 2m values or more.
-/// With θ_0 = 0 and θ_i = θ_{i−1} + value_i, σ² = Σ_i (θ_{i+2m} − 2θ_{i+m} + θ_i)²/(2m²(n + 1 − 2m)) (NIST SP 1065, eq.
-/// 11). The squared differences of all stretches are averaged together.
+/// Let θ_0 = 0 and θ_i = θ_{i−1} + value_i. Then σ² = Σ_i (θ_{i+2m} − 2θ_{i+m} + θ_i)²/(2m²(n + 1 − 2m)) (NIST SP 1065,
+/// eq. 11). The squared differences of all stretches are averaged together.
 [[nodiscard]] AllanPoint allan_point(const RateStretches& rates, int m);
 
 /// Computes the points at m = 1, 2, 4, … while at least two independent differences remain. Returns an empty curve if

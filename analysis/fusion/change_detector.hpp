@@ -83,10 +83,10 @@ struct Change {
 /// by their number (Hinkley, Biometrika 57 (1970) 1); the sum itself does not help, since it is rarely 0 in more than
 /// one dimension.
 ///
-/// Without a change the vectors must be independent and N(0, I), for example parity vectors or departures of single
-/// seconds from which a known or tracked bias was subtracted (the innovations of tracking::BiasTracker are white).
-/// limit_of_healthy() computes the limit for other vectors. A mean that differs from 0 by less than the slack does not
-/// add up to an alarm, but makes alarms more frequent.
+/// The vectors must be independent and N(0, I) as long as there is no change, for example parity vectors or departures
+/// of single seconds from which a known or tracked bias was subtracted (the innovations of tracking::BiasTracker are
+/// white). limit_of_healthy() computes the limit for other vectors. A mean that differs from 0 by less than the slack
+/// does not add up to an alarm, but makes alarms more frequent.
 class ChangeDetector {
  public:
   /// Fails with usage if a number is not above 0, or if false alarms are more than 1e9 or fewer than ten steps apart.

@@ -45,7 +45,7 @@ inline constexpr double kWidestSlope = 100;
 
 /// Returns the penalty on the slope of a plane fitted together with Gaussians, nC/variance + I/kWidestSlope². The first
 /// term is the penalty of ridge-u in units of the residual variance; the second keeps the matrix positive definite.
-/// Without a covariance only the second is used.
+/// Only the second is used if there is no covariance.
 [[nodiscard]] Eigen::MatrixXd slope_penalty(const FitInput& set, double variance);
 
 /// Fits the plane of fit_plane(). Fails with usage as check_set does.
@@ -55,7 +55,7 @@ inline constexpr double kWidestSlope = 100;
 //
 // A body of thermal conductances and capacities driven by temperatures has only real poles. In modal form each state
 // follows its inputs with one time constant: dx_i/dt = (Σ_j b_ij T_j − x_i)/τ_i, bias = Σ_i c_i x_i + Σ_j d_j T_j + b.
-// With one output only the products c_i b_ij are identifiable. With opposite sign these products are the weights of the
+// Only the products c_i b_ij are identifiable from one output. Their negatives are the weights of the
 // lags T_j − F_ij of each thermometer with τ_i (data::FirstOrderLag). The model with n states is therefore the plane of
 // fit_plane() on the temperatures and their lags with n time constants. Only the time constants are searched, by
 // held-out error among all subsets of a bank (separable least squares; Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973)

@@ -346,7 +346,7 @@ Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::ChamberAs
                             opening.rig->will_start_utc(), plan.options.days_later);
   info.identities = found.identities;
   auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
-  if (store) remove_trace(plan.path);  // of an earlier record of that name
+  if (store) remove_trace(plan.path);  // trace of an earlier record
   return open_with(opening, std::move(store), found);
 }
 

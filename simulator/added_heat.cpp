@@ -33,7 +33,7 @@ thermal::ThermalPowers growth_w(const thermal::ThermalPowers& powers_w, const Po
   return added_w;
 }
 
-/// Returns the effective air of a body on a bracket.
+/// Returns the effective air temperature of a body on a bracket.
 Celsius mixed(double share, Celsius air, Celsius bracket) { return {air.value + share * (bracket.value - air.value)}; }
 
 }  // namespace

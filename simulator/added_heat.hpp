@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Heat that a hard rig adds to the gyro's thermal model: a fan that blows from one side, powers that depend on
-/// temperature, and other bodies on a common bracket. All of it is off by default.
+/// temperature, and other bodies on a common bracket. Everything is off by default.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +26,8 @@ struct SideWind {
   /// Added to w at full heating, and at full cooling.
   double heating{};
   double cooling{};
-  /// Final temperature difference of each half from the mean of both halves at w = 1, as a share of (air − cabinet); 0
-  /// … 1.
+  /// Steady-state difference between the temperature of each half and the mean of both halves at w = 1, as a share of
+  /// (air − cabinet); 0 … 1.
   double share{};
   /// Time constant of this difference; 1 or more.
   double time_constant_s = 1;
@@ -56,7 +56,7 @@ struct PowerGrowth {
 /// s and τ already include the loss of θ through G.
 class AddedHeat {
  public:
-  /// Takes the powers at 20 °C as `powers_w`.
+  /// `powers_w` are the powers at 20 °C.
   AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth);
 
   [[nodiscard]] bool is_any() const;
@@ -73,7 +73,7 @@ class AddedHeat {
   thermal::ThermalPowers powers_w_;
   SideWind wind_;
   PowerGrowth growth_;
-  /// Share of the difference from its final value that θ closes in one second.
+  /// Fraction of its distance from the final value that θ covers in one second.
   double closing_share_;
   double separation_k_{};  ///< θ
   bool on_ = true;
@@ -106,7 +106,7 @@ class Bracket {
 
  private:
   double share_;
-  /// Share of its difference from the cabinets that the bracket closes in one second.
+  /// Fraction of its difference from the cabinets that the bracket closes in one second.
   double closing_share_;
   Celsius at_;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A virtual unit of analogue inputs behind its register map. Its inputs carry values that the simulated units report.
+/// A virtual analogue input module, accessed through its register map. Its inputs carry values that the simulated units
+/// report.
 #pragma once
 
 #include <cstddef>
@@ -54,11 +55,11 @@ class AnalogueRegisters final : public ServedRegisters {
                                                           std::span<const std::uint16_t>) override {
     return tl::unexpected(ModbusException::illegal_address);
   }
-  /// Changes the observed laboratory after the laboratory object was moved.
+  /// Updates the reference after the laboratory object was moved.
   void watch(const VirtualLaboratory& laboratory) { laboratory_ = &laboratory; }
 
  private:
-  /// Position of an input's value in the laboratory, and its transducer.
+  /// Indices of the unit and of its value in the laboratory, and the transducer's scale and offset.
   struct Source {
     std::size_t unit{}, value{};
     double scale = 1, offset = 0;

@@ -15,7 +15,7 @@ namespace gyrotherm::simulator {
 
 /// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller. The controller's
 /// integral does not grow further while the output is at its limit. Integrated by explicit Euler with a step of 1 s.
-/// Has no noise.
+/// Noise-free.
 class ChamberPlant {
  public:
   explicit ChamberPlant(const PlantParameters& parameters)
@@ -46,7 +46,7 @@ class ChamberPlant {
   void inject(const PlantFaults& faults) { faults_ = faults; }
 
   /// Holds the output at a fixed value, −1 … 1, regardless of the set point (manual mode). An empty value returns to
-  /// control.
+  /// closed-loop control.
   void hold_output(std::optional<double> output) { held_output_ = output; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }

@@ -81,7 +81,7 @@ class RegisterImage {
     return all;
   }
 
-  /// Returns the value that the controller displays, with its decimals and unit.
+  /// Returns the value that the controller displays, scaled by the item's decimals and unit.
   [[nodiscard]] double value(const drivers::RegisterItem& item) const {
     auto form = in_its_context(item);
     form.write_scale.reset();
@@ -102,7 +102,7 @@ class RegisterImage {
 
   /// Returns the words of `item` at `value`. Keeps the other bits of a bit field.
   [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const {
-    // Copying an item that needs no context would cost time every second.
+    // Avoids a copy of an item without context, because this runs every second.
     const bool has_no_context = item.decimals.empty() && item.unit.empty();
     auto words = has_no_context ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
     if (item.type != drivers::RegisterType::bits) return words;
@@ -193,7 +193,7 @@ class ProgramRun {
  public:
   enum class Stage { none, ramping, soaking, held, done };
 
-  /// Starts at step `first`, counted from 0. If the program does not have this step, the run is done immediately.
+  /// Starts at the 0-based step `first`. If the program does not have this step, the run is done immediately.
   void start(drivers::ChamberProgram program, int first) {
     program_ = std::move(program);
     enter(static_cast<std::size_t>(first < 0 ? 0 : first));
@@ -264,7 +264,8 @@ class ChamberRegisters final : public ServedRegisters {
   [[nodiscard]] tl::expected<void, ModbusException> write(drivers::WriteFunction function, std::uint16_t address,
                                                           std::span<const std::uint16_t> words) override;
 
-  /// Begins a second and applies the set point of a running program. Call before the step of the laboratory.
+  /// Advances the clock and a running program by one second and applies the program's set point. Call it before the
+  /// laboratory's step.
   void pass_second();
   [[nodiscard]] const ProgramRun& program() const { return run_; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Changes of a gyro and its thermometers between runs: coefficients age, thermometers drift by the calendar, and the
+/// Changes of a gyro and its thermometers between runs: coefficients age, thermometers drift from day to day, and the
 /// block is stored warm and cold. The gyro's seed and the day determine all of them, so the state after 30 days lies on
 /// the path to the state after one year.
 #pragma once
@@ -17,8 +17,8 @@ namespace gyrotherm::simulator {
 
 /// Returns the drawn gyro aged by `seed.days_later` days. Each ageing coefficient is multiplied by 1 + its yearly
 /// change · days/365. The random walk of each thermometer advances by one step a day. If drift_by_calendar is set, the
-/// walk from the calibration to day 0 is added too, and a run does not draw its own; otherwise the gyro of day 0 is
-/// unchanged.
+/// walk from the calibration to day 0 is added too and days_since_calibration becomes 0, so a run draws no drift of its
+/// own. Otherwise the gyro of day 0 is unchanged.
 [[nodiscard]] LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed);
 
 /// Returns the drift of each thermometer between two days after its calibration: a random walk with one step a day. A

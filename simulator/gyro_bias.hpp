@@ -26,14 +26,14 @@ struct GasFlow {
   double exponent{};
   /// Relative unbalance of the arms' currents and bores: (left − right) / mean.
   double unbalance{};
-  /// Change of the unbalance per kelvin of the current control's temperature above 20 °C.
+  /// Change of the unbalance per kelvin of the current controller's temperature above 20 °C.
   double unbalance_per_k{};
 };
 
 /// One periodic contribution of the mirrors' backscatter. Its phase follows the length of the light's path.
 struct BackscatterWave {
   double deg_per_h{};
-  /// Change of the path's temperature in one period.
+  /// Temperature change of the light's path for one period.
   double period_k{};
   double phase_deg{};
 };
@@ -78,9 +78,9 @@ struct HiddenLag {
   double time_constant_s = 600;  ///< 1 or more
 };
 
-/// One exponential of the glass-ceramic's structural relaxation. Its length depends on temperature and on time
-/// (Zerodur: Jedamzik et al., Proc. SPIE 7739, 2010): a change of temperature immediately adds a term, which then
-/// decays.
+/// One exponential of the glass-ceramic's structural relaxation. The length of the material depends on temperature and
+/// on time (Zerodur: Jedamzik et al., Proc. SPIE 7739, 2010): a change of temperature immediately adds a term, which
+/// then decays.
 struct Relaxation {
   double time_constant_s{};
   /// Per kelvin of the block's mean above the temperature to which the material has relaxed.
@@ -103,7 +103,7 @@ struct BiasPhysics {
   GasFlow flow;
   /// Per kelvin of mirrors B, C, F and H above the block's mean.
   std::array<double, 4> mirror_deg_per_h_per_k{};
-  /// Polynomial in the block's mean above 20 °C.
+  /// Coefficients of the polynomial in the block's mean temperature minus 20 °C.
   double linear_deg_per_h_per_k{};
   double quadratic_deg_per_h_per_k2{};
   std::vector<BackscatterWave> waves;
@@ -174,7 +174,7 @@ class ModeLock {
 /// Returns the share of a difference that a first-order lag closes in a second. The time constant must be above 0.
 [[nodiscard]] double closing_share(double time_constant_s);
 
-/// A contribution with its lag. Exact if the input is constant during each second.
+/// A contribution to the bias with a first-order lag. Exact if the input is constant during each second.
 class LaggingPart {
  public:
   explicit LaggingPart(const HiddenLag& lag);
@@ -190,8 +190,8 @@ class LaggingPart {
   bool began_ = false;
 };
 
-/// Σ d_i (x − z_i), dz_i/dt = (x − z_i)/τ_i: zero at rest, Σ d_i per kelvin just after a jump of x. Exact if x is
-/// constant during each second.
+/// The sum Σ d_i (x − z_i), where dz_i/dt = (x − z_i)/τ_i. It is zero at rest and Σ d_i per kelvin immediately after a
+/// jump of x. Exact if x is constant during each second.
 class RelaxingBias {
  public:
   /// Starts at rest at `start_c`.
@@ -251,8 +251,7 @@ struct BiasParts {
 /// The sum of all contributions, with the state of hysteresis, mode hops and slow effects.
 class GyroBias {
  public:
-  /// Starts at the moment of switching on: at rest at `start_c` after the history `past`, and locked to the nearest
-  /// mode.
+  /// Starts at switch-on: at rest at `start_c` after the history `past`, and locked to the nearest mode.
   GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroPast& past = {});
 
   /// Advances by one second to these temperatures.

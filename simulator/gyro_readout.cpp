@@ -93,7 +93,7 @@ void GyroReadout::advance_drift() {
   const double fresh = parameters_.drift_deg_per_h * std::sqrt(1 - drift_memory_ * drift_memory_);
   drift_deg_per_h_ = drift_memory_ * drift_deg_per_h_ + fresh * drift_noise_.normal();
   instability_.step();
-  // The walk is given per √h.
+  // The coefficient is per √h, the step one second.
   constexpr double kPerSqrtSecond = 1.0 / 60;
   walk_deg_per_h_ += parameters_.rate_random_walk_deg_per_h_per_sqrt_h * kPerSqrtSecond * walk_noise_.normal();
 }

@@ -23,7 +23,7 @@ struct MarkovProcess {
 /// (2πfτ)²) d ln τ = σ²/(2f), so σ² = B²/π per unit of ln τ. Asserts 0 < shortest_s ≤ longest_s.
 [[nodiscard]] std::vector<MarkovProcess> flicker_processes(double instability, double shortest_s, double longest_s);
 
-/// The sum of such processes, advanced once a second.
+/// A sum of Markov processes, advanced once a second.
 class Flicker {
  public:
   /// Starts from the stationary distribution.

@@ -50,7 +50,8 @@ DeadBand read_dead_band(const TomlTable& table) {
   return band;
 }
 
-/// Reads the read-out. In a world of units each axis has its own Earth rate, so the type has none.
+/// Reads the parameters of the read-out. In a laboratory with units each axis has its own Earth rate, so this table has
+/// none.
 ReadoutParameters read_readout(const TomlTable& table, bool of_units) {
   ReadoutParameters r;
   r.arcsec_per_pulse = positive(table, "arcsec_per_pulse");
@@ -103,7 +104,7 @@ FailingThermometer read_failing(const TomlTable& table, const std::vector<std::s
   FailingThermometer failing{.place = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
                              .how = one_of(kFailings, table, "how"),
                              .from_s = to_seconds(table.duration("from"))};
-  // The choice was invalid and has been reported.
+  // An invalid choice has already been reported.
   if (failing.place == names.size()) failing.place = 0;
   if (failing.how == Failing::offset || failing.how == Failing::spikes) failing.error_k = table.number("error_k");
   if (failing.how == Failing::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");

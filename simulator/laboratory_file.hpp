@@ -29,7 +29,7 @@ struct PlantFaults {
 
 /// Faults of one thermometer on a unit.
 struct ThermometerFault {
-  /// Index of the measured location. It differs from the thermometer's own after cables were swapped.
+  /// Index of the measured location. It differs from the thermometer's own index if cables are swapped.
   std::size_t place{};
   /// Added to the shown value.
   double error_k{};
@@ -38,19 +38,20 @@ struct ThermometerFault {
 };
 
 struct LaboratoryFaults {
-  /// Nothing is broken. A plain world has kThermalLocations thermometers, a world of units has `count`.
+  /// Creates the state without faults. A laboratory without units has kThermalLocations thermometers, one with units
+  /// has `count`.
   LaboratoryFaults() : LaboratoryFaults(kThermalLocations) {}
   explicit LaboratoryFaults(std::size_t count) : thermometers(count) {
     for (std::size_t i = 0; i < count; ++i) thermometers[i].place = i;
   }
   PlantFaults plant;
-  /// The controller shows the last reading.
+  /// The controller keeps showing its last reading.
   bool air_is_frozen{};
   /// Faults in the order of VirtualLaboratory::thermometer_names(). Thermometers beyond the end of the list have none.
   std::vector<ThermometerFault> thermometers;
 };
 
-// Pieces of the reader of a rig file's [virtual] table.
+// Parts of the reader of a rig file's [virtual] table that several files share.
 
 /// Read a number and check its sign. Report an error at the key if the check fails.
 [[nodiscard]] double positive(const TomlTable& table, const char* key);
@@ -68,8 +69,8 @@ struct LaboratoryFaults {
 /// `laboratory.gyro` must have been read before.
 void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
 
-/// In a world of units, distributes failing thermometers to the axes that carry them. Before the call their `place` is
-/// an index in list_thermometer_names(); afterwards it is an index in the axis' own thermometers.
+/// In a laboratory with units, distributes failing thermometers to the axes that carry them. Before the call their
+/// `place` is an index in list_thermometer_names(); afterwards it is an index in the axis' own thermometers.
 void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
 /// Reads [virtual.network] and [virtual.bias] of a rig with the body "reference".

@@ -77,9 +77,9 @@ struct LumpedBias {
   double quadratic_deg_per_h_per_k2{};  ///< k2
   double wave_deg_per_h{};              ///< u
   double wave_period_k = 55;
-  /// g of T_A − T_B … T_A − T_H.
+  /// Coefficients g of the differences T_A − T_B … T_A − T_H.
   std::array<double, 7> gradient_deg_per_h_per_k{};
-  /// 8e-3·m, per kelvin between the two discharge arms.
+  /// Coefficient of the temperature difference between the two discharge arms; 8e-3·m in the reference simulation.
   double arm_deg_per_h_per_k{};
   /// Relative growth of the arm term per kelvin of the block's mean.
   double arm_growth_per_k{};
@@ -136,7 +136,7 @@ struct ReducedGyroParameters {
   Storage storage{};
   /// Starts switched off at air temperature. The first second switches the gyro on.
   bool cold = false;
-  /// Interval of updates of the air conductivity in the gaps.
+  /// Seconds between updates of the air conductivity in the gaps.
   int seconds_per_update = 10;
 };
 
@@ -261,7 +261,8 @@ struct OutputHop {
   std::optional<double> for_s{};
 };
 
-/// [[virtual.unit.axis]]: parameters of one axis. All other parameters are those of the type, drawn for each axis.
+/// [[virtual.unit.axis]]: parameters of one axis. All other parameters are drawn for each axis from those of the
+/// [virtual] table.
 struct AxisParameters {
   /// Empty only for the single axis of a unit.
   std::string name{};
@@ -307,7 +308,7 @@ struct LaboratoryParameters {
   SpreadParameters spread;
   /// The run starts with chamber and gyro at rest at the profile's first set point.
   bool soaked = false;
-  /// Empty for the plain world: one gyro with the parameters of the type.
+  /// If empty, the laboratory has one gyro with the parameters above.
   std::vector<UnitParameters> units{};
   std::vector<BracketParameters> brackets{};
   std::optional<OwnThermometer> own_temperature{};

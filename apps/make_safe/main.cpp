@@ -44,15 +44,15 @@ using std::chrono::seconds;
 
 constexpr auto kOrdersWithin = seconds(10);
 constexpr auto kProgramsEndWithin = seconds(2);
-/// Time for files next to the record while a user waits.
+/// Longest wait for the files next to the record.
 constexpr auto kFilesWithin = seconds(5);
 constexpr auto kAfterAFault = seconds(1);
-/// Limit for watching the air under a service manager. The service manager restarts the run only afterwards, and a run
-/// that was down for more than two minutes does not resume by itself. The restarted program continues to watch.
+/// Longest observation of the air under a service manager, which restarts the run only afterwards. A run that was down
+/// for more than two minutes is not resumed automatically. The restarted program continues the observation.
 constexpr auto kLongestWatchOfService = seconds(60);
 /// Seconds that another program may drive the chamber before make-safe ends.
 constexpr int kGivesUpTo = 60;
-/// Seconds to wait for another program, possibly the guard at work, while a user waits.
+/// Seconds to wait, on behalf of a user, while another program (usually the run's guard) drives the chamber.
 constexpr int kWaitsFor = 15;
 
 constexpr const char* kHelp =
@@ -170,7 +170,7 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
     std::this_thread::sleep_for(rescued.in_use ? Duration(kAfterAFault) : rescue.pause());
   }
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
-  // No process waits for this one, so it stays until the disk answers.
+  // No process waits for this one, so it may wait until the disk responds.
   while (!trail.settle(kFilesWithin)) {
   }
   return exit_for(rescued);
@@ -212,7 +212,7 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
 void survive() {
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGQUIT, SIGABRT, SIGTSTP, SIGTTOU, SIGTTIN})
     std::signal(number, SIG_IGN);
-  // Children that hung and end late are not waited for.
+  // Lets the kernel reap child processes that hung and end late.
   std::signal(SIGCHLD, SIG_IGN);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command figure of gyrotherm-thermal: the thermal model of a virtual rig's gyro for its report, like the paper's
-/// Tables 1 and 2 and its Figure 1.
+/// The command `figure` of gyrotherm-thermal: prints a gyro's thermal model for a report, with the data of the paper's
+/// Tables 1 and 2 and Figure 1.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ struct FigureArguments {
   double ambient_c = 20;
 };
 
-/// Returns the rows of the paper's Table 1. Air has a conductivity per gap and none of its own.
+/// Returns the rows of the paper's Table 1. The conductivity of air is NaN, because it differs between the gaps.
 std::vector<report::ReportedMaterial> material_rows(const thermal::GyroModel& model) {
   std::vector<report::ReportedMaterial> all;
   for (std::size_t k = 0; k < thermal::kGyroMaterials; ++k) {
@@ -67,7 +67,7 @@ std::vector<report::ReportedHeatSource> heat_source_rows(const thermal::GyroMode
 
 double in_millikelvins(double celsius) { return std::round(1000 * celsius) / 1000; }
 
-/// Rounds to 1 mK, so that results of different machines are equal.
+/// Rounds the temperatures to 1 mK, so different machines print equal results.
 void round_off(plot::ThermalImage& image) {
   for (double& value : image.celsius.values) value = in_millikelvins(value);
   for (plot::ThermalMark& mark : image.marks) mark.celsius = in_millikelvins(mark.celsius);

@@ -88,17 +88,17 @@ struct ThermalArguments {
   bool force = false;
 };
 
-/// The last file of an image to be written: if it exists, the image is complete.
+/// File that is written last. If it exists, the image is complete.
 constexpr const char* kFacts = "thermal.json";
 
-/// A steady state and the resources that it used.
+/// A steady state with its inputs and its computing time.
 struct Solved {
   thermal::GyroModel model;
   thermal::GyroMesh mesh;
   thermal::SteadyState state;
   double film_w_per_m2_k{};
   double wall_s{};
-  /// Empty without --fit. The first parameter is the applied one.
+  /// Empty without --fit. If the first fit reached the difference, `model` uses it.
   std::vector<thermal::FittedDifference> family;
 };
 
@@ -107,8 +107,8 @@ double used_film(const thermal::GyroModel& model, const ThermalArguments& option
   return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
 
-/// Reports progress and fails with interrupted after an interrupt. Called between the parts of the work, because a mesh
-/// is solved in one piece.
+/// Reports progress. Fails with interrupted after Ctrl-C. Called between the stages of the work, because the solver
+/// itself cannot be interrupted.
 Result<void> check_interrupt(Console& console, std::string_view stage, double fraction) {
   if (keep_going(console.sink(), stage, fraction)) return {};
   return failure(FaultKind::interrupted, "thermal", "stopped");
@@ -214,8 +214,8 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   return json;
 }
 
-/// Converts each SVG in the folder to a PNG with gyrotherm-pdf, which has fonts. Prints a message and keeps the SVGs if
-/// that fails. Fails with interrupted.
+/// Converts each SVG in the folder to a PNG with gyrotherm-pdf. If that fails, prints a message and returns; the SVGs
+/// remain. Fails with interrupted after Ctrl-C.
 Result<void> draw_pictures(Console& console, const std::filesystem::path& folder,
                            const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {

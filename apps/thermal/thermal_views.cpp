@@ -17,7 +17,7 @@ namespace {
 constexpr double kInside_mm = 0.05;
 constexpr double kMargin_mm = 2;
 
-/// A plane through the cabinet, and the position of its point (right, up), in mm.
+/// A plane through the cabinet. at_m() converts coordinates in the plane (right, up), mm, to a point in the cabinet, m.
 struct Plane {
   std::string file, title, x_title, y_title;
   plot::Range right_mm, up_mm;
@@ -111,7 +111,7 @@ std::vector<plot::ThermalMark> thermometer_marks(const thermal::GyroModel& model
   return marks;
 }
 
-/// Reduces a level plane to its intersection with the block and its parts, in whole millimetres.
+/// Crops a horizontal plane to the rectangle around the drawn parts that it cuts, plus a margin, in whole millimetres.
 void crop_to_block(Plane& plane, const thermal::GyroParts& parts) {
   thermal::PlanRectangle all = bounds(parts.block.plan);
   const auto add = [&](const thermal::Prism& prism) {

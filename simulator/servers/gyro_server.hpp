@@ -62,7 +62,7 @@ class StreamWriter {
 
   drivers::FrameFormat format_;
   std::vector<Axis> axes_;
-  /// Values of the housekeeping that the caller does not set.
+  /// Default values of the housekeeping fields that the caller does not set.
   std::vector<double> usual_;
   /// Number of the next frame.
   std::int64_t number_{};
@@ -78,7 +78,7 @@ struct GyroUnitFaults {
   /// Factor of increments and rates until the command `factor_until` is executed.
   double factor = 1;
   std::string factor_until{};
-  /// The configuration message shows other settings.
+  /// The configuration message reports settings that differ from the description.
   bool has_other_settings{};
 };
 

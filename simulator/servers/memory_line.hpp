@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// In-memory lines from attended instruments to their single client: no descriptor, no wait and no system call.
+/// In-memory lines between a virtual instrument and its single client, without descriptors, waiting or system calls.
 #pragma once
 
 #include <cstddef>

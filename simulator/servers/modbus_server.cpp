@@ -27,7 +27,7 @@ void append(std::vector<std::byte>& to, const std::vector<std::byte>& bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-/// Registers that are consecutive on the link and in the map in use.
+/// Registers that are consecutive on the served link and in the register map.
 struct Run {
   std::uint16_t address{}, count{};
 };
@@ -62,7 +62,7 @@ tl::expected<void, ModbusException> read_registers(const ServedRegisters& regist
   return {};
 }
 
-/// Writes all registers or none. Registers that are not consecutive in the map in use cannot be written together.
+/// Writes all registers or none. Registers that are not consecutive in the register map cannot be written together.
 tl::expected<void, ModbusException> write_registers(ServedRegisters& registers, const LinkAddresses& addresses,
                                                     drivers::WriteFunction function,
                                                     const drivers::ModbusRequest& request) {
@@ -80,7 +80,7 @@ LinkAddresses::LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind 
   link_ = link->modbus;
   if ((link->kind == drivers::LinkKind::tcp) == (map.link.kind == drivers::LinkKind::tcp)) return;
   for (const auto& item : map.items) {
-    // Here rtu_address is the address on the link that is not in use, be it RTU or TCP.
+    // Here rtu_address is the address on the link that is not selected, be it RTU or TCP.
     if (!item.rtu_address) continue;
     for (std::uint16_t i = 0; i < word_count(item); ++i) {
       moved_[static_cast<std::uint16_t>(*item.rtu_address + i)] = static_cast<std::uint16_t>(item.address + i);

@@ -16,22 +16,21 @@ namespace gyrotherm::simulator {
 
 class LinkAddresses {
  public:
-  /// Creates the addresses for a served link of this kind. The registers of `map` have the addresses of the link in
-  /// use, which is the link that the map has selected. If the map does not describe a link of this kind, the addresses
-  /// of the link in use are served.
+  /// Creates the conversion for a link of this kind. The registers of `map` have the addresses of the link that the map
+  /// has selected. If the map does not describe a link of this kind, the addresses of the selected link are served.
   LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind kind);
 
   [[nodiscard]] std::uint8_t unit() const { return link_.unit; }
   [[nodiscard]] std::uint16_t read_at_most() const { return link_.read_at_most; }
-  /// Converts an address on this link to the address of the same register on the link in use. Returns nothing if this
+  /// Converts an address on this link to the address of the same register on the selected link. Returns nothing if this
   /// link has no register at `address`.
   [[nodiscard]] std::optional<std::uint16_t> in_use(std::uint16_t address) const;
 
  private:
   drivers::ModbusLink link_;
-  /// Address on this link → address on the link in use.
+  /// Address on this link → address on the selected link.
   std::map<std::uint16_t, std::uint16_t> moved_;
-  /// Addresses on the link in use whose registers have other addresses on this link.
+  /// Addresses on the selected link whose registers have other addresses on this link.
   std::set<std::uint16_t> away_;
 };
 
@@ -41,8 +40,8 @@ class LinkAddresses {
                                                             const drivers::ModbusRequest& request,
                                                             std::vector<std::uint16_t>& words);
 
-/// A Modbus TCP session. Requests to another unit are not answered, as on a shared line; neither are requests that the
-/// map's unit does not answer. Bytes that cannot become a frame end the session.
+/// A Modbus TCP session. Requests to another unit are not answered, as on a shared line, nor are invalid requests if
+/// the map's unit is silent on them. Bytes that cannot become a frame end the session.
 class ModbusSession final : public Session {
  public:
   /// Creates a session. `registers` must outlive it.
@@ -55,7 +54,7 @@ class ModbusSession final : public Session {
 
   ServedRegisters& registers_;
   LinkAddresses addresses_;
-  /// Beginning of a frame.
+  /// Beginning of an incomplete frame.
   std::vector<std::byte> pending_;
   /// Registers of one reply; a member to reuse its memory.
   std::vector<std::uint16_t> words_;
@@ -80,7 +79,7 @@ class ModbusRtuSession final : public Session {
   std::vector<std::uint16_t> words_;
 };
 
-/// Returns a session for the map's link in use.
+/// Returns a session for the link that the map has selected.
 [[nodiscard]] std::unique_ptr<Session> make_modbus_session(ServedRegisters& registers);
 
 }  // namespace gyrotherm::simulator

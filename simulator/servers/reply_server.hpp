@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Serves the instruments that answer requests: one thread over all their sockets, or the caller's thread.
+/// Serves instruments that answer requests, either on one thread for all their sockets or on the caller's thread.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,9 @@
 
 namespace gyrotherm::simulator {
 
-/// The server. A pseudo-terminal is a line with one permanent client. Each listener accepts at most kMostClients at the
-/// same time and closes further connections immediately. A client that closes, violates its protocol or does not accept
-/// its replies is dropped.
+/// A server for any number of instruments. A pseudo-terminal is a line with one permanent client. Each listener accepts
+/// at most kMostClients at the same time and closes further connections immediately. A client that closes, violates its
+/// protocol or does not accept its replies is dropped.
 class ReplyServer {
  public:
   static constexpr std::size_t kMostClients = 16;
@@ -45,7 +45,7 @@ class ReplyServer {
   struct Client {
     Descriptor socket;
     std::unique_ptr<Session> session;
-    /// Its listener; null for an adopted client, served only by attend().
+    /// Null for an adopted client, which only attend() serves.
     Listener* listener{};
   };
   struct Line {

@@ -72,12 +72,12 @@ struct Pty {
   Descriptor ours;
   /// Kept open, so the line exists without a client.
   Descriptor theirs;
-  /// Path of their end: "/dev/pts/3".
+  /// Path of the client's end: "/dev/pts/3".
   std::string path;
 };
 /// Opens a pseudo-terminal in raw mode without echo. Fails with disconnected.
 [[nodiscard]] Result<Pty> open_pty();
-/// Sends to their end. If the line is full because no client reads, its content is lost, as on a serial line.
+/// Sends to the client's end. If the line is full because no client reads, its content is lost, as on a serial line.
 void send_now(const Pty& pty, std::span<const std::byte> bytes);
 
 }  // namespace gyrotherm::simulator

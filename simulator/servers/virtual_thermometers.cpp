@@ -97,7 +97,7 @@ std::string DconSession::readings(const DconModule& module, std::string_view whi
 
 namespace {
 
-/// Returns n of "TN?", from 1, or 0 for another command.
+/// Parses "Tn?". Returns n, counted from 1, or 0 for any other command.
 std::size_t parse_input(std::string_view command) {
   if (command.size() < 3 || command.front() != 'T' || command.back() != '?') return 0;
   const auto digits = command.substr(1, command.size() - 2);

@@ -102,9 +102,9 @@ class ProcessSession final : public TextSession {
   std::vector<std::size_t> inputs_;
 };
 
-/// An in-memory MCC USB-TEMP behind its HID reports. Stores the settings of its items, initially a platinum thermometer
-/// of 100 Ω at each input. A calibration takes no time. An input without a thermometer is disabled. Unknown requests
-/// have no reply.
+/// A simulated MCC USB-TEMP that exchanges HID reports in memory. Stores the settings of its items, initially a 100 Ω
+/// platinum thermometer at each input. A calibration finishes immediately. An input without a thermometer is disabled.
+/// Unknown requests have no reply.
 class VirtualUsbTemp final : public drivers::HidReports {
  public:
   using Inputs = simulator::Inputs<drivers::kMccInputs>;
@@ -118,7 +118,7 @@ class VirtualUsbTemp final : public drivers::HidReports {
   [[nodiscard]] Result<std::size_t> read(std::span<std::byte> report, Duration within) override;
 
  private:
-  /// Converter and its item.
+  /// Index of the converter and of its item.
   using Item = std::pair<std::uint8_t, std::uint8_t>;
   void obey(const drivers::MccRequest& request);
   void reply(const drivers::MccRequest& request, const std::vector<std::uint8_t>& bytes);

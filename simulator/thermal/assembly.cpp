@@ -154,7 +154,7 @@ constexpr std::array<GyroPart, 3> kGaps{GyroPart::air_lid, GyroPart::air_side, G
 constexpr std::array<GyroPart, kThermalOutputs - 8> kMeanOf{
     GyroPart::shell,    GyroPart::gain_left, GyroPart::gain_right, GyroPart::passive_bore, GyroPart::preamplifier,
     GyroPart::mirror_b, GyroPart::mirror_c,  GyroPart::mirror_f,   GyroPart::mirror_h,     GyroPart::block};
-/// Part that each input after the ambient heats.
+/// Parts that are heated by the inputs after the ambient, in the order of the inputs.
 constexpr std::array<GyroPart, kThermalInputs - 1> kHeated{
     GyroPart::gain_left, GyroPart::gain_right, GyroPart::preamplifier, GyroPart::ballast_left, GyroPart::ballast_right};
 
@@ -162,7 +162,7 @@ const MaterialProperties& properties(const GyroModel& model, GyroPart part) {
   return model.materials[static_cast<std::size_t>(part_material(part))];
 }
 
-/// One value as c₀ + Σ c_m k_m over the conductivities of the gaps.
+/// A value as the affine function c₀ + Σ c_m k_m of the conductivities of the gaps.
 struct Affine {
   double fixed{};
   std::array<double, kGaps.size()> per_gap{};
@@ -172,7 +172,7 @@ struct AffineConductivity {
   Affine across;
 };
 
-// W/(m·K), at which the tangent across a face is taken.
+// Air conductivity at which the conductivity across a face is linearised, W/(m·K).
 constexpr double kUsualAir = 0.03;
 
 AffineConductivity affine_conductivity(const GyroModel& model, const BrickClass& brick) {
@@ -221,7 +221,7 @@ SparseMatrix assemble_rows(const GyroMesh& mesh, OfClass of_class) {
   return Rows(mesh, std::move(weights)).assemble();
 }
 
-/// Returns the sum over the film faces per unit of film: the matrix, W/K per W/(m²·K).
+/// Returns the film matrix for a film of 1 W/(m²·K), W/K: the sum over all film faces.
 SparseMatrix assemble_film(const GyroMesh& mesh) {
   std::vector<Eigen::Triplet<double>> entries;
   each_film_entry(mesh, [&](int n, int m, double value) { entries.emplace_back(n, m, value); });

@@ -15,8 +15,8 @@
 
 namespace gyrotherm::thermal {
 
-/// Assembles the complete system of thermal_system.hpp with its 18 outputs. The row of a part that the mesh lacks is
-/// empty. Needs about 1.8 kB per node.
+/// Assembles the complete system of thermal_system.hpp with its 18 outputs. The rows of parts that are not in the mesh
+/// are empty. Needs about 1.8 kB per node.
 [[nodiscard]] ThermalSystem assemble(const GyroModel& model, const GyroMesh& mesh);
 
 /// Returns the consistent capacity matrix C, J/K. A lumped matrix would have negative entries at the corners.
@@ -42,8 +42,8 @@ struct Conductivity {
 /// Returns the nodes of brick (i, j, k) in the element's order.
 [[nodiscard]] std::array<std::int32_t, 20> brick_nodes(const GyroMesh& mesh, int i, int j, int k);
 
-/// A point in the mesh's axes, m: its brick and its position there, −1 … 1. A point on a face belongs to the lower
-/// brick.
+/// Location of a point in a mesh: its brick, and its coordinates within the brick, −1 … 1. A point on a face belongs to
+/// the lower brick.
 struct BrickPoint {
   int i{}, j{}, k{};
   double xi{}, eta{}, zeta{};

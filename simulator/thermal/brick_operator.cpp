@@ -24,7 +24,7 @@ constexpr int kLineBytes = 64;
 template <class Real>
 constexpr int kLanes = kLineBytes / static_cast<int>(sizeof(Real));
 
-/// A vector of numbers.
+/// Maps a number type to its SIMD vector.
 template <class Real>
 struct LineOf;
 template <>
@@ -36,8 +36,8 @@ struct LineOf<double> {
   using Line = double __attribute__((vector_size(kLineBytes)));
 };
 
-/// Read, write and add to a vector in memory at any address. A cast to a type of lesser alignment would not help:
-/// template arguments lose the alignment attribute.
+/// Load, store and add vectors at unaligned addresses. A cast to a type of lesser alignment would not help: template
+/// arguments lose the alignment attribute.
 template <class Line, class Real>
 GYROTHERM_BRICK_INLINE void load(const Real* from, Line& line) {
   __builtin_memcpy(&line, from, sizeof line);
@@ -244,7 +244,7 @@ struct RowEnds {
   [[nodiscard]] Real* right(int n) { return left(n) + length + 1; }
 };
 
-/// Gathers the node sums of the bricks i… of a row, one brick per element of a vector.
+/// Gathers the node sums of consecutive bricks of a row, from brick i on, one brick per element of a vector.
 template <class Real, class Line>
 GYROTHERM_BRICK_INLINE void gather(const RowsAround<const Real*>& from, int i, NodeSums<Line>& nodes) {
   auto& [corner, on_x, on_y, on_z] = nodes;
@@ -292,7 +292,7 @@ GYROTHERM_BRICK_INLINE void scatter(const NodeSums<Line>& nodes, int i, const Ro
   for (int n = 0; n < 4; ++n) store((n % 2 == 0 ? ends.left(6 + n / 2) : ends.right(6 + n / 2)) + i, of[n]);
 }
 
-/// Multiplies the bricks i… of a row, one brick per element of a vector.
+/// Multiplies consecutive bricks of a row, from brick i on, one brick per element of a vector.
 template <class Real, bool slanted>
 GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std::size_t row, int i,
                                           const RowsAround<const Real*>& from, const RowsAround<Real*>& to,

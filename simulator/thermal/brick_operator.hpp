@@ -45,7 +45,7 @@ class FieldLayout final {
   [[nodiscard]] Eigen::Index node_position(int i, int j, int k, int node) const;
   [[nodiscard]] Eigen::Index corners() const { return x_edges_; }
   [[nodiscard]] Eigen::Index count() const { return count_; }
-  /// Returns the length of a field's vector. Vector arithmetic may read and rewrite elements behind the last position.
+  /// Returns the length of a field's vector. Vector arithmetic may read and rewrite elements past the last position.
   [[nodiscard]] Eigen::Index padded() const { return count_ + kPadding; }
 
   /// Convert a field from the order of nodes to the order of positions, and back.
@@ -94,7 +94,7 @@ void each_weighted_brick(const FieldLayout& places, const BrickWeights<Real>& we
         visit(i, j, k, weights.row(j, k, places.ny()) + static_cast<std::size_t>(i));
 }
 
-/// Computes product = K field. Both vectors have padded() elements. Elements behind the last position must be finite.
+/// Computes product = K field. Both vectors have padded() elements. Elements past the last position must be finite.
 template <class Real>
 void multiply(const FieldLayout& places, const BrickWeights<Real>& weights, const Real* field, Real* product);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Draws one gyro of a type: the same body and bias model with other parameters.
+/// Draws the parameters of one gyro of a type. All gyros of a type have the same body and bias model.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace gyrotherm::simulator {
 /// Returns the gyro of a seed. Seed 0 is exactly the gyro of the file. For any other seed each bias coefficient is
 /// multiplied by its own log-normal factor and phases are drawn; each thermometer receives a calibration error and
 /// another time constant, and the gyro a constant offset. The heat capacities and films of the reference simulation are
-/// multiplied in the same way; the model of a twin is perturbed (simulator/thermal/reduced/reduced_model.hpp).
-/// Parameters that only a hard rig has are drawn with their own spread from a separate stream.
+/// multiplied in the same way; a reduced model is perturbed (simulator/thermal/reduced/reduced_model.hpp). Parameters
+/// that only a hard rig has are drawn with their own spread from a separate stream.
 [[nodiscard]] LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed);
 
 // The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
@@ -47,7 +47,7 @@ class ThermometerBank {
   RandomStream drift_noise_;
   RandomStream spikes_;
   double seconds_{};
-  /// Share of its difference from the location that each thermometer closes in one second.
+  /// Fraction of its difference from the location that each thermometer closes in one second.
   EachThermometer follow_{};
   EachThermometer drift_per_sqrt_s_{};  ///< K
   bool drifts_ = false;

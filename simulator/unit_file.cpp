@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMostAxes = 256;
 
-/// Reads a name that is joined with others by a point. It must differ from all `others`.
+/// Reads a name. It must not contain a point, which joins names, and must differ from all `others`.
 std::string part_of_a_name(const TomlTable& table, const std::vector<std::string>& others) {
   auto name = table.text("name");
   if (!table.has("name")) return name;

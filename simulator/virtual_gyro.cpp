@@ -96,7 +96,7 @@ Storage read_storage(const TomlTable& table) {
   return storage;
 }
 
-/// Reads the tables and keys that a linear gyro lacks. Each may be absent.
+/// Reads the optional tables and keys of effects that a linear gyro does not have.
 void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
   if (table.has("growth")) b.growth = read_growth(table.table("growth"));
   if (table.has("lag")) {

@@ -17,7 +17,7 @@
 
 namespace gyrotherm::simulator {
 
-/// Number of frames that a gyro sends per second.
+/// Frame rate of the gyro lines.
 enum class FramePace {
   /// Every stream sends one frame.
   one_a_second,
@@ -81,7 +81,7 @@ class PacedGyroLine {
   void skip(const VirtualLaboratory& laboratory);
 
  private:
-  /// Counts and clock of the axes at one end of the current second.
+  /// Pulse counts and clock of the axes at the beginning or end of the current second.
   struct AxisCounts {
     std::vector<std::int64_t> pulses{};
     std::int64_t device_time_us{};

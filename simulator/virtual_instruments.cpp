@@ -118,7 +118,7 @@ std::string line_name(const GyroLineSources& sources, const VirtualLaboratory& l
   return fmt::format("gyro {}", fmt::join(units, "+"));
 }
 
-/// Indices of the laboratory's values that the instruments show.
+/// Indices of the laboratory's values that each instrument transmits.
 struct Sources {
   std::vector<Places> thermometers;
   std::vector<GyroLineSources> gyros;
@@ -233,7 +233,7 @@ class Servers final : public VirtualInstruments {
     return next;
   }
 
-  /// Removes and returns the next listener. Returns a closed one if the instruments are attended.
+  /// Removes and returns the next listener. Returns a closed one if none is left, as for attended instruments.
   static Descriptor take_listener(std::vector<Descriptor>& listeners) {
     if (listeners.empty()) return {};
     auto next = std::move(listeners.front());

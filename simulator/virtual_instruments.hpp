@@ -36,9 +36,10 @@ struct VirtualInstrumentsOptions {
   /// Each line has its own frame rate.
   std::vector<VirtualGyroLine> gyros;
   std::vector<VirtualAnalogueInput> analogue_inputs{};
-  /// 0 selects free ports; otherwise chamber, thermometers, gyros and analogue inputs use consecutive ports.
+  /// First port: chamber, thermometers, gyros and analogue inputs use consecutive ports from it on. 0 selects free
+  /// ports.
   std::uint16_t first_port = 0;
-  /// Applies to all gyros.
+  /// Frame rate of all gyro lines.
   FramePace frames{};
   /// Also serves all instruments except HID devices on pseudo-terminals. On pseudo-terminals, chamber and analogue
   /// inputs use Modbus RTU with the unit number and the registers of the map's link.
@@ -80,13 +81,13 @@ class VirtualInstruments {
   void advance(int seconds) { pass(std::chrono::seconds(seconds)); }
   /// Replays seconds of a recorded run without sending.
   virtual void replay(std::span<const PastSecond> seconds) = 0;
-  /// Brings all units to a state from the next second on, as an operator would.
+  /// Changes the state of all units from the next second on, as an operator would.
   virtual void bring_unit_to(const UnitState& state) = 0;
   /// Returns the last requested state, also during a replay.
   [[nodiscard]] virtual UnitState unit() = 0;
 
-  /// Returns an in-memory line to an attended instrument. Requests are answered immediately; gyros send when time
-  /// passes. The line must not outlive this object.
+  /// Returns an in-memory line to an attended instrument. Requests are answered immediately; gyros send when the time
+  /// advances. The line must not outlive this object.
   [[nodiscard]] virtual std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index = 0) = 0;
   /// Returns a non-blocking connection to an attended chamber or analogue input with Modbus TCP, for a client that
   /// needs a descriptor. Fails with disconnected.
@@ -103,7 +104,7 @@ class VirtualInstruments {
   /// Returns the true bias of each axis of a unit (VirtualLaboratory::true_bias). No instrument transmits it.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(std::size_t unit = 0) = 0;
 
-  /// Return ports on 127.0.0.1. 0: the thermometer is not a server (USB-TEMP), or the instruments are attended.
+  /// Return ports on 127.0.0.1, or 0 if the thermometer is not a server (USB-TEMP) or the instruments are attended.
   [[nodiscard]] virtual std::uint16_t chamber_port() const = 0;
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t gyro_port(std::size_t line = 0) const = 0;

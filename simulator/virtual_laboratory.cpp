@@ -16,9 +16,9 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Update interval of the gap-air conductivity for each of many bodies. At a chamber ramp of 5 K/min it changes a
-/// thermometer by less than 17 mK and the bias by less than 2e-5 °/h, compared with the ten seconds of a single body.
-/// It saves more than half of the time of a step, which is spent reading tables of 1 MB per body.
+/// Seconds between updates of the gap-air conductivity if there are many bodies. Compared with the ten seconds of a
+/// single body, this changes a thermometer by less than 17 mK and the bias by less than 2e-5 °/h at a chamber ramp of 5
+/// K/min. It saves more than half of the time of a step, which is spent reading tables of 1 MB per body.
 constexpr int kSecondsPerUpdateOfMany = 30;
 
 DrawnAxis drawn_axis(LaboratoryParameters type, LaboratorySeed seed) {
@@ -63,7 +63,7 @@ std::vector<DrawnUnit> drawn_units(const LaboratoryParameters& type, LaboratoryS
   return units;
 }
 
-/// Starts the bodies of a bracket at their rest temperature on it. Returns the bracket's temperature.
+/// Starts the bodies on a bracket at their steady-state temperatures. Returns the bracket's temperature.
 Celsius start_on_a_bracket(std::vector<DrawnUnit>& units, const BracketParameters& bracket) {
   std::vector<DrawnAxis*> bodies;
   for (const auto unit : bracket.units)

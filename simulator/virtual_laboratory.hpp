@@ -47,12 +47,12 @@ struct GyroModelUsed {
 
 inline constexpr std::uint64_t kMostDaysLater = 36'500;
 
-/// Selects the gyro, the run and the day. Two runs of one gyro share its physics but no noise. In a world of units each
-/// axis has its own gyro, which depends only on the seed and on the names of unit and axis, not on other units in the
-/// chamber.
+/// Selects the gyro, the run and the day. Two runs of one gyro share its physics but no noise. In a laboratory with
+/// units each axis has its own gyro, which depends only on the seed and on the names of unit and axis, not on other
+/// units in the chamber.
 struct LaboratorySeed {
-  /// In the plain world 0 is exactly the gyro of the file, and any other seed draws another gyro of the type. In a
-  /// world of units seed 0 also draws a gyro for each axis.
+  /// If there are no units, 0 is exactly the gyro of the file, and any other seed draws another gyro of the type. With
+  /// units, seed 0 also draws a gyro for each axis.
   std::uint64_t gyro{};
   /// Seed of the noise.
   std::uint64_t run{};
@@ -72,7 +72,7 @@ struct UnitValue {
 /// Name of the value that holds the unit's own temperature, °C.
 inline constexpr const char* kOwnTemperature = "self";
 
-/// Name of the single unit in a plain world, that is, of a rig file without [[virtual.unit]].
+/// Name of the single unit if the rig file has no [[virtual.unit]].
 inline constexpr const char* kPlainUnit = "gyro";
 
 /// The laboratory. Units and their axes are identified by their index in the rig file.
@@ -94,7 +94,7 @@ class VirtualLaboratory {
   /// Changes the state of all units from the next step on. A unit without power is silent and cools down; switching on
   /// restarts it. Each axis of a turned unit measures the Earth rate with the opposite sign.
   void bring_unit_to(const UnitState& state);
-  /// Marks a unit as silent or sending. The server of its line obeys the mark; nothing else changes.
+  /// Marks a unit as silent or sending. Only the server of its line uses the mark; nothing else changes.
   void silence(std::size_t unit, bool silent);
   /// Applies these faults and removes all others. Faults of the chamber apply from the next step on, faults of
   /// thermometers immediately.
@@ -113,30 +113,30 @@ class VirtualLaboratory {
   [[nodiscard]] double output_percent() const;
   /// Returns the readings in the order of thermometer_names(). NaN is an open input.
   [[nodiscard]] std::span<const double> thermometers_as_measured_c() const;
-  /// Names of the thermometers. The plain world has "A" … "H" and "shell". Otherwise each axis has these with its name
-  /// in front: "UNIT.A" if the axis has no name, or "UNIT.AXIS.A".
+  /// Returns the names of the thermometers. A laboratory without units has "A" … "H" and "shell". Otherwise each axis
+  /// has these with its name in front: "UNIT.A" if the axis has no name, or "UNIT.AXIS.A".
   [[nodiscard]] const std::vector<std::string>& thermometer_names() const;
 
   [[nodiscard]] const std::vector<std::string>& units() const;
-  /// Names of a unit's axes. A single axis may have the name "".
+  /// Returns the names of a unit's axes. A single axis may have the name "".
   [[nodiscard]] const std::vector<std::string>& axes(std::size_t unit = 0) const;
   [[nodiscard]] bool is_silent(std::size_t unit = 0) const;
   /// Returns the accumulated count of each axis.
   [[nodiscard]] std::span<const std::int64_t> pulses(std::size_t unit = 0) const;
   /// Returns the time of the unit's clock, with its skew.
   [[nodiscard]] std::int64_t device_time_us(std::size_t unit = 0) const;
-  /// Equal for all axes.
+  /// Returns the size of a pulse, which is equal for all axes.
   [[nodiscard]] double arcsec_per_pulse() const;
-  /// Values that the unit reports: kOwnTemperature first, if the unit has it, then the [[virtual.value]] of the rig
-  /// file in order.
+  /// Returns the values that the unit reports: kOwnTemperature first, if the unit has it, then the [[virtual.value]] of
+  /// the rig file in order.
   [[nodiscard]] std::span<const UnitValue> values(std::size_t unit = 0) const;
-  /// Bias of each axis in the past second (before the first step: in the next one), caused by present and past
-  /// temperatures and by the warm-up. It excludes turn-on offset, bias instability, random walks and hops, which do not
-  /// depend on temperature. No instrument shows it.
+  /// Returns the bias of each axis in the past second (before the first step: in the next one), caused by present and
+  /// past temperatures and by the warm-up. It excludes turn-on offset, bias instability, random walks and hops, which
+  /// do not depend on temperature. No instrument transmits it.
   [[nodiscard]] std::span<const DegreesPerHour> true_bias(std::size_t unit = 0) const;
-  /// The parts of each axis' rate that true_bias excludes; for tests.
+  /// Returns the parts of each axis' rate that true_bias excludes. Used by tests.
   [[nodiscard]] std::vector<DegreesPerHour> drift(std::size_t unit = 0) const;
-  /// Temperature of the bracket that carries a unit, if any; for tests.
+  /// Returns the temperature of the bracket that carries a unit, or nothing without a bracket. Used by tests.
   [[nodiscard]] std::optional<Celsius> bracket(std::size_t unit) const;
 
  private:

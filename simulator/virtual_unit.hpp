@@ -25,8 +25,8 @@ namespace gyrotherm::simulator {
 /// Returns "UNIT.AXIS", or "UNIT" if the axis has no name.
 [[nodiscard]] std::string axis_name(std::string_view unit, std::string_view axis);
 
-/// Returns the names of the laboratory's thermometers (VirtualLaboratory::thermometer_names). Without units these are
-/// the names of the plain world.
+/// Returns the names of the laboratory's thermometers (VirtualLaboratory::thermometer_names). `units` is empty for a
+/// laboratory without units.
 [[nodiscard]] std::vector<std::string> list_thermometer_names(const std::vector<UnitParameters>& units);
 
 /// Returns the seed of the unit or axis with this name. It does not depend on other units. The gyro's seed is mixed

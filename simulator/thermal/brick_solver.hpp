@@ -21,11 +21,11 @@ namespace gyrotherm::thermal {
 struct BrickSolverOptions {
   /// Limit of the residual's 2-norm divided by that of the right-hand side.
   double tolerance = 1e-9;
-  /// The two-level preconditioner usually needs some tens.
+  /// Limit of the iterations. With the two-level preconditioner some tens usually suffice.
   int most_iterations = 1000;
 };
 
-/// The solver. Serial: one instance is used by one thread at a time. Results do not depend on the number of cores.
+/// The solver. Not thread-safe: use an instance on one thread at a time. Results do not depend on the number of cores.
 class BrickSolver {
  public:
   struct Solution {

@@ -79,7 +79,7 @@ class Session {
     HYPRE_Init();
   }
   ~Session() {
-    // A forked child must not end the message passing of its parent.
+    // A forked child must not shut down its parent's message passing.
     if (!ours_ || getpid() != process_) return;
     const SignalHandlers handlers;
     HYPRE_Finalize();

@@ -15,11 +15,11 @@ namespace gyrotherm::thermal {
 struct ConjugateGradientsOptions {
   /// Limit of the residual's 2-norm divided by that of the right-hand side.
   double tolerance = 1e-10;
-  /// The multigrid preconditioner usually needs some tens.
+  /// Limit of the iterations. With the multigrid preconditioner some tens usually suffice.
   int most_iterations = 20'000;
 };
 
-/// The solver. Serial: one instance is used by one thread at a time. The first instance of a process starts a
+/// The solver. Not thread-safe: use an instance on one thread at a time. The first instance of a process starts a
 /// message-passing library for hypre (for this process only, without a daemon). Signal handlers and output streams do
 /// not change.
 class ConjugateGradients {
@@ -46,7 +46,7 @@ class ConjugateGradients {
   /// Applies one V-cycle from zero, which approximates the inverse of the matrix.
   [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& right);
 
-  /// Replaces the matrix by one of the same pattern that has changed little. Keeps the first preconditioner.
+  /// Replaces the matrix by a slightly different one of the same pattern. Keeps the first preconditioner.
   [[nodiscard]] Result<void> replace(SparseMatrix matrix);
 
  private:

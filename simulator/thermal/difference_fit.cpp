@@ -10,7 +10,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// A tried parameter value, and the distance of its temperature difference from the required one.
+/// A trial value of the parameter, and the resulting temperature difference minus the required one.
 struct Trial {
   double value{};
   double error_k{};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Finds the value of a parameter for which the temperature difference between gain and non-gain areas has a required
-/// value. This is a calibration: several parameters can be adjusted to the same observation, which does not show the
-/// true one.
+/// value. This is a calibration: several parameters can be adjusted to the same observation, and the observation does
+/// not show which of them is right.
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ struct FitOptions {
 
 struct FittedDifference {
   FitParameter parameter{};
-  /// Fitted value, or the nearer end of the range.
+  /// Fitted value. If the difference was not reached, the nearer end of the range.
   double value{};
   /// Difference at this value.
   double difference_k{};

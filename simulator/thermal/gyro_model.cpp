@@ -36,7 +36,7 @@ void set_gap_widths(GyroModel& model) {
 namespace {
 
 constexpr double kTouching = 1e-6;  // mm
-// mm; a larger cabinet would need more memory than any machine has.
+// Limit of the cabinet's size, mm. The mesh of a larger cabinet would not fit into memory.
 constexpr double kLargestCabinet = 500;
 
 struct Solid {
@@ -141,7 +141,7 @@ void check_thermometers(const TomlTable& root, const GyroModel& model) {
   }
 }
 
-// Limit in any unit of the file. A larger value is an error.
+// Limit of each value, in the unit of the file.
 constexpr double kLargest = 1e12;
 
 double positive(const TomlTable& table, std::string_view key) {

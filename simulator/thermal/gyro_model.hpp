@@ -93,7 +93,7 @@ struct GyroGeometry {
   double ring_side = 80;
   /// Volume of both gain arms together. Each arm is half the top and half a lateral side of the ring.
   double gain_volume = 1126;
-  /// Volume of each ballast, a cube, and v of its upper side.
+  /// Volume of each ballast, which is a cube, and v of its upper side.
   double ballast_volume = 295;
   double ballast_top = -12;
   /// Sizes along x, out of the block, and along z.
@@ -119,7 +119,7 @@ enum class BallastReading { rate_times_volume, printed_each, printed_both, none 
 inline constexpr std::array<std::string_view, 4> kBallastReadingNames{"rate x volume", "printed, each",
                                                                       "printed, both together", "none"};
 
-/// The gyro in its cabinet, or only its block in a film.
+/// Extent of the model: the gyro in its cabinet, or only its block in a film.
 enum class GyroMode { full, block };
 inline constexpr std::array<std::string_view, 2> kGyroModeNames{"full", "block"};
 

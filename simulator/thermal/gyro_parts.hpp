@@ -62,7 +62,7 @@ struct GyroParts {
 [[nodiscard]] std::optional<GyroPart> part_at(const GyroModel& model, const GyroParts& parts, double x, double y,
                                               double z);
 
-/// Returns the gap whose air is at this height.
+/// Returns the gap that contains this height.
 [[nodiscard]] GyroPart air_at(const GyroModel& model, double z);
 
 }  // namespace gyrotherm::thermal

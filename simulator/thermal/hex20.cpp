@@ -21,7 +21,7 @@ std::vector<int> find_positions(const SparseMatrix& sum, const SparseMatrix& par
   return places;
 }
 
-/// Value and slope of one node's factor along one axis. `side` is −1, 0 or 1.
+/// Value and slope of the factor of a node's shape function along one axis. `side` is −1, 0 or 1.
 struct Factor {
   double value, slope;
 };

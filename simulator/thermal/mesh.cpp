@@ -358,10 +358,11 @@ class FilmOfWalls {
   std::vector<double> area_;
 };
 
-// Steps of a share.
+// Number of steps into which a share is rounded.
 constexpr int kShareSteps = 512;
 
-/// Steps of the shares and of the direction across: 0 none, 1 upright, from 2 on angles in the plan.
+/// Rounded shares and rounded direction across the face. Direction 0: no face; 1: upright; from 2 on: angles in the
+/// plan.
 using Steps = std::array<int, kGyroParts + 1>;
 // Steps in half a turn.
 constexpr int kAngles = 128;

@@ -27,7 +27,7 @@ namespace gyrotherm::thermal {
 
 enum class MeshSize { coarse, medium, fine };
 inline constexpr std::array<std::string_view, 3> kMeshSizeNames{"coarse", "medium", "fine"};
-/// Returns the target edge of a mesh: 4.6, 2.9 or 2.1 mm.
+/// Returns the target length of the brick edges: 4.6, 2.9 or 2.1 mm.
 [[nodiscard]] double edge_mm(MeshSize size);
 
 struct PartShare {

@@ -71,7 +71,7 @@ double density(const GyroModel& model, const BrickClass& brick) {
 
 void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std::size_t number,
                const std::vector<Element>& elements, const ThermalCoefficients& coefficients) {
-  // The first line has the element number and 11 nodes; at most 16 numbers fit.
+  // The first line has the element number and 11 nodes. A line may have at most 16 numbers.
   constexpr int kOnFirstLine = 11;
   const auto& brick = mesh.classes[number];
   writer.put("** class {}:", number);

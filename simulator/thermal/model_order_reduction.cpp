@@ -99,7 +99,7 @@ std::vector<ThermalPoint> check_points(const ReducedModel& about) {
 
 /// Number of sums in a sketch. The relative standard deviation of a sketched squared norm is sqrt(2 / 1024), about 4 %.
 constexpr std::uint64_t kSums = 1024;
-/// A field is dependent if its part outside the basis, relative to the field, is smaller than this.
+/// A field is treated as dependent if its part outside the basis, relative to the field, is smaller than this.
 constexpr double kNewest = 1e-6;
 
 void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
@@ -300,7 +300,7 @@ Eigen::MatrixXd principal_directions(const ReducedModel& rich, const std::vector
                                      const Loads& loads) {
   constexpr double kOutputShare = 1e-4;
   const auto grams = compute_grams(rich, points, loads);
-  // Only states after the first, which is the constant field and is always kept.
+  // Skips the first state, the constant field, which is always kept.
   const auto varying = rich.conduction.rows() - 1;
   const Eigen::MatrixXd answers = grams.loads.bottomRightCorner(varying, varying) / grams.loads.trace();
   const Eigen::MatrixXd outputs = grams.outputs.bottomRightCorner(varying, varying);
@@ -310,7 +310,8 @@ Eigen::MatrixXd principal_directions(const ReducedModel& rich, const std::vector
   return directions;
 }
 
-/// Returns the largest difference of an output between two models, or the first that exceeds `limit_k`.
+/// Returns the largest difference of any output between two models. Returns early with the first difference that
+/// exceeds `limit_k`.
 double difference(const ReducedModel& a, const ReducedModel& b, const std::vector<ThermalPoint>& points,
                   const Loads& loads, double limit_k) {
   double largest_k = 0;

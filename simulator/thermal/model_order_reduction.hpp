@@ -62,7 +62,7 @@ class ReducedBasis final {
   Eigen::VectorXd weights_;
   /// Index of the sketch sum of each unknown.
   std::vector<int> sums_;
-  /// Allocated for all states.
+  /// Sized for the largest number of states.
   Eigen::MatrixXd basis_;
   Eigen::Index states_ = 0;
   ReducedModel model_;
@@ -75,7 +75,7 @@ class ReducedBasis final {
 /// digits suffice.
 inline constexpr double kSolved = 1e-4;
 
-/// Solves A X = R, A symmetric positive definite, column by column, to kSolved or better.
+/// Solves A X = R with a symmetric positive definite A, column by column, to kSolved or better.
 using SolveColumns = std::function<Result<Eigen::MatrixXd>(const SparseMatrix& matrix, const Eigen::MatrixXd& right)>;
 
 struct ReductionOptions {

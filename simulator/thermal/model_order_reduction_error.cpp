@@ -81,7 +81,7 @@ class SmallTransient final {
   Eigen::VectorXd states_, change_;
 };
 
-/// One program for both models, which start at the same temperature.
+/// A program that both models run. They start at the same temperature.
 struct ErrorProgram {
   std::string_view stage;
   std::vector<Step> steps;

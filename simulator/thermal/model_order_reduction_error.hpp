@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures the error of a reduced model in time, compared with the full model, in two programs. The file of a reduced
-/// model contains the results in [error].
+/// Measures the error of a reduced model in the time domain, relative to the full model, in two temperature programs.
+/// The file of a reduced model contains the results in [error].
 #pragma once
 
 #include <optional>
@@ -56,7 +56,7 @@ class FullTransient final {
 
 struct ReductionTrial {
   GyroFilm film = GyroFilm::chamber;
-  /// Constant coefficients: those of the gaps at this temperature.
+  /// Temperature of the gap air for which the coefficients are computed. They stay constant.
   double air_c = 20;
   /// First step after a corner of the ramps; steps grow to 120 s.
   double shortest_s = 5;

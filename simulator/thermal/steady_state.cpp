@@ -60,7 +60,7 @@ class Rounds {
   }
 
   Result<SteadyState> run() {
-    // Usual rise of the air in a working gyro, K; first estimate.
+    // Initial estimate: typical rise of the air temperature in a working gyro, K.
     constexpr double kUsualRise = 6;
     const bool linear = options_.coefficients.has_value() || model_.mode == GyroMode::block;
     state_.unknowns = mesh_.node_count;

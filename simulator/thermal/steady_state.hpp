@@ -17,7 +17,7 @@ namespace gyrotherm::thermal {
 
 struct SteadyOptions {
   double ambient_c = 20;
-  /// Default: the model's film coefficient in still air, or in block mode that of the block.
+  /// If empty, the model's film coefficient in still air; in block mode, that of the block.
   std::optional<double> film_w_per_m2_k{};
   /// Fixed coefficients, which make the problem linear. If empty, the coefficients depend on the temperatures.
   std::optional<ThermalCoefficients> coefficients{};
@@ -46,7 +46,7 @@ struct SteadyState {
   /// Hottest and coldest points of all solids; gas and air are excluded.
   ExtremePoint hottest, coldest;
   ExtremePoint block_hottest, block_coldest;
-  /// Rounds that adjust the air temperature, and iterations of the linear solver in all rounds together.
+  /// Number of rounds that adjusted the air temperature, and of linear-solver iterations in all rounds.
   int rounds{};
   int iterations{};
   std::size_t unknowns{};

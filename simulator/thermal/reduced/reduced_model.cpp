@@ -67,7 +67,7 @@ void write_head(Inserter out, const ReducedModel& model) {
     fmt::format_to(out, "{} = {}\n", kThermalInputNames[i], number(model.powers_w[i - 1]));
 }
 
-/// Reads a vector with one number per state. Reports an error and returns zeros otherwise.
+/// Reads a vector with one number per state. If the length differs, reports an error and returns zeros.
 Eigen::VectorXd read_vector(const TomlTable& table, std::string_view key, Eigen::Index states) {
   auto values = table.numbers(key);
   if (std::ssize(values) != states)

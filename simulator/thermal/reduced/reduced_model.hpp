@@ -15,7 +15,7 @@
 
 namespace gyrotherm::thermal {
 
-/// Error compared with the full model, measured when the model was made; K, over A…H.
+/// Errors relative to the full model over A…H, K. Measured when the reduced model was made.
 struct ReductionError {
   /// Largest error of any output at rest and at rates s > 0, at points that the reduction did not use.
   double transfer_k{};
@@ -73,7 +73,7 @@ inline constexpr double kHottestGapAir_c = 130;
 /// temperature, and that with the powers it rests within 200 K of it.
 [[nodiscard]] Result<ReducedModel> parse_reduced_model(std::string_view text, const std::string& file);
 
-// Draws one gyro of a type: the reduced model of another specimen, without its finite elements.
+// Draws one gyro of a type: the reduced model of another specimen, without recomputing the finite elements.
 
 /// Standard deviations of the logarithms of log-normal factors with a median of 1.
 struct ThermalSpread {

@@ -44,7 +44,7 @@ ThermalModes compute_modes(const ReducedModel& model, const ThermalCoefficients&
 }
 
 ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s) {
-  // Below this the closed form loses more digits than the truncated series.
+  // Below this limit the closed form loses more digits than the truncated series.
   constexpr double kSeries = 1e-3;
   ModalWeights w{Eigen::ArrayXd(rates_per_s.size()), Eigen::ArrayXd(rates_per_s.size()),
                  Eigen::ArrayXd(rates_per_s.size())};

@@ -61,7 +61,7 @@ class StepTable final {
   /// Creates the table. Steps accept additional powers if `powers_vary`.
   StepTable(const ReducedModel& model, GyroFilm film, bool powers_vary = false);
 
-  /// Selects the step for a gap air of `air_c`. Outside the table the nearer end applies.
+  /// Selects the step for a gap air of `air_c`. Outside the table, the nearer end applies.
   void update(double air_c);
   /// Advances by one second while the outside air changes linearly from `from_c` to `to_c`. Requires update().
   /// `added_w` contains a power for each source, in addition to the model's, or is empty. `on` switches the model's own
@@ -87,7 +87,7 @@ struct ReducedTransientOptions {
   GyroFilm film = GyroFilm::chamber;
   /// Powers in addition to the model's at the start. If empty, no step has additional powers.
   std::optional<ThermalPowers> added_w{};
-  /// Keeps the air conductivity of the start.
+  /// Keeps the air conductivity at its initial value.
   bool linear = false;
   /// Interval of updates of the air conductivity.
   int seconds_per_update = 10;

@@ -32,7 +32,7 @@ Result<AnalogueRegisters> AnalogueRegisters::make(VirtualAnalogueInput wired, co
     const auto values = laboratory.values(place);
     const auto told = std::ranges::find(values, value, &UnitValue::name);
     if (told == values.end())
-      return not_wired(fmt::format("unit \"{}\" has no value \"{}\"; [[virtual.value]] makes one", unit, value));
+      return not_wired(fmt::format("unit \"{}\" has no value \"{}\"; define it with [[virtual.value]]", unit, value));
     sources.emplace(wired.map.inputs[input].item,
                     Source{place, static_cast<std::size_t>(told - values.begin()), scale, offset});
   }

@@ -41,7 +41,7 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
     for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
       if (!one.has(state)) continue;
       const auto code = item && !item->codes.empty() ? drivers::code_of(*item, one.text(state)) : one.number(state);
-      if (!code) one.mistake(state, fmt::format("register \"{}\" has no such code", shows.item));
+      if (!code) one.mistake(state, fmt::format("not a code of register \"{}\"", shows.item));
       shows.values[state] = code.value_or(0);
     }
     unit.shows.push_back(std::move(shows));

@@ -178,7 +178,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
     if (key != "virtual") root->ignore(key);
   }
   if (!root->has("virtual"))
-    return failure(FaultKind::bad_file, root->place(), "no [virtual] table: a rig of real instruments");
+    return failure(FaultKind::bad_file, root->place(), "no [virtual] table; this rig has real instruments");
   const auto table = root->table("virtual");
   const bool is_reduced = has_reduced_gyro(table);
   LaboratoryParameters laboratory{.plant = read_plant(table.table("plant")),
@@ -218,8 +218,7 @@ double not_negative(const TomlTable& table, const char* key, std::optional<doubl
 
 double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback) {
   const double value = table.number(key, fallback);
-  if (table.has(key) && !(value >= 1))
-    table.mistake(key, fmt::format("{} s, expected at least the step of 1 s", value));
+  if (table.has(key) && !(value >= 1)) table.mistake(key, fmt::format("{} s, expected at least 1 s, the step", value));
   return value;
 }
 

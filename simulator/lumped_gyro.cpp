@@ -78,7 +78,7 @@ std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<st
 void expect_locations(const TomlTable& table, const std::vector<std::string>& nodes) {
   for (std::size_t i = 0; i < kThermalLocations; ++i) {
     const std::string_view name = i < kBlockLocations ? kLocationNames[i] : "air";
-    if (std::ranges::count(nodes, name) != 1) table.mistake("nodes", fmt::format("expected \"{}\" once", name));
+    if (std::ranges::count(nodes, name) != 1) table.mistake("nodes", fmt::format("expected \"{}\" exactly once", name));
   }
 }
 

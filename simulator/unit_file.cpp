@@ -57,7 +57,7 @@ UnitParameters read_unit(const TomlTable& table, const ReadoutParameters& type,
     unit.axes.push_back(std::move(axis));
   }
   if (axes.empty()) {
-    table.mistake("axis", "no axis, expected [[virtual.unit.axis]]");
+    table.mistake("axis", "the unit has no axis; add [[virtual.unit.axis]]");
     unit.axes.emplace_back();
   }
   return unit;
@@ -75,11 +75,11 @@ BracketParameters read_bracket(const TomlTable& table, const std::vector<std::st
     if (found == units.end())
       table.mistake("units", fmt::format("\"{}\" is not one of the units {}", name, fmt::join(units, ", ")));
     else if (!taken.insert(unit).second)
-      table.mistake("units", fmt::format("\"{}\" is on a bracket already", name));
+      table.mistake("units", fmt::format("\"{}\" is already on a bracket", name));
     else
       bracket.units.push_back(unit);
   }
-  if (bracket.units.empty()) table.mistake("units", "no unit is on this bracket");
+  if (bracket.units.empty()) table.mistake("units", "expected at least one unit");
   return bracket;
 }
 

@@ -75,7 +75,7 @@ CoefficientGrowth read_growth(const TomlTable& table) {
 
 HiddenLag read_lag(const TomlTable& table) {
   HiddenLag lag{.share = not_negative(table, "share"), .time_constant_s = time_constant_s(table, "time_constant_s")};
-  if (lag.share > 1) table.mistake("share", fmt::format("{} is more than the whole", lag.share));
+  if (lag.share > 1) table.mistake("share", fmt::format("{}, expected at most 1", lag.share));
   return lag;
 }
 
@@ -92,7 +92,7 @@ Storage read_storage(const TomlTable& table) {
   Storage storage{.turns = bounded<int>(table, "turns", table.integer("turns"), 0, kMostTurns),
                   .lowest_c = table.celsius("lowest").value,
                   .highest_c = table.celsius("highest").value};
-  if (storage.highest_c < storage.lowest_c) table.mistake("highest", "is below the lowest");
+  if (storage.highest_c < storage.lowest_c) table.mistake("highest", "expected at least \"lowest\"");
   return storage;
 }
 
@@ -126,7 +126,7 @@ SideWind read_side_wind(const TomlTable& table) {
                 .share = not_negative(table, "share"),
                 .time_constant_s = time_constant_s(table, "time_constant_s"),
                 .gap_w_per_k = not_negative(table, "gap_w_per_k")};
-  if (wind.share > 1) table.mistake("share", fmt::format("{} is more than the whole", wind.share));
+  if (wind.share > 1) table.mistake("share", fmt::format("{}, expected at most 1", wind.share));
   return wind;
 }
 

@@ -56,7 +56,7 @@ Result<GyroLineSources> find_sources(const VirtualGyroLine& line, const VirtualL
   const auto wanted = line.axes.empty() ? all_axes(laboratory) : line.axes;
   if (wanted.empty() || wanted.size() != line.frame.gyros().size())
     return failure(FaultKind::usage, "virtual gyro",
-                   fmt::format("{} axes on a line whose frames have {}", wanted.size(), line.frame.gyros().size()));
+                   fmt::format("the line has {} axes, but its frame has {}", wanted.size(), line.frame.gyros().size()));
   GyroLineSources sources;
   for (const auto& axis : wanted) {
     const auto found = find_source(axis, laboratory);

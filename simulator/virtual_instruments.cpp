@@ -29,8 +29,9 @@ std::size_t input_count(const VirtualThermometer& thermometer) {
 
 Result<Places> find_thermometers(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
   if (thermometer.channels.size() > input_count(thermometer))
-    return failure(FaultKind::bad_file, "virtual thermometer",
-                   fmt::format("more than {} channels", input_count(thermometer)));
+    return failure(
+        FaultKind::bad_file, "virtual thermometer",
+        fmt::format("{} channels, expected at most {}", thermometer.channels.size(), input_count(thermometer)));
   const auto& names = laboratory.thermometer_names();
   Places places;
   for (const auto& channel : thermometer.channels) {
@@ -89,7 +90,7 @@ MakeSession session_factory(const VirtualThermometer& thermometer, const Places&
 Result<std::vector<Descriptor>> listen_all(std::uint16_t first_port, std::size_t count) {
   if (first_port + count > 0x10000) {
     return failure(FaultKind::usage, "virtual instruments",
-                   fmt::format("{} ports from {} on, but the last one is 65535", count, first_port));
+                   fmt::format("{} ports from {} on exceed 65535; choose a lower first port", count, first_port));
   }
   std::vector<Descriptor> listeners;
   for (std::size_t i = 0; i < count; ++i) {

@@ -59,13 +59,13 @@ constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
     "Makes the chamber safe after the program of a run has died. Does nothing if the run ended normally.\n\n"
     "  gyrotherm-make-safe RUN.db          sends the set point (at most 10 s) and the mode (at most 25 s), then\n"
-    "                                      watches the air for the time of [safe] observe; ends at once if\n"
-    "                                      the chamber does not answer\n"
+    "                                      watches the air for the time of [safe] observe; ends if the chamber\n"
+    "                                      does not answer\n"
     "  gyrotherm-make-safe --kill RUN.db   first ends the program that drives the chamber, if it is still running\n"
-    "  gyrotherm-make-safe --insist RUN.db as --kill, and continues until the chamber has confirmed it; for a service\n"
-    "                                      manager\n"
+    "  gyrotherm-make-safe --insist RUN.db as --kill, and repeats until the chamber confirms the safe state; for a\n"
+    "                                      service manager\n"
     "  gyrotherm-make-safe --guard RUN.db  started by a run: monitors it through standard input; acts at end of file\n"
-    "                                      or after 8 s without a byte, until the chamber has confirmed it\n"
+    "                                      or after 8 s without a byte, as --insist\n"
     "  gyrotherm-make-safe --version       prints its version\n\n"
     "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 safe-state file is "
     "invalid,\n"
@@ -112,7 +112,7 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   if ((*safe_state)->record != record) {
-    voice.say(fmt::format("the safe-state file names {}; it is used for {}", (*safe_state)->record, record));
+    voice.say(fmt::format("the safe-state file is for {}; using it for {}", (*safe_state)->record, record));
     (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
@@ -124,7 +124,7 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
   constexpr const char* kEnded = "the program that drove it had ended";
   if (manner == Manner::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
-  if (!kill_process(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
+  if (!kill_process(by, kProgramsEndWithin)) voice.say(fmt::format("cannot end process {}", by.pid));
   Trail trail(**safe_state, kEnded);
   SafeRescue rescue(**safe_state, *chamber, voice);
   auto rescued = rescue.attempt();
@@ -154,7 +154,7 @@ const char* describe(WatchEnd end) {
 /// driven the chamber for a minute, or has made it safe.
 MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because) {
   if (!kill_process(safe_state.written_by, kProgramsEndWithin))
-    voice.say(fmt::format("process {} could not be ended", safe_state.written_by.pid));
+    voice.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
   Trail trail(safe_state, because);
   SafeRescue rescue(safe_state, chamber, voice);
   auto rescued = rescue.attempt();

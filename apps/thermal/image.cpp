@@ -44,12 +44,12 @@ struct FitArguments {
 
 /// Describes the fits of a required difference: the value of each parameter if only this parameter is varied.
 std::string describe(const std::vector<thermal::FittedDifference>& family, double wanted_k) {
-  auto text = fmt::format(
-      "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
+  auto text =
+      fmt::format("calibrated to {:g} K: each line varies one parameter only; they fit equally well\n", wanted_k);
   for (const auto& fit : family)
     text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
                         thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
-                        fit.difference_k, fit.warmest_location_c, fit.reached ? "" : "  (cannot give it)");
+                        fit.difference_k, fit.warmest_location_c, fit.reached ? "" : "  (difference not reached)");
   return text;
 }
 
@@ -125,7 +125,7 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
     if (const auto& first = solved.family.front(); first.reached)
       solved.model = with_parameter(solved.model, first.parameter, first.value);
     else
-      console.print_message(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
+      console.print_message(fmt::format("warning: no value of {} yields {:g} K; the model is not calibrated",
                                         thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)],
                                         *options.fit));
   }
@@ -227,8 +227,8 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
     // Ctrl-C also ends that program.
     if (auto running = check_interrupt(console, "pictures", fraction); !running) return running;
     if (code && *code == 0) continue;
-    const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
-    console.print_message(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
+    const auto why = code ? fmt::format("exit code {}", *code) : code.error().what;
+    console.print_message(fmt::format("cannot convert {}.svg to PNG: {}: {}", view, program, why));
     break;
   }
   return {};
@@ -284,7 +284,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
 
 void add_thermal_fit(Program& program) {
   auto [command, options] = add_command(program, "fit",
-                                        "Finds the value of each single parameter that yields a given temperature "
+                                        "Finds, for one parameter at a time, the value that yields a given temperature "
                                         "difference between gain and non-gain areas.",
                                         "gyrotherm-thermal fit --difference 3.5", fit);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
@@ -306,7 +306,7 @@ void add_thermal_image(Program& program) {
       ->check(CLI::Range(-100.0, 150.0));
   command
       .add_option("--film", options.film,
-                  "film coefficient of the outside, W/(m²·K) (default: still air of the gyro file)")
+                  "film coefficient of the outside, W/(m²·K) (default: still air, from the gyro file)")
       ->check(CLI::Range(0.01, 10000.0));
   command.add_option("--fit", options.fit, "calibrate to this gain–non-gain difference first, K")
       ->check(CLI::Range(0.01, 100.0));

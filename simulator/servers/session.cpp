@@ -51,7 +51,7 @@ constexpr int kBacklog = 128;
 
 tl::unexpected<Fault> no_pty() {
   return failure(FaultKind::disconnected, "virtual instrument",
-                 "no pseudo-terminal: " + std::generic_category().message(errno));
+                 "cannot open a pseudo-terminal: " + std::generic_category().message(errno));
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ Result<std::pair<Descriptor, Descriptor>> connect_here() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) != 0)
     return failure(FaultKind::disconnected, "virtual instrument",
-                   "no connection: " + std::generic_category().message(errno));
+                   "cannot create a socket pair: " + std::generic_category().message(errno));
   return std::pair(Descriptor(ends[0]), Descriptor(ends[1]));
 }
 

@@ -162,7 +162,7 @@ Result<void> VirtualUsbTemp::write(std::span<const std::byte> report) {
 }
 
 Result<std::size_t> VirtualUsbTemp::read(std::span<std::byte> report, Duration) {
-  if (replies_.empty()) return failure(FaultKind::timeout, "virtual USB-TEMP", "no report came");
+  if (replies_.empty()) return failure(FaultKind::timeout, "virtual USB-TEMP", "no reply is pending");
   const auto size = std::min(report.size(), replies_.front().size());
   std::copy_n(replies_.front().begin(), size, report.begin());
   replies_.pop_front();

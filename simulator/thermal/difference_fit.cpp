@@ -60,7 +60,7 @@ class Search {
   Result<Trial> tried(double value) {
     if (!keep_going(progress_, kFitParameterNames[static_cast<std::size_t>(parameter_)],
                     static_cast<double>(steps_) / options_.most_steps))
-      return failure(FaultKind::interrupted, "fit", "asked to stop");
+      return failure(FaultKind::interrupted, "fit", "stopped on request");
     ++steps_;
     const auto model = with_parameter(model_, parameter_, value);
     const auto mesh = make_mesh(model, options_.edge_mm);

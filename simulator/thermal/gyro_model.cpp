@@ -113,13 +113,13 @@ void check_block(const TomlTable& root, const GyroGeometry& g) {
   expect(g.mirror_height <= g.block_thickness, "mirrors", "height_mm",
          fmt::format("{} mm, more than the block's thickness of {} mm", g.mirror_height, g.block_thickness));
   expect(bore < g.mirror_height, "bores", "gain_volume_mm3",
-         fmt::format("bores of {:.4g} mm, wider than the mirrors are high", bore));
+         fmt::format("bores of {:.4g} mm, wider than the height of the mirrors", bore));
   expect(g.ring_side + bore < g.block_width, "bores", "ring_side_mm",
-         fmt::format("{} mm, bores of {:.4g} mm leave the block", g.ring_side, bore));
+         fmt::format("{} mm, bores of {:.4g} mm extend outside the block", g.ring_side, bore));
   expect(g.ring_side + bore <= g.block_chamfer + g.mirror_thickness * std::numbers::sqrt2, "bores", "ring_side_mm",
-         fmt::format("{} mm, the corners leave the mirrors", g.ring_side));
+         fmt::format("{} mm, the ring's corners are outside the mirrors", g.ring_side));
   expect(g.ring_side - bore > g.hole_diameter, "block", "hole_diameter_mm",
-         fmt::format("{} mm, reaches the bores", g.hole_diameter));
+         fmt::format("{} mm, the hole reaches the bores", g.hole_diameter));
   expect(g.hub_diameter < g.hole_diameter, "hub", "diameter_mm",
          fmt::format("{} mm, not smaller than the hole", g.hub_diameter));
   expect(std::ranges::max(g.cabinet) <= kLargestCabinet, "cabinet", "size_mm",

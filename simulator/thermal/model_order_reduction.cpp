@@ -376,8 +376,8 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
   }
   if (!(model.error.transfer_k <= options_.goal_k))
     return failure(FaultKind::numeric, "reduction",
-                   fmt::format("{} states miss by {:.1e} K at {}, expected at most {:.1e} K", model.conduction.rows(),
-                               model.error.transfer_k, where, options_.goal_k));
+                   fmt::format("{} states have an error of {:.1e} K at {}, expected at most {:.1e} K",
+                               model.conduction.rows(), model.error.transfer_k, where, options_.goal_k));
   return {};
 }
 

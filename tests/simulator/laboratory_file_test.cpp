@@ -306,7 +306,7 @@ TEST(LaboratoryFile, ReportsErrorsOfUnits) {
   expect_mistake(units_with("[[virtual.unit.axis]]\nearth_rate_deg_per_h = 1\n", ""), "no axis");
   expect_mistake(units_with("earth_rate_deg_per_h = 10", ""), "earth_rate_deg_per_h");
   expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u3\"]"), "\"u3\" is not one of the units u1, u2");
-  expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u2\"]"), "is on a bracket already");
+  expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u2\"]"), "is already on a bracket");
   expect_mistake(units_with("share = 0.2", "share = 0.95"), "at most 0.9");
   expect_mistake(units_with("discharge_current_a", "self"), "twice");
   expect_mistake(units_with("u1.y.C", "C"), "u1.x.A");

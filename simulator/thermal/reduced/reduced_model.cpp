@@ -111,7 +111,7 @@ void read_head(const TomlTable& root, ReducedModel& model) {
   model.source_sha256 = root.text("source_sha256");
   const bool hexadecimal = model.source_sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (root.has("source_sha256") && (model.source_sha256.size() != 64 || !hexadecimal))
-    root.mistake("source_sha256", "expected 64 hexadecimal digits in small letters");
+    root.mistake("source_sha256", "expected 64 lower-case hexadecimal digits");
   model.mesh = root.text("mesh");
   model.still_film_w_per_m2_k = not_below(root, "still_film_w_per_m2_k", 0, false);
   model.chamber_film_w_per_m2_k = not_below(root, "chamber_film_w_per_m2_k", 0, false);
@@ -164,10 +164,9 @@ void expect_sound(const TomlTable& root, const ReducedModel& model) {
       const Eigen::VectorXd above_k = model.outputs * factor.solve(inputs_at(model, c) * switched_on(model, 0));
       const double hottest_k = above_k.cwiseAbs().maxCoeff();
       if (!(hottest_k <= kHottest_k))
-        return root.mistake("powers_w",
-                            fmt::format("switched on, an output rests {:.3g} K beside the ambient, expected "
-                                        "at most {} K",
-                                        hottest_k, kHottest_k));
+        return root.mistake("powers_w", fmt::format("switched on, an output rests {:.3g} K from the ambient, expected "
+                                                    "at most {} K",
+                                                    hottest_k, kHottest_k));
     }
   }
 }

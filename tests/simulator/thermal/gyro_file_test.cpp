@@ -89,7 +89,7 @@ TEST(GyroFile, NamesPartsOutsideTheCabinet) {
 TEST(GyroFile, ReportsInconsistentBlock) {
   expect_mistake(with("hole_diameter_mm = 60", "hole_diameter_mm = 78"), "reaches the bores");
   expect_mistake(with("chamfer_mm = 80", "chamfer_mm = 120"), "between half the width");
-  expect_mistake(with("ring_side_mm = 80", "ring_side_mm = 90"), "corners leave the mirrors");
+  expect_mistake(with("ring_side_mm = 80", "ring_side_mm = 90"), "corners are outside the mirrors");
   expect_mistake(with("diameter_mm = 20", "diameter_mm = 60"), "not smaller than the hole");
 }
 

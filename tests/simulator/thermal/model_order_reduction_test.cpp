@@ -151,7 +151,7 @@ TEST(ModelOrderReduction, FailsWithErrorAndPointWhenStatesAreTooFew) {
       reduce(box_gyro(), about_box_gyro(), {.states = 8, .most_fields = 20, .goal_k = 1e-4}, direct_solver());
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().kind, FaultKind::numeric);
-  EXPECT_NE(model.error().what.find("8 states miss by"), std::string::npos) << model.error().what;
+  EXPECT_NE(model.error().what.find("8 states have an error of"), std::string::npos) << model.error().what;
   EXPECT_NE(model.error().what.find("expected at most 1.0e-04 K"), std::string::npos) << model.error().what;
 }
 

@@ -13,7 +13,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-tl::unexpected<Fault> not_wired(const std::string& what) {
+tl::unexpected<Fault> wiring_fault(const std::string& what) {
   return failure(FaultKind::usage, "virtual analogue input", what);
 }
 
@@ -23,18 +23,19 @@ Result<AnalogueRegisters> AnalogueRegisters::make(VirtualAnalogueInput wired, co
   std::map<std::string, Source> sources;
   for (const auto& [input, unit, value, scale, offset] : wired.inputs) {
     if (input >= wired.map.inputs.size())
-      return not_wired(fmt::format("{} has no input {}", wired.map.registers.name, input + 1));
+      return wiring_fault(fmt::format("{} has no input {}", wired.map.registers.name, input + 1));
     const auto& units = laboratory.units();
     const auto at = std::ranges::find(units, unit);
     if (at == units.end())
-      return not_wired(fmt::format("\"{}\" is not one of the units {}", unit, fmt::join(units, ", ")));
-    const auto place = static_cast<std::size_t>(at - units.begin());
-    const auto values = laboratory.values(place);
-    const auto told = std::ranges::find(values, value, &UnitValue::name);
-    if (told == values.end())
-      return not_wired(fmt::format("unit \"{}\" has no value \"{}\"; define it with [[virtual.value]]", unit, value));
+      return wiring_fault(fmt::format("\"{}\" is not one of the units {}", unit, fmt::join(units, ", ")));
+    const auto unit_index = static_cast<std::size_t>(at - units.begin());
+    const auto values = laboratory.values(unit_index);
+    const auto found = std::ranges::find(values, value, &UnitValue::name);
+    if (found == values.end())
+      return wiring_fault(
+          fmt::format("unit \"{}\" has no value \"{}\"; define it with [[virtual.value]]", unit, value));
     sources.emplace(wired.map.inputs[input].item,
-                    Source{place, static_cast<std::size_t>(told - values.begin()), scale, offset});
+                    Source{unit_index, static_cast<std::size_t>(found - values.begin()), scale, offset});
   }
   return AnalogueRegisters(std::move(wired.map), std::move(sources), laboratory);
 }
@@ -47,10 +48,11 @@ std::vector<std::uint16_t> AnalogueRegisters::encode_words(const drivers::Regist
   const auto is_status = [&](const auto& input) { return std::ranges::count(input.statuses, item.name) > 0; };
   if (std::ranges::any_of(map_.inputs, is_status))
     return encode_as_read(item, drivers::code_of(item, drivers::kNormalStatus).value_or(0));
-  const auto& print = map_.registers.identity;
-  if (print && print->item == item.name && item.type != drivers::RegisterType::text)
-    return encode_as_read(item, print->value);
-  if (print && print->item == item.name) return encode_text(item.text, drivers::example_of(print->pattern));
+  const auto& fingerprint = map_.registers.identity;
+  if (fingerprint && fingerprint->item == item.name && item.type != drivers::RegisterType::text)
+    return encode_as_read(item, fingerprint->value);
+  if (fingerprint && fingerprint->item == item.name)
+    return encode_text(item.text, drivers::example_of(fingerprint->pattern));
   return std::vector<std::uint16_t>(word_count(item));
 }
 

@@ -29,8 +29,9 @@ class ChamberPlant {
   void step(Celsius set_point, bool on) {
     const auto& p = parameters_;
     if (!on) integral_ = 0;
-    const double follows = on && std::isfinite(sensed().value) ? demand(set_point.value - sensed().value) : 0;
-    const double wanted = on && held_output_ ? *held_output_ : follows;
+    const double controlled =
+        on && std::isfinite(sensed().value) ? update_controller(set_point.value - sensed().value) : 0;
+    const double wanted = on && held_output_ ? *held_output_ : controlled;
 
     constexpr double kAirByOpenDoorSeconds = 60;
     const double room_k_per_s = faults_.door_open ? (p.room_c - air_c_) / kAirByOpenDoorSeconds : 0;
@@ -56,7 +57,7 @@ class ChamberPlant {
   [[nodiscard]] double output_percent() const { return 100 * output_; }
 
  private:
-  [[nodiscard]] double demand(double error_k) {
+  [[nodiscard]] double update_controller(double error_k) {
     const double proportional = parameters_.proportional_per_k * error_k;
     const double growth = proportional / parameters_.integral_time_s;
     const double wanted = proportional + integral_ + growth;

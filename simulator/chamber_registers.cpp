@@ -14,7 +14,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-bool any_holds(const std::vector<drivers::Condition>& conditions, const drivers::RegisterItem& item, double value) {
+bool matches_any(const std::vector<drivers::Condition>& conditions, const drivers::RegisterItem& item, double value) {
   return std::ranges::any_of(conditions, [&](const auto& c) { return c.item == item.name && holds(c, value); });
 }
 
@@ -279,32 +279,32 @@ void ChamberRegisters::apply(const Assignment& assignment) {
     if (memory_.holds(at)) memory_.set_word(at, assignment.words[i]);
     if (assignment.item && !assignment.item->self_clearing) image_.set_word(at, assignment.words[i]);
   }
-  if (assignment.item) take_effect(*assignment.item, assignment.value);
+  if (assignment.item) apply_effects(*assignment.item, assignment.value);
 }
 
-void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double value) {
+void ChamberRegisters::apply_effects(const drivers::RegisterItem& item, double value) {
   const auto& unit = unit_;
   if (item.name == "set_point") laboratory_.change_set_point({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
     image_.set_value(item, value);
-  const bool manual = any_holds(unit.holds_output, item, value);
+  const bool manual = matches_any(unit.holds_output, item, value);
   if (unit.turns_on.empty() && map_.control && item.name == map_.control->commanded)
     laboratory_.switch_on(manual || value == static_cast<double>(map_.control->on));
-  if (manual || any_holds(unit.turns_on, item, value) || any_holds(unit.turns_off, item, value) ||
+  if (manual || matches_any(unit.turns_on, item, value) || matches_any(unit.turns_off, item, value) ||
       (map_.control && item.name == map_.control->commanded))
     laboratory_.hold_output(manual ? std::optional(1.0) : std::nullopt);
-  if (any_holds(unit.turns_on, item, value)) laboratory_.switch_on(true);
-  if (any_holds(unit.turns_off, item, value)) {
+  if (matches_any(unit.turns_on, item, value)) laboratory_.switch_on(true);
+  if (matches_any(unit.turns_off, item, value)) {
     laboratory_.switch_on(false);
     run_.end();
   }
-  if (any_holds(unit.creates_program, item, value)) memory_.clear();
-  if (any_holds(unit.stores_program, item, value)) memory_.store();
-  if (any_holds(unit.loads_program, item, value)) memory_.load();
-  if (any_holds(unit.holds_program, item, value)) run_.hold();
-  if (any_holds(unit.ends_program, item, value)) run_.end();
-  const bool resumes = any_holds(unit.resumes_program, item, value);
-  const bool starts = any_holds(unit.starts_program, item, value);
+  if (matches_any(unit.creates_program, item, value)) memory_.clear();
+  if (matches_any(unit.stores_program, item, value)) memory_.store();
+  if (matches_any(unit.loads_program, item, value)) memory_.load();
+  if (matches_any(unit.holds_program, item, value)) run_.hold();
+  if (matches_any(unit.ends_program, item, value)) run_.end();
+  const bool resumes = matches_any(unit.resumes_program, item, value);
+  const bool starts = matches_any(unit.starts_program, item, value);
   if (resumes || (starts && run_.stage() == ProgramRun::Stage::held))
     run_.resume();
   else if (starts)

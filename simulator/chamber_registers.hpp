@@ -161,7 +161,7 @@ class MemoryImage {
     bool windowed{};
   };
   /// Step (0 outside a window) and address.
-  using Place = std::pair<int, int>;
+  using StepAddress = std::pair<int, int>;
 
   [[nodiscard]] const Range* range_of(int address) const {
     const auto found =
@@ -173,16 +173,16 @@ class MemoryImage {
     return step_selector_ < 0 ? 0 : registers_.word(step_selector_) - map_.memory->first_step;
   }
 
-  [[nodiscard]] std::uint16_t word_at(const Place& place) const {
-    if (const auto found = window_.find(place); found != window_.end()) return found->second;
-    const auto fresh = fresh_.find(place.second);
-    return fresh == fresh_.end() ? registers_.word(place.second) : fresh->second;
+  [[nodiscard]] std::uint16_t word_at(const StepAddress& cell) const {
+    if (const auto found = window_.find(cell); found != window_.end()) return found->second;
+    const auto fresh = fresh_.find(cell.second);
+    return fresh == fresh_.end() ? registers_.word(cell.second) : fresh->second;
   }
 
   const drivers::RegisterMap& map_;
   RegisterImage& registers_;
   std::vector<Range> ranges_;
-  std::map<Place, std::uint16_t> window_, stored_;
+  std::map<StepAddress, std::uint16_t> window_, stored_;
   /// Address of the register that selects the step of a window.
   int step_selector_ = -1;
   /// Content of a step that was never written, by address: the code for the end of the program.
@@ -293,7 +293,7 @@ class ChamberRegisters final : public ServedRegisters {
                                                                      bool coil) const;
   [[nodiscard]] bool accepts(const drivers::RegisterItem& item, double value) const;
   void apply(const Assignment& assignment);
-  void take_effect(const drivers::RegisterItem& item, double value);
+  void apply_effects(const drivers::RegisterItem& item, double value);
   void start_program();
 
   drivers::RegisterMap map_;

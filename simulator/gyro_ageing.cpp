@@ -19,8 +19,8 @@ void age(BiasPhysics& bias, const Ageing& ageing, double days) {
 }  // namespace
 
 std::uint64_t noise_seed(LaboratorySeed seed) {
-  const auto of_day_0 = splitmix64(seed.gyro ^ splitmix64(seed.run));
-  return seed.days_later == 0 ? of_day_0 : splitmix64(of_day_0 ^ splitmix64(seed.days_later));
+  const auto day_0_seed = splitmix64(seed.gyro ^ splitmix64(seed.run));
+  return seed.days_later == 0 ? day_0_seed : splitmix64(day_0_seed ^ splitmix64(seed.days_later));
 }
 
 EachThermometer calendar_drift_k(const EachThermometer& drift_k_per_sqrt_day, std::uint64_t gyro,
@@ -47,8 +47,8 @@ LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed) {
   return gyro;
 }
 
-GyroPast make_past(const Storage& storage, LaboratorySeed seed) {
-  GyroPast past{.turning_points_c = {}, .run = noise_seed(seed)};
+GyroHistory make_history(const Storage& storage, LaboratorySeed seed) {
+  GyroHistory past{.turning_points_c = {}, .run = noise_seed(seed)};
   if (storage.turns == 0) return past;
   RandomStream turns(seed.gyro, RandomPurpose::storage);
   const auto count = static_cast<std::uint64_t>(storage.turns) + seed.days_later;

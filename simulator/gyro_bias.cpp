@@ -36,7 +36,7 @@ double velocity(const GasFlow& flow, double arm_c) {
 }
 
 /// Returns 1 + γ (T̄ − 20 °C)/40 K.
-double grown(double growth, double block_c) {
+double growth_factor(double growth, double block_c) {
   constexpr double kOver = 40;
   return 1 + growth * (block_c - kReferenceC) / kOver;
 }
@@ -68,7 +68,7 @@ double deformation_deg_per_h(const BiasPhysics& physics, InnerTemperatures inner
   const double block = at(inner_c, thermal::ThermalOutput::block);
   double sum = 0;
   for (std::size_t i = 0; i < mirrors.size(); ++i)
-    sum += physics.mirror_deg_per_h_per_k[i] * grown(physics.growth.mirrors[i], block) * (mirrors[i] - block);
+    sum += physics.mirror_deg_per_h_per_k[i] * growth_factor(physics.growth.mirrors[i], block) * (mirrors[i] - block);
   return sum;
 }
 
@@ -137,7 +137,7 @@ double warm_up_deg_per_h(const std::vector<WarmUp>& phases, double seconds_on) {
   return sum;
 }
 
-GyroBias::GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroPast& past)
+GyroBias::GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroHistory& past)
     : physics_(physics),
       lock_(physics.mode_hops, light_path_c(start_c), RandomStream(past.run, RandomPurpose::mode_hops)),
       flow_(physics.lags.gas_flow),
@@ -164,15 +164,16 @@ void GyroBias::follow(InnerTemperatures now_c) {
   relaxing_.follow(block);
   const double flow = gas_flow_deg_per_h(physics_.flow, at(now_c, thermal::ThermalOutput::gain_left),
                                          at(now_c, thermal::ThermalOutput::gain_right));
-  parts_ = {.gas_flow = flow_.follow(grown(physics_.growth.gas_flow, block) * flow),
-            .deformation = deformation_.follow(deformation_deg_per_h(physics_, now_c)),
-            .temperature = temperature_deg_per_h(physics_, block),
-            .backscatter = grown(physics_.growth.backscatter, block) * backscatter_deg_per_h(physics_.waves, path),
-            .hysteresis = hysteresis_deg_per_h(physics_.plays, plays_),
-            .mode_hops = lock_.deg_per_h(),
-            .electronics = electronics_deg_per_h(physics_.flow, now_c),
-            .relaxation = relaxing_.deg_per_h(),
-            .warm_up = warm_up_deg_per_h(physics_.warm_up, seconds_on_)};
+  parts_ = {
+      .gas_flow = flow_.follow(growth_factor(physics_.growth.gas_flow, block) * flow),
+      .deformation = deformation_.follow(deformation_deg_per_h(physics_, now_c)),
+      .temperature = temperature_deg_per_h(physics_, block),
+      .backscatter = growth_factor(physics_.growth.backscatter, block) * backscatter_deg_per_h(physics_.waves, path),
+      .hysteresis = hysteresis_deg_per_h(physics_.plays, plays_),
+      .mode_hops = lock_.deg_per_h(),
+      .electronics = electronics_deg_per_h(physics_.flow, now_c),
+      .relaxation = relaxing_.deg_per_h(),
+      .warm_up = warm_up_deg_per_h(physics_.warm_up, seconds_on_)};
 }
 
 DegreesPerHour GyroBias::total() const {

@@ -116,7 +116,7 @@ struct BiasPhysics {
 };
 
 /// History of a gyro before a run begins.
-struct GyroPast {
+struct GyroHistory {
   /// Turning points of the block's temperature, the oldest first. If empty, the block has rested at its start
   /// temperature.
   std::vector<double> turning_points_c{};
@@ -252,7 +252,7 @@ struct BiasParts {
 class GyroBias {
  public:
   /// Starts at switch-on: at rest at `start_c` after the history `past`, and locked to the nearest mode.
-  GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroPast& past = {});
+  GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroHistory& past = {});
 
   /// Advances by one second to these temperatures.
   void step(InnerTemperatures now_c);

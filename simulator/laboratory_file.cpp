@@ -96,27 +96,30 @@ EachThermometer each_or_none(const TomlTable& table, const char* key, double lea
   return table.has(key) ? each(table, key, least) : EachThermometer{};
 }
 
-constexpr Vocabulary<Failing, 4> kFailings{
-    {{"stuck", Failing::stuck}, {"offset", Failing::offset}, {"spikes", Failing::spikes}, {"dead", Failing::dead}}};
+constexpr Vocabulary<FailureMode, 4> kFailureModes{{{"stuck", FailureMode::stuck},
+                                                    {"offset", FailureMode::offset},
+                                                    {"spikes", FailureMode::spikes},
+                                                    {"dead", FailureMode::dead}}};
 
 FailingThermometer read_failing(const TomlTable& table, const std::vector<std::string>& names) {
   const auto channel = table.choice("channel", names);
   FailingThermometer failing{.place = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
-                             .how = one_of(kFailings, table, "how"),
+                             .how = one_of(kFailureModes, table, "how"),
                              .from_s = to_seconds(table.duration("from"))};
   // An invalid choice has already been reported.
   if (failing.place == names.size()) failing.place = 0;
-  if (failing.how == Failing::offset || failing.how == Failing::spikes) failing.error_k = table.number("error_k");
-  if (failing.how == Failing::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
+  if (failing.how == FailureMode::offset || failing.how == FailureMode::spikes)
+    failing.error_k = table.number("error_k");
+  if (failing.how == FailureMode::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
   return failing;
 }
 
 ThermometerParameters read_thermometers(const TomlTable& table, const std::vector<std::string>& names) {
-  constexpr double kAny = -100;
+  constexpr double kLowestOffsetK = -100;
   ThermometerParameters t{.noise_k = each(table, "noise_k", 0),
                           .resolution_k = each(table, "resolution_k", 0),
                           .time_constant_s = each(table, "time_constant_s", 0),
-                          .offset_k = each(table, "offset_k", kAny),
+                          .offset_k = each(table, "offset_k", kLowestOffsetK),
                           .gain = each_or_none(table, "gain", -1),
                           .drift_k_per_sqrt_day = each_or_none(table, "drift_k_per_sqrt_day", 0),
                           .days_since_calibration = not_negative(table, "days_since_calibration", 0),
@@ -188,7 +191,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
                                   .spread = read_spread(table.table("spread"), is_reduced)};
   read_units(table, laboratory);
   laboratory.thermometers = read_thermometers(table.table("thermometers"), list_thermometer_names(laboratory.units));
-  give_to_axes(laboratory.thermometers.failing, laboratory.units);
+  assign_failures_to_axes(laboratory.thermometers.failing, laboratory.units);
   if (table.has("power_on")) laboratory.soaked = table.table("power_on").boolean("soaked", false);
   if (is_reduced)
     laboratory.body = read_reduced_gyro(table);

@@ -71,7 +71,7 @@ void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
 
 /// In a laboratory with units, distributes failing thermometers to the axes that carry them. Before the call their
 /// `place` is an index in list_thermometer_names(); afterwards it is an index in the axis' own thermometers.
-void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
+void assign_failures_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
 /// Reads [virtual.network] and [virtual.bias] of a rig with the body "reference".
 [[nodiscard]] LumpedGyroParameters read_lumped_gyro(const TomlTable& table);

@@ -189,12 +189,12 @@ struct ReadoutParameters {
 using EachThermometer = std::array<double, 9>;  ///< A…H, shell
 
 /// Failure modes of a thermometer. A dead one is an open input of its instrument.
-enum class Failing { stuck, offset, spikes, dead };
+enum class FailureMode { stuck, offset, spikes, dead };
 
 /// [[virtual.thermometers.failing]]
 struct FailingThermometer {
   std::size_t place{};
-  Failing how{};
+  FailureMode how{};
   /// Time since the start of the run.
   double from_s{};
   /// Added to every reading (offset), or to single readings with either sign (spikes).

@@ -22,7 +22,7 @@ Eigen::Index find_node(const NetworkParameters& network, std::string_view name) 
   return found - network.nodes.begin();
 }
 
-void conduct(Eigen::MatrixXd& conductance, Eigen::Index a, Eigen::Index b, double w_per_k) {
+void add_conductance(Eigen::MatrixXd& conductance, Eigen::Index a, Eigen::Index b, double w_per_k) {
   conductance(a, b) += w_per_k;
   conductance(b, a) += w_per_k;
 }
@@ -32,10 +32,11 @@ Eigen::MatrixXd make_conductances(const NetworkParameters& network) {
   Eigen::MatrixXd conductance = Eigen::MatrixXd::Zero(count, count);
   const auto air = find_node(network, "air");
   for (Eigen::Index i = 0; i < count; ++i) {
-    if (i != air) conduct(conductance, i, air, network.film_w_per_k[static_cast<std::size_t>(i)]);
+    if (i != air) add_conductance(conductance, i, air, network.film_w_per_k[static_cast<std::size_t>(i)]);
   }
   for (const auto& link : network.links) {
-    conduct(conductance, static_cast<Eigen::Index>(link.from), static_cast<Eigen::Index>(link.to), link.w_per_k);
+    add_conductance(conductance, static_cast<Eigen::Index>(link.from), static_cast<Eigen::Index>(link.to),
+                    link.w_per_k);
   }
   return conductance;
 }
@@ -44,7 +45,7 @@ Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
-enum Place : std::size_t { A, B, C, D, E };
+enum BlockLocation : std::size_t { A, B, C, D, E };
 
 /// Returns the mean of A…H.
 double block_mean_c(BlockTemperatures block_c) {

@@ -195,10 +195,10 @@ void ThermometerBank::fail(const std::array<double, kThermalLocations>& before_c
     if (seconds_ <= failing.from_s) continue;
     double& reading_c = readings_c_[failing.place];
     switch (failing.how) {
-      case Failing::stuck: reading_c = before_c[failing.place]; break;
-      case Failing::dead: reading_c = std::numeric_limits<double>::quiet_NaN(); break;
-      case Failing::offset: reading_c += failing.error_k; break;
-      case Failing::spikes:
+      case FailureMode::stuck: reading_c = before_c[failing.place]; break;
+      case FailureMode::dead: reading_c = std::numeric_limits<double>::quiet_NaN(); break;
+      case FailureMode::offset: reading_c += failing.error_k; break;
+      case FailureMode::spikes:
         if (spikes_.uniform() < failing.spikes_per_h / kSecondsPerHour)
           reading_c += spikes_.uniform() < 0.5 ? -failing.error_k : failing.error_k;
         break;

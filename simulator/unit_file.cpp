@@ -117,7 +117,7 @@ void read_units(const TomlTable& table, LaboratoryParameters& laboratory) {
     laboratory.values.push_back(read_value(one, names_of(laboratory.values)));
 }
 
-void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units) {
+void assign_failures_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units) {
   if (units.empty()) return;
   std::vector<AxisParameters*> axes;
   for (auto& unit : units)

@@ -204,11 +204,11 @@ thermal::ReducedTransientOptions transient_options(AddedHeat& heat, const therma
 
 }  // namespace
 
-ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past)
+ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters, const GyroHistory& past)
     : ReducedGyro(with_unequal_arms(parameters.model, parameters.arms), parameters, past) {}
 
 ReducedGyro::ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters,
-                         const GyroPast& past)
+                         const GyroHistory& past)
     : heat_(model.powers_w, parameters.wind, parameters.power_growth),
       reduced_(model, transient_options(heat_, model, parameters)),
       bias_(parameters.bias, reduced_.outputs_c(), past) {}

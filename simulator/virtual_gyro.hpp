@@ -55,7 +55,7 @@ class ReducedGyro final : public VirtualGyro {
  public:
   /// Starts at rest in air at the parameters' start temperature. A cold gyro starts switched off, any other switched
   /// on.
-  explicit ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past = {});
+  explicit ReducedGyro(const ReducedGyroParameters& parameters, const GyroHistory& past = {});
 
   void step(Celsius air, double output) override;
   void switch_on(bool on) override;
@@ -71,7 +71,7 @@ class ReducedGyro final : public VirtualGyro {
   [[nodiscard]] InnerTemperatures inner_c() const { return reduced_.outputs_c(); }
 
  private:
-  ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters, const GyroPast& past);
+  ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters, const GyroHistory& past);
 
   AddedHeat heat_;
   thermal::ReducedTransient reduced_;

@@ -175,7 +175,7 @@ class Servers final : public VirtualInstruments {
   }
 
   Result<Descriptor> connect(InstrumentKind kind, std::size_t index) override {
-    auto ends = connect_here();
+    auto ends = make_socket_pair();
     if (!ends) return failure(std::move(ends.error()));
     replies_.adopt(std::move(ends->second), sessions_.at(kind).at(index));
     return std::move(ends->first);
@@ -327,9 +327,9 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
                                                                       VirtualInstrumentsOptions options) {
   auto sources = find_instrument_sources(laboratory, options);
   if (!sources) return failure(std::move(sources.error()));
-  const auto on_wires =
+  const auto usb_count =
       std::ranges::count(options.thermometers, drivers::ThermometerKind::mcc_usb_temp, &VirtualThermometer::kind);
-  const auto servers = 1 + options.thermometers.size() - static_cast<std::size_t>(on_wires) + options.gyros.size() +
+  const auto servers = 1 + options.thermometers.size() - static_cast<std::size_t>(usb_count) + options.gyros.size() +
                        options.analogue_inputs.size();
   auto listeners = listen_all(options.first_port, options.attended ? 0 : servers);
   if (!listeners) return failure(std::move(listeners.error()));

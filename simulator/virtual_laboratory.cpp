@@ -19,19 +19,19 @@ namespace {
 /// Seconds between updates of the gap-air conductivity if there are many bodies. Compared with the ten seconds of a
 /// single body, this changes a thermometer by less than 17 mK and the bias by less than 2e-5 °/h at a chamber ramp of 5
 /// K/min. It saves more than half of the time of a step, which is spent reading tables of 1 MB per body.
-constexpr int kSecondsPerUpdateOfMany = 30;
+constexpr int kManyBodiesUpdateSeconds = 30;
 
-DrawnAxis drawn_axis(LaboratoryParameters type, LaboratorySeed seed) {
+DrawnAxis draw_axis(LaboratoryParameters type, LaboratorySeed seed) {
   return {.gyro = aged(draw_gyro(std::move(type), seed.gyro), seed), .seed = seed};
 }
 
-DrawnAxis drawn_axis(LaboratoryParameters type, const UnitParameters& unit, const AxisParameters& axis,
-                     LaboratorySeed seed) {
+DrawnAxis draw_axis(LaboratoryParameters type, const UnitParameters& unit, const AxisParameters& axis,
+                    LaboratorySeed seed) {
   type.gyro.earth_rate_deg_per_h = axis.earth_rate_deg_per_h;
   type.gyro.crosswise_earth_rate_deg_per_h = axis.crosswise_earth_rate_deg_per_h;
   type.thermometers.failing = axis.failing;
-  if (auto* body = std::get_if<ReducedGyroParameters>(&type.body)) body->seconds_per_update = kSecondsPerUpdateOfMany;
-  auto drawn = drawn_axis(std::move(type), seed_of(seed, axis_name(unit.name, axis.name)));
+  if (auto* body = std::get_if<ReducedGyroParameters>(&type.body)) body->seconds_per_update = kManyBodiesUpdateSeconds;
+  auto drawn = draw_axis(std::move(type), seed_of(seed, axis_name(unit.name, axis.name)));
   drawn.hop = axis.hop;
   return drawn;
 }
@@ -49,34 +49,34 @@ struct DrawnUnit {
   std::vector<DrawnAxis> axes;
 };
 
-std::vector<DrawnUnit> drawn_units(const LaboratoryParameters& type, LaboratorySeed seed) {
-  if (type.units.empty()) return {{.name = kPlainUnit, .seed = seed, .axis_names{""}, .axes{drawn_axis(type, seed)}}};
+std::vector<DrawnUnit> draw_units(const LaboratoryParameters& type, LaboratorySeed seed) {
+  if (type.units.empty()) return {{.name = kPlainUnit, .seed = seed, .axis_names{""}, .axes{draw_axis(type, seed)}}};
   std::vector<DrawnUnit> units;
   for (const auto& unit : type.units) {
     assert(!unit.axes.empty());
     units.push_back({.name = unit.name, .seed = seed_of(seed, unit.name), .axis_names{}, .axes{}});
     for (const auto& axis : unit.axes) {
       units.back().axis_names.push_back(axis.name);
-      units.back().axes.push_back(drawn_axis(type, unit, axis, seed));
+      units.back().axes.push_back(draw_axis(type, unit, axis, seed));
     }
   }
   return units;
 }
 
 /// Starts the bodies on a bracket at their steady-state temperatures. Returns the bracket's temperature.
-Celsius start_on_a_bracket(std::vector<DrawnUnit>& units, const BracketParameters& bracket) {
+Celsius start_on_bracket(std::vector<DrawnUnit>& units, const BracketParameters& bracket) {
   std::vector<DrawnAxis*> bodies;
   for (const auto unit : bracket.units)
     for (auto& axis : units[unit].axes) bodies.push_back(&axis);
   const Celsius air{start_c(bodies.front()->gyro)};
-  const auto rests_at = bracket_at_rest(bracket.share, air, [&](Celsius seen) {
+  const auto bracket_start = bracket_at_rest(bracket.share, air, [&](Celsius seen) {
     double sum_c = 0;
     for (const auto* body : bodies) sum_c += cabinet_at_rest(*body, seen).value;
     return Celsius{sum_c / static_cast<double>(bodies.size())};
   });
   for (auto* body : bodies)
-    body->gyro = soaked_at(std::move(body->gyro), Bracket(bracket, rests_at).effective_air(air));
-  return rests_at;
+    body->gyro = soaked_at(std::move(body->gyro), Bracket(bracket, bracket_start).effective_air(air));
+  return bracket_start;
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ struct VirtualLaboratory::Parts {
   void make_units(const LaboratoryParameters& type, LaboratorySeed seed);
   void measure_air();
   void show_thermometers();
-  [[nodiscard]] Celsius mean_of_cabinets(const BracketParameters& bracket) const;
+  [[nodiscard]] Celsius mean_cabinet_temperature(const BracketParameters& bracket) const;
   [[nodiscard]] Celsius air_around(std::size_t unit) const;
 
   PlantParameters plant_parameters;
@@ -101,7 +101,7 @@ struct VirtualLaboratory::Parts {
   std::vector<std::optional<std::size_t>> bracket_indices;
   std::vector<std::string> thermometer_names;
   /// Readings without and with faults.
-  std::vector<double> sound_c, shown_c;
+  std::vector<double> fault_free_c, shown_c;
   std::vector<ThermometerFault> thermometer_faults;
   bool air_is_frozen = false;
   RandomStream air_noise;
@@ -126,11 +126,11 @@ VirtualLaboratory::Parts::Parts(const LaboratoryParameters& type, LaboratorySeed
 }
 
 void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, LaboratorySeed seed) {
-  auto drawn = drawn_units(type, seed);
+  auto drawn = draw_units(type, seed);
   bracket_indices.resize(drawn.size());
   for (const auto& bracket : on_brackets) {
-    for (const auto on_it : bracket.units) bracket_indices[on_it] = brackets.size();
-    brackets.emplace_back(bracket, start_on_a_bracket(drawn, bracket));
+    for (const auto member : bracket.units) bracket_indices[member] = brackets.size();
+    brackets.emplace_back(bracket, start_on_bracket(drawn, bracket));
   }
   for (auto& one : drawn) {
     names.push_back(one.name);
@@ -138,7 +138,7 @@ void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, Labo
     axis_names.push_back(std::move(one.axis_names));
   }
   silent.resize(units.size());
-  sound_c.resize(thermometer_names.size());
+  fault_free_c.resize(thermometer_names.size());
 }
 
 void VirtualLaboratory::Parts::measure_air() {
@@ -147,22 +147,22 @@ void VirtualLaboratory::Parts::measure_air() {
 }
 
 void VirtualLaboratory::Parts::show_thermometers() {
-  auto next = sound_c.begin();
+  auto next = fault_free_c.begin();
   for (const auto& one : units)
     for (const auto& axis : one.axes()) next = std::ranges::copy(axis.thermometers_c(), next).out;
-  shown_c = sound_c;
+  shown_c = fault_free_c;
   for (std::size_t i = 0; i < std::min(thermometer_faults.size(), shown_c.size()); ++i) {
     const auto& fault = thermometer_faults[i];
-    shown_c[i] = fault.shown_c.value_or(sound_c[fault.place] + fault.error_k);
+    shown_c[i] = fault.shown_c.value_or(fault_free_c[fault.place] + fault.error_k);
   }
 }
 
-Celsius VirtualLaboratory::Parts::mean_of_cabinets(const BracketParameters& bracket) const {
+Celsius VirtualLaboratory::Parts::mean_cabinet_temperature(const BracketParameters& bracket) const {
   double sum_c = 0;
   std::size_t bodies = 0;
-  for (const auto on_it : bracket.units) {
-    for (const auto& axis : units[on_it].axes()) sum_c += axis.cabinet().value;
-    bodies += units[on_it].axes().size();
+  for (const auto member : bracket.units) {
+    for (const auto& axis : units[member].axes()) sum_c += axis.cabinet().value;
+    bodies += units[member].axes().size();
   }
   return {sum_c / static_cast<double>(bodies)};
 }
@@ -204,7 +204,8 @@ void VirtualLaboratory::silence(std::size_t unit, bool silent) { parts_->silent.
 void VirtualLaboratory::step() {
   auto& p = *parts_;
   for (std::size_t i = 0; i < p.units.size(); ++i) p.units[i].step(p.air_around(i), p.plant.output_percent() / 100);
-  for (std::size_t i = 0; i < p.brackets.size(); ++i) p.brackets[i].follow(p.mean_of_cabinets(p.on_brackets[i]));
+  for (std::size_t i = 0; i < p.brackets.size(); ++i)
+    p.brackets[i].follow(p.mean_cabinet_temperature(p.on_brackets[i]));
   p.plant.step(p.set_point, p.on);
   p.measure_air();
   p.show_thermometers();

@@ -17,7 +17,7 @@ std::unique_ptr<VirtualGyro> make_gyro(const LumpedGyroParameters& p, Laboratory
   return std::make_unique<LumpedGyro>(p);
 }
 std::unique_ptr<VirtualGyro> make_gyro(const ReducedGyroParameters& p, LaboratorySeed seed) {
-  return std::make_unique<ReducedGyro>(p, make_past(p.storage, seed));
+  return std::make_unique<ReducedGyro>(p, make_history(p.storage, seed));
 }
 
 std::unique_ptr<VirtualGyro> make_gyro(const DrawnAxis& axis) {
@@ -72,13 +72,13 @@ void VirtualAxis::switch_on(bool on) {
 
 void VirtualAxis::step(Celsius air, double output, const UnitState& state) {
   true_bias_ = gyro_->bias();
-  if (!state.off) readout_.step(true_bias_ + hopped(), gyro_->block(), state.turned);
+  if (!state.off) readout_.step(true_bias_ + hop_rate(), gyro_->block(), state.turned);
   gyro_->step(air, output);
   thermometers_.step(gyro_->locations_c());
   ++seconds_;
 }
 
-DegreesPerHour VirtualAxis::hopped() const {
+DegreesPerHour VirtualAxis::hop_rate() const {
   if (!hop_ || seconds_ < hop_->at_s) return {};
   return {seconds_ - hop_->at_s < hop_->for_s.value_or(std::numeric_limits<double>::infinity()) ? hop_->deg_per_h : 0};
 }

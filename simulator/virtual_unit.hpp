@@ -61,10 +61,10 @@ class VirtualAxis {
   [[nodiscard]] DegreesPerHour true_bias() const { return true_bias_; }
   /// Returns the sum of all terms that are added to bias and Earth rate in the next second: the read-out's drift and
   /// the hop.
-  [[nodiscard]] DegreesPerHour drift() const { return readout_.drift() + hopped(); }
+  [[nodiscard]] DegreesPerHour drift() const { return readout_.drift() + hop_rate(); }
 
  private:
-  [[nodiscard]] DegreesPerHour hopped() const;
+  [[nodiscard]] DegreesPerHour hop_rate() const;
 
   std::unique_ptr<VirtualGyro> gyro_;
   std::optional<OutputHop> hop_;

@@ -42,18 +42,18 @@ enum class MakeSafeExit : int {
 
 using std::chrono::seconds;
 
-constexpr auto kOrdersWithin = seconds(10);
-constexpr auto kProgramsEndWithin = seconds(2);
+constexpr auto kSafeStateTimeout = seconds(10);
+constexpr auto kKillTimeout = seconds(2);
 /// Longest wait for the files next to the record.
-constexpr auto kFilesWithin = seconds(5);
-constexpr auto kAfterAFault = seconds(1);
+constexpr auto kFileTimeout = seconds(5);
+constexpr auto kRetryPause = seconds(1);
 /// Longest observation of the air under a service manager, which restarts the run only afterwards. A run that was down
 /// for more than two minutes is not resumed automatically. The restarted program continues the observation.
-constexpr auto kLongestWatchOfService = seconds(60);
+constexpr auto kLongestServiceWatch = seconds(60);
 /// Seconds that another program may drive the chamber before make-safe ends.
-constexpr int kGivesUpTo = 60;
+constexpr int kMostDrivenSeconds = 60;
 /// Seconds to wait, on behalf of a user, while another program (usually the run's guard) drives the chamber.
-constexpr int kWaitsFor = 15;
+constexpr int kInUseWaitSeconds = 15;
 
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
@@ -71,28 +71,28 @@ constexpr const char* kHelp =
     "invalid,\n"
     "or no such record; 5 a running program drives the chamber.\n";
 
-MakeSafeExit complain(Voice& voice, const Fault& fault, MakeSafeExit exit) {
+MakeSafeExit report_fault(Voice& voice, const Fault& fault, MakeSafeExit exit) {
   voice.say(text(fault));
   return exit;
 }
 
-MakeSafeExit exit_for(const Rescued& rescued) {
+MakeSafeExit exit_code(const Rescued& rescued) {
   if (rescued.reached == SafeStage::all) return MakeSafeExit::safe;
   return rescued.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
 }
 
-/// Behaviour selected on the command line.
-enum class Manner { gently, kill, insist };
+/// Escalation selected on the command line.
+enum class RescueMode { gentle, kill, insist };
 
-MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because);
+MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* reason);
 
 SafeStateChamber for_service(SafeStateChamber chamber) {
-  chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kLongestWatchOfService);
+  chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kLongestServiceWatch);
   return chamber;
 }
 
 /// Repeats attempts while the chamber answers and may still become safe.
-Rescued watch_to_the_end(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
+Rescued retry_until_safe(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
   while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_out_of_means() && !rescue.is_lost()) {
     if (trail.leave(rescued)) voice.say(trail.describe());
     std::this_thread::sleep_for(rescue.pause());
@@ -101,9 +101,9 @@ Rescued watch_to_the_end(SafeRescue& rescue, Rescued rescued, Trail& trail, Voic
   return rescued;
 }
 
-MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
+MakeSafeExit once(Voice& voice, const std::string& record, RescueMode mode) {
   auto safe_state = read_safe_state(safe_state_path(record));
-  if (!safe_state) return complain(voice, safe_state.error(), MakeSafeExit::file);
+  if (!safe_state) return report_fault(voice, safe_state.error(), MakeSafeExit::file);
   if (!*safe_state) {
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
@@ -116,19 +116,19 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
     (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
-  if (manner == Manner::gently && lives(by)) {
+  if (mode == RescueMode::gentle && lives(by)) {
     voice.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
     return MakeSafeExit::in_use;
   }
   const auto chamber = chamber_of(**safe_state);
-  if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
+  if (!chamber) return report_fault(voice, chamber.error(), MakeSafeExit::file);
   constexpr const char* kEnded = "the program that drove it had ended";
-  if (manner == Manner::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
-  if (!kill_process(by, kProgramsEndWithin)) voice.say(fmt::format("cannot end process {}", by.pid));
+  if (mode == RescueMode::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
+  if (!kill_process(by, kKillTimeout)) voice.say(fmt::format("cannot end process {}", by.pid));
   Trail trail(**safe_state, kEnded);
   SafeRescue rescue(**safe_state, *chamber, voice);
   auto rescued = rescue.attempt();
-  for (int waited = 0; rescued.in_use && waited < kWaitsFor; ++waited) {
+  for (int waited = 0; rescued.in_use && waited < kInUseWaitSeconds; ++waited) {
     std::this_thread::sleep_for(seconds(1));
     if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
       voice.say(record + ": another program has made its chamber safe");
@@ -136,13 +136,13 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
     }
     rescued = rescue.attempt();
   }
-  rescued = watch_to_the_end(rescue, std::move(rescued), trail, voice);
-  if (rescued.in_use) return exit_for(rescued);
+  rescued = retry_until_safe(rescue, std::move(rescued), trail, voice);
+  if (rescued.in_use) return exit_code(rescued);
   trail.leave(rescued);
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
   voice.say(trail.describe());
-  if (!trail.settle(kFilesWithin)) voice.say("the disk does not respond: no file could be written next to the record");
-  return exit_for(rescued);
+  if (!trail.settle(kFileTimeout)) voice.say("the disk does not respond: no file could be written next to the record");
+  return exit_code(rescued);
 }
 
 const char* describe(WatchEnd end) {
@@ -152,54 +152,54 @@ const char* describe(WatchEnd end) {
 
 /// Repeats attempts until the chamber has confirmed the safe state, or another program has taken over the run, has
 /// driven the chamber for a minute, or has made it safe.
-MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because) {
-  if (!kill_process(safe_state.written_by, kProgramsEndWithin))
+MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* reason) {
+  if (!kill_process(safe_state.written_by, kKillTimeout))
     voice.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
-  Trail trail(safe_state, because);
+  Trail trail(safe_state, reason);
   SafeRescue rescue(safe_state, chamber, voice);
   auto rescued = rescue.attempt();
-  voice.say(because);
+  voice.say(reason);
   for (int driven = 0;; rescued = rescue.attempt()) {
     driven = rescued.is_driven ? driven + 1 : 0;
     if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.describe());
-    if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
+    if (rescued.reached == SafeStage::all || driven >= kMostDrivenSeconds) break;
     if (const auto why = trail.reason_to_end()) {
       voice.say(*why + "; giving up");
       break;
     }
-    std::this_thread::sleep_for(rescued.in_use ? Duration(kAfterAFault) : rescue.pause());
+    std::this_thread::sleep_for(rescued.in_use ? Duration(kRetryPause) : rescue.pause());
   }
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
   // No process waits for this one, so it may wait until the disk responds.
-  while (!trail.settle(kFilesWithin)) {
+  while (!trail.settle(kFileTimeout)) {
   }
-  return exit_for(rescued);
+  return exit_code(rescued);
 }
 
 /// Returns the safe state received from the program that started this one. If that program died before sending it,
 /// returns the safe state in its file.
-Result<SafeState> orders_for(const std::string& record) {
+Result<SafeState> obtain_safe_state(const std::string& record) {
   const auto file = safe_state_path(record);
-  const auto orders = receive_safe_state(STDIN_FILENO, kOrdersWithin);
+  const auto orders = receive_safe_state(STDIN_FILENO, kSafeStateTimeout);
   if (orders) return parse_safe_state(*orders, file);
   const auto left = read_safe_state(file);
-  if (left && *left && ends((*left)->written_by, kProgramsEndWithin)) return **left;
+  if (left && *left && ends((*left)->written_by, kKillTimeout)) return **left;
   return failure(orders.error());
 }
 
 MakeSafeExit guard(Voice& voice, const std::string& record) {
-  const auto safe_state = orders_for(record);
+  const auto safe_state = obtain_safe_state(record);
   if (!safe_state)
-    return complain(voice, safe_state.error(),
-                    safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
+    return report_fault(voice, safe_state.error(),
+                        safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
   const auto chamber = chamber_of(*safe_state);
-  if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
+  if (!chamber) return report_fault(voice, chamber.error(), MakeSafeExit::file);
   // If the program has ended, watch() detects the closed line.
-  [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);
+  [[maybe_unused]] const auto sent = ::write(STDIN_FILENO, &kWatching, 1);
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
   const bool is_service = std::getenv("NOTIFY_SOCKET") != nullptr;
-  for (;; std::this_thread::sleep_for(kAfterAFault)) try {
+  for (;; std::this_thread::sleep_for(kRetryPause)) try {
       return rescue(voice, *safe_state, is_service ? for_service(*chamber) : *chamber, describe(end));
       // An exception of a library must not leave the chamber unsafe.
     } catch (const std::exception& failed) {
@@ -209,7 +209,7 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
 
 /// Ignores signals that must not stop the rescue: from a closing terminal, Ctrl-C, an orderly end of the session, or a
 /// service watchdog.
-void survive() {
+void ignore_signals() {
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGQUIT, SIGABRT, SIGTSTP, SIGTTOU, SIGTTIN})
     std::signal(number, SIG_IGN);
   // Lets the kernel reap child processes that hung and end late.
@@ -217,11 +217,11 @@ void survive() {
 }
 
 /// Returns the record's own path if a link was given. The safe-state file is next to the record itself.
-std::string own_name(const std::string& record) {
+std::string resolve_link(const std::string& record) {
   std::error_code error;
   if (!is_symlink(std::filesystem::symlink_status(record, error))) return record;
-  const auto meant = std::filesystem::canonical(record, error);
-  return error ? record : meant.string();
+  const auto target = std::filesystem::canonical(record, error);
+  return error ? record : target.string();
 }
 
 MakeSafeExit run(int argc, char** argv) {
@@ -234,7 +234,7 @@ MakeSafeExit run(int argc, char** argv) {
   if (first == "--guard") {
     // Closes the inherited locks and connections of the watched program.
     ::close_range(STDERR_FILENO + 1, ~0U, 0);
-    survive();
+    ignore_signals();
   }
   Voice voice;
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
@@ -245,8 +245,10 @@ MakeSafeExit run(int argc, char** argv) {
   std::error_code error;
   const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
   if (first == "--guard") return guard(voice, record);
-  const auto manner = first == "--insist" ? Manner::insist : first == "--kill" ? Manner::kill : Manner::gently;
-  return once(voice, own_name(record), manner);
+  const auto mode = first == "--insist" ? RescueMode::insist
+                    : first == "--kill" ? RescueMode::kill
+                                        : RescueMode::gentle;
+  return once(voice, resolve_link(record), mode);
 }
 
 }  // namespace

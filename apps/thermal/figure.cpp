@@ -65,12 +65,12 @@ std::vector<report::ReportedHeatSource> heat_source_rows(const thermal::GyroMode
       source("ballast", power(ThermalInput::ballast_left), model.geometry.ballast_volume)};
 }
 
-double in_millikelvins(double celsius) { return std::round(1000 * celsius) / 1000; }
+double round_to_millikelvin(double celsius) { return std::round(1000 * celsius) / 1000; }
 
 /// Rounds the temperatures to 1 mK, so different machines print equal results.
-void round_off(plot::ThermalImage& image) {
-  for (double& value : image.celsius.values) value = in_millikelvins(value);
-  for (plot::ThermalMark& mark : image.marks) mark.celsius = in_millikelvins(mark.celsius);
+void round_temperatures(plot::ThermalImage& image) {
+  for (double& value : image.celsius.values) value = round_to_millikelvin(value);
+  for (plot::ThermalMark& mark : image.marks) mark.celsius = round_to_millikelvin(mark.celsius);
 }
 
 /// Returns the image at steady state on the coarse mesh, with the mesh and the air temperature.
@@ -81,14 +81,15 @@ Result<report::ReportedThermalImage> compute_image(const thermal::GyroModel& mod
   const auto state = steady_state(model, mesh, {.ambient_c = ambient_c, .film_w_per_m2_k = film});
   if (!state) return failure(state.error());
   plot::ThermalImage image = make_top_face(model, mesh, *state, kColumns);
-  round_off(image);
-  return report::ReportedThermalImage{.mesh = "coarse",
-                                      .elements = static_cast<int>(mesh.element_count),
-                                      .nodes = static_cast<int>(state->unknowns),
-                                      .ambient_c = ambient_c,
-                                      .film_w_per_m2_k = film,
-                                      .difference_k = in_millikelvins(thermal::gain_difference_k(state->outputs_c)),
-                                      .view = std::move(image)};
+  round_temperatures(image);
+  return report::ReportedThermalImage{
+      .mesh = "coarse",
+      .elements = static_cast<int>(mesh.element_count),
+      .nodes = static_cast<int>(state->unknowns),
+      .ambient_c = ambient_c,
+      .film_w_per_m2_k = film,
+      .difference_k = round_to_millikelvin(thermal::gain_difference_k(state->outputs_c)),
+      .view = std::move(image)};
 }
 
 Result<Exit> figure(Console& console, const FigureArguments& options) {

@@ -89,7 +89,7 @@ struct ThermalArguments {
 };
 
 /// File that is written last. If it exists, the image is complete.
-constexpr const char* kFacts = "thermal.json";
+constexpr const char* kResultFile = "thermal.json";
 
 /// A steady state with its inputs and its computing time.
 struct Solved {
@@ -102,7 +102,7 @@ struct Solved {
   std::vector<thermal::FittedDifference> family;
 };
 
-double used_film(const thermal::GyroModel& model, const ThermalArguments& options) {
+double film_coefficient(const thermal::GyroModel& model, const ThermalArguments& options) {
   if (options.film) return *options.film;
   return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
@@ -130,7 +130,7 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
                                         *options.fit));
   }
   if (auto running = check_interrupt(console, "steady state", 0); !running) return failure(running.error());
-  solved.film_w_per_m2_k = used_film(solved.model, options);
+  solved.film_w_per_m2_k = film_coefficient(solved.model, options);
   solved.mesh = make_mesh(solved.model, static_cast<thermal::MeshSize>(size));
   auto state = steady_state(solved.model, solved.mesh,
                             {.ambient_c = options.ambient_c, .film_w_per_m2_k = solved.film_w_per_m2_k});
@@ -252,14 +252,14 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
     if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
   }
   if (auto drawn = draw_pictures(console, folder, views); !drawn) return drawn;
-  return replace_text_file((folder / kFacts).string(), json(solved, options).dump(2) + "\n");
+  return replace_text_file((folder / kResultFile).string(), json(solved, options).dump(2) + "\n");
 }
 
 Result<Exit> image(Console& console, const ThermalArguments& options) {
   std::error_code error;
-  const auto facts_file = (std::filesystem::path(options.out) / kFacts).string();
-  if (!options.force && std::filesystem::exists(facts_file, error))
-    return failure(FaultKind::usage, facts_file, "exists; --force overwrites it and the files next to it");
+  const auto result_file = (std::filesystem::path(options.out) / kResultFile).string();
+  if (!options.force && std::filesystem::exists(result_file, error))
+    return failure(FaultKind::usage, result_file, "exists; --force overwrites it and the files next to it");
   auto model = read_gyro(options.gyro);
   if (!model) return failure(model.error());
   std::filesystem::create_directories(options.out, error);

@@ -13,7 +13,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 /// Returns the value that a receiver reads after `value` was sent.
-double as_sent(const drivers::FrameField& field, double value) {
+double received_value(const drivers::FrameField& field, double value) {
   const auto raw = unscaled(field, value);
   if (is_word(field.type)) {
     const auto read = parse_word(field, print_word(field, raw));
@@ -32,7 +32,7 @@ drivers::AxisReading make_reading(const drivers::FrameField& field, double value
 }
 
 /// Returns the reading of a device that is configured to another unit of measure.
-drivers::AxisReading multiplied(const drivers::FrameField& field, drivers::AxisReading reading, double factor) {
+drivers::AxisReading rescale_reading(const drivers::FrameField& field, drivers::AxisReading reading, double factor) {
   const bool is_angle = field.role == drivers::FieldRole::increment || field.role == drivers::FieldRole::rate;
   if (!is_angle) return reading;
   if (reading.value) *reading.value *= factor;
@@ -40,10 +40,10 @@ drivers::AxisReading multiplied(const drivers::FrameField& field, drivers::AxisR
   return reading;
 }
 
-double wrapped(double angle, double wraps_at) { return angle - wraps_at * std::floor(angle / wraps_at); }
+double wrap_angle(double angle, double wraps_at) { return angle - wraps_at * std::floor(angle / wraps_at); }
 
-constexpr double kUsualTemperature = 25;  // °C
-constexpr std::size_t kMostHeard = 1024;
+constexpr double kDefaultTemperature = 25;  // °C
+constexpr std::size_t kMostReceived = 1024;
 constexpr const char* kReplyEnd = "\r\n";
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
@@ -64,7 +64,7 @@ StreamWriter::StreamWriter(drivers::FrameFormat format, std::vector<double> arcs
                      .arcsec_per_pulse = arcsec_per_pulse[i],
                      .arcsec_per_unit = arcsec_per(gyros[i]->unit, gyros[i]->role).value_or(0)});
   for (const auto* field : format_.values())
-    usual_.push_back(field->role == drivers::FieldRole::temperature ? kUsualTemperature : 0);
+    default_values_.push_back(field->role == drivers::FieldRole::temperature ? kDefaultTemperature : 0);
 }
 
 /// Returns the sequence number of a frame. `number` may be before the first frame.
@@ -81,7 +81,7 @@ drivers::GyroFrame StreamWriter::frame(std::int64_t number, std::int64_t device_
   const double unit_us = time ? time->unit_s * 1e6 : 1;
   frame.timestamp = static_cast<std::uint64_t>(std::llround(static_cast<double>(device_time_us) / unit_us));
   for (const auto& axis : axes_) frame.axes.push_back(make_reading(axis.field, 0));
-  frame.values.assign(usual_.begin(), usual_.end());
+  frame.values.assign(default_values_.begin(), default_values_.end());
   return frame;
 }
 
@@ -113,8 +113,8 @@ drivers::AxisReading StreamWriter::put_angle(double pulses, double seconds, Axis
   const double angle = pulses * axis.arcsec_per_pulse / axis.arcsec_per_unit;
   double value = field.role == drivers::FieldRole::rate ? (angle - axis.angle) / seconds : angle - axis.angle;
   if (field.role == drivers::FieldRole::integrated_angle)
-    value = field.wraps_at > 0 ? wrapped(angle, field.wraps_at) : angle;
-  const double read = as_sent(field, value);
+    value = field.wraps_at > 0 ? wrap_angle(angle, field.wraps_at) : angle;
+  const double read = received_value(field, value);
   if (field.role == drivers::FieldRole::rate) axis.angle += read * seconds;
   if (field.role == drivers::FieldRole::increment) axis.angle += read;
   return make_reading(field, value);
@@ -122,12 +122,12 @@ drivers::AxisReading StreamWriter::put_angle(double pulses, double seconds, Axis
 
 std::vector<std::byte> StreamWriter::next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                                           std::span<const double> values) {
-  assert(pulses.size() == axes_.size() && values.size() <= usual_.size());
+  assert(pulses.size() == axes_.size() && values.size() <= default_values_.size());
   auto one = frame(number_++, device_time_us);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     auto reading =
         is_counted(axes_[i].field) ? put_counts(pulses[i], axes_[i]) : put_angle(pulses[i], seconds, axes_[i]);
-    one.axes[i] = factor_ == 1 ? reading : multiplied(axes_[i].field, reading, factor_);
+    one.axes[i] = factor_ == 1 ? reading : rescale_reading(axes_[i].field, reading, factor_);
   }
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::isfinite(values[i])) one.values[i] = values[i];
@@ -160,7 +160,7 @@ GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<dri
 void GyroServer::add(Pty line) { lines_.push_back({std::move(line)}); }
 
 /// Executes a command and returns the answer.
-std::string GyroServer::obey(const drivers::GyroCommand& command) {
+std::string GyroServer::execute(const drivers::GyroCommand& command) {
   const auto name = drivers::first_line(command.send);
   const auto is_among = [&](const auto& names) { return std::ranges::find(names, name) != names.end(); };
   if (is_among(faults_.ignored)) return {};
@@ -173,27 +173,27 @@ std::string GyroServer::obey(const drivers::GyroCommand& command) {
 }
 
 /// Returns the answers to the new bytes, in the order of the commands in the description.
-std::string GyroServer::replies(std::span<const char> bytes, std::string& heard) {
-  heard.append(bytes.data(), bytes.size());
+std::string GyroServer::replies(std::span<const char> bytes, std::string& received) {
+  received.append(bytes.data(), bytes.size());
   std::string answer;
   for (bool found = true; found;) {
     found = false;
     for (const auto& command : commands_) {
-      const auto at = heard.find(command.send);
+      const auto at = received.find(command.send);
       if (at == std::string::npos) continue;
-      answer += obey(command);
-      heard.erase(0, at + command.send.size());
+      answer += execute(command);
+      received.erase(0, at + command.send.size());
       found = true;
     }
   }
-  if (heard.size() > kMostHeard) heard.erase(0, heard.size() - kMostHeard);
+  if (received.size() > kMostReceived) received.erase(0, received.size() - kMostReceived);
   return answer;
 }
 
-std::string GyroServer::replies(int descriptor, std::string& heard) {
-  std::array<char, kMostHeard> buffer{};
+std::string GyroServer::replies(int descriptor, std::string& received) {
+  std::array<char, kMostReceived> buffer{};
   const auto size = ::read(descriptor, buffer.data(), buffer.size());
-  return size <= 0 ? std::string{} : replies(std::span(buffer).first(static_cast<std::size_t>(size)), heard);
+  return size <= 0 ? std::string{} : replies(std::span(buffer).first(static_cast<std::size_t>(size)), received);
 }
 
 void GyroServer::admit(Descriptor client) {
@@ -201,13 +201,13 @@ void GyroServer::admit(Descriptor client) {
 }
 
 std::shared_ptr<MemoryConnection> GyroServer::connect() {
-  auto& client = near_.emplace_back(Near{std::make_shared<MemoryConnection>()});
-  give(client, writer_.lead_in());
+  auto& client = local_clients_.emplace_back(LocalClient{std::make_shared<MemoryConnection>()});
+  send_to(client, writer_.lead_in());
   return client.connection;
 }
 
 /// Sends bytes to a client. Closes the connection if it does not accept them.
-void GyroServer::give(Near& client, std::span<const std::byte> bytes) {
+void GyroServer::send_to(LocalClient& client, std::span<const std::byte> bytes) {
   client.connection->open = client.connection->open && client.connection->to_client.put(bytes);
 }
 
@@ -215,32 +215,33 @@ void GyroServer::attend() {
   if (listener_.is_open())
     for (auto client = accept_client(listener_); client.is_open(); client = accept_client(listener_))
       admit(std::move(client));
-  std::erase_if(near_,
-                [](const Near& client) { return !client.connection->open || client.connection.use_count() == 1; });
+  std::erase_if(local_clients_, [](const LocalClient& client) {
+    return !client.connection->open || client.connection.use_count() == 1;
+  });
   if (commands_.empty()) return;
   for (auto& client : clients_)
-    if (const auto answer = replies(client.socket.number(), client.heard); !answer.empty())
+    if (const auto answer = replies(client.socket.number(), client.received); !answer.empty())
       (void)send_now(client.socket, bytes_of(answer));
   for (auto& line : lines_)
-    if (const auto answer = replies(line.pty.ours.number(), line.heard); !answer.empty())
+    if (const auto answer = replies(line.pty.ours.number(), line.received); !answer.empty())
       send_now(line.pty, bytes_of(answer));
-  for (auto& client : near_) {
-    std::array<std::byte, kMostHeard> buffer{};
+  for (auto& client : local_clients_) {
+    std::array<std::byte, kMostReceived> buffer{};
     const auto size = client.connection->to_instrument.take(buffer);
     if (size == 0) continue;
     const std::span said(reinterpret_cast<const char*>(buffer.data()), size);
-    give(client, bytes_of(replies(said, client.heard)));
+    send_to(client, bytes_of(replies(said, client.received)));
   }
 }
 
 void GyroServer::send(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                       std::span<const double> values) {
   attend();
-  if (is_silent_ || (clients_.empty() && lines_.empty() && near_.empty())) return skip(pulses);
+  if (is_silent_ || (clients_.empty() && lines_.empty() && local_clients_.empty())) return skip(pulses);
   const auto bytes = writer_.next(pulses, device_time_us, seconds, values);
   std::erase_if(clients_, [&](const Client& client) { return !send_now(client.socket, bytes); });
   for (const auto& line : lines_) send_now(line.pty, bytes);
-  for (auto& client : near_) give(client, bytes);
+  for (auto& client : local_clients_) send_to(client, bytes);
 }
 
 }  // namespace gyrotherm::simulator

@@ -63,7 +63,7 @@ class StreamWriter {
   drivers::FrameFormat format_;
   std::vector<Axis> axes_;
   /// Default values of the housekeeping fields that the caller does not set.
-  std::vector<double> usual_;
+  std::vector<double> default_values_;
   /// Number of the next frame.
   std::int64_t number_{};
   double factor_ = 1;
@@ -109,22 +109,22 @@ class GyroServer {
  private:
   struct Client {
     Descriptor socket;
-    std::string heard{};
+    std::string received{};
   };
   struct Line {
     Pty pty;
-    std::string heard{};
+    std::string received{};
   };
   /// A client in this process.
-  struct Near {
+  struct LocalClient {
     std::shared_ptr<MemoryConnection> connection;
-    std::string heard{};
+    std::string received{};
   };
   void admit(Descriptor client);
-  [[nodiscard]] std::string replies(std::span<const char> bytes, std::string& heard);
-  [[nodiscard]] std::string replies(int descriptor, std::string& heard);
-  [[nodiscard]] std::string obey(const drivers::GyroCommand& command);
-  static void give(Near& client, std::span<const std::byte> bytes);
+  [[nodiscard]] std::string replies(std::span<const char> bytes, std::string& received);
+  [[nodiscard]] std::string replies(int descriptor, std::string& received);
+  [[nodiscard]] std::string execute(const drivers::GyroCommand& command);
+  static void send_to(LocalClient& client, std::span<const std::byte> bytes);
 
   Descriptor listener_;
   StreamWriter writer_;
@@ -135,7 +135,7 @@ class GyroServer {
   bool is_silent_{};
   std::vector<Client> clients_;
   std::vector<Line> lines_;
-  std::vector<Near> near_;
+  std::vector<LocalClient> local_clients_;
 };
 
 }  // namespace gyrotherm::simulator

@@ -12,11 +12,11 @@ namespace {
 
 constexpr const char* kLineName = "virtual line";
 
-tl::unexpected<Fault> nothing_came(Duration within) {
+tl::unexpected<Fault> timeout_fault(Duration within) {
   return failure(FaultKind::timeout, kLineName, fmt::format("no data in {:.3f} s", to_seconds(within)));
 }
 
-tl::unexpected<Fault> was_closed() {
+tl::unexpected<Fault> closed_fault() {
   return failure(FaultKind::disconnected, kLineName, "the other end closed the line");
 }
 
@@ -27,16 +27,16 @@ class SendingLine final : public drivers::ByteStream {
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
     ensure_connection();
     if (const auto size = connection_->to_client.take(buffer); size > 0) return size;
-    if (connection_->open) return nothing_came(within);
+    if (connection_->open) return timeout_fault(within);
     connection_.reset();
-    return was_closed();
+    return closed_fault();
   }
 
   Result<void> write(std::span<const std::byte> bytes, Duration) override {
     ensure_connection();
     if (connection_->open && connection_->to_instrument.put(bytes)) return {};
     connection_.reset();
-    return was_closed();
+    return closed_fault();
   }
 
  private:
@@ -55,8 +55,8 @@ class AnsweringLine final : public drivers::ByteStream {
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
     if (const auto size = answers_.take(buffer); size > 0) return size;
-    if (std::exchange(broken_, false)) return was_closed();
-    return nothing_came(within);
+    if (std::exchange(broken_, false)) return closed_fault();
+    return timeout_fault(within);
   }
 
   /// Feeds the session. Bytes that violate the protocol break the line; the next use creates a new session.

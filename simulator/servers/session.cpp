@@ -49,7 +49,7 @@ namespace {
 
 constexpr int kBacklog = 128;
 
-tl::unexpected<Fault> no_pty() {
+tl::unexpected<Fault> pty_fault() {
   return failure(FaultKind::disconnected, "virtual instrument",
                  "cannot open a pseudo-terminal: " + std::generic_category().message(errno));
 }
@@ -69,7 +69,7 @@ Descriptor accept_client(const Descriptor& listener) {
   return client;
 }
 
-Result<std::pair<Descriptor, Descriptor>> connect_here() {
+Result<std::pair<Descriptor, Descriptor>> make_socket_pair() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) != 0)
     return failure(FaultKind::disconnected, "virtual instrument",
@@ -90,13 +90,13 @@ Result<Pty> open_pty() {
   std::array<char, kLongestPath> path{};
   if (!pty.ours.is_open() || ::grantpt(pty.ours.number()) != 0 || ::unlockpt(pty.ours.number()) != 0 ||
       ::ptsname_r(pty.ours.number(), path.data(), path.size()) != 0)
-    return no_pty();
+    return pty_fault();
   pty.path = path.data();
   pty.theirs = Descriptor(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios settings{};
-  if (!pty.theirs.is_open() || ::tcgetattr(pty.theirs.number(), &settings) != 0) return no_pty();
+  if (!pty.theirs.is_open() || ::tcgetattr(pty.theirs.number(), &settings) != 0) return pty_fault();
   ::cfmakeraw(&settings);
-  if (::tcsetattr(pty.theirs.number(), TCSANOW, &settings) != 0) return no_pty();
+  if (::tcsetattr(pty.theirs.number(), TCSANOW, &settings) != 0) return pty_fault();
   return pty;
 }
 

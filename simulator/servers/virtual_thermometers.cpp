@@ -54,7 +54,7 @@ constexpr int kDconDecimals = 2;
 constexpr std::size_t kHeadSize = 3;
 constexpr std::uint8_t kBaud9600 = 0x06, kSumSwitch = 0x40;
 
-std::string setting(const DconModule& module) {
+std::string settings_text(const DconModule& module) {
   const auto format = module.checksum == drivers::DconChecksum::on ? kSumSwitch : std::uint8_t{0};
   return drivers::encode_dcon_configuration({.type = module.type, .baud = kBaud9600, .format = format});
 }
@@ -74,13 +74,13 @@ std::string DconSession::answer(std::string_view command) const {
 
 std::string DconSession::answer(const DconModule& module, std::string_view command) const {
   const auto what = command.substr(kHeadSize);
-  const auto told = [&](std::string_view text) { return fmt::format("!{:02X}{}", module.address, text); };
+  const auto acknowledge = [&](std::string_view text) { return fmt::format("!{:02X}{}", module.address, text); };
   if (command[0] == '#') return readings(module, what);
   if (command[0] != '$') return {};
-  if (what == "2") return told(setting(module));
-  if (what == "6") return told("FF");
-  if (what == "M") return told("7018");
-  if (what == "F") return told("A0101");
+  if (what == "2") return acknowledge(settings_text(module));
+  if (what == "6") return acknowledge("FF");
+  if (what == "M") return acknowledge("7018");
+  if (what == "F") return acknowledge("A0101");
   return fmt::format("?{:02X}", module.address);
 }
 
@@ -108,7 +108,7 @@ std::size_t parse_input(std::string_view command) {
 
 }  // namespace
 
-std::string Pt12Session::connected() const {
+std::string Pt12Session::connected_inputs() const {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < inputs_.size(); ++i)
     if (inputs_[i]) numbers.push_back(i + 1);
@@ -120,7 +120,7 @@ std::string Pt12Session::answer(std::string_view command) const {
   std::ranges::transform(upper, upper.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   if (upper == "ID?") return "PT12\r\n";
   if (upper == "SN?") return "VIRTUAL1\r\n";
-  if (upper == "CONNECTED?") return connected();
+  if (upper == "CONNECTED?") return connected_inputs();
   std::array<std::optional<double>, drivers::kPt12Inputs> shown;
   for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = read_at(inputs_[i], laboratory_);
   if (upper == "T?") return drivers::encode_pt12_temperatures(shown) + "\r\n";
@@ -153,11 +153,11 @@ constexpr std::size_t kCalibratedAt = 0xF0;
 VirtualUsbTemp::VirtualUsbTemp(const VirtualLaboratory& laboratory, std::mutex& laboratory_guard, const Inputs& inputs)
     : laboratory_(laboratory), laboratory_guard_(laboratory_guard), inputs_(inputs) {
   for (std::uint8_t input = 0; input < drivers::kMccInputs; ++input)
-    for (const auto& request : mcc_setup(input, drivers::MccRtd{})) obey(request);
+    for (const auto& request : mcc_setup(input, drivers::MccRtd{})) execute(request);
 }
 
 Result<void> VirtualUsbTemp::write(std::span<const std::byte> report) {
-  if (const auto request = drivers::decode_mcc_request(report)) obey(*request);
+  if (const auto request = drivers::decode_mcc_request(report)) execute(*request);
   return {};
 }
 
@@ -188,7 +188,7 @@ std::vector<std::uint8_t> VirtualUsbTemp::item(const drivers::MccRequest& reques
   return bytes;
 }
 
-void VirtualUsbTemp::obey(const drivers::MccRequest& request) {
+void VirtualUsbTemp::execute(const drivers::MccRequest& request) {
   const auto& a = request.arguments;
   switch (request.command) {
     case drivers::MccCommand::read_input:

@@ -81,7 +81,7 @@ class Pt12Session final : public TextSession {
 
  private:
   [[nodiscard]] std::string answer(std::string_view command) const override;
-  [[nodiscard]] std::string connected() const;
+  [[nodiscard]] std::string connected_inputs() const;
 
   const VirtualLaboratory& laboratory_;
   Inputs inputs_;
@@ -120,7 +120,7 @@ class VirtualUsbTemp final : public drivers::HidReports {
  private:
   /// Index of the converter and of its item.
   using Item = std::pair<std::uint8_t, std::uint8_t>;
-  void obey(const drivers::MccRequest& request);
+  void execute(const drivers::MccRequest& request);
   void reply(const drivers::MccRequest& request, const std::vector<std::uint8_t>& bytes);
   [[nodiscard]] float temperature(std::size_t input);
   [[nodiscard]] std::vector<std::uint8_t> item(const drivers::MccRequest& request) const;

@@ -21,31 +21,31 @@ struct BrickWeight {
 };
 
 // Number of points of the doubled grid that are at most two steps from a point along each axis.
-constexpr int kReach = 125;
-using Reached = std::bitset<kReach>;
+constexpr int kNeighbourPoints = 125;
+using NeighbourSet = std::bitset<kNeighbourPoints>;
 
 /// Position of each node of a brick relative to each other node: its index among the 125 points around it. The indices
 /// are in the order of node numbers.
-struct Around {
+struct NodeNeighbours {
   std::array<std::array<int, kHex20>, kHex20> of{};
-  std::array<Reached, kHex20> reached{};
+  std::array<NeighbourSet, kHex20> reached{};
   /// Node of the brick at a position; −1: none.
   std::array<int, 27> node_at{};
 };
 
-Around make_around() {
-  Around around;
-  around.node_at.fill(-1);
+NodeNeighbours make_neighbours() {
+  NodeNeighbours neighbours;
+  neighbours.node_at.fill(-1);
   for (int n = 0; n < kHex20; ++n) {
     const auto& from = kHex20Positions[n];
-    around.node_at[from[0] + 3 * from[1] + 9 * from[2]] = n;
+    neighbours.node_at[from[0] + 3 * from[1] + 9 * from[2]] = n;
     for (int m = 0; m < kHex20; ++m) {
       const auto& to = kHex20Positions[m];
-      around.of[n][m] = (to[0] - from[0] + 2) + 5 * (to[1] - from[1] + 2) + 25 * (to[2] - from[2] + 2);
-      around.reached[n].set(around.of[n][m]);
+      neighbours.of[n][m] = (to[0] - from[0] + 2) + 5 * (to[1] - from[1] + 2) + 25 * (to[2] - from[2] + 2);
+      neighbours.reached[n].set(neighbours.of[n][m]);
     }
   }
-  return around;
+  return neighbours;
 }
 
 /// First and last brick that contain a point of the doubled grid, along one axis.
@@ -60,7 +60,10 @@ Span span(int place, int bricks) {
 class Rows {
  public:
   Rows(const GyroMesh& mesh, std::vector<BrickWeight> weight_of_class)
-      : mesh_(mesh), weights_(std::move(weight_of_class)), around_(make_around()), reference_(hex20_integrals()) {}
+      : mesh_(mesh),
+        weights_(std::move(weight_of_class)),
+        neighbours_(make_neighbours()),
+        reference_(hex20_integrals()) {}
 
   SparseMatrix assemble() {
     const auto n = static_cast<Eigen::Index>(mesh_.node_count);
@@ -68,8 +71,9 @@ class Rows {
     auto* outer = matrix.outerIndexPtr();
     outer[0] = 0;
     each_node(mesh_, [&](int node, int I, int J, int K) {
-      Reached reached;
-      each_brick_at(I, J, K, [&](int, int, int, int local, const BrickWeight&) { reached |= around_.reached[local]; });
+      NeighbourSet reached;
+      each_brick_at(I, J, K,
+                    [&](int, int, int, int local, const BrickWeight&) { reached |= neighbours_.reached[local]; });
       outer[node + 1] = static_cast<int>(reached.count());
     });
     std::int64_t total = 0;
@@ -95,15 +99,15 @@ class Rows {
         for (int i = xs.from; i <= xs.to; ++i) {
           const auto& weight = weights_[mesh_.bricks[mesh_.brick(i, j, k)]];
           if (weight.k.zz == 0 && weight.k.xx == 0 && weight.capacity == 0) continue;
-          visit(i, j, k, around_.node_at[(I - 2 * i) + 3 * (J - 2 * j) + 9 * (K - 2 * k)], weight);
+          visit(i, j, k, neighbours_.node_at[(I - 2 * i) + 3 * (J - 2 * j) + 9 * (K - 2 * k)], weight);
         }
   }
 
   void fill(SparseMatrix& matrix, int node, int I, int J, int K) {
-    std::array<double, kReach> sum{};
-    Reached reached;
+    std::array<double, kNeighbourPoints> sum{};
+    NeighbourSet reached;
     each_brick_at(I, J, K, [&](int i, int j, int k, int local, const BrickWeight& weight) {
-      reached |= around_.reached[local];
+      reached |= neighbours_.reached[local];
       const auto h = edges(mesh_, i, j, k);
       const double eighth = h.volume() / 8;
       const double x = 4 * eighth * weight.k.xx / (h.x * h.x);
@@ -115,11 +119,11 @@ class Rows {
       Hex20Vector column = x * r.slopes[0].col(local) + y * r.slopes[1].col(local) + z * r.slopes[2].col(local);
       if (xy != 0) column += xy * r.cross.col(local);
       if (c != 0) column += c * r.mass.col(local);
-      const auto& at = around_.of[local];
+      const auto& at = neighbours_.of[local];
       for (int m = 0; m < kHex20; ++m) sum[at[m]] += column[m];
     });
     auto entry = matrix.outerIndexPtr()[node];
-    for (int o = 0; o < kReach; ++o) {
+    for (int o = 0; o < kNeighbourPoints; ++o) {
       if (!reached[o]) continue;
       const auto point = mesh_.point(I + o % 5 - 2, J + o / 5 % 5 - 2, K + o / 25 - 2);
       matrix.innerIndexPtr()[entry] = mesh_.nodes[point];
@@ -129,7 +133,7 @@ class Rows {
 
   const GyroMesh& mesh_;
   std::vector<BrickWeight> weights_;
-  Around around_;
+  NodeNeighbours neighbours_;
   const Hex20Integrals& reference_;
 };
 
@@ -173,7 +177,7 @@ struct AffineConductivity {
 };
 
 // Air conductivity at which the conductivity across a face is linearised, W/(m·K).
-constexpr double kUsualAir = 0.03;
+constexpr double kTypicalAir = 0.03;
 
 AffineConductivity affine_conductivity(const GyroModel& model, const BrickClass& brick) {
   AffineConductivity sum;
@@ -181,7 +185,7 @@ AffineConductivity affine_conductivity(const GyroModel& model, const BrickClass&
   for (const auto& [part, share] : brick.shares) {
     const auto gap = std::ranges::find(kGaps, part);
     const bool air = gap != kGaps.end();
-    const double k = air ? kUsualAir : properties(model, part).conductivity_w_per_m_k;
+    const double k = air ? kTypicalAir : properties(model, part).conductivity_w_per_m_k;
     (air ? sum.along.per_gap[gap - kGaps.begin()] : sum.along.fixed) += air ? share : share * k;
     resistance += share / k;
     if (air) sum.across.per_gap[gap - kGaps.begin()] = share / (k * k);
@@ -191,7 +195,7 @@ AffineConductivity affine_conductivity(const GyroModel& model, const BrickClass&
   sum.across.fixed = k;
   for (auto& slope : sum.across.per_gap) {
     slope *= k * k;
-    sum.across.fixed -= slope * kUsualAir;
+    sum.across.fixed -= slope * kTypicalAir;
   }
   return sum;
 }
@@ -234,7 +238,7 @@ SparseMatrix assemble_film(const GyroMesh& mesh) {
 /// Computes for each part the integral of each shape function over the part, divided by the part's volume. These
 /// weights distribute a power over the part and compute its mean temperature.
 template <class Add>
-void each_mean(const GyroMesh& mesh, const std::vector<GyroPart>& parts, Add add) {
+void each_mean_weight(const GyroMesh& mesh, const std::vector<GyroPart>& parts, Add add) {
   std::array<double, kGyroParts> volume{};
   for (const auto part : parts) volume[index(part)] = part_volume(mesh, part);
   const auto& load = hex20_integrals().load;
@@ -294,7 +298,7 @@ SparseMatrix assemble_capacity(const GyroModel& model, const GyroMesh& mesh) {
 
 Eigen::MatrixXd assemble_inputs(const GyroMesh& mesh) {
   Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.node_count), kThermalInputs);
-  each_mean(mesh, {kHeated.begin(), kHeated.end()}, [&](std::size_t part, int node, double value) {
+  each_mean_weight(mesh, {kHeated.begin(), kHeated.end()}, [&](std::size_t part, int node, double value) {
     inputs(node, static_cast<Eigen::Index>(part) + 1) += value;
   });
   return inputs;
@@ -326,7 +330,7 @@ SparseMatrix assemble_outputs(const GyroModel& model, const GyroMesh& mesh) {
     for (int n = 0; n < kHex20; ++n)
       if (shape[n] != 0) entries.emplace_back(t, nodes[n], shape[n]);
   }
-  each_mean(mesh, {kMeanOf.begin(), kMeanOf.end()}, [&](std::size_t part, int node, double value) {
+  each_mean_weight(mesh, {kMeanOf.begin(), kMeanOf.end()}, [&](std::size_t part, int node, double value) {
     entries.emplace_back(static_cast<int>(part) + 8, node, value);
   });
   SparseMatrix outputs(static_cast<Eigen::Index>(kThermalOutputs), static_cast<Eigen::Index>(mesh.node_count));
@@ -357,14 +361,14 @@ ThermalField::ThermalField(const GyroModel& model, const GyroMesh& mesh, const E
     : model_(model), mesh_(mesh), field_c_(field_c), parts_(make_parts(model)) {}
 
 double ThermalField::temperature_at(double x, double y, double z) const {
-  constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kOutside = std::numeric_limits<double>::quiet_NaN();
   constexpr double kEdge = 1e-9;  // m
   const auto off = [](const std::vector<double>& lines, double value) {
     return !(value >= lines.front() - kEdge && value <= lines.back() + kEdge);
   };
-  if (off(mesh_.x, x) || off(mesh_.y, y) || off(mesh_.z, z)) return kNowhere;
+  if (off(mesh_.x, x) || off(mesh_.y, y) || off(mesh_.z, z)) return kOutside;
   const auto at = locate(mesh_, x, y, z);
-  if (mesh_.bricks[mesh_.brick(at.i, at.j, at.k)] == 0) return kNowhere;
+  if (mesh_.bricks[mesh_.brick(at.i, at.j, at.k)] == 0) return kOutside;
   const auto nodes = brick_nodes(mesh_, at.i, at.j, at.k);
   const auto shape = hex20_shape(at.xi, at.eta, at.zeta);
   double sum = 0;

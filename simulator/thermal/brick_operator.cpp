@@ -75,7 +75,7 @@ GYROTHERM_BRICK_INLINE void spread(const Line* of, Line* at) {
 
 /// Weights of adjacent bricks, W/K.
 template <class Line>
-struct Conducting {
+struct BrickConductances {
   Line x, y, z;
 };
 
@@ -88,9 +88,9 @@ struct Polynomials {
   Line x[4], y[4], z[4], odd[8];
 };
 
-/// Sums over the nodes of adjacent bricks; after respond() the forces on the nodes. `corner[p]`, p = bit 0 for x, bit 1
-/// for y, bit 2 for z: sums over the corners, odd in the axes of the bits. `on_x`, `on_y`, `on_z`: sums over the
-/// midpoints of the edges along an axis, with bits for the other two axes in order.
+/// Sums over the nodes of adjacent bricks; after convert_to_forces() the forces on the nodes. `corner[p]`, p = bit 0
+/// for x, bit 1 for y, bit 2 for z: sums over the corners, odd in the axes of the bits. `on_x`, `on_y`, `on_z`: sums
+/// over the midpoints of the edges along an axis, with bits for the other two axes in order.
 template <class Line>
 struct NodeSums {
   Line corner[8], on_x[4], on_y[4], on_z[4];
@@ -125,7 +125,7 @@ GYROTHERM_BRICK_INLINE void find_coefficients(const NodeSums<Line>& sums, Polyno
 /// Computes the forces on the coefficients by k_xx, k_yy and k_zz, without the part of w that is contained in t. The
 /// energy is diagonal in these polynomials: ∫P₂'² = 6, ∫P₂² = 2/5, ∫1 = 2, ∫x² = 2/3.
 template <class Real, class Line>
-GYROTHERM_BRICK_INLINE void find_forces(const Conducting<Line>& k, const Polynomials<Line>& at,
+GYROTHERM_BRICK_INLINE void find_forces(const BrickConductances<Line>& k, const Polynomials<Line>& at,
                                         Polynomials<Line>& force) {
   constexpr Real kA = 24 * kEdge<Real>, kB = 8 * kEdge<Real>, kC = kEdge<Real> * 8 / 3, kD = kEdge<Real> * 8 / 5,
                  kE = kEdge<Real> * 8 / 15;
@@ -206,7 +206,7 @@ GYROTHERM_BRICK_INLINE void write_forces(Polynomials<Line>& force, NodeSums<Line
 
 /// Replaces sums over nodes by the forces on the nodes.
 template <class Real, bool slanted, class Line>
-GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, NodeSums<Line>& sums) {
+GYROTHERM_BRICK_INLINE void convert_to_forces(const BrickConductances<Line>& k, const Line& xy, NodeSums<Line>& sums) {
   Polynomials<Line> coefficients, force;
   find_coefficients(sums, coefficients);
   find_forces<Real>(k, coefficients, force);
@@ -220,14 +220,14 @@ template <class Pointer>
 struct RowsAround {
   Pointer corner[4], x_edge[4], y_edge[2], z_edge[2];
 
-  RowsAround(const FieldLayout& places, int j, int k, Pointer field) {
+  RowsAround(const FieldLayout& layout, int j, int k, Pointer field) {
     for (int n = 0; n < 4; ++n) {
-      corner[n] = field + places.corner(0, j + n % 2, k + n / 2);
-      x_edge[n] = field + places.x_edge(0, j + n % 2, k + n / 2);
+      corner[n] = field + layout.corner(0, j + n % 2, k + n / 2);
+      x_edge[n] = field + layout.x_edge(0, j + n % 2, k + n / 2);
     }
     for (int n = 0; n < 2; ++n) {
-      y_edge[n] = field + places.y_edge(0, j, k + n);
-      z_edge[n] = field + places.z_edge(0, j + n, k);
+      y_edge[n] = field + layout.y_edge(0, j, k + n);
+      z_edge[n] = field + layout.z_edge(0, j + n, k);
     }
   }
 };
@@ -299,7 +299,7 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
                                           RowEnds<Real>& ends) {
   using Line = typename LineOf<Real>::Line;
   const auto at = row + static_cast<std::size_t>(i);
-  Conducting<Line> k;
+  BrickConductances<Line> k;
   load(weights.x.data() + at, k.x);
   load(weights.y.data() + at, k.y);
   load(weights.z.data() + at, k.z);
@@ -307,7 +307,7 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   if constexpr (slanted) load(weights.xy.data() + at, xy);
   NodeSums<Line> nodes;
   gather(from, i, nodes);
-  respond<Real, slanted>(k, xy, nodes);
+  convert_to_forces<Real, slanted>(k, xy, nodes);
   scatter(nodes, i, to, ends);
 }
 
@@ -329,15 +329,15 @@ GYROTHERM_BRICK_INLINE void add_ends(RowEnds<Real>& ends, int bricks, const Rows
 }
 
 template <class Real>
-GYROTHERM_BRICK_INLINE void multiply_rows(const FieldLayout& places, const BrickWeights<Real>& weights,
+GYROTHERM_BRICK_INLINE void multiply_rows(const FieldLayout& layout, const BrickWeights<Real>& weights,
                                           const Real* field, Real* product) {
-  std::fill_n(product, places.padded(), Real(0));
-  RowEnds<Real> ends(places.nx());
-  for (int k = 0; k < places.nz(); ++k) {
-    for (int j = 0; j < places.ny(); ++j) {
-      const RowsAround<const Real*> from(places, j, k, field);
-      const RowsAround<Real*> to(places, j, k, product);
-      const auto row = weights.row(j, k, places.ny());
+  std::fill_n(product, layout.padded(), Real(0));
+  RowEnds<Real> ends(layout.nx());
+  for (int k = 0; k < layout.nz(); ++k) {
+    for (int j = 0; j < layout.ny(); ++j) {
+      const RowsAround<const Real*> from(layout, j, k, field);
+      const RowsAround<Real*> to(layout, j, k, product);
+      const auto row = weights.row(j, k, layout.ny());
       const bool slanted = weights.slanted[row / static_cast<std::size_t>(weights.stride)];
       for (int i = 0; i < weights.stride; i += kLanes<Real>) {
         if (slanted)
@@ -345,18 +345,18 @@ GYROTHERM_BRICK_INLINE void multiply_rows(const FieldLayout& places, const Brick
         else
           multiply_line<Real, false>(weights, row, i, from, to, ends);
       }
-      add_ends(ends, places.nx(), to);
+      add_ends(ends, layout.nx(), to);
     }
   }
 }
 
-GYROTHERM_BRICK_CLONES void multiply_bricks(const FieldLayout& places, const BrickWeights<double>& weights,
+GYROTHERM_BRICK_CLONES void multiply_bricks(const FieldLayout& layout, const BrickWeights<double>& weights,
                                             const double* field, double* product) {
-  multiply_rows(places, weights, field, product);
+  multiply_rows(layout, weights, field, product);
 }
-GYROTHERM_BRICK_CLONES void multiply_bricks(const FieldLayout& places, const BrickWeights<float>& weights,
+GYROTHERM_BRICK_CLONES void multiply_bricks(const FieldLayout& layout, const BrickWeights<float>& weights,
                                             const float* field, float* product) {
-  multiply_rows(places, weights, field, product);
+  multiply_rows(layout, weights, field, product);
 }
 
 /// Heat flow through a film of 1 W/K, by face and two of its nodes.
@@ -381,10 +381,10 @@ void multiply_film(const BrickWeights<Real>& weights, const Real* field, Real* p
   for (const auto& face : weights.film) {
     std::array<Real, 8> sum{};
     for (std::size_t m = 0; m < 8; ++m) {
-      const Real value = face.film * field[face.places[m]];
+      const Real value = face.film * field[face.positions[m]];
       for (std::size_t n = 0; n < 8; ++n) sum[n] += matrices[face.face][m][n] * value;
     }
-    for (std::size_t n = 0; n < 8; ++n) product[face.places[n]] += sum[n];
+    for (std::size_t n = 0; n < 8; ++n) product[face.positions[n]] += sum[n];
   }
 }
 
@@ -439,7 +439,7 @@ std::array<int, 8> face_nodes(int face) {
 }
 
 template <class Real>
-BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, const FieldLayout& places,
+BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, const FieldLayout& layout,
                                  const ThermalCoefficients& coefficients)
     : stride((mesh.nx() + kLanes<float> - 1) / kLanes<float> * kLanes<float>) {
   const auto rows = static_cast<std::size_t>(mesh.ny()) * static_cast<std::size_t>(mesh.nz());
@@ -447,7 +447,7 @@ BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, c
   slanted.assign(rows, false);
   std::vector<Conductivity> of_class;
   for (const auto& brick : mesh.classes) of_class.push_back(conductivity(model, brick, coefficients));
-  each_weighted_brick(places, *this, [&](int i, int j, int k, std::size_t at) {
+  each_weighted_brick(layout, *this, [&](int i, int j, int k, std::size_t at) {
     const auto& conducts = of_class[mesh.bricks[mesh.brick(i, j, k)]];
     const auto h = edges(mesh, i, j, k);
     const double half = h.volume() / 2;
@@ -464,29 +464,30 @@ BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, c
     Face made{{}, face.face, static_cast<Real>(scale)};
     const auto nodes = face_nodes(face.face);
     for (std::size_t n = 0; n < 8; ++n)
-      made.places[n] = static_cast<std::int32_t>(places.node_position(i, j, k, nodes[n]));
+      made.positions[n] = static_cast<std::int32_t>(layout.node_position(i, j, k, nodes[n]));
     film.push_back(made);
   }
 }
 
 template <class Real>
-void multiply(const FieldLayout& places, const BrickWeights<Real>& weights, const Real* field, Real* product) {
-  multiply_bricks(places, weights, field, product);
+void multiply(const FieldLayout& layout, const BrickWeights<Real>& weights, const Real* field, Real* product) {
+  multiply_bricks(layout, weights, field, product);
   multiply_film(weights, field, product);
 }
 
 template <class Real>
-Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& places, const BrickWeights<Real>& weights) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(places.padded());
+Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& layout, const BrickWeights<Real>& weights) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(layout.padded());
   const auto& r = hex20_integrals();
-  each_weighted_brick(places, weights, [&](int i, int j, int k, std::size_t at) {
+  each_weighted_brick(layout, weights, [&](int i, int j, int k, std::size_t at) {
     for (int n = 0; n < kHex20; ++n)
-      sum[places.node_position(i, j, k, n)] += weights.x[at] * r.slopes[0](n, n) + weights.y[at] * r.slopes[1](n, n) +
+      sum[layout.node_position(i, j, k, n)] += weights.x[at] * r.slopes[0](n, n) + weights.y[at] * r.slopes[1](n, n) +
                                                weights.z[at] * r.slopes[2](n, n) + weights.xy[at] * r.cross(n, n);
   });
   for (const auto& face : weights.film) {
     const auto nodes = face_nodes(face.face);
-    for (std::size_t n = 0; n < 8; ++n) sum[face.places[n]] += face.film * r.face_mass[face.face](nodes[n], nodes[n]);
+    for (std::size_t n = 0; n < 8; ++n)
+      sum[face.positions[n]] += face.film * r.face_mass[face.face](nodes[n], nodes[n]);
   }
   return sum.cast<Real>();
 }

@@ -64,7 +64,7 @@ class FieldLayout final {
 template <class Real>
 struct BrickWeights {
   struct Face {
-    std::array<std::int32_t, 8> places;
+    std::array<std::int32_t, 8> positions;
     int face;
     Real film;  ///< W/K
   };
@@ -75,7 +75,7 @@ struct BrickWeights {
   std::vector<bool> slanted;
   std::vector<Face> film;
 
-  BrickWeights(const GyroModel& model, const GyroMesh& mesh, const FieldLayout& places,
+  BrickWeights(const GyroModel& model, const GyroMesh& mesh, const FieldLayout& layout,
                const ThermalCoefficients& coefficients);
   [[nodiscard]] std::size_t row(int j, int k, int ny) const {
     return (static_cast<std::size_t>(k) * ny + j) * static_cast<std::size_t>(stride);
@@ -87,20 +87,20 @@ struct BrickWeights {
 
 /// Calls visit(i, j, k, index of the brick's weights) for every brick, including empty ones.
 template <class Real, class Visit>
-void each_weighted_brick(const FieldLayout& places, const BrickWeights<Real>& weights, Visit visit) {
-  for (int k = 0; k < places.nz(); ++k)
-    for (int j = 0; j < places.ny(); ++j)
-      for (int i = 0; i < places.nx(); ++i)
-        visit(i, j, k, weights.row(j, k, places.ny()) + static_cast<std::size_t>(i));
+void each_weighted_brick(const FieldLayout& layout, const BrickWeights<Real>& weights, Visit visit) {
+  for (int k = 0; k < layout.nz(); ++k)
+    for (int j = 0; j < layout.ny(); ++j)
+      for (int i = 0; i < layout.nx(); ++i)
+        visit(i, j, k, weights.row(j, k, layout.ny()) + static_cast<std::size_t>(i));
 }
 
 /// Computes product = K field. Both vectors have padded() elements. Elements past the last position must be finite.
 template <class Real>
-void multiply(const FieldLayout& places, const BrickWeights<Real>& weights, const Real* field, Real* product);
+void multiply(const FieldLayout& layout, const BrickWeights<Real>& weights, const Real* field, Real* product);
 
 /// Returns the diagonal of K; 0 at positions without a node.
 template <class Real>
-[[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& places,
+[[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& layout,
                                                               const BrickWeights<Real>& weights);
 
 }  // namespace gyrotherm::thermal

@@ -143,7 +143,7 @@ MUTANTS = [
      "if (left && *left && ends(", "if (false && ends(",
      "gyrotherm", "guard_without_orders"),
     ("a guard without orders takes a chamber from the living", "apps/make_safe/main.cpp",
-     "if (left && *left && ends((*left)->written_by, kProgramsEndWithin))", "if (left && *left)",
+     "if (left && *left && ends((*left)->written_by, kKillTimeout))", "if (left && *left)",
      "gyrotherm", "guard_without_orders"),
     ("a process that ends while the guard looks at it ends the guard", "sequencer/watchdog/guard.cpp",
      "  std::string stat;\n  std::getline(file, stat, '\\0');",

@@ -72,14 +72,14 @@ TEST(Ageing, DrawsAnotherRunOnAnotherDay) {
 
 TEST(Storage, AddsOneTurnPerDay) {
   const Storage storage{.turns = 20, .lowest_c = -40, .highest_c = 60};
-  const auto first = make_past(storage, {.gyro = 5}).turning_points_c;
-  const auto later = make_past(storage, {.gyro = 5, .run = 9, .days_later = 30}).turning_points_c;
+  const auto first = make_history(storage, {.gyro = 5}).turning_points_c;
+  const auto later = make_history(storage, {.gyro = 5, .run = 9, .days_later = 30}).turning_points_c;
   EXPECT_EQ(first.size(), 20u);
   EXPECT_EQ(later.size(), 50u);
   EXPECT_TRUE(std::equal(first.begin(), first.end(), later.begin()));
   EXPECT_GE(*std::ranges::min_element(later), -40);
   EXPECT_LE(*std::ranges::max_element(later), 60);
-  EXPECT_TRUE(make_past({}, {.gyro = 5, .days_later = 30}).turning_points_c.empty()) << "it has rested";
+  EXPECT_TRUE(make_history({}, {.gyro = 5, .days_later = 30}).turning_points_c.empty()) << "it has rested";
 }
 
 }  // namespace

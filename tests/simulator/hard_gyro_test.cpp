@@ -353,8 +353,8 @@ TEST(LostPulses, ReduceCountInEitherDirection) {
 
 TEST(FailingThermometer, SticksOrOffsetsFromItsTime) {
   ThermometerParameters parameters;
-  parameters.failing = {{.place = 2, .how = Failing::stuck, .from_s = 10},
-                        {.place = 3, .how = Failing::offset, .from_s = 10, .error_k = 0.2}};
+  parameters.failing = {{.place = 2, .how = FailureMode::stuck, .from_s = 10},
+                        {.place = 3, .how = FailureMode::offset, .from_s = 10, .error_k = 0.2}};
   ThermometerBank bank(parameters, places_at(0), 0);
   for (int t = 1; t <= 20; ++t) {
     bank.step(places_at(t));
@@ -366,7 +366,7 @@ TEST(FailingThermometer, SticksOrOffsetsFromItsTime) {
 
 TEST(FailingThermometer, SpikesAreSingleReadings) {
   ThermometerParameters parameters;
-  parameters.failing = {{.place = 0, .how = Failing::spikes, .error_k = 5, .spikes_per_h = 36}};
+  parameters.failing = {{.place = 0, .how = FailureMode::spikes, .error_k = 5, .spikes_per_h = 36}};
   ThermometerBank bank(parameters, places_at(20), 0);
   int spikes = 0;
   constexpr int kHours = 20;

@@ -35,7 +35,7 @@ EachThermometer calendar_drift_k(const EachThermometer& drift_k_per_sqrt_day, st
   return drift_k;
 }
 
-LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed) {
+LaboratoryParameters age_gyro(LaboratoryParameters gyro, LaboratorySeed seed) {
   auto& thermometers = gyro.thermometers;
   const auto day_0 = static_cast<std::uint64_t>(std::llround(thermometers.days_since_calibration));
   const auto first = thermometers.drift_by_calendar ? 0 : day_0;

@@ -19,7 +19,7 @@ namespace gyrotherm::simulator {
 /// change · days/365. The random walk of each thermometer advances by one step a day. If drift_by_calendar is set, the
 /// walk from the calibration to day 0 is added too and days_since_calibration becomes 0, so a run draws no drift of its
 /// own. Otherwise the gyro of day 0 is unchanged.
-[[nodiscard]] LaboratoryParameters aged(LaboratoryParameters gyro, LaboratorySeed seed);
+[[nodiscard]] LaboratoryParameters age_gyro(LaboratoryParameters gyro, LaboratorySeed seed);
 
 /// Returns the drift of each thermometer between two days after its calibration: a random walk with one step a day. A
 /// gyro's walk does not depend on the requested range of days.

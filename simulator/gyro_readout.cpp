@@ -46,7 +46,7 @@ double half_width_deg_per_h(const DeadBand& band, Celsius block) {
   return band.half_width_deg_per_h * std::max(0.0, (band.sags_below_c - block.value) / (band.sags_below_c - kColdC));
 }
 
-DegreesPerHour locked(DegreesPerHour rate, double half_width_deg_per_h) {
+DegreesPerHour apply_lock_in(DegreesPerHour rate, double half_width_deg_per_h) {
   if (half_width_deg_per_h == 0) return rate;
   const double beat = rate.value * rate.value - half_width_deg_per_h * half_width_deg_per_h;
   return {beat > 0 ? std::copysign(std::sqrt(beat), rate.value) : 0};
@@ -81,7 +81,7 @@ void GyroReadout::step(DegreesPerHour bias, Celsius block, bool turned) {
   const double scale = 1 + p.scale_factor_ppm * 1e-6 * warm;
   const double tilted = p.crosswise_earth_rate_deg_per_h * std::sin(p.tilt_arcmin * kRadPerArcmin * warm);
   const DegreesPerHour earth{turned ? -p.earth_rate_deg_per_h : p.earth_rate_deg_per_h};
-  const DegreesPerHour rate = locked(bias + drift() + earth, half_width_deg_per_h(p.dead_band, block));
+  const DegreesPerHour rate = apply_lock_in(bias + drift() + earth, half_width_deg_per_h(p.dead_band, block));
   angle_arcsec_ += rate.value * scale + tilted + 60 * p.angle_random_walk_deg_per_sqrt_h * angle_noise_.normal() * walk;
   if (loses_a_pulse()) angle_arcsec_ -= std::copysign(p.arcsec_per_pulse, rate.value);
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));

@@ -50,7 +50,7 @@ class Flicker {
 /// Returns the rate that a gyro shows at the true rate Ω when it locks in below `half_width` = Ω_L: 0 for |Ω| up to
 /// Ω_L, otherwise sign(Ω) √(Ω² − Ω_L²). This is the mean beat of two coupled oscillators (Adler, Proc. IRE 34, 1946;
 /// for the laser gyro Aronowitz, Laser Applications 1, 1971). If |Ω| is much larger than Ω_L, the loss is Ω_L² / 2Ω.
-[[nodiscard]] DegreesPerHour locked(DegreesPerHour rate, double half_width_deg_per_h);
+[[nodiscard]] DegreesPerHour apply_lock_in(DegreesPerHour rate, double half_width_deg_per_h);
 
 /// The read-out. Each second angle += rate + 60·N·white (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle /
 /// arcsec_per_pulse). The rate is the sum of bias, Earth rate, turn-on offset and drift. The drift is a first-order
@@ -58,7 +58,7 @@ class Flicker {
 /// walk (K in °/h/√h) started at 0.
 /// A hard gyro's read-out depends on the block's temperature through x = (T̄ − 20 °C)/40 K. N is multiplied by 1 − g x
 /// · 40/60 (the remaining lock-in), the rate by the scale factor's 1 + s x, and Ω_crosswise sin(t x) is added because
-/// the axis tilts by t. Where the dither sags, the rate is reduced by the remaining lock-in (locked()).
+/// the axis tilts by t. Where the dither sags, the rate is reduced by the remaining lock-in (apply_lock_in()).
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);

@@ -103,14 +103,14 @@ constexpr Vocabulary<FailureMode, 4> kFailureModes{{{"stuck", FailureMode::stuck
 
 FailingThermometer read_failing(const TomlTable& table, const std::vector<std::string>& names) {
   const auto channel = table.choice("channel", names);
-  FailingThermometer failing{.place = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
-                             .how = one_of(kFailureModes, table, "how"),
+  FailingThermometer failing{.index = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
+                             .mode = one_of(kFailureModes, table, "how"),
                              .from_s = to_seconds(table.duration("from"))};
   // An invalid choice has already been reported.
-  if (failing.place == names.size()) failing.place = 0;
-  if (failing.how == FailureMode::offset || failing.how == FailureMode::spikes)
+  if (failing.index == names.size()) failing.index = 0;
+  if (failing.mode == FailureMode::offset || failing.mode == FailureMode::spikes)
     failing.error_k = table.number("error_k");
-  if (failing.how == FailureMode::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
+  if (failing.mode == FailureMode::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
   return failing;
 }
 

@@ -70,7 +70,7 @@ struct LaboratoryFaults {
 void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
 
 /// In a laboratory with units, distributes failing thermometers to the axes that carry them. Before the call their
-/// `place` is an index in list_thermometer_names(); afterwards it is an index in the axis' own thermometers.
+/// `index` is an index in list_thermometer_names(); afterwards it is an index in the axis' own thermometers.
 void assign_failures_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
 /// Reads [virtual.network] and [virtual.bias] of a rig with the body "reference".

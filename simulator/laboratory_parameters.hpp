@@ -193,8 +193,9 @@ enum class FailureMode { stuck, offset, spikes, dead };
 
 /// [[virtual.thermometers.failing]]
 struct FailingThermometer {
-  std::size_t place{};
-  FailureMode how{};
+  /// Index of the thermometer of its axis.
+  std::size_t index{};
+  FailureMode mode{};
   /// Time since the start of the run.
   double from_s{};
   /// Added to every reading (offset), or to single readings with either sign (spikes).

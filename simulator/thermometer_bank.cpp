@@ -193,9 +193,9 @@ void ThermometerBank::read() {
 void ThermometerBank::fail(const std::array<double, kThermalLocations>& before_c) {
   for (const auto& failing : parameters_.failing) {
     if (seconds_ <= failing.from_s) continue;
-    double& reading_c = readings_c_[failing.place];
-    switch (failing.how) {
-      case FailureMode::stuck: reading_c = before_c[failing.place]; break;
+    double& reading_c = readings_c_[failing.index];
+    switch (failing.mode) {
+      case FailureMode::stuck: reading_c = before_c[failing.index]; break;
       case FailureMode::dead: reading_c = std::numeric_limits<double>::quiet_NaN(); break;
       case FailureMode::offset: reading_c += failing.error_k; break;
       case FailureMode::spikes:

@@ -123,8 +123,8 @@ void assign_failures_to_axes(std::vector<FailingThermometer>& failing, std::vect
   for (auto& unit : units)
     for (auto& axis : unit.axes) axes.push_back(&axis);
   for (auto one : std::exchange(failing, {})) {
-    auto& axis = *axes[one.place / kThermalLocations];
-    one.place %= kThermalLocations;
+    auto& axis = *axes[one.index / kThermalLocations];
+    one.index %= kThermalLocations;
     axis.failing.push_back(one);
   }
 }

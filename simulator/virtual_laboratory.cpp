@@ -22,7 +22,7 @@ namespace {
 constexpr int kManyBodiesUpdateSeconds = 30;
 
 DrawnAxis draw_axis(LaboratoryParameters type, LaboratorySeed seed) {
-  return {.gyro = aged(draw_gyro(std::move(type), seed.gyro), seed), .seed = seed};
+  return {.gyro = age_gyro(draw_gyro(std::move(type), seed.gyro), seed), .seed = seed};
 }
 
 DrawnAxis draw_axis(LaboratoryParameters type, const UnitParameters& unit, const AxisParameters& axis,

@@ -142,7 +142,7 @@ template <class Visit>
 void each_film_entry(const GyroMesh& mesh, Visit visit) {
   const auto& reference = hex20_integrals();
   for (const auto& face : mesh.film) {
-    const auto [i, j, k] = mesh.place(face.brick);
+    const auto [i, j, k] = mesh.brick_position(face.brick);
     const auto nodes = brick_nodes(mesh, i, j, k);
     const double scale = face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     for (int n = 0; n < kHex20; ++n)
@@ -308,7 +308,7 @@ Eigen::VectorXd assemble_film_ambient(const GyroMesh& mesh) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.node_count));
   const auto& load = hex20_integrals().face_load;
   for (const auto& face : mesh.film) {
-    const auto [i, j, k] = mesh.place(face.brick);
+    const auto [i, j, k] = mesh.brick_position(face.brick);
     const auto nodes = brick_nodes(mesh, i, j, k);
     const double scale = face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     for (int n = 0; n < kHex20; ++n) area[nodes[n]] += scale * load[face.face][n];

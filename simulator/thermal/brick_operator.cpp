@@ -459,7 +459,7 @@ BrickWeights<Real>::BrickWeights(const GyroModel& model, const GyroMesh& mesh, c
   });
   const double film_w_per_m2_k = coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
   for (const auto& face : mesh.film) {
-    const auto [i, j, k] = mesh.place(face.brick);
+    const auto [i, j, k] = mesh.brick_position(face.brick);
     const double scale = film_w_per_m2_k * face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     Face made{{}, face.face, static_cast<Real>(scale)};
     const auto nodes = face_nodes(face.face);

@@ -45,18 +45,18 @@ int towards(int from, int to) {
 /// Matrix rows of the corners: the entries for the 27 corners around each.
 using Stencils = std::vector<std::array<double, 27>>;
 
-void add_bricks(const FieldLayout& places, const BrickWeights<double>& weights, Stencils& stencils) {
+void add_bricks(const FieldLayout& layout, const BrickWeights<double>& weights, Stencils& stencils) {
   const auto p = from_corners();
   const auto& r = hex20_integrals();
   std::array<CornerMatrix, 3> slopes;
   for (std::size_t d = 0; d < 3; ++d) slopes[d] = p.transpose() * r.slopes[d] * p;
   const CornerMatrix cross = p.transpose() * r.cross * p;
-  each_weighted_brick(places, weights, [&](int i, int j, int k, std::size_t at) {
+  each_weighted_brick(layout, weights, [&](int i, int j, int k, std::size_t at) {
     if (weights.x[at] == 0 && weights.z[at] == 0) return;
     CornerMatrix matrix = weights.x[at] * slopes[0] + weights.y[at] * slopes[1] + weights.z[at] * slopes[2];
     if (weights.xy[at] != 0) matrix += weights.xy[at] * cross;
     for (int n = 0; n < kCorners; ++n) {
-      auto& stencil = stencils[static_cast<std::size_t>(places.node_position(i, j, k, n))];
+      auto& stencil = stencils[static_cast<std::size_t>(layout.node_position(i, j, k, n))];
       for (int m = 0; m < kCorners; ++m) stencil[towards(n, m)] += matrix(n, m);
     }
   });
@@ -70,48 +70,48 @@ void add_film(const BrickWeights<double>& weights, Stencils& stencils) {
     const auto nodes = face_nodes(face.face);
     for (std::size_t n = 0; n < 4; ++n)
       for (std::size_t m = 0; m < 4; ++m)
-        stencils[static_cast<std::size_t>(face.places[n])][towards(nodes[n], nodes[m])] +=
+        stencils[static_cast<std::size_t>(face.positions[n])][towards(nodes[n], nodes[m])] +=
             face.film * faces[face.face](nodes[n], nodes[m]);
   }
 }
 
 /// Calls visit(middle, end, other end) with the positions of every edge of the grid.
 template <class Visit>
-void each_edge(const FieldLayout& places, Visit visit) {
-  for (int k = 0; k <= places.nz(); ++k) {
-    for (int j = 0; j <= places.ny(); ++j) {
-      for (int i = 0; i < places.nx(); ++i)
-        visit(places.x_edge(i, j, k), places.corner(i, j, k), places.corner(i + 1, j, k));
-      for (int i = 0; i <= places.nx() && j < places.ny(); ++i)
-        visit(places.y_edge(i, j, k), places.corner(i, j, k), places.corner(i, j + 1, k));
-      for (int i = 0; i <= places.nx() && k < places.nz(); ++i)
-        visit(places.z_edge(i, j, k), places.corner(i, j, k), places.corner(i, j, k + 1));
+void each_edge(const FieldLayout& layout, Visit visit) {
+  for (int k = 0; k <= layout.nz(); ++k) {
+    for (int j = 0; j <= layout.ny(); ++j) {
+      for (int i = 0; i < layout.nx(); ++i)
+        visit(layout.x_edge(i, j, k), layout.corner(i, j, k), layout.corner(i + 1, j, k));
+      for (int i = 0; i <= layout.nx() && j < layout.ny(); ++i)
+        visit(layout.y_edge(i, j, k), layout.corner(i, j, k), layout.corner(i, j + 1, k));
+      for (int i = 0; i <= layout.nx() && k < layout.nz(); ++i)
+        visit(layout.z_edge(i, j, k), layout.corner(i, j, k), layout.corner(i, j, k + 1));
     }
   }
 }
 
 }  // namespace
 
-CornerLevel::CornerLevel(const FieldLayout& places, const Eigen::VectorXf& diagonal) {
-  number_.assign(static_cast<std::size_t>(places.corners()), -1);
-  has_node_.resize(static_cast<std::size_t>(places.count()));
-  for (Eigen::Index place = 0; place < places.count(); ++place) {
-    has_node_[static_cast<std::size_t>(place)] = diagonal[place] > 0;
-    if (place >= places.corners() || !(diagonal[place] > 0)) continue;
-    number_[static_cast<std::size_t>(place)] = static_cast<std::int32_t>(place_.size());
-    place_.push_back(static_cast<std::int32_t>(place));
+CornerLevel::CornerLevel(const FieldLayout& layout, const Eigen::VectorXf& diagonal) {
+  number_.assign(static_cast<std::size_t>(layout.corners()), -1);
+  has_node_.resize(static_cast<std::size_t>(layout.count()));
+  for (Eigen::Index position = 0; position < layout.count(); ++position) {
+    has_node_[static_cast<std::size_t>(position)] = diagonal[position] > 0;
+    if (position >= layout.corners() || !(diagonal[position] > 0)) continue;
+    number_[static_cast<std::size_t>(position)] = static_cast<std::int32_t>(place_.size());
+    place_.push_back(static_cast<std::int32_t>(position));
   }
 }
 
-SparseMatrix CornerLevel::matrix(const FieldLayout& places, const BrickWeights<double>& weights) const {
+SparseMatrix CornerLevel::matrix(const FieldLayout& layout, const BrickWeights<double>& weights) const {
   Stencils stencils(number_.size());
-  add_bricks(places, weights, stencils);
+  add_bricks(layout, weights, stencils);
   add_film(weights, stencils);
   const auto rows = static_cast<Eigen::Index>(place_.size());
   SparseMatrix matrix(rows, rows);
   matrix.reserve(27 * rows);
-  const auto along_y = places.corner(0, 1, 0);
-  const auto along_z = places.corner(0, 0, 1);
+  const auto along_y = layout.corner(0, 1, 0);
+  const auto along_z = layout.corner(0, 0, 1);
   for (Eigen::Index row = 0; row < rows; ++row) {
     const auto here = place_[static_cast<std::size_t>(row)];
     matrix.startVec(row);
@@ -126,9 +126,9 @@ SparseMatrix CornerLevel::matrix(const FieldLayout& places, const BrickWeights<d
   return matrix;
 }
 
-Eigen::VectorXd CornerLevel::down(const FieldLayout& places, const Eigen::VectorXf& field) const {
-  Eigen::VectorXf sums = field.head(places.corners());
-  each_edge(places, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
+Eigen::VectorXd CornerLevel::down(const FieldLayout& layout, const Eigen::VectorXf& field) const {
+  Eigen::VectorXf sums = field.head(layout.corners());
+  each_edge(layout, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
     const float half = 0.5F * field[middle];
     sums[end] += half;
     sums[other] += half;
@@ -138,11 +138,11 @@ Eigen::VectorXd CornerLevel::down(const FieldLayout& places, const Eigen::Vector
   return corners;
 }
 
-void CornerLevel::up(const FieldLayout& places, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
+void CornerLevel::up(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
   field.setZero();
   for (std::size_t c = 0; c < place_.size(); ++c)
     field[place_[c]] = static_cast<float>(corners[static_cast<Eigen::Index>(c)]);
-  each_edge(places, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
+  each_edge(layout, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
     if (has_node_[static_cast<std::size_t>(middle)]) field[middle] = 0.5F * (field[end] + field[other]);
   });
 }
@@ -157,7 +157,7 @@ struct BrickSolver::Parts {
   void precondition(const Eigen::VectorXd& right, Eigen::VectorXd& answer);
 
   BrickSolverOptions options;
-  FieldLayout places;
+  FieldLayout layout;
   std::optional<BrickWeights<double>> weights;
   std::optional<BrickWeights<float>> rounded_weights;
   /// Inverse diagonal; 0 at positions without a node.
@@ -170,16 +170,16 @@ struct BrickSolver::Parts {
 
 BrickSolver::Parts::Parts(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,
                           const BrickSolverOptions& with)
-    : options(with), places(mesh) {
+    : options(with), layout(mesh) {
   weigh(model, mesh, coefficients);
-  corners.emplace(places, inverse);
-  rest = step = image = left = Eigen::VectorXf::Zero(places.padded());
+  corners.emplace(layout, inverse);
+  rest = step = image = left = Eigen::VectorXf::Zero(layout.padded());
 }
 
 void BrickSolver::Parts::weigh(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients) {
-  weights.emplace(model, mesh, places, coefficients);
-  rounded_weights.emplace(model, mesh, places, coefficients);
-  inverse = diagonal(places, *rounded_weights);
+  weights.emplace(model, mesh, layout, coefficients);
+  rounded_weights.emplace(model, mesh, layout, coefficients);
+  inverse = diagonal(layout, *rounded_weights);
   for (auto& number : inverse) number = number > 0 ? 1 / number : 0;
 }
 
@@ -198,16 +198,16 @@ void BrickSolver::Parts::smooth(bool update_residual) {
     step = keep * step + take * inverse.cwiseProduct(rest);
     left += step;
     if (i == kDegree && !update_residual) return;
-    multiply(places, *rounded_weights, step.data(), image.data());
+    multiply(layout, *rounded_weights, step.data(), image.data());
     rest -= image;
   }
 }
 
 /// Computes left ← left + P v, v the result of one V-cycle for Pᵀ rest, and updates the residual `rest`.
 void BrickSolver::Parts::correct() {
-  corners->up(places, lower->precondition(corners->down(places, rest)), step);
+  corners->up(layout, lower->precondition(corners->down(layout, rest)), step);
   left += step;
-  multiply(places, *rounded_weights, step.data(), image.data());
+  multiply(layout, *rounded_weights, step.data(), image.data());
   rest -= image;
 }
 
@@ -231,7 +231,7 @@ BrickSolver& BrickSolver::operator=(BrickSolver&&) noexcept = default;
 Result<BrickSolver> BrickSolver::set_up(const GyroModel& model, const GyroMesh& mesh,
                                         const ThermalCoefficients& coefficients, const BrickSolverOptions& options) {
   auto parts = std::make_unique<Parts>(model, mesh, coefficients, options);
-  auto lower = ConjugateGradients::set_up(parts->corners->matrix(parts->places, *parts->weights));
+  auto lower = ConjugateGradients::set_up(parts->corners->matrix(parts->layout, *parts->weights));
   if (!lower) return failure(lower.error());
   parts->lower = std::move(*lower);
   return BrickSolver(std::move(parts));
@@ -243,15 +243,15 @@ void BrickSolver::replace(const GyroModel& model, const GyroMesh& mesh, const Th
 
 auto BrickSolver::solve(const Eigen::VectorXd& right, const Eigen::VectorXd& guess) -> Result<Solution> {
   auto& p = *parts_;
-  Eigen::VectorXd x = p.places.from_nodes(guess);
-  Eigen::VectorXd rest = p.places.from_nodes(right);
+  Eigen::VectorXd x = p.layout.from_nodes(guess);
+  Eigen::VectorXd rest = p.layout.from_nodes(right);
   const double whole = rest.norm();
   const double goal = p.options.tolerance * whole;
-  Eigen::VectorXd image(p.places.padded());
-  multiply(p.places, *p.weights, x.data(), image.data());
+  Eigen::VectorXd image(p.layout.padded());
+  multiply(p.layout, *p.weights, x.data(), image.data());
   rest -= image;
   Eigen::VectorXd answer;
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(p.places.padded());
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(p.layout.padded());
   Solution solution;
   double last = 0;
   double size = rest.norm();
@@ -260,7 +260,7 @@ auto BrickSolver::solve(const Eigen::VectorXd& right, const Eigen::VectorXd& gue
     const double now = rest.dot(answer);
     direction = answer + (solution.iterations == 0 ? 0 : now / last) * direction;
     last = now;
-    multiply(p.places, *p.weights, direction.data(), image.data());
+    multiply(p.layout, *p.weights, direction.data(), image.data());
     const double along = now / direction.dot(image);
     x += along * direction;
     rest -= along * image;
@@ -272,7 +272,7 @@ auto BrickSolver::solve(const Eigen::VectorXd& right, const Eigen::VectorXd& gue
                    fmt::format("relative residual {:.1e} after {} iterations, expected at most {:.1e}",
                                solution.relative_residual, solution.iterations, p.options.tolerance));
   }
-  solution.x = p.places.to_nodes(x);
+  solution.x = p.layout.to_nodes(x);
   return solution;
 }
 

@@ -61,14 +61,14 @@ class BrickSolver {
 class CornerLevel final {
  public:
   /// Creates the level. `diagonal` must be above 0 at each position with a node of the mesh.
-  CornerLevel(const FieldLayout& places, const Eigen::VectorXf& diagonal);
+  CornerLevel(const FieldLayout& layout, const Eigen::VectorXf& diagonal);
 
   /// Returns Pᵀ K P, equal to the conduction of the 8-node bricks up to rounding. Both triangles, sorted.
-  [[nodiscard]] SparseMatrix matrix(const FieldLayout& places, const BrickWeights<double>& weights) const;
+  [[nodiscard]] SparseMatrix matrix(const FieldLayout& layout, const BrickWeights<double>& weights) const;
   /// Returns Pᵀ field, by corner.
-  [[nodiscard]] Eigen::VectorXd down(const FieldLayout& places, const Eigen::VectorXf& field) const;
+  [[nodiscard]] Eigen::VectorXd down(const FieldLayout& layout, const Eigen::VectorXf& field) const;
   /// Sets field ← P corners, and 0 at positions without a node.
-  void up(const FieldLayout& places, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const;
+  void up(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const;
 
  private:
   /// Corner at a position; −1: none.

@@ -40,7 +40,7 @@ struct GridLines {
   [[nodiscard]] int ny() const { return static_cast<int>(y.size()) - 1; }
   [[nodiscard]] int nz() const { return static_cast<int>(z.size()) - 1; }
   [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx()) * ny() * nz(); }
-  [[nodiscard]] BrickIndex place(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
+  [[nodiscard]] BrickIndex brick_position(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
   [[nodiscard]] bool holds(BrickIndex p) const {
     return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx() && p.j < ny() && p.k < nz();
   }
@@ -261,7 +261,7 @@ class FilmOfWalls {
 
   void add_levels() {
     for (std::size_t b = 0; b < grid_.bricks(); ++b) {
-      const auto p = grid_.place(b);
+      const auto p = grid_.brick_position(b);
       for (const int face : {4, 5})
         if (exposed(p, face)) area_[b * kBrickFaces + face] = contents_[b].plan_share * grid_.plan_area(p);
     }
@@ -295,7 +295,7 @@ class FilmOfWalls {
     for (std::size_t b = 0; b < grid_.bricks(); ++b)
       for (int face = 0; face < kBrickFaces; ++face)
         if (const double area = area_[b * kBrickFaces + face]; area > 0)
-          found.push_back({b, face, area / grid_.face_area(grid_.place(b), face)});
+          found.push_back({b, face, area / grid_.face_area(grid_.brick_position(b), face)});
     return found;
   }
 
@@ -513,7 +513,7 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
   const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= kLeastSolid; };
   for (std::size_t b = 0; b < contents.size(); ++b) {
     if (stays(before[b]) || filled(before[b]) == 0) continue;
-    const auto here = grid.place(b);
+    const auto here = grid.brick_position(b);
     std::size_t best = b;
     double fullest = kLeastSolid - 1e-9;
     for (int face = 0; face < 4; ++face) {
@@ -527,7 +527,7 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
       best = grid.brick(p);
     }
     if (best == b) continue;
-    const double ratio = grid.plan_area(here) / grid.plan_area(grid.place(best));
+    const double ratio = grid.plan_area(here) / grid.plan_area(grid.brick_position(best));
     for (std::size_t part = 0; part < kGyroParts; ++part) contents[best].share[part] += ratio * before[b].share[part];
     contents[best].plan_share += ratio * before[b].plan_share;
     contents[b] = {};

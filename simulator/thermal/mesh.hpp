@@ -83,7 +83,7 @@ struct GyroMesh {
   [[nodiscard]] std::size_t brick(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * ny() + j) * nx() + i;
   }
-  [[nodiscard]] BrickIndex place(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
+  [[nodiscard]] BrickIndex brick_position(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
   [[nodiscard]] std::size_t point(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * (2 * ny() + 1) + j) * (2 * nx() + 1) + i;
   }

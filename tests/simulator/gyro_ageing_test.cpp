@@ -13,7 +13,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 LaboratoryParameters hard_after(std::uint64_t days) {
-  return aged(laboratory_of_rig("virtual-hard"), {.gyro = 5, .run = 1, .days_later = days});
+  return age_gyro(laboratory_of_rig("virtual-hard"), {.gyro = 5, .run = 1, .days_later = days});
 }
 
 const BiasPhysics& bias_of(const LaboratoryParameters& laboratory) {
@@ -59,7 +59,7 @@ TEST(Ageing, HasSameDriftForRunsOfOneDay) {
 
 TEST(Ageing, LeavesLinearRigUnchangedOnDayZero) {
   const auto type = laboratory_of_rig("virtual");
-  const auto same = aged(type, {.gyro = 3, .run = 7});
+  const auto same = age_gyro(type, {.gyro = 3, .run = 7});
   EXPECT_EQ(same.thermometers.offset_k, type.thermometers.offset_k);
   EXPECT_EQ(same.thermometers.days_since_calibration, type.thermometers.days_since_calibration);
   EXPECT_EQ(bias_of(same).mirror_deg_per_h_per_k, bias_of(type).mirror_deg_per_h_per_k);

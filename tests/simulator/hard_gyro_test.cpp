@@ -293,7 +293,7 @@ TEST(Tilt, AddsCrosswiseEarthRate) {
 TEST(DeadBand, IsOffByDefault) {
   EXPECT_EQ(laboratory_of_rig("virtual").gyro.dead_band.half_width_deg_per_h, 0);
   EXPECT_EQ(half_width_deg_per_h({}, {-40}), 0);
-  EXPECT_EQ(locked({1e-9}, 0).value, 1e-9);
+  EXPECT_EQ(apply_lock_in({1e-9}, 0).value, 1e-9);
 }
 
 TEST(DeadBand, GrowsBelowSagTemperature) {
@@ -304,10 +304,10 @@ TEST(DeadBand, GrowsBelowSagTemperature) {
 
 TEST(DeadBand, ReducesRateByLockIn) {
   for (const double sign : {1.0, -1.0}) {
-    EXPECT_EQ(locked({sign * 0.2}, 0.3).value, 0);
-    EXPECT_EQ(locked({sign * 0.3}, 0.3).value, 0);
-    EXPECT_DOUBLE_EQ(locked({sign * 0.5}, 0.3).value, sign * 0.4);
-    EXPECT_NEAR(locked({sign * 10.6}, 0.3).value, sign * (10.6 - 0.3 * 0.3 / 2 / 10.6), 1e-5);
+    EXPECT_EQ(apply_lock_in({sign * 0.2}, 0.3).value, 0);
+    EXPECT_EQ(apply_lock_in({sign * 0.3}, 0.3).value, 0);
+    EXPECT_DOUBLE_EQ(apply_lock_in({sign * 0.5}, 0.3).value, sign * 0.4);
+    EXPECT_NEAR(apply_lock_in({sign * 10.6}, 0.3).value, sign * (10.6 - 0.3 * 0.3 / 2 / 10.6), 1e-5);
   }
 }
 
@@ -353,8 +353,8 @@ TEST(LostPulses, ReduceCountInEitherDirection) {
 
 TEST(FailingThermometer, SticksOrOffsetsFromItsTime) {
   ThermometerParameters parameters;
-  parameters.failing = {{.place = 2, .how = FailureMode::stuck, .from_s = 10},
-                        {.place = 3, .how = FailureMode::offset, .from_s = 10, .error_k = 0.2}};
+  parameters.failing = {{.index = 2, .mode = FailureMode::stuck, .from_s = 10},
+                        {.index = 3, .mode = FailureMode::offset, .from_s = 10, .error_k = 0.2}};
   ThermometerBank bank(parameters, places_at(0), 0);
   for (int t = 1; t <= 20; ++t) {
     bank.step(places_at(t));
@@ -366,7 +366,7 @@ TEST(FailingThermometer, SticksOrOffsetsFromItsTime) {
 
 TEST(FailingThermometer, SpikesAreSingleReadings) {
   ThermometerParameters parameters;
-  parameters.failing = {{.place = 0, .how = FailureMode::spikes, .error_k = 5, .spikes_per_h = 36}};
+  parameters.failing = {{.index = 0, .mode = FailureMode::spikes, .error_k = 5, .spikes_per_h = 36}};
   ThermometerBank bank(parameters, places_at(20), 0);
   int spikes = 0;
   constexpr int kHours = 20;

@@ -289,8 +289,8 @@ TEST(LaboratoryFile, ReadsUnitsAndBrackets) {
   EXPECT_EQ(y.hop->at_s, 36000);
   EXPECT_EQ(y.hop->for_s, 3600);
   ASSERT_EQ(y.failing.size(), 1U);
-  EXPECT_EQ(y.failing[0].place, 2U);
-  EXPECT_EQ(y.failing[0].how, FailureMode::dead);
+  EXPECT_EQ(y.failing[0].index, 2U);
+  EXPECT_EQ(y.failing[0].mode, FailureMode::dead);
   EXPECT_TRUE(laboratory->thermometers.failing.empty());
   EXPECT_EQ(laboratory->units[1].axes.at(0).name, "");
   EXPECT_EQ(laboratory->brackets.at(0).units, (std::vector<std::size_t>{1, 0}));

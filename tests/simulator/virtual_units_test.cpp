@@ -266,7 +266,7 @@ TEST(OwnValues, AreLinearInBlockTemperature) {
 
 TEST(DeadThermometer, ReadsNothingAfterFailure) {
   auto world = small_world({unit_named("u", {"x", "y"})});
-  world.units[0].axes[1].failing = {{.place = 3, .how = FailureMode::dead, .from_s = 10}};
+  world.units[0].axes[1].failing = {{.index = 3, .mode = FailureMode::dead, .from_s = 10}};
   VirtualLaboratory laboratory(world, {});
   for (int t = 1; t <= 20; ++t) {
     laboratory.step();

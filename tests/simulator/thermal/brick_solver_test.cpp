@@ -41,12 +41,12 @@ std::vector<Body> bodies() {
 template <class Real>
 Eigen::VectorXd product(const Body& body, const Eigen::VectorXd& field) {
   using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
-  const FieldLayout places(body.mesh);
-  const BrickWeights<Real> weights(body.model, body.mesh, places, kCoefficients);
-  const Vector placed = places.from_nodes(field).template cast<Real>();
-  Vector result(places.padded());
-  multiply(places, weights, placed.data(), result.data());
-  return places.to_nodes(result.template cast<double>());
+  const FieldLayout layout(body.mesh);
+  const BrickWeights<Real> weights(body.model, body.mesh, layout, kCoefficients);
+  const Vector placed = layout.from_nodes(field).template cast<Real>();
+  Vector result(layout.padded());
+  multiply(layout, weights, placed.data(), result.data());
+  return layout.to_nodes(result.template cast<double>());
 }
 
 TEST(BrickOperator, EqualsAssembledMatrix) {
@@ -58,10 +58,10 @@ TEST(BrickOperator, EqualsAssembledMatrix) {
       EXPECT_LT((product<double>(body, field) - expected).norm(), 1e-14 * expected.norm()) << body.name << ' ' << seed;
       EXPECT_LT((product<float>(body, field) - expected).norm(), 1e-5 * expected.norm()) << body.name << ' ' << seed;
     }
-    const FieldLayout places(body.mesh);
-    const BrickWeights<double> weights(body.model, body.mesh, places, kCoefficients);
-    const auto own = diagonal(places, weights);
-    EXPECT_LT((places.to_nodes(own) - matrix.diagonal()).norm(), 1e-14 * matrix.diagonal().norm()) << body.name;
+    const FieldLayout layout(body.mesh);
+    const BrickWeights<double> weights(body.model, body.mesh, layout, kCoefficients);
+    const auto own = diagonal(layout, weights);
+    EXPECT_LT((layout.to_nodes(own) - matrix.diagonal()).norm(), 1e-14 * matrix.diagonal().norm()) << body.name;
     EXPECT_NEAR(own.sum() / matrix.diagonal().sum(), 1, 1e-12) << body.name << ": 0 where there is no node";
   }
 }
@@ -86,21 +86,21 @@ TEST(BrickOperator, HasNoEigenvalueAboveSmootherBound) {
 /// uᵀ (Pᵀ K P) v = (P u)ᵀ K (P v).
 TEST(CornerLevel, HasTheEnergyOfTheInterpolatedField) {
   for (const auto& body : bodies()) {
-    const FieldLayout places(body.mesh);
-    const BrickWeights<double> weights(body.model, body.mesh, places, kCoefficients);
-    const CornerLevel level(places, diagonal(places, weights).cast<float>());
-    const auto matrix = level.matrix(places, weights);
+    const FieldLayout layout(body.mesh);
+    const BrickWeights<double> weights(body.model, body.mesh, layout, kCoefficients);
+    const CornerLevel level(layout, diagonal(layout, weights).cast<float>());
+    const auto matrix = level.matrix(layout, weights);
     const Eigen::VectorXd u = random_vector(matrix.rows(), 1).cast<float>().cast<double>();
     const Eigen::VectorXd v = random_vector(matrix.rows(), 2).cast<float>().cast<double>();
-    Eigen::VectorXf up_u(places.padded());
-    Eigen::VectorXf up_v(places.padded());
-    level.up(places, u, up_u);
-    level.up(places, v, up_v);
-    Eigen::VectorXd image(places.padded());
-    multiply(places, weights, Eigen::VectorXd(up_v.cast<double>()).data(), image.data());
+    Eigen::VectorXf up_u(layout.padded());
+    Eigen::VectorXf up_v(layout.padded());
+    level.up(layout, u, up_u);
+    level.up(layout, v, up_v);
+    Eigen::VectorXd image(layout.padded());
+    multiply(layout, weights, Eigen::VectorXd(up_v.cast<double>()).data(), image.data());
     const double scale = std::sqrt(u.dot(matrix * u) * v.dot(matrix * v));
     EXPECT_NEAR(up_u.cast<double>().dot(image), u.dot(matrix * v), 1e-6 * scale) << body.name;
-    const auto down = level.down(places, image.cast<float>());
+    const auto down = level.down(layout, image.cast<float>());
     EXPECT_NEAR(u.dot(down), up_u.cast<double>().dot(image), 1e-5 * u.norm() * down.norm()) << body.name;
   }
 }

@@ -45,7 +45,7 @@ std::vector<std::string> list_thermometer_names(const std::vector<UnitParameters
   std::vector<std::string> names;
   for (const auto& unit : units)
     for (const auto& axis : unit.axes)
-      for (const auto place : kLocationNames) names.push_back(axis_name(axis_name(unit.name, axis.name), place));
+      for (const auto location : kLocationNames) names.push_back(axis_name(axis_name(unit.name, axis.name), location));
   return names;
 }
 

@@ -52,9 +52,9 @@ NodeNeighbours make_neighbours() {
 struct Span {
   int from, to;
 };
-Span span(int place, int bricks) {
-  const int last = place / 2;
-  return {std::max(0, place % 2 == 0 ? last - 1 : last), std::min(bricks - 1, last)};
+Span span(int position, int bricks) {
+  const int last = position / 2;
+  return {std::max(0, position % 2 == 0 ? last - 1 : last), std::min(bricks - 1, last)};
 }
 
 class Rows {
@@ -271,8 +271,8 @@ double heat_capacity(const GyroModel& model, const BrickClass& brick) {
 std::array<std::int32_t, 20> brick_nodes(const GyroMesh& mesh, int i, int j, int k) {
   std::array<std::int32_t, 20> nodes{};
   for (int n = 0; n < kHex20; ++n) {
-    const auto& place = kHex20Positions[n];
-    nodes[n] = mesh.nodes[mesh.point(2 * i + place[0], 2 * j + place[1], 2 * k + place[2])];
+    const auto& position = kHex20Positions[n];
+    nodes[n] = mesh.nodes[mesh.point(2 * i + position[0], 2 * j + position[1], 2 * k + position[2])];
   }
   return nodes;
 }

@@ -9,16 +9,16 @@ namespace gyrotherm::thermal {
 namespace {
 
 std::vector<int> find_positions(const SparseMatrix& sum, const SparseMatrix& part) {
-  std::vector<int> places(static_cast<std::size_t>(part.nonZeros()));
+  std::vector<int> positions(static_cast<std::size_t>(part.nonZeros()));
   for (Eigen::Index row = 0; row < part.rows(); ++row) {
-    auto place = sum.outerIndexPtr()[row];
+    auto entry = sum.outerIndexPtr()[row];
     for (auto i = part.outerIndexPtr()[row]; i < part.outerIndexPtr()[row + 1]; ++i) {
-      while (place < sum.outerIndexPtr()[row + 1] && sum.innerIndexPtr()[place] < part.innerIndexPtr()[i]) ++place;
-      assert(place < sum.outerIndexPtr()[row + 1] && sum.innerIndexPtr()[place] == part.innerIndexPtr()[i]);
-      places[static_cast<std::size_t>(i)] = place;
+      while (entry < sum.outerIndexPtr()[row + 1] && sum.innerIndexPtr()[entry] < part.innerIndexPtr()[i]) ++entry;
+      assert(entry < sum.outerIndexPtr()[row + 1] && sum.innerIndexPtr()[entry] == part.innerIndexPtr()[i]);
+      positions[static_cast<std::size_t>(i)] = entry;
     }
   }
-  return places;
+  return positions;
 }
 
 /// Value and slope of the factor of a node's shape function along one axis. `side` is −1, 0 or 1.
@@ -89,7 +89,7 @@ AffineMatrix::AffineMatrix(const ThermalSystem& system) {
 void AffineMatrix::add(const Part& part, double factor) {
   const double* numbers = part.matrix->valuePtr();
   double* sums = sum_.valuePtr();
-  for (std::size_t i = 0; i < part.places.size(); ++i) sums[part.places[i]] += factor * numbers[i];
+  for (std::size_t i = 0; i < part.positions.size(); ++i) sums[part.positions[i]] += factor * numbers[i];
 }
 
 const SparseMatrix& AffineMatrix::sum(double capacity, double conduction, const ThermalCoefficients& c) {

@@ -23,7 +23,7 @@ class AffineMatrix final {
   struct Part {
     const SparseMatrix* matrix;
     /// Positions of its elements in the sum.
-    std::vector<int> places;
+    std::vector<int> positions;
   };
   void add(const Part& part, double factor);
 

@@ -577,8 +577,8 @@ void number_nodes(GyroMesh& mesh) {
   each_brick(mesh, [&](int i, int j, int k, const BrickClass&) {
     if (mesh.bricks[mesh.brick(i, j, k)] == 0) return;
     ++mesh.element_count;
-    for (const auto& place : kHex20Positions)
-      mesh.nodes[mesh.point(2 * i + place[0], 2 * j + place[1], 2 * k + place[2])] = 0;
+    for (const auto& position : kHex20Positions)
+      mesh.nodes[mesh.point(2 * i + position[0], 2 * j + position[1], 2 * k + position[2])] = 0;
   });
   std::int32_t number = 0;
   for (auto& node : mesh.nodes)

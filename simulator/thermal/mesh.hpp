@@ -101,8 +101,8 @@ struct BrickEdges {
 }
 
 /// Returns the coordinate of a point of the doubled grid along one axis, m.
-[[nodiscard]] inline double doubled(const std::vector<double>& lines, int place) {
-  return place % 2 == 0 ? lines[place / 2] : 0.5 * (lines[place / 2] + lines[place / 2 + 1]);
+[[nodiscard]] inline double doubled(const std::vector<double>& lines, int point) {
+  return point % 2 == 0 ? lines[point / 2] : 0.5 * (lines[point / 2] + lines[point / 2 + 1]);
 }
 
 /// Calls visit(i, j, k, class) for every brick, including empty ones, in the order of their indices.

@@ -121,7 +121,7 @@ constexpr double kRange_k = 100;
 /// Ambient for which errors are reported.
 constexpr double kAmbient_k = 50;
 
-std::string place(const ThermalPoint& p) {
+std::string point_text(const ThermalPoint& p) {
   return fmt::format("gaps {:.4f} {:.4f} {:.4f} W/(m·K), film {:.1f} W/(m²·K), s = {:.2g} 1/s", p.coefficients[0],
                      p.coefficients[1], p.coefficients[2], p.coefficients[3], p.rate_per_s);
 }
@@ -372,7 +372,7 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
     const double error_k = ((rich - small) * loads + system_.outputs * *missing).cwiseAbs().maxCoeff();
     if (error_k < model.error.transfer_k) continue;
     model.error.transfer_k = error_k;
-    where = place(p);
+    where = point_text(p);
   }
   if (!(model.error.transfer_k <= options_.goal_k))
     return failure(FaultKind::numeric, "reduction",

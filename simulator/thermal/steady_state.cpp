@@ -25,13 +25,13 @@ void mark_extremes(const GyroMesh& mesh, SteadyState& state) {
     if (is_gas(part) || is_air(part)) return;
     const auto nodes = brick_nodes(mesh, i, j, k);
     for (int n = 0; n < kHex20; ++n) {
-      const auto& place = kHex20Positions[n];
+      const auto& position = kHex20Positions[n];
       const double t = state.field_c[nodes[n]];
       const auto point = [&] {
-        return ExtremePoint{
-            t,
-            {doubled(mesh.x, 2 * i + place[0]), doubled(mesh.y, 2 * j + place[1]), doubled(mesh.z, 2 * k + place[2])},
-            part};
+        return ExtremePoint{t,
+                            {doubled(mesh.x, 2 * i + position[0]), doubled(mesh.y, 2 * j + position[1]),
+                             doubled(mesh.z, 2 * k + position[2])},
+                            part};
       };
       if (t > state.hottest.temperature_c) state.hottest = point();
       if (t < state.coldest.temperature_c) state.coldest = point();

@@ -225,8 +225,8 @@ TEST(DrawGyro, DrawsWindAndPowersWithinTheirLimits) {
 
 constexpr BracketParameters kFirst{.units = {}, .share = 0.3, .time_constant_s = 600};
 
-/// Returns a world with units a, b, … of one axis each, with exact thermometers, in air of constant 20 °C. Their powers
-/// differ widely.
+/// Returns a laboratory with units a, b, … of one axis each, with exact thermometers, in air of constant 20 °C. Their
+/// powers differ widely.
 LaboratoryParameters world_of(const std::vector<std::string>& units, std::vector<BracketParameters> brackets) {
   auto world = laboratory_of_rig("virtual");
   auto& body = std::get<ReducedGyroParameters>(world.body);

@@ -31,7 +31,7 @@ class ClockPauses final : public drivers::Pauses {
   VirtualClock& clock_;
 };
 
-/// A connection of whole frames that are answered at once or never.
+/// A connection for whole frames. Each is answered immediately or never.
 class SessionConnection final : public drivers::FrameConnection {
  public:
   using Ask = std::function<std::vector<std::byte>(std::span<const std::byte>)>;

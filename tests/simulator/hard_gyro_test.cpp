@@ -46,7 +46,7 @@ TEST(CoefficientGrowth, IsGammaOver40KelvinOfTheBlock) {
 TEST(HiddenLag, FollowsWithTimeConstant) {
   LaggingPart part({.share = 0.4, .time_constant_s = 300});
   EXPECT_EQ(part.follow(0), 0);
-  EXPECT_NEAR(part.follow(1), 0.6, 0.002) << "the rest comes at once";
+  EXPECT_NEAR(part.follow(1), 0.6, 0.002) << "the remainder follows immediately";
   double after = 0;
   for (int t = 1; t < 300; ++t) after = part.follow(1);
   EXPECT_NEAR(after, 0.6 + 0.4 * (1 - std::exp(-1)), 1e-12);
@@ -79,7 +79,7 @@ TEST(CurrentControl, ChangesUnbalanceWithElectronicsTemperature) {
   auto inner = even_c(20);
   inner[static_cast<std::size_t>(thermal::ThermalOutput::preamplifier)] = 60;
   bias.step(inner);
-  EXPECT_NEAR(bias.total().value, 40 * 3e-5 * 4.4 * 1.5, 1e-12) << "at once";
+  EXPECT_NEAR(bias.total().value, 40 * 3e-5 * 4.4 * 1.5, 1e-12) << "immediately";
 }
 
 /// Means over 100 s of thermometers without faults, and of the bias.

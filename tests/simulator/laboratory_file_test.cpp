@@ -265,7 +265,7 @@ how = "dead"
 from = "5 h"
 )";
 
-/// Returns the default rig in a world of units, with one part of its text replaced.
+/// Returns the default rig with units, and with one part of its text replaced.
 Result<LaboratoryParameters> units_with(const std::string& piece = "", const std::string& replacement = "") {
   auto text = rig_text("virtual");
   const auto earth = text.find("earth_rate_deg_per_h");

@@ -19,7 +19,7 @@ namespace {
 // Frame of pulse-count-xyz.
 constexpr std::size_t kFrameBytes = 28;
 
-/// Returns the world of a shipped rig with small bodies.
+/// Returns the laboratory of a shipped rig with small bodies.
 LaboratoryParameters small_rig(const std::string& rig) {
   auto world = laboratory_of_rig(rig);
   auto& body = std::get<ReducedGyroParameters>(world.body);

@@ -97,12 +97,12 @@ TEST_F(VirtualInstrumentsTest, AttendedAnswerOnCallingThread) {
                                  .gyros = {{.frame = gyro_of_rig("virtual")}},
                                  .attended = true})
           .value();
-  EXPECT_TRUE(attended->lines().empty()) << "nobody else can speak to them";
+  EXPECT_TRUE(attended->lines().empty()) << "no other client can connect";
   EXPECT_EQ(attended->chamber_port(), 0);
   const auto gyro = attended->line(InstrumentKind::gyro);
   const auto shell = attended->line(InstrumentKind::thermometer, 1);
   const VirtualLaboratory same(laboratory_of_rig("virtual"), {});
-  EXPECT_EQ(heard_on(*shell), "") << "nobody has asked";
+  EXPECT_EQ(heard_on(*shell), "") << "no request was sent";
   ASSERT_TRUE(shell->write(bytes_of("CRDG? 1\r\n"), {}));
   EXPECT_NEAR(std::stod(heard_on(*shell)), same.thermometers_as_measured_c()[8], 0.0005);
   EXPECT_EQ(heard_on(*gyro), "") << "it sends when time passes";

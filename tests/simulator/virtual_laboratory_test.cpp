@@ -96,7 +96,7 @@ TEST(VirtualLaboratory, RestartsGyroWhenSwitchedOnAgain) {
   const double before = laboratory.drift()[0].value;
   laboratory.bring_unit_to({.off = true});
   laboratory.step();
-  EXPECT_EQ(laboratory.drift()[0].value, before) << "nothing wanders while it is off";
+  EXPECT_EQ(laboratory.drift()[0].value, before) << "no drift while it is off";
   laboratory.bring_unit_to({});
   EXPECT_NE(laboratory.drift()[0].value, before);
   EXPECT_NEAR(laboratory.drift()[0].value, before, 0.02);
@@ -248,7 +248,7 @@ TEST(VirtualLaboratory, RunsAwayWithStuckMachineryOrWrongSensor) {
   frozen.inject({});
   EXPECT_GT(frozen.output_percent(), 50);
   frozen.step();
-  EXPECT_GT(frozen.air_as_measured().value, 50) << "while the air went on";
+  EXPECT_GT(frozen.air_as_measured().value, 50) << "while the air temperature continued to rise";
 }
 
 TEST(VirtualLaboratory, AppliesAndRemovesThermometerFaults) {

@@ -63,7 +63,7 @@ VirtualLaboratory cooling(const LaboratoryParameters& world, LaboratorySeed seed
   return laboratory;
 }
 
-/// Returns the SHA-256 of everything that a plain world shows while its gyro is switched off and turned around.
+/// Returns the SHA-256 of all output of a laboratory without units while its gyro is switched off and turned around.
 std::string plain_world(const std::string& rig, LaboratorySeed seed) {
   VirtualLaboratory laboratory(laboratory_of_rig(rig), seed);
   laboratory.change_set_point({40});

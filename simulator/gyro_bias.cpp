@@ -37,8 +37,8 @@ double velocity(const GasFlow& flow, double arm_c) {
 
 /// Returns 1 + γ (T̄ − 20 °C)/40 K.
 double growth_factor(double growth, double block_c) {
-  constexpr double kOver = 40;
-  return 1 + growth * (block_c - kReferenceC) / kOver;
+  constexpr double kScaleK = 40;
+  return 1 + growth * (block_c - kReferenceC) / kScaleK;
 }
 
 double hysteresis_deg_per_h(const std::vector<HysteresisPlay>& worth, const std::vector<Play>& plays) {

@@ -48,7 +48,7 @@ void scatter_body(ReducedGyroParameters& gyro, const SpreadParameters& /*spread*
   for (double* lead : {&gyro.arms.left_lead_w_per_k, &gyro.arms.right_lead_w_per_k})
     *lead *= leads.log_normal(gyro.lead_spread);
   // Apply the arms first: a changed heat capacity changes the basis in which a lead is given in watts per kelvin.
-  gyro.model = perturbed(with_unequal_arms(std::move(gyro.model), gyro.arms), gyro.spread, random);
+  gyro.model = perturb_model(apply_unequal_arms(std::move(gyro.model), gyro.arms), gyro.spread, random);
   gyro.arms = {};
 }
 

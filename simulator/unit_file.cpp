@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMostAxes = 256;
 
 /// Reads a name. It must not contain a point, which joins names, and must differ from all `others`.
-std::string part_of_a_name(const TomlTable& table, const std::vector<std::string>& others) {
+std::string read_name(const TomlTable& table, const std::vector<std::string>& others) {
   auto name = table.text("name");
   if (!table.has("name")) return name;
   if (name.empty() || name.find_first_of(". \t") != std::string::npos)
@@ -27,7 +27,7 @@ std::string part_of_a_name(const TomlTable& table, const std::vector<std::string
 }
 
 template <class Named>
-std::vector<std::string> names_of(const std::vector<Named>& all) {
+std::vector<std::string> list_names(const std::vector<Named>& all) {
   std::vector<std::string> names;
   for (const auto& one : all) names.push_back(one.name);
   return names;
@@ -49,11 +49,11 @@ AxisParameters read_axis(const TomlTable& table, const ReadoutParameters& type) 
 
 UnitParameters read_unit(const TomlTable& table, const ReadoutParameters& type,
                          const std::vector<std::string>& others) {
-  UnitParameters unit{.name = part_of_a_name(table, others), .axes = {}};
+  UnitParameters unit{.name = read_name(table, others), .axes = {}};
   const auto axes = table.tables("axis");
   for (const auto& one : axes) {
     auto axis = read_axis(one, type);
-    if (axes.size() > 1 || one.has("name")) axis.name = part_of_a_name(one, names_of(unit.axes));
+    if (axes.size() > 1 || one.has("name")) axis.name = read_name(one, list_names(unit.axes));
     unit.axes.push_back(std::move(axis));
   }
   if (axes.empty()) {
@@ -92,7 +92,7 @@ OwnThermometer read_own_temperature(const TomlTable& table) {
 
 OwnValue read_value(const TomlTable& table, std::vector<std::string> others) {
   others.emplace_back(kOwnTemperature);
-  return {.name = part_of_a_name(table, others),
+  return {.name = read_name(table, others),
           .at_20_c = table.number("at_20_c"),
           .per_k = table.number("per_k", 0),
           .noise = not_negative(table, "noise", 0)};
@@ -105,16 +105,16 @@ bool has_units(const TomlTable& table) { return !table.tables("unit").empty(); }
 void read_units(const TomlTable& table, LaboratoryParameters& laboratory) {
   std::size_t axes = 0;
   for (const auto& one : table.tables("unit")) {
-    laboratory.units.push_back(read_unit(one, laboratory.gyro, names_of(laboratory.units)));
+    laboratory.units.push_back(read_unit(one, laboratory.gyro, list_names(laboratory.units)));
     axes += laboratory.units.back().axes.size();
     if (axes > kMostAxes) return one.mistake("axis", fmt::format("more than {} axes", kMostAxes));
   }
   std::set<std::size_t> taken;
   for (const auto& one : table.tables("bracket"))
-    laboratory.brackets.push_back(read_bracket(one, names_of(laboratory.units), taken));
+    laboratory.brackets.push_back(read_bracket(one, list_names(laboratory.units), taken));
   if (table.has("own_temperature")) laboratory.own_temperature = read_own_temperature(table.table("own_temperature"));
   for (const auto& one : table.tables("value"))
-    laboratory.values.push_back(read_value(one, names_of(laboratory.values)));
+    laboratory.values.push_back(read_value(one, list_names(laboratory.values)));
 }
 
 void assign_failures_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units) {

@@ -113,16 +113,16 @@ void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
 }
 
 /// Reads a number in −most … most.
-double within(const TomlTable& table, const char* key, double most, std::optional<double> fallback = {}) {
+double read_bounded(const TomlTable& table, const char* key, double most, std::optional<double> fallback = {}) {
   const double value = table.number(key, fallback);
   if (!(std::abs(value) <= most)) table.mistake(key, fmt::format("{}, expected {} to {}", value, -most, most));
   return value;
 }
 
 SideWind read_side_wind(const TomlTable& table) {
-  SideWind wind{.steady = within(table, "steady", kMostWind),
-                .heating = within(table, "heating", kMostWind),
-                .cooling = within(table, "cooling", kMostWind),
+  SideWind wind{.steady = read_bounded(table, "steady", kMostWind),
+                .heating = read_bounded(table, "heating", kMostWind),
+                .cooling = read_bounded(table, "cooling", kMostWind),
                 .share = not_negative(table, "share"),
                 .time_constant_s = time_constant_s(table, "time_constant_s"),
                 .gap_w_per_k = not_negative(table, "gap_w_per_k")};
@@ -131,10 +131,10 @@ SideWind read_side_wind(const TomlTable& table) {
 }
 
 PowerGrowth read_power_growth(const TomlTable& table) {
-  return {.gain_per_k = within(table, "gain_per_k", kMostPowerGrowthPerK, 0),
-          .preamplifier_per_k = within(table, "preamplifier_per_k", kMostPowerGrowthPerK, 0),
-          .ballast_per_k = within(table, "ballast_per_k", kMostPowerGrowthPerK, 0),
-          .split_per_k = within(table, "split_per_k", kMostPowerGrowthPerK, 0)};
+  return {.gain_per_k = read_bounded(table, "gain_per_k", kMostPowerGrowthPerK, 0),
+          .preamplifier_per_k = read_bounded(table, "preamplifier_per_k", kMostPowerGrowthPerK, 0),
+          .ballast_per_k = read_bounded(table, "ballast_per_k", kMostPowerGrowthPerK, 0),
+          .split_per_k = read_bounded(table, "split_per_k", kMostPowerGrowthPerK, 0)};
 }
 
 BiasPhysics read_physics(const TomlTable& table) {
@@ -161,7 +161,7 @@ thermal::ThermalSpread read_thermal_spread(const TomlTable& table) {
 
 }  // namespace
 
-thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms) {
+thermal::ReducedModel apply_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms) {
   share(input_power(model.powers_w, thermal::ThermalInput::gain_left),
         input_power(model.powers_w, thermal::ThermalInput::gain_right), arms.gain_left_over_right);
   share(input_power(model.powers_w, thermal::ThermalInput::ballast_left),
@@ -183,7 +183,7 @@ thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedMod
   thermal::ThermalPowers added_w{};
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::VectorXd inner_c =
-        model.outputs * states_at_rest(with_added_powers(model, added_w), parameters.film, parameters.start_c);
+        model.outputs * states_at_rest(add_powers(model, added_w), parameters.film, parameters.start_c);
     const InnerTemperatures at_rest_c(inner_c.data(), thermal::kThermalOutputs);
     heat.rest({parameters.start_c}, shell_c(at_rest_c));
     added_w = heat.watts(at_rest_c);
@@ -205,7 +205,7 @@ thermal::ReducedTransientOptions transient_options(AddedHeat& heat, const therma
 }  // namespace
 
 ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters, const GyroHistory& past)
-    : ReducedGyro(with_unequal_arms(parameters.model, parameters.arms), parameters, past) {}
+    : ReducedGyro(apply_unequal_arms(parameters.model, parameters.arms), parameters, past) {}
 
 ReducedGyro::ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters,
                          const GyroHistory& past)
@@ -230,12 +230,12 @@ void ReducedGyro::switch_on(bool on) {
 }
 
 Celsius cabinet_at_rest(const ReducedGyroParameters& parameters) {
-  const auto model = with_unequal_arms(parameters.model, parameters.arms);
+  const auto model = apply_unequal_arms(parameters.model, parameters.arms);
   if (parameters.cold) return {parameters.start_c};
   AddedHeat heat(model.powers_w, parameters.wind, parameters.power_growth);
   const auto added_w = heat.is_any() ? heat_at_rest_w(heat, model, parameters) : thermal::ThermalPowers{};
   const Eigen::VectorXd inner_c =
-      model.outputs * states_at_rest(with_added_powers(model, added_w), parameters.film, parameters.start_c);
+      model.outputs * states_at_rest(add_powers(model, added_w), parameters.film, parameters.start_c);
   return {shell_c(InnerTemperatures(inner_c.data(), thermal::kThermalOutputs))};
 }
 

@@ -48,7 +48,7 @@ class VirtualGyro {
 /// Returns the model with unequal halves: redistributed powers, and for each lead, with conductance g from gain arm to
 /// shell, K₀ + g (l − s)(l − s)ᵀ, where l and s are the output rows of arm and shell. Heat leaves the arm with the same
 /// spatial distribution as its own power. A symmetric positive definite K₀ remains so.
-[[nodiscard]] thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms);
+[[nodiscard]] thermal::ReducedModel apply_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms);
 
 /// The reduced gyro. The thermometers measure A…H and the shell; the bias depends only on gain arms, mirrors and block.
 class ReducedGyro final : public VirtualGyro {

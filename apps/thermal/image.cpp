@@ -123,7 +123,7 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
     if (!family) return failure(family.error());
     solved.family = std::move(*family);
     if (const auto& first = solved.family.front(); first.reached)
-      solved.model = with_parameter(solved.model, first.parameter, first.value);
+      solved.model = replace_parameter(solved.model, first.parameter, first.value);
     else
       console.print_message(fmt::format("warning: no value of {} yields {:g} K; the model is not calibrated",
                                         thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)],

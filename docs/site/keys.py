@@ -81,7 +81,7 @@ VIRTUAL = {
         "parse_laboratory:root": [], "parse_laboratory:table": ["virtual"], "parse_laboratory": ["virtual.power_on"],
     },
     "simulator/unit_file.cpp": {
-        "part_of_a_name": ["[virtual.unit]", "[virtual.unit.axis]", "[virtual.value]"],
+        "read_name": ["[virtual.unit]", "[virtual.unit.axis]", "[virtual.value]"],
         "read_units": ["virtual"], "has_units": ["virtual"], "read_unit": ["[virtual.unit]"],
         "read_axis": ["[virtual.unit.axis]"], "read_hop": ["virtual.unit.axis.hop"],
         "read_bracket": ["[virtual.bracket]"], "read_own_temperature": ["virtual.own_temperature"],
@@ -148,7 +148,7 @@ _KINDS = {
     "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "above_zero": "a number", "read_day": "a day",
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
-    "time_constant_s": "s, at least 1", "within": "a number", "each": "a number, or one for each thermometer",
+    "time_constant_s": "s, at least 1", "read_bounded": "a number", "each": "a number, or one for each thermometer",
     "each_or_none": "a number, or one for each thermometer", "day": "a day", "name_at": "a text", "line_at": "a text",
     "texts_at": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
@@ -181,7 +181,7 @@ _FUNCTION = re.compile(
 )
 # Reading function → number of arguments after the key that are not the default.
 _BOUNDS = {
-    "choice": 1, "expect": 1, "within": 1, "each": 1, "each_or_none": 1, "table numbers": 2, "whole": 2,
+    "choice": 1, "expect": 1, "read_bounded": 1, "each": 1, "each_or_none": 1, "table numbers": 2, "whole": 2,
     "read_named": 3, "read_either": 2,
 }  # fmt: skip
 _STATEMENT = re.compile(r"\s*(if|for|while|return|switch|else|case)\b")

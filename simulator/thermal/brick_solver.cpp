@@ -37,7 +37,7 @@ Interpolation from_corners() {
 }
 
 /// Returns the index of corner `to` among the 27 around corner `from`, which is in the middle; x runs fastest.
-int towards(int from, int to) {
+int neighbour_index(int from, int to) {
   const auto step = [&](int d) { return (kHex20Positions[to][d] - kHex20Positions[from][d]) / 2 + 1; };
   return step(0) + 3 * step(1) + 9 * step(2);
 }
@@ -57,7 +57,7 @@ void add_bricks(const FieldLayout& layout, const BrickWeights<double>& weights, 
     if (weights.xy[at] != 0) matrix += weights.xy[at] * cross;
     for (int n = 0; n < kCorners; ++n) {
       auto& stencil = stencils[static_cast<std::size_t>(layout.node_position(i, j, k, n))];
-      for (int m = 0; m < kCorners; ++m) stencil[towards(n, m)] += matrix(n, m);
+      for (int m = 0; m < kCorners; ++m) stencil[neighbour_index(n, m)] += matrix(n, m);
     }
   });
 }
@@ -70,7 +70,7 @@ void add_film(const BrickWeights<double>& weights, Stencils& stencils) {
     const auto nodes = face_nodes(face.face);
     for (std::size_t n = 0; n < 4; ++n)
       for (std::size_t m = 0; m < 4; ++m)
-        stencils[static_cast<std::size_t>(face.positions[n])][towards(nodes[n], nodes[m])] +=
+        stencils[static_cast<std::size_t>(face.positions[n])][neighbour_index(nodes[n], nodes[m])] +=
             face.film * faces[face.face](nodes[n], nodes[m]);
   }
 }
@@ -151,7 +151,7 @@ struct BrickSolver::Parts {
   Parts(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,
         const BrickSolverOptions& with);
 
-  void weigh(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients);
+  void update_weights(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients);
   void smooth(bool update_residual);
   void correct();
   void precondition(const Eigen::VectorXd& right, Eigen::VectorXd& answer);
@@ -171,12 +171,13 @@ struct BrickSolver::Parts {
 BrickSolver::Parts::Parts(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,
                           const BrickSolverOptions& with)
     : options(with), layout(mesh) {
-  weigh(model, mesh, coefficients);
+  update_weights(model, mesh, coefficients);
   corners.emplace(layout, inverse);
   rest = step = image = left = Eigen::VectorXf::Zero(layout.padded());
 }
 
-void BrickSolver::Parts::weigh(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients) {
+void BrickSolver::Parts::update_weights(const GyroModel& model, const GyroMesh& mesh,
+                                        const ThermalCoefficients& coefficients) {
   weights.emplace(model, mesh, layout, coefficients);
   rounded_weights.emplace(model, mesh, layout, coefficients);
   inverse = diagonal(layout, *rounded_weights);
@@ -238,15 +239,15 @@ Result<BrickSolver> BrickSolver::set_up(const GyroModel& model, const GyroMesh& 
 }
 
 void BrickSolver::replace(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients) {
-  parts_->weigh(model, mesh, coefficients);
+  parts_->update_weights(model, mesh, coefficients);
 }
 
 auto BrickSolver::solve(const Eigen::VectorXd& right, const Eigen::VectorXd& guess) -> Result<Solution> {
   auto& p = *parts_;
   Eigen::VectorXd x = p.layout.from_nodes(guess);
   Eigen::VectorXd rest = p.layout.from_nodes(right);
-  const double whole = rest.norm();
-  const double goal = p.options.tolerance * whole;
+  const double initial_norm = rest.norm();
+  const double goal = p.options.tolerance * initial_norm;
   Eigen::VectorXd image(p.layout.padded());
   multiply(p.layout, *p.weights, x.data(), image.data());
   rest -= image;
@@ -266,7 +267,7 @@ auto BrickSolver::solve(const Eigen::VectorXd& right, const Eigen::VectorXd& gue
     rest -= along * image;
     size = rest.norm();
   }
-  solution.relative_residual = whole > 0 ? size / whole : size;
+  solution.relative_residual = initial_norm > 0 ? size / initial_norm : size;
   if (!(size <= goal)) {
     return failure(FaultKind::numeric, "conjugate gradients",
                    fmt::format("relative residual {:.1e} after {} iterations, expected at most {:.1e}",

@@ -25,18 +25,19 @@ class Search {
 
   Result<FittedDifference> run() {
     const auto range = fit_range(model_, parameter_);
-    auto low = tried(range.low);
-    if (!low || fits(*low)) return outcome(low);
-    auto high = tried(range.high);
-    if (!high || fits(*high)) return outcome(high);
-    if (low->error_k * high->error_k > 0) return outcome(std::abs(low->error_k) < std::abs(high->error_k) ? low : high);
-    return narrow(*low, *high);
+    auto low = try_value(range.low);
+    if (!low || fits(*low)) return make_result(low);
+    auto high = try_value(range.high);
+    if (!high || fits(*high)) return make_result(high);
+    if (low->error_k * high->error_k > 0)
+      return make_result(std::abs(low->error_k) < std::abs(high->error_k) ? low : high);
+    return bisect(*low, *high);
   }
 
  private:
   [[nodiscard]] bool fits(const Trial& trial) const { return std::abs(trial.error_k) <= options_.tolerance_k; }
 
-  Result<FittedDifference> narrow(Trial a, Trial b) {
+  Result<FittedDifference> bisect(Trial a, Trial b) {
     const bool logarithmic = a.value > 0 && b.value > 20 * a.value;
     const auto scale = [&](double value) { return logarithmic ? std::log(value) : value; };
     double weight_a = 1;
@@ -46,23 +47,23 @@ class Search {
       const double ea = a.error_k * weight_a;
       const double eb = b.error_k * weight_b;
       const double at = (scale(a.value) * eb - scale(b.value) * ea) / (eb - ea);
-      last = tried(logarithmic ? std::exp(at) : at);
-      if (!last || fits(*last)) return outcome(last);
+      last = try_value(logarithmic ? std::exp(at) : at);
+      if (!last || fits(*last)) return make_result(last);
       const bool replaces_a = last->error_k * a.error_k > 0;
       // Illinois method: the error at the retained end is halved.
       weight_a = replaces_a ? 1 : weight_a / 2;
       weight_b = replaces_a ? weight_b / 2 : 1;
       (replaces_a ? a : b) = *last;
     }
-    return outcome(last);
+    return make_result(last);
   }
 
-  Result<Trial> tried(double value) {
+  Result<Trial> try_value(double value) {
     if (!keep_going(progress_, kFitParameterNames[static_cast<std::size_t>(parameter_)],
                     static_cast<double>(steps_) / options_.most_steps))
       return failure(FaultKind::interrupted, "fit", "stopped on request");
     ++steps_;
-    const auto model = with_parameter(model_, parameter_, value);
+    const auto model = replace_parameter(model_, parameter_, value);
     const auto mesh = make_mesh(model, options_.edge_mm);
     SteadyOptions steady;
     steady.ambient_c = options_.ambient_c;
@@ -72,7 +73,7 @@ class Search {
     return Trial{value, gain_difference_k(y) - wanted_k_, *std::max_element(y.begin(), y.begin() + 8)};
   }
 
-  [[nodiscard]] Result<FittedDifference> outcome(const Result<Trial>& trial) const {
+  [[nodiscard]] Result<FittedDifference> make_result(const Result<Trial>& trial) const {
     if (!trial) return failure(trial.error());
     return FittedDifference{parameter_,   trial->value,     trial->error_k + wanted_k_,
                             fits(*trial), trial->warmest_c, steps_};
@@ -88,7 +89,7 @@ class Search {
 
 }  // namespace
 
-GyroModel with_parameter(const GyroModel& model, FitParameter parameter, double value) {
+GyroModel replace_parameter(const GyroModel& model, FitParameter parameter, double value) {
   auto changed = model;
   switch (parameter) {
     case FitParameter::emissivity:

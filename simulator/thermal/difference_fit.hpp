@@ -20,7 +20,7 @@ inline constexpr std::array<std::string_view, 5> kFitParameterNames{"emissivity"
                                                                     "dither_w_per_m_k", "film_w_per_m2_k"};
 
 /// Returns the model with another value of one parameter.
-[[nodiscard]] GyroModel with_parameter(const GyroModel& model, FitParameter parameter, double value);
+[[nodiscard]] GyroModel replace_parameter(const GyroModel& model, FitParameter parameter, double value);
 
 struct FitRange {
   double low{}, high{};

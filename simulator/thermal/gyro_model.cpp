@@ -15,10 +15,10 @@ namespace gyrotherm::thermal {
 
 GyroMaterial part_material(GyroPart part) {
   using enum GyroMaterial;
-  constexpr std::array<GyroMaterial, kGyroParts> kOf{{zerodur, zerodur, zerodur, zerodur, zerodur, gain_gas, gain_gas,
-                                                      passive_bore, ballast, ballast, preamplifier, cathode, dither,
-                                                      hub, cabinet, air, air, air}};
-  return kOf[index(part)];
+  constexpr std::array<GyroMaterial, kGyroParts> kPartMaterials{{zerodur, zerodur, zerodur, zerodur, zerodur, gain_gas,
+                                                                 gain_gas, passive_bore, ballast, ballast, preamplifier,
+                                                                 cathode, dither, hub, cabinet, air, air, air}};
+  return kPartMaterials[index(part)];
 }
 
 double bore_half_width(const GyroGeometry& geometry) {

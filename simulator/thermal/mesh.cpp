@@ -15,14 +15,14 @@
 namespace gyrotherm::thermal {
 namespace {
 
-constexpr double kSame = 1e-6;  // mm
+constexpr double kCoincidence = 1e-6;  // mm
 
-std::vector<double> divided(std::vector<double> marks, double edge_mm) {
+std::vector<double> divide_intervals(std::vector<double> marks, double edge_mm) {
   std::ranges::sort(marks);
   std::vector<double> lines{marks.front()};
   for (const double mark : marks) {
     const double from = lines.back();
-    if (mark - from < kSame) continue;
+    if (mark - from < kCoincidence) continue;
     const auto pieces = std::max(1L, std::lround((mark - from) / edge_mm));
     for (long piece = 1; piece < pieces; ++piece) {
       lines.push_back(from + (mark - from) * static_cast<double>(piece) / static_cast<double>(pieces));
@@ -99,7 +99,7 @@ struct Cover {
 
 /// Returns the cover of a rectangle by a prism. The outward normals of a closed outline add up to zero, so the integral
 /// over the inner edges is minus the integral over the rectangle's sides.
-Cover covered(const PlanRectangle& r, const Prism& prism) {
+Cover compute_cover(const PlanRectangle& r, const Prism& prism) {
   const auto box = bounds(prism.plan);
   if (box.x1 <= r.x0 || box.x0 >= r.x1 || box.y1 <= r.y0 || box.y0 >= r.y1) return {};
   const auto shared = intersection(prism.plan, to_outline(r));
@@ -108,7 +108,7 @@ Cover covered(const PlanRectangle& r, const Prism& prism) {
     const auto a = shared[i];
     const auto b = shared[(i + 1) % shared.size()];
     const auto on = [&](double from, double to, double side) {
-      return std::abs(from - side) < kSame && std::abs(to - side) < kSame;
+      return std::abs(from - side) < kCoincidence && std::abs(to - side) < kCoincidence;
     };
     if (on(a.x, b.x, r.x0) || on(a.x, b.x, r.x1)) cover.outward.x -= b.y - a.y;
     if (on(a.y, b.y, r.y0) || on(a.y, b.y, r.y1)) cover.outward.y += b.x - a.x;
@@ -132,11 +132,11 @@ struct Column {
 Column make_column(const GyroParts& parts, const PlanRectangle& r) {
   Column column;
   column.area_mm2 = (r.x1 - r.x0) * (r.y1 - r.y0);
-  const auto hole = covered(r, parts.hole);
-  column.hub = covered(r, parts.hub);
+  const auto hole = compute_cover(r, parts.hole);
+  column.hub = compute_cover(r, parts.hub);
   column.dither = hole - column.hub;
-  column.block = covered(r, parts.block) - hole;
-  for (std::size_t m = 0; m < 4; ++m) column.mirrors[m] = covered(r, parts.mirrors[m]);
+  column.block = compute_cover(r, parts.block) - hole;
+  for (std::size_t m = 0; m < 4; ++m) column.mirrors[m] = compute_cover(r, parts.mirrors[m]);
   const double x = (r.x0 + r.x1) / 2;
   const double y = (r.y0 + r.y1) / 2;
   column.inside = x > parts.inside.x0 && x < parts.inside.x1 && y > parts.inside.y0 && y < parts.inside.y1;
@@ -254,16 +254,16 @@ std::vector<Wall> make_walls(const GyroParts& parts) {
   return walls;
 }
 
-class FilmOfWalls {
+class WallFilm {
  public:
-  FilmOfWalls(const GridLines& lines, const std::vector<BrickContents>& contents)
+  WallFilm(const GridLines& lines, const std::vector<BrickContents>& contents)
       : grid_(lines), contents_(contents), area_(grid_.bricks() * kBrickFaces) {}
 
   void add_levels() {
     for (std::size_t b = 0; b < grid_.bricks(); ++b) {
       const auto p = grid_.brick_position(b);
       for (const int face : {4, 5})
-        if (exposed(p, face)) area_[b * kBrickFaces + face] = contents_[b].plan_share * grid_.plan_area(p);
+        if (is_exposed(p, face)) area_[b * kBrickFaces + face] = contents_[b].plan_share * grid_.plan_area(p);
     }
   }
 
@@ -300,11 +300,11 @@ class FilmOfWalls {
   }
 
  private:
-  [[nodiscard]] bool kept(BrickIndex p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
+  [[nodiscard]] bool is_kept(BrickIndex p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
   [[nodiscard]] static BrickIndex neighbour(BrickIndex p, int face) {
     return {p.i + kNeighbours[face].i, p.j + kNeighbours[face].j, p.k + kNeighbours[face].k};
   }
-  [[nodiscard]] bool exposed(BrickIndex p, int face) const { return kept(p) && !kept(neighbour(p, face)); }
+  [[nodiscard]] bool is_exposed(BrickIndex p, int face) const { return is_kept(p) && !is_kept(neighbour(p, face)); }
 
   /// Adds a piece of wall with its middle and outward direction.
   void put(double area, PlanPoint middle, PlanPoint out, int k) {
@@ -312,9 +312,9 @@ class FilmOfWalls {
     int flat = -1;
     for (int face = 0; face < 4; ++face)
       if (out.x * kNeighbours[face].i + out.y * kNeighbours[face].j > 1 - 1e-9) flat = face;
-    if (flat >= 0 && kept(brick)) {
+    if (flat >= 0 && is_kept(brick)) {
       // Otherwise two parts touch there.
-      if (exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
+      if (is_exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
       return;
     }
     for (int reach = 2; reach <= 8; reach *= 2)
@@ -332,11 +332,11 @@ class FilmOfWalls {
     for (int dj = -reach; dj <= reach; ++dj) {
       for (int di = -reach; di <= reach; ++di) {
         const BrickIndex p{around.i + di, around.j + dj, around.k};
-        if (!kept(p)) continue;
+        if (!is_kept(p)) continue;
         const auto r = grid_.plan(p);
         for (int face = 0; face < 4; ++face) {
           const double facing = out.x * kNeighbours[face].i + out.y * kNeighbours[face].j;
-          if (facing < 0.1 || !exposed(p, face)) continue;
+          if (facing < 0.1 || !is_exposed(p, face)) continue;
           const PlanPoint centre{(r.x0 + r.x1 + kNeighbours[face].i * (r.x1 - r.x0)) / 2,
                                  (r.y0 + r.y1 + kNeighbours[face].j * (r.y1 - r.y0)) / 2};
           const double d = distance(centre, middle);
@@ -430,7 +430,7 @@ std::vector<FilmFace> shell_film(const GyroMesh& mesh) {
   return film;
 }
 
-std::vector<double> in_metres(const std::vector<double>& lines_mm) {
+std::vector<double> to_metres(const std::vector<double>& lines_mm) {
   std::vector<double> lines;
   for (const double line : lines_mm) lines.push_back(1e-3 * line);
   return lines;
@@ -469,7 +469,7 @@ GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge
       if (box.y1 > cy + g.block_width / 2) y.insert(y.end(), {2 * cy - box.y1, box.y1});
     }
   }
-  return {divided(x, edge_mm), divided(y, edge_mm), divided(z, edge_mm)};
+  return {divide_intervals(x, edge_mm), divide_intervals(y, edge_mm), divide_intervals(z, edge_mm)};
 }
 
 /// Returns the contents by brick index. Shares add up to 1 in full mode and to at most 1 in block mode.
@@ -508,7 +508,7 @@ constexpr double kLeastSolid = 0.25;
 
 /// Drops cut bricks whose solid share is below kLeastSolid. Their content goes to the fullest of the four level
 /// neighbours that remain. Volumes and plan areas keep their sums.
-void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
+void merge_sparse_bricks(std::vector<BrickContents>& contents, const GridLines& grid) {
   const auto before = contents;
   const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= kLeastSolid; };
   for (std::size_t b = 0; b < contents.size(); ++b) {
@@ -539,7 +539,7 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
 /// has no film. The sums are the true areas.
 std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
                                  const std::vector<BrickContents>& contents) {
-  FilmOfWalls film(lines, contents);
+  WallFilm film(lines, contents);
   film.add_levels();
   for (const auto& wall : make_walls(parts)) film.add(wall);
   return film.faces();
@@ -559,11 +559,11 @@ GyroMesh make_mesh(const GyroModel& model, double edge_mm) {
   const auto lines = grid_lines(model, parts, edge_mm);
   auto contents = brick_contents(model, parts, lines);
   const bool full = model.mode == GyroMode::full;
-  if (!full) consolidate(contents, lines);
+  if (!full) merge_sparse_bricks(contents, lines);
   GyroMesh mesh;
-  mesh.x = in_metres(lines.x);
-  mesh.y = in_metres(lines.y);
-  mesh.z = in_metres(lines.z);
+  mesh.x = to_metres(lines.x);
+  mesh.y = to_metres(lines.y);
+  mesh.z = to_metres(lines.z);
   classify(contents, full, mesh);
   mesh.film = full ? shell_film(mesh) : block_film(parts, lines, contents);
   number_nodes(mesh);

@@ -72,7 +72,7 @@ double density(const GyroModel& model, const BrickClass& brick) {
 void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std::size_t number,
                const std::vector<Element>& elements, const ThermalCoefficients& coefficients) {
   // The first line has the element number and 11 nodes. A line may have at most 16 numbers.
-  constexpr int kOnFirstLine = 11;
+  constexpr int kNodesOnFirstLine = 11;
   const auto& brick = mesh.classes[number];
   writer.put("** class {}:", number);
   for (const auto& [part, share] : brick.shares) writer.put(" {} {:.6g}", kGyroPartNames[index(part)], share);
@@ -80,7 +80,7 @@ void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std
   for (const auto& element : elements) {
     writer.put("{}", element.number);
     const auto nodes = brick_nodes(mesh, element.i, element.j, element.k);
-    for (int n = 0; n < 20; ++n) writer.put(",{}{}", n == kOnFirstLine ? "\n" : "", nodes[n] + 1);
+    for (int n = 0; n < 20; ++n) writer.put(",{}{}", n == kNodesOnFirstLine ? "\n" : "", nodes[n] + 1);
     writer.put("\n");
   }
   const double rho = density(model, brick);

@@ -46,7 +46,7 @@ struct Interval {
   [[nodiscard]] double at(double share) const { return lowest + share * (highest - lowest); }
 };
 
-Interval alike(const ReducedModel& about) {
+Interval equal_gap_range(const ReducedModel& about) {
   constexpr double kHighest = 0.06;
   const auto cold = coefficients_at(about, kColdest_c, GyroFilm::still);
   const auto hot = coefficients_at(about, kHottest_c, GyroFilm::still);
@@ -58,8 +58,8 @@ double film_coefficient(const ReducedModel& about, GyroFilm film) {
 }
 
 /// Returns the point with equal gaps at `share` of their range.
-ThermalPoint gaps_alike(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
-  const double k = alike(about).at(share);
+ThermalPoint equal_gaps_point(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
+  const double k = equal_gap_range(about).at(share);
   return {{k, k, k, film_coefficient(about, film)}, rate_per_s};
 }
 
@@ -71,7 +71,7 @@ std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<do
   for (const double s : rates_per_s) {
     for (const auto film : {GyroFilm::still, GyroFilm::chamber}) {
       for (const double t : air_c) found.push_back({coefficients_at(about, t, film), s});
-      for (const double share : shares) found.push_back(gaps_alike(about, share, film, s));
+      for (const double share : shares) found.push_back(equal_gaps_point(about, share, film, s));
     }
   }
   return found;
@@ -89,18 +89,16 @@ std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
 
 /// Returns points that neither the greedy choice nor the compression uses.
 std::vector<ThermalPoint> check_points(const ReducedModel& about) {
-  return {gaps_alike(about, 0.05, GyroFilm::still, 0),
-          gaps_alike(about, 0.9, GyroFilm::chamber, 0),
-          gaps_alike(about, 0.2, GyroFilm::still, 5e-4),
-          gaps_alike(about, 0.63, GyroFilm::chamber, 3e-3),
-          {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3},
-          {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
+  return {
+      equal_gaps_point(about, 0.05, GyroFilm::still, 0),       equal_gaps_point(about, 0.9, GyroFilm::chamber, 0),
+      equal_gaps_point(about, 0.2, GyroFilm::still, 5e-4),     equal_gaps_point(about, 0.63, GyroFilm::chamber, 3e-3),
+      {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3}, {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
 }
 
 /// Number of sums in a sketch. The relative standard deviation of a sketched squared norm is sqrt(2 / 1024), about 4 %.
 constexpr std::uint64_t kSums = 1024;
 /// A field is treated as dependent if its part outside the basis, relative to the field, is smaller than this.
-constexpr double kNewest = 1e-6;
+constexpr double kDependentShare = 1e-6;
 
 void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
   const auto before = matrix.rows();
@@ -112,7 +110,7 @@ void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
 using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
 
 /// Share of the worst input's error at a point above which another input is solved there.
-constexpr double kWorthSolving = 0.25;
+constexpr double kSolveShare = 0.25;
 /// Share of the goal that each step of the reduction may use. It is small because errors add up over time.
 constexpr double kMargin = 0.01;
 constexpr int kFewestStates = 8;
@@ -142,16 +140,16 @@ class Choice final {
   Choice(std::vector<ThermalPoint> candidates, const Loads& loads)
       : candidates_(std::move(candidates)), loads_(loads) {}
 
-  struct Worst {
+  struct WorstPoint {
     ThermalPoint point;
     /// Estimated error of each load.
     Eigen::VectorXd error_k;
   };
-  [[nodiscard]] Worst worst(const ReducedBasis& basis) {
-    std::optional<Worst> found;
+  [[nodiscard]] WorstPoint find_worst(const ReducedBasis& basis) {
+    std::optional<WorstPoint> found;
     for (const auto& point : candidates_) {
       const Eigen::VectorXd error_k = k_per_residual(point.rate_per_s) * basis.residuals(point, loads_);
-      if (!found || error_k.maxCoeff() > found->error_k.maxCoeff()) found = Worst{point, error_k};
+      if (!found || error_k.maxCoeff() > found->error_k.maxCoeff()) found = WorstPoint{point, error_k};
     }
     return *found;
   }
@@ -178,7 +176,7 @@ class Choice final {
 Eigen::MatrixXd worst_loads(const Loads& loads, const Eigen::VectorXd& error_k, Eigen::Index most) {
   std::vector<Eigen::Index> chosen;
   for (Eigen::Index i = 0; i < error_k.size(); ++i)
-    if (error_k[i] >= kWorthSolving * error_k.maxCoeff()) chosen.push_back(i);
+    if (error_k[i] >= kSolveShare * error_k.maxCoeff()) chosen.push_back(i);
   std::ranges::sort(chosen, [&](auto a, auto b) { return error_k[a] > error_k[b]; });
   if (std::ssize(chosen) > most) chosen.resize(static_cast<std::size_t>(most));
   return loads(Eigen::all, chosen);
@@ -212,7 +210,7 @@ class ModelOrderReduction final {
   [[nodiscard]] const SparseMatrix& matrix_at(const ThermalPoint& p) {
     return matrices_.sum(p.rate_per_s, 1, p.coefficients);
   }
-  [[nodiscard]] Result<void> interrupted_or(std::string_view stage, double fraction) const {
+  [[nodiscard]] Result<void> check_interrupt(std::string_view stage, double fraction) const {
     if (keep_going(progress_, stage, fraction)) return {};
     return failure(FaultKind::interrupted, "reduction", fmt::format("stopped while {}", stage));
   }
@@ -232,8 +230,8 @@ Result<void> ModelOrderReduction::find_fields() {
   Choice choice(candidate_points(basis_.model()), loads_);
   while (true) {
     const auto found = static_cast<double>(basis_.basis().cols() - 1);
-    if (const auto go = interrupted_or("solving for fields", found / options_.most_fields); !go) return go;
-    const auto worst = choice.worst(basis_);
+    if (const auto go = check_interrupt("solving for fields", found / options_.most_fields); !go) return go;
+    const auto worst = choice.find_worst(basis_);
     const auto room = options_.most_fields + 1 - basis_.basis().cols();
     if (room == 0 || (found > 0 && worst.error_k.maxCoeff() < kMargin * options_.goal_k)) return {};
     const auto loads = worst_loads(loads_, worst.error_k, room);
@@ -325,7 +323,7 @@ double difference(const ReducedModel& a, const ReducedModel& b, const std::vecto
 }
 
 /// Returns the model projected on the span of `directions` (orthonormal columns) of its states.
-ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {
+ReducedModel project_model(const ReducedModel& model, const Eigen::MatrixXd& directions) {
   ReducedModel smaller = model;
   const auto onto = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
     const Eigen::MatrixXd square = directions.transpose() * matrix * directions;
@@ -345,7 +343,7 @@ ReducedSystem ModelOrderReduction::compress(const std::vector<ThermalPoint>& poi
   const auto largest = std::min<Eigen::Index>(options_.states, rich.conduction.rows());
   const double limit_k = kMargin * options_.goal_k;
   for (auto kept = std::min<Eigen::Index>(kFewestStates, largest);; kept = std::min(kept + 4, largest)) {
-    auto model = projected(rich, directions.leftCols(kept));
+    auto model = project_model(rich, directions.leftCols(kept));
     if (kept == largest || difference(model, rich, points, loads_, limit_k) <= limit_k)
       return {std::move(model), basis_.basis() * directions.leftCols(kept)};
   }
@@ -361,7 +359,7 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& p = points[i];
     const auto done = static_cast<double>(i) / static_cast<double>(points.size());
-    if (const auto go = interrupted_or("checking", done); !go) return go;
+    if (const auto go = check_interrupt("checking", done); !go) return go;
     // At rest the response to the ambient is the constant field, which the basis contains.
     const Eigen::MatrixXd loads = both.leftCols(p.rate_per_s == 0 ? 1 : 2);
     const auto& matrix = matrix_at(p);
@@ -428,7 +426,7 @@ bool ReducedBasis::append(Eigen::VectorXd field) {
     field -= basis() * known;
   }
   const double rest = std::sqrt(field.dot(system_.capacity * field));
-  if (!(rest > kNewest)) return false;
+  if (!(rest > kDependentShare)) return false;
   basis_.col(states_++) = field / rest;
   return true;
 }
@@ -514,7 +512,7 @@ SolveColumns multigrid_solver() {
   };
 }
 
-ReducedModel about(const GyroModel& gyro, const std::string& source_sha256) {
+ReducedModel make_header(const GyroModel& gyro, const std::string& source_sha256) {
   ReducedModel model;
   model.gyro = gyro.name;
   model.source_sha256 = source_sha256;
@@ -529,7 +527,7 @@ Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& sourc
                                  const ReductionOptions& options, const ProgressSink& progress) {
   const auto mesh = make_mesh(gyro, size);
   const auto system = assemble(gyro, mesh);
-  auto what = about(gyro, source_sha256);
+  auto what = make_header(gyro, source_sha256);
   what.mesh = fmt::format("{}, {} nodes", kMeshSizeNames[static_cast<std::size_t>(size)], mesh.node_count);
   const auto solve = multigrid_solver();
   auto reduced = reduce(system, what, options, solve, progress);

@@ -32,8 +32,8 @@ struct Step {
 /// Appends steps from one corner to the next: short ones first, three times as long after every six.
 void walk(std::vector<Step>& steps, double seconds, double shortest_s, const ThermalInputValues& from,
           const ThermalInputValues& to) {
-  constexpr int kAlike = 6;
-  constexpr double kLonger = 3;
+  constexpr int kStepsPerLength = 6;
+  constexpr double kLengthFactor = 3;
   double gone_s = 0;
   double length_s = shortest_s;
   for (int i = 1; gone_s < seconds; ++i) {
@@ -41,7 +41,7 @@ void walk(std::vector<Step>& steps, double seconds, double shortest_s, const The
     steps.push_back(
         {step_s, from + (to - from) * (gone_s / seconds), from + (to - from) * ((gone_s + step_s) / seconds)});
     gone_s += step_s;
-    if (i % kAlike == 0) length_s = std::min(kLonger * length_s, kLongest_s);
+    if (i % kStepsPerLength == 0) length_s = std::min(kLengthFactor * length_s, kLongest_s);
   }
 }
 
@@ -88,9 +88,9 @@ struct ErrorProgram {
 };
 
 /// Returns the largest difference over A…H after any step.
-Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, const ReducedSystem& reduced,
-                        const ThermalCoefficients& c, Eigen::VectorXd full_start, Eigen::VectorXd small_start,
-                        const ProgressSink& progress) {
+Result<double> measure_error(const ErrorProgram& trial, const ThermalSystem& system, const ReducedSystem& reduced,
+                             const ThermalCoefficients& c, Eigen::VectorXd full_start, Eigen::VectorXd small_start,
+                             const ProgressSink& progress) {
   FullTransient full(system, std::move(full_start), kTolerance);
   SmallTransient small(reduced.model, c, std::move(small_start));
   double error_k = 0;
@@ -120,8 +120,8 @@ Result<double> error_in(const ErrorProgram& trial, const ThermalSystem& system, 
 }
 
 /// Returns the full model's field at rest. The ambient contributes a constant field.
-Result<Eigen::VectorXd> full_rest(const ThermalSystem& system, const ThermalCoefficients& c,
-                                  const ThermalInputValues& u, const SolveColumns& solve) {
+Result<Eigen::VectorXd> full_steady_state(const ThermalSystem& system, const ThermalCoefficients& c,
+                                          const ThermalInputValues& u, const SolveColumns& solve) {
   // Each round adds as many correct digits as kSolved has.
   constexpr int kRounds = 3;
   AffineMatrix matrices(system);
@@ -211,10 +211,10 @@ Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem&
   const Eigen::MatrixXd rest = states_at(model, c, 0);
   ReductionError error = model.error;
 
-  auto start = full_rest(system, c, on, solve);
+  auto start = full_steady_state(system, c, on, solve);
   if (!start) return failure(start.error());
-  const auto ramp_k =
-      error_in({"ramps", ramps(model, trial.shortest_s)}, system, reduced, c, std::move(*start), rest * on, progress);
+  const auto ramp_k = measure_error({"ramps", ramps(model, trial.shortest_s)}, system, reduced, c, std::move(*start),
+                                    rest * on, progress);
   if (!ramp_k) return failure(ramp_k.error());
   error.ramp_k = *ramp_k;
   if (!trial.switch_on) return error;
@@ -222,8 +222,8 @@ Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem&
   ErrorProgram switching{"switch-on", {}};
   walk(switching.steps, kSwitchOn_s, 1, on, on);
   const auto switch_on_k =
-      error_in(switching, system, reduced, c, Eigen::VectorXd::Constant(system.capacity.rows(), kStart_c),
-               rest.col(0) * kStart_c, progress);
+      measure_error(switching, system, reduced, c, Eigen::VectorXd::Constant(system.capacity.rows(), kStart_c),
+                    rest.col(0) * kStart_c, progress);
   if (!switch_on_k) return failure(switch_on_k.error());
   error.switch_on_k = *switch_on_k;
   return error;

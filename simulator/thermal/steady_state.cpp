@@ -70,7 +70,7 @@ class Rounds {
       if (const auto solved = solve(); !solved) return failure(solved.error());
       const double found_c = air_temperature_c(state_.outputs_c);
       if (linear) state_.air_c = found_c;
-      if (linear || std::abs(found_c - state_.air_c) <= options_.tolerance_k) return finished();
+      if (linear || std::abs(found_c - state_.air_c) <= options_.tolerance_k) return make_result();
       state_.air_c = next_air_c(found_c);
     }
     return failure(FaultKind::numeric, "steady state",
@@ -110,7 +110,7 @@ class Rounds {
     return {};
   }
 
-  SteadyState finished() {
+  SteadyState make_result() {
     const double film = state_.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
     state_.power_in_w = power_.sum();
     state_.power_out_w = film * assemble_film_ambient(mesh_).dot(rise_);

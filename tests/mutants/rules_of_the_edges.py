@@ -136,7 +136,7 @@ MUTANTS = [
      "if (watching && !silent) return of_guard.is_over();", "if (watching) return of_guard.is_over();",
      "gyrotherm", "guard_stopped"),
     ("a guard that nobody hears ends", "apps/make_safe/main.cpp",
-     "[[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);",
+     "[[maybe_unused]] const auto sent = ::write(STDIN_FILENO, &kWatching, 1);",
      "if (::write(STDIN_FILENO, &kWatching, 1) != 1) return MakeSafeExit::usage;",
      "gyrotherm", "killed_while_its_killed_guard_is_replaced"),
     ("a guard without orders looks at no file", "apps/make_safe/main.cpp",

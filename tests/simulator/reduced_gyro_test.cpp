@@ -45,7 +45,7 @@ TEST(ReducedGyro, HasNoGasFlowWithEqualArms) {
 TEST(ReducedGyro, WarmsStrongerArmAtEqualTotalPower) {
   auto type = small_type();
   type.arms.gain_left_over_right = 1.1;
-  const auto model = with_unequal_arms(type.model, type.arms);
+  const auto model = apply_unequal_arms(type.model, type.arms);
   EXPECT_NEAR(model.powers_w[0] / model.powers_w[1], 1.1, 1e-12);
   EXPECT_NEAR(model.powers_w[0] + model.powers_w[1], 0.588, 1e-12);
   const ReducedGyro gyro(type);

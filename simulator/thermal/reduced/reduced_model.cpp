@@ -270,7 +270,7 @@ Result<ReducedModel> parse_reduced_model(std::string_view text, const std::strin
   return model;
 }
 
-ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random) {
+ReducedModel perturb_model(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random) {
   ReducedModel other = model;
   const double pace = 1 / random.log_normal(spread.capacity);
   for (std::size_t m = 0; m < static_cast<std::size_t>(ThermalCoefficient::film); ++m)

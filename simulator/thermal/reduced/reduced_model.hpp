@@ -91,6 +91,6 @@ struct ThermalSpread {
 
 /// Returns a perturbed model. Always draws the same number of values from `random`, whatever the spread. Symmetric
 /// positive definite matrices remain so. The left and right halves need not remain equal.
-[[nodiscard]] ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random);
+[[nodiscard]] ReducedModel perturb_model(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random);
 
 }  // namespace gyrotherm::thermal

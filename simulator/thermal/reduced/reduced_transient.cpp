@@ -31,7 +31,7 @@ Eigen::Map<const Eigen::VectorXd> as_vector(std::span<const double> values) {
 Eigen::VectorXd initial_states(const ReducedModel& model, const ReducedTransientOptions& options) {
   const double air_c = options.start.value;
   if (options.cold) return cold_states_at_rest(model, options.film, air_c);
-  if (options.added_w) return states_at_rest(with_added_powers(model, *options.added_w), options.film, air_c);
+  if (options.added_w) return states_at_rest(add_powers(model, *options.added_w), options.film, air_c);
   return states_at_rest(model, options.film, air_c);
 }
 
@@ -143,7 +143,7 @@ Eigen::VectorXd states_at_rest(const ReducedModel& model, GyroFilm film, double 
   return states;
 }
 
-ReducedModel with_added_powers(ReducedModel model, const ThermalPowers& added_w) {
+ReducedModel add_powers(ReducedModel model, const ThermalPowers& added_w) {
   for (std::size_t i = 0; i < added_w.size(); ++i) model.powers_w[i] += added_w[i];
   return model;
 }

@@ -98,7 +98,7 @@ struct ReducedTransientOptions {
 [[nodiscard]] Eigen::VectorXd states_at_rest(const ReducedModel& model, GyroFilm film, double air_c);
 
 /// Returns the model with these powers added to its own.
-[[nodiscard]] ReducedModel with_added_powers(ReducedModel model, const ThermalPowers& added_w);
+[[nodiscard]] ReducedModel add_powers(ReducedModel model, const ThermalPowers& added_w);
 
 /// Returns the states of the switched-off gyro at rest: all temperatures equal the air's.
 [[nodiscard]] Eigen::VectorXd cold_states_at_rest(const ReducedModel& model, GyroFilm film, double air_c);

@@ -117,7 +117,7 @@ TEST(ReducedGyro, DrawnGyroMatchesDrawnFullModel) {
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     RandomStream random(seed, RandomPurpose::film_spread);
-    const auto drawn = perturbed(type, {.gap = 0.1, .film = 0.2, .power = 0.05, .arms = 0.1}, random);
+    const auto drawn = perturb_model(type, {.gap = 0.1, .film = 0.2, .power = 0.05, .arms = 0.1}, random);
     // If the capacity has no spread, the factors of the gaps are the ratios of their matrices.
     auto c = coefficients_at(drawn, 10, GyroFilm::chamber);
     const auto drawn_c = c;

@@ -100,7 +100,7 @@ TEST(ReducedTransient, StaysAtRest) {
 /// Permanently added powers are equivalent to a model with larger powers.
 TEST(ReducedTransient, AcceptsAddedPowers) {
   constexpr ThermalPowers kAddedW{0.1, -0.05, 0.2, 0.03, -0.01};
-  const auto more = with_added_powers(reduced_box_gyro(), kAddedW);
+  const auto more = add_powers(reduced_box_gyro(), kAddedW);
   for (const bool linear : {true, false}) {
     ReducedTransient added(reduced_box_gyro(), {.start = {-15}, .added_w = kAddedW, .linear = linear});
     ReducedTransient own(more, {.start = {-15}, .linear = linear});

@@ -147,7 +147,7 @@ TEST(DifferenceFit, FindsFilmForDifference) {
   const auto fit = fit_difference(model, FitParameter::film, 3.0, options);
   ASSERT_TRUE(fit) << text(fit.error());
   ASSERT_TRUE(fit->reached);
-  const auto fitted = with_parameter(model, FitParameter::film, fit->value);
+  const auto fitted = replace_parameter(model, FitParameter::film, fit->value);
   const auto state = steady_state(fitted, make_mesh(fitted, kRough));
   EXPECT_NEAR(gain_difference_k(state->outputs_c), 3.0, 0.002);
 }
@@ -171,7 +171,7 @@ TEST(DifferenceFit, StopsWhenInterrupted) {
 }
 
 TEST(DifferenceFit, ChangesGapsWithThickness) {
-  const auto thick = with_parameter(shipped_gyro("calibrated"), FitParameter::thickness, 35);
+  const auto thick = replace_parameter(shipped_gyro("calibrated"), FitParameter::thickness, 35);
   EXPECT_NEAR(thick.air.lid.width_m, 0.0195, 1e-12);
 }
 

@@ -17,15 +17,15 @@ RandomStream stream(std::uint64_t seed) { return {seed, RandomPurpose::capacity_
 
 TEST(ThermalSpread, KeepsGyroWithoutSpread) {
   auto random = stream(5);
-  const auto other = perturbed(reduced_box_gyro(), {}, random);
+  const auto other = perturb_model(reduced_box_gyro(), {}, random);
   EXPECT_EQ(reduced_model_text(other), reduced_model_text(reduced_box_gyro()));
 }
 
 TEST(ThermalSpread, DrawsSameCountForAnySpread) {
   auto narrow = stream(5);
   auto wide = stream(5);
-  (void)perturbed(reduced_box_gyro(), {}, narrow);
-  (void)perturbed(reduced_box_gyro(), kWide, wide);
+  (void)perturb_model(reduced_box_gyro(), {}, narrow);
+  (void)perturb_model(reduced_box_gyro(), kWide, wide);
   EXPECT_EQ(narrow.uniform(), wide.uniform());
 }
 
@@ -33,7 +33,7 @@ TEST(ThermalSpread, DrawsOnlyValidBodies) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     auto random = stream(seed);
-    const auto other = perturbed(reduced_box_gyro(), kWide, random);
+    const auto other = perturb_model(reduced_box_gyro(), kWide, random);
     // Parsing checks this property.
     const auto back = parse_reduced_model(reduced_model_text(other), "x.toml");
     ASSERT_TRUE(back) << text(back.error());
@@ -44,7 +44,7 @@ TEST(ThermalSpread, DrawsOnlyValidBodies) {
 TEST(ThermalSpread, DrawsUnequalArmsWithConstantSum) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
-  const auto other = perturbed(type, {.arms = 0.2}, random);
+  const auto other = perturb_model(type, {.arms = 0.2}, random);
   EXPECT_NEAR(other.powers_w[0] + other.powers_w[1], type.powers_w[0] + type.powers_w[1], 1e-15);
   EXPECT_NE(other.powers_w[0], other.powers_w[1]);
   EXPECT_NEAR(other.powers_w[3] + other.powers_w[4], type.powers_w[3] + type.powers_w[4], 1e-15);
@@ -56,7 +56,7 @@ TEST(ThermalSpread, DrawsUnequalArmsWithConstantSum) {
 TEST(ThermalSpread, CapacityChangesRateButNotRest) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
-  const auto other = perturbed(type, {.capacity = 0.2}, random);
+  const auto other = perturb_model(type, {.capacity = 0.2}, random);
   const auto c = coefficients_at(type, 20, GyroFilm::chamber);
   const auto rest = [&](const ReducedModel& m) -> Eigen::VectorXd {
     return m.outputs * (states_at(m, c, 0) * switched_on(m, 20));

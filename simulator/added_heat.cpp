@@ -43,7 +43,7 @@ Celsius mix_air(double share, Celsius air, Celsius bracket) {
 AddedHeat::AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth)
     : powers_w_(powers_w), wind_(wind), growth_(growth), closing_share_(closing_share(wind.time_constant_s)) {}
 
-bool AddedHeat::is_any() const {
+bool AddedHeat::has_effect() const {
   return wind_.gap_w_per_k != 0 || growth_.gain_per_k != 0 || growth_.preamplifier_per_k != 0 ||
          growth_.ballast_per_k != 0 || growth_.split_per_k != 0;
 }

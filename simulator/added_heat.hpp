@@ -59,7 +59,7 @@ class AddedHeat {
   /// `powers_w` are the powers at 20 °C.
   AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth);
 
-  [[nodiscard]] bool is_any() const;
+  [[nodiscard]] bool has_effect() const;
   /// Sets the wind to its steady state: cabinet at `shell_c`, machinery neither heating nor cooling.
   void rest(Celsius air, double shell_c);
   /// Advances the wind by one second. `output` is −1 (full cooling) … 1 (full heating).

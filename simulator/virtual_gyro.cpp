@@ -197,7 +197,7 @@ thermal::ReducedTransientOptions transient_options(AddedHeat& heat, const therma
                                            .cold = parameters.cold,
                                            .film = parameters.film,
                                            .seconds_per_update = parameters.seconds_per_update};
-  if (!heat.is_any()) return options;
+  if (!heat.has_effect()) return options;
   options.added_w = parameters.cold ? thermal::ThermalPowers{} : heat_at_rest_w(heat, model, parameters);
   return options;
 }
@@ -214,7 +214,7 @@ ReducedGyro::ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroPa
       bias_(parameters.bias, reduced_.outputs_c(), past) {}
 
 void ReducedGyro::step(Celsius air, double output) {
-  if (heat_.is_any()) {
+  if (heat_.has_effect()) {
     heat_.follow(air, shell_c(inner_c()), output);
     reduced_.step(air, heat_.watts(inner_c()));
   } else {
@@ -233,7 +233,7 @@ Celsius cabinet_at_rest(const ReducedGyroParameters& parameters) {
   const auto model = apply_unequal_arms(parameters.model, parameters.arms);
   if (parameters.cold) return {parameters.start_c};
   AddedHeat heat(model.powers_w, parameters.wind, parameters.power_growth);
-  const auto added_w = heat.is_any() ? heat_at_rest_w(heat, model, parameters) : thermal::ThermalPowers{};
+  const auto added_w = heat.has_effect() ? heat_at_rest_w(heat, model, parameters) : thermal::ThermalPowers{};
   const Eigen::VectorXd inner_c =
       model.outputs * states_at_rest(add_powers(model, added_w), parameters.film, parameters.start_c);
   return {shell_c(InnerTemperatures(inner_c.data(), thermal::kThermalOutputs))};

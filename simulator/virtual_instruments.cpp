@@ -20,67 +20,68 @@ namespace gyrotherm::simulator {
 namespace {
 
 /// Indices of the laboratory's thermometers, in the order of an instrument's inputs.
-using Places = std::vector<std::size_t>;
+using ThermometerIndices = std::vector<std::size_t>;
 
 std::size_t input_count(const VirtualThermometer& thermometer) {
   const auto modules = thermometer.kind == drivers::ThermometerKind::dcon ? thermometer.addresses.size() : 1;
   return row_of(thermometer.kind).inputs * modules;
 }
 
-Result<Places> find_thermometers(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
+Result<ThermometerIndices> find_thermometers(const VirtualThermometer& thermometer,
+                                             const VirtualLaboratory& laboratory) {
   if (thermometer.channels.size() > input_count(thermometer))
     return failure(
         FaultKind::bad_file, "virtual thermometer",
         fmt::format("{} channels, expected at most {}", thermometer.channels.size(), input_count(thermometer)));
   const auto& names = laboratory.thermometer_names();
-  Places places;
+  ThermometerIndices indices;
   for (const auto& channel : thermometer.channels) {
     const auto found = std::ranges::find(names, channel);
     if (found == names.end())
       return failure(FaultKind::bad_file, "virtual thermometer",
                      fmt::format("channel \"{}\" is not one of {}", channel, fmt::join(names, ", ")));
-    places.push_back(static_cast<std::size_t>(found - names.begin()));
+    indices.push_back(static_cast<std::size_t>(found - names.begin()));
   }
-  return places;
+  return indices;
 }
 
 /// Returns the thermometers on the inputs of an instrument, or of one of its modules.
 template <class OnInputs>
-OnInputs on_inputs(const Places& places, std::size_t first = 0) {
+OnInputs on_inputs(const ThermometerIndices& indices, std::size_t first = 0) {
   OnInputs inputs;
-  for (std::size_t i = 0; i < inputs.size() && first + i < places.size(); ++i) inputs[i] = places[first + i];
+  for (std::size_t i = 0; i < inputs.size() && first + i < indices.size(); ++i) inputs[i] = indices[first + i];
   return inputs;
 }
 
-std::vector<DconModule> make_modules(const VirtualThermometer& thermometer, const Places& places) {
+std::vector<DconModule> make_modules(const VirtualThermometer& thermometer, const ThermometerIndices& indices) {
   std::vector<DconModule> modules;
   for (const auto address : thermometer.addresses)
     modules.push_back(
         {.address = address,
          .type = thermometer.type,
          .checksum = thermometer.checksum,
-         .inputs = on_inputs<Inputs<drivers::kDconInputs>>(places, modules.size() * drivers::kDconInputs)});
+         .inputs = on_inputs<Inputs<drivers::kDconInputs>>(indices, modules.size() * drivers::kDconInputs)});
   return modules;
 }
 
 /// Returns the factory of an instrument's sessions, or an empty one if the instrument is not a server.
-MakeSession session_factory(const VirtualThermometer& thermometer, const Places& places,
+MakeSession session_factory(const VirtualThermometer& thermometer, const ThermometerIndices& indices,
                             const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
     case drivers::ThermometerKind::lakeshore_218:
-      return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
+      return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(indices)] {
         return std::make_unique<Lakeshore218Session>(laboratory, inputs);
       };
     case drivers::ThermometerKind::pt12:
-      return [&laboratory, inputs = on_inputs<Pt12Session::Inputs>(places)] {
+      return [&laboratory, inputs = on_inputs<Pt12Session::Inputs>(indices)] {
         return std::make_unique<Pt12Session>(laboratory, inputs);
       };
     case drivers::ThermometerKind::dcon:
-      return [&laboratory, modules = make_modules(thermometer, places)] {
+      return [&laboratory, modules = make_modules(thermometer, indices)] {
         return std::make_unique<DconSession>(laboratory, modules);
       };
     case drivers::ThermometerKind::process:
-      return [&laboratory, places] { return std::make_unique<ProcessSession>(laboratory, places); };
+      return [&laboratory, indices] { return std::make_unique<ProcessSession>(laboratory, indices); };
     case drivers::ThermometerKind::mcc_usb_temp: return {};
   }
   return {};
@@ -121,7 +122,7 @@ std::string line_name(const GyroLineSources& sources, const VirtualLaboratory& l
 
 /// Indices of the laboratory's values that each instrument transmits.
 struct Sources {
-  std::vector<Places> thermometers;
+  std::vector<ThermometerIndices> thermometers;
   std::vector<GyroLineSources> gyros;
   std::vector<AnalogueRegisters> analogue;
 };
@@ -214,7 +215,8 @@ class Servers final : public VirtualInstruments {
   [[nodiscard]] std::uint16_t analogue_port(std::size_t index) const override { return analogue_ports_.at(index); }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
   [[nodiscard]] std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) override {
-    return std::make_unique<VirtualUsbTemp>(laboratory_, guard_, on_inputs<VirtualUsbTemp::Inputs>(places_.at(index)));
+    return std::make_unique<VirtualUsbTemp>(laboratory_, guard_,
+                                            on_inputs<VirtualUsbTemp::Inputs>(thermometer_indices_.at(index)));
   }
 
  private:
@@ -270,7 +272,7 @@ class Servers final : public VirtualInstruments {
   std::mutex guard_;
   VirtualLaboratory laboratory_;
   ChamberRegisters chamber_;
-  std::vector<Places> places_;
+  std::vector<ThermometerIndices> thermometer_indices_;
   std::uint16_t chamber_port_{};
   std::vector<AnalogueRegisters> analogue_;
   std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_;
@@ -288,7 +290,7 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
                  std::vector<Descriptor> listeners, std::vector<Pty> ptys)
     : laboratory_(std::move(laboratory)),
       chamber_(std::move(options.chamber), laboratory_),
-      places_(std::move(sources.thermometers)),
+      thermometer_indices_(std::move(sources.thermometers)),
       analogue_(std::move(sources.analogue)),
       replies_(guard_) {
   auto pty = ptys.begin();
@@ -298,9 +300,9 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
   if (options.ptys)
     serve("chamber", std::move(*pty++),
           [this] { return std::make_unique<ModbusRtuSession>(chamber_, drivers::LinkKind::rtu); });
-  for (std::size_t i = 0; i < places_.size(); ++i) {
+  for (std::size_t i = 0; i < thermometer_indices_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
-    const auto session = session_factory(options.thermometers[i], places_[i], laboratory_);
+    const auto session = session_factory(options.thermometers[i], thermometer_indices_[i], laboratory_);
     sessions_[InstrumentKind::thermometer].push_back(session);
     thermometer_ports_.push_back(session ? serve(instrument, take_listener(listeners), session) : std::uint16_t{0});
     if (session && options.ptys) serve(instrument, std::move(*pty++), session);

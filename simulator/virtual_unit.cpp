@@ -90,7 +90,7 @@ Housekeeping::Housekeeping(const LaboratoryParameters& type, Celsius block, std:
       value_noise_(seed, RandomPurpose::own_values),
       sensed_c_(block.value) {
   if (thermometer_) values_.push_back({.name = kOwnTemperature, .value = 0});
-  for (const auto& law : value_parameters_) values_.push_back({.name = law.name, .value = 0});
+  for (const auto& own_value : value_parameters_) values_.push_back({.name = own_value.name, .value = 0});
   read(block);
 }
 
@@ -106,8 +106,9 @@ void Housekeeping::read(Celsius block) {
     const double shown_c = sensed_c_ + t.offset_k + t.noise_k * thermometer_noise_.normal();
     (value++)->value = to_resolution(shown_c, t.resolution_k);
   }
-  for (const auto& law : value_parameters_)
-    (value++)->value = law.at_20_c + law.per_k * (block.value - 20) + law.noise * value_noise_.normal();
+  for (const auto& own_value : value_parameters_)
+    (value++)->value =
+        own_value.at_20_c + own_value.per_k * (block.value - 20) + own_value.noise * value_noise_.normal();
 }
 
 VirtualUnit::VirtualUnit(const LaboratoryParameters& type, std::span<const DrawnAxis> axes, LaboratorySeed seed)

@@ -49,13 +49,13 @@ double wind_w(double output, int seconds) {
 }
 
 TEST(AddedHeat, IsZeroByDefault) {
-  EXPECT_FALSE(AddedHeat(kPowersW, {}, {}).is_any());
+  EXPECT_FALSE(AddedHeat(kPowersW, {}, {}).has_effect());
   EXPECT_EQ(AddedHeat(kPowersW, {}, {}).watts(all_at(60)), thermal::ThermalPowers{});
   const auto linear = reduced_of_rig("virtual");
-  EXPECT_FALSE(AddedHeat(linear.model.powers_w, linear.wind, linear.power_growth).is_any());
+  EXPECT_FALSE(AddedHeat(linear.model.powers_w, linear.wind, linear.power_growth).has_effect());
   const auto hard = reduced_of_rig("virtual-hard");
-  EXPECT_TRUE(AddedHeat(hard.model.powers_w, hard.wind, {}).is_any());
-  EXPECT_TRUE(AddedHeat(hard.model.powers_w, {}, hard.power_growth).is_any());
+  EXPECT_TRUE(AddedHeat(hard.model.powers_w, hard.wind, {}).has_effect());
+  EXPECT_TRUE(AddedHeat(hard.model.powers_w, {}, hard.power_growth).has_effect());
 }
 
 TEST(SideWind, SeparatesHalvesWithTimeConstant) {

@@ -51,9 +51,9 @@ bool is_all_digits(std::string_view spelling) {
   return !spelling.empty() && std::ranges::all_of(spelling, [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-/// Returns whether the complete unit in a name is one of the words. The unit is the content of the brackets or, without
-/// brackets, the end of the name after a "_", "." or blank. A part of the unit does not match: "mdps" and "x_100_dps"
-/// do not match "dps", and "0.01 deg/s" does not match "deg/s".
+/// Returns whether the complete unit in a name is one of the spellings. The unit is the content of the brackets or,
+/// without brackets, the end of the name after a "_", "." or blank. A part of the unit does not match: "mdps" and
+/// "x_100_dps" do not match "dps", and "0.01 deg/s" does not match "deg/s".
 bool has_unit(std::string_view name, std::initializer_list<std::string_view> spellings) {
   constexpr std::string_view kBefore = "_. ";
   auto unit = in_lower_case(unit_in_brackets(name));

@@ -15,15 +15,15 @@
 
 namespace gyrotherm::exchange {
 
-/// The limits of a reader. A reader calls its function `step` at the start of each step, which opens the file or reads
-/// a part of one column. The limits do not bound the size of the file.
+/// The limits of a reader. A step opens the file or reads a part of one column, and the reader calls `step` at the
+/// start of each one. The size of the file is not limited.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;
   std::chrono::seconds processor_time{10};     ///< for one step
   Duration silence = std::chrono::minutes(5);  ///< between two rows
 };
 
-/// Reads rows of `columns` numbers and passes them on. Calls `step` before each step.
+/// Reads rows and passes them to `take`. Calls `step` at the start of each step.
 using ReadInSteps = std::function<Result<void>(const TakeRow& take, const std::function<void()>& step)>;
 
 /// Runs `read` for the file at `path` in a confined child process (core/child_process.hpp) and passes its rows to

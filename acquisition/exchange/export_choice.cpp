@@ -56,7 +56,7 @@ struct Total {
   int count = 0;
 };
 
-/// Adds the numbers that are not NaN.
+/// Returns the sum and the count of the numbers that are not NaN.
 Total total(std::span<const double> numbers) {
   Total found;
   for (const double number : numbers) {

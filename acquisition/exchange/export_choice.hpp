@@ -22,16 +22,17 @@ struct ExportChoice {
   Duration every{};
 };
 
-/// Parses a moment of a run: a time since its start ("2 h 30 min") or, if the record knows UTC, a time of the calendar
-/// with its zone ("2026-03-01T12:00:00Z"). `option` is the name of the option in a fault. Fails with usage.
+/// Parses a moment of a run: a time since its start ("2 h 30 min") or, if the record has a start time in UTC, a
+/// calendar time with its zone ("2026-03-01T12:00:00Z"). `option` is the name of the option in a fault. Fails with
+/// usage.
 [[nodiscard]] Result<Duration> parse_moment(const std::string& text, const record::RunInfo& info,
                                             const std::string& option);
 
 /// Fails with usage if `every` is negative or not a whole number of seconds of the record, or if `from` is after `to`.
 [[nodiscard]] Result<void> check_choice(const ExportChoice& choice, const record::RunInfo& info);
 
-/// Returns the chosen rows; the record itself if every row is chosen. Stretches are counted from the start of the run.
-/// The row of a stretch has the time and the profile position of the first row in the stretch, the means of
+/// Returns the selected rows; the unchanged record if every row is selected. Stretches are counted from the start of
+/// the run. The row of a stretch has the time and the profile position of the first row in the stretch, the means of
 /// temperatures, rates and values, and the sums of pulses and intervals. The sum of an axis is missing if its pulses
 /// are missing in any second that has an interval. Events and gaps remain unchanged.
 [[nodiscard]] record::Record chosen_rows(record::Record record, const ExportChoice& choice);

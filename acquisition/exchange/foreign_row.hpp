@@ -29,13 +29,13 @@ struct ForeignRow {
 /// position.
 using TakeRow = std::function<Result<void>(const ForeignRow& row)>;
 
-/// Sentences for the record about content that a reader skipped.
+/// Messages about skipped or suspicious content. The record stores them as events.
 using Notes = std::vector<std::string>;
 
 /// Counts of the texts that marked missing values in a column.
 using MissingTexts = std::map<std::string, std::size_t>;
 
-/// The findings of a reader about a whole file.
+/// The observations of a reader about a whole file.
 struct Findings {
   Notes notes{};
   std::vector<MissingTexts> missing{};  ///< per column of ImportMap::columns()

@@ -314,7 +314,7 @@ int whole_year(std::string_view digits) {
   return number + (number < kFirst ? 2000 : 2000 - kCentury);
 }
 
-/// Builds a date from three parts, one of which may be the name of a month.
+/// Builds a date from three parts. The first or the second may be the name of a month.
 std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, DateOrder order) {
   for (std::size_t i = 0; i < 2; ++i) {
     if (parts[i].empty() || is_digit(parts[i].front())) continue;

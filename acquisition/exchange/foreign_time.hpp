@@ -12,7 +12,7 @@
 
 namespace gyrotherm::exchange {
 
-/// The longest time between two rows of a foreign file that a record can have: ten years.
+/// The longest time between two rows of an imported file: ten years.
 inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);
 
 /// A time since the file's own reference instant, with a wider range than Duration. Unlike a double it is exact: a
@@ -60,11 +60,11 @@ struct CivilTime {
 enum class EarlyDays { julian, gregorian };
 
 /// Parses the instant after "seconds since" in a NetCDF file, as UDUNITS does: "2026-03-01 12:00:00.5 -6:00",
-/// "0001-1-1". The year is 0 to 9999, fields may have fewer digits, and the zone is UTC unless the text names another.
-/// Returns the time since 1970, or nothing for any other text.
+/// "0001-1-1". The year is 0 to 9999. Numbers may have fewer digits than in ISO 8601. The zone is UTC unless the text
+/// names another. Returns the time since 1970, or nothing for any other text.
 [[nodiscard]] std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early);
 
-/// The order of the numbers of a date.
+/// The order of year, month and day in a numeric date.
 enum class DateOrder { year_first, day_first, month_first };
 
 /// Parses a date, or a date with its time of day and an optional zone: "01.03.2026 08:00:10,5", "3/1/26, 8:00:10 PM",
@@ -77,7 +77,7 @@ enum class DateOrder { year_first, day_first, month_first };
 /// other text.
 [[nodiscard]] std::optional<Duration> parse_clock(std::string_view text);
 
-/// Returns true if a person would read the text as a date or a time of day, even if no function here can parse it.
+/// Returns whether a text looks like a date or a time of day, even if no function of this file can parse it.
 [[nodiscard]] bool looks_like_time(std::string_view text);
 
 }  // namespace gyrotherm::exchange

@@ -28,7 +28,7 @@ template <class T>
   return *middle;
 }
 
-/// The longest time without a row that is not a gap, in usual steps. It applies to a record with times of its own.
+/// A longer time without a row is a gap, in usual spacings. Applies to imported records.
 inline constexpr int kUsualStepsOfASilence = 10;
 
 /// A row for the record.

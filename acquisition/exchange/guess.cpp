@@ -165,7 +165,7 @@ constexpr const char* kUnknownGyro =
     "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per unit of "
     "the column\n";
 
-/// Writes the section of each axis of a gyro, and gives each axis a unique name.
+/// Builds the sections of a gyro's axes, and gives each axis a unique name.
 class AxisSections {
  public:
   void add(const std::string& title, const std::string& lines) {

@@ -34,8 +34,8 @@ namespace {
 
 using record::GyroKind, record::RunFile, record::RunInfo, record::SampleRow;
 
-/// Fails with bad_file if the format of the file is not the one in the map. Without this check, the reader of the map's
-/// format would fail at the first unexpected byte.
+/// Fails with bad_file if the file has another format than the map states. Without this check, the reader would report
+/// the first unexpected byte instead.
 Result<void> check_format(Bytes& bytes, FileFormat format) {
   const auto is = detect_format(bytes);
   if (!is) return failure(is.error());
@@ -313,7 +313,7 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
                   spoken(span), plain(findings.other_clock), spoken(findings.other_spans.front())));
 }
 
-/// Checks the whole file for signs that the map does not fit it.
+/// Fails, or adds notes, if the imported rows suggest that the map does not fit the file.
 Result<void> judge(const std::string& path, const ImportMap& map, const ImportedRecord& made,
                    std::optional<Duration> utc, ReadFile& file) {
   constexpr std::size_t kMany = 20;

@@ -38,9 +38,9 @@ struct ImportSummary {
   Duration step{};
   /// UTC of the first row.
   std::optional<Duration> started{};
-  /// The number of stretches with missing rows.
+  /// The number of gaps.
   std::size_t silences{};
-  /// Sentences for users.
+  /// Messages about skipped or suspicious content.
   Notes notes{};
   std::vector<ChannelSummary> channels{};
 };

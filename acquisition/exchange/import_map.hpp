@@ -39,8 +39,8 @@ struct ColumnName {
 /// time of day.
 enum class TimeForm { number, civil, date, clock };
 
-/// The treatment of a row that is not later than the row before: refuse the file, leave the row out, or shift the row
-/// and all rows after it, as if the clock had been set back.
+/// The treatment of a row that is not later than the row before: refuse the file, leave the row out, or assume that the
+/// clock was set back, and shift the row and all later rows.
 enum class OutOfOrder { refuse, skip, shift };
 
 /// The range of valid values of a column, in the numbers of the file. Other values count as missing.
@@ -132,9 +132,9 @@ struct ImportMap {
 /// Reads a map from a file. Fails also if the file cannot be read.
 [[nodiscard]] Result<ImportMap> load_import_map(const std::string& path);
 
-/// Returns the channels of a map, all of them read by `instrument`. If the file has one unit, all thermometers belong
-/// to it. If it has several, a thermometer belongs to the unit that names it, or to all units if none or more than one
-/// names it.
+/// Returns the thermometer channels of a map, all with the instrument description `instrument`. If the file has one
+/// unit, all thermometers belong to it. If it has several, a thermometer belongs to the unit that names it, or to all
+/// units if none or more than one names it.
 [[nodiscard]] std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument);
 
 /// Describes columns of a map that a file does not have, and the alternatives: "no column "w", expected one of: "t",

@@ -93,7 +93,7 @@ class NetcdfFile {
 
 bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }
 
-/// Returns a name that CF allows: letters, digits and _, with a letter first.
+/// Returns a name in the form that CF allows: letters, digits and _, with a letter first.
 std::string variable_name(std::string_view channel) {
   std::string name;
   for (const char c : channel) name += is_letter_or_digit(c) ? c : '_';

@@ -209,8 +209,8 @@ class NetcdfTable {
     return lengths[0] == 1 ? std::optional(1) : std::nullopt;
   }
 
-  /// Returns a numeric variable along one dimension. Once the time dimension is known, the variable must have that
-  /// dimension.
+  /// Returns the variable with this id if it is numeric and extends along only one dimension. Once the time dimension
+  /// is known, the variable must have that dimension.
   std::optional<Variable> along(int id) const {
     int rank = 0;
     nc_type type{};
@@ -324,8 +324,8 @@ class NetcdfTable {
     return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, *calendar));
   }
 
-  /// Checks that the scale in the map agrees with the units in the file. Allows
-  /// differences within the range of a calibration.
+  /// Checks that the scale in the map agrees with the units in the file. Allows differences that a calibration can
+  /// cause.
   Result<void> check_units(const ImportMap& map) {
     for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
       const auto& [column, scale, offset, valid] = map.thermometer_columns[i];

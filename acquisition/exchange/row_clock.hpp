@@ -52,7 +52,7 @@ class OtherClocks {
   /// Keeps a column if its first text is a time. Keeps the first four such columns.
   void begin(std::size_t column, const std::string& name, std::string_view first);
   [[nodiscard]] std::vector<Clock>& clocks() { return clocks_; }
-  /// Puts the first clock that advances into the findings.
+  /// Adds the name and the possible durations of the first clock that advances to the findings.
   void report(Findings& findings) const;
 
  private:

@@ -27,7 +27,8 @@ class RowOrder {
   /// - refuse: fails with bad_file, without a position, at the first such row.
   /// - skip: leaves out the fewest rows without which 33 consecutive rows are in order. Adds the increments of rows
   ///   left out to the next row.
-  /// - continue: delays the row and all rows after it. The row then follows the row before at the last spacing.
+  /// - continue: shifts the times of the row and of all later rows, such that the row follows its predecessor at the
+  ///   last spacing.
   /// Fails as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
   [[nodiscard]] Result<void> finish();
@@ -60,7 +61,7 @@ class RowOrder {
   std::optional<Duration> last_{};
   /// The last positive spacing.
   Duration step_{};
-  /// The offset of the rows after a clock was set back.
+  /// The present shift of the times, after the clock was set back.
   Duration moved_{};
   std::size_t left_out_{}, set_back_{};
   Duration first_back_{};

@@ -313,7 +313,8 @@ double roughness(const TableSample& sample, std::size_t column) {
   return range > 0 ? sum / range : 0;
 }
 
-/// Returns whether numbers such as "998", "1,000", "1,001" form a smoother series as thousands than as decimals.
+/// Returns whether numbers such as "998", "1,000", "1,001" form a smoother series if the mark separates thousands than
+/// if it is a decimal sign.
 bool is_smoother_as_thousands(TableSample& sample, const std::vector<bool>& values, char mark) {
   const NumberStyle before = sample.style;
   const auto total = [&] {

@@ -61,7 +61,7 @@ class TextLines {
   Encoding encoding_{};
   std::string_view line_{};
   std::string decoded_{};
-  /// The bytes of the present line to skip, including its end.
+  /// The size in bytes of the present line, including its end. The next read skips these bytes.
   std::size_t to_pass_{};
   /// `line_` is the beginning of a longer line.
   bool cut_short_ = false;

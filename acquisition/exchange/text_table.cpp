@@ -348,7 +348,7 @@ class TextTable {
   /// The number of decimals of the last field; nothing if it differs between rows.
   std::optional<std::size_t> decimals_{};
   bool torn_ = false;  ///< the last line was left out
-  /// The fault comes from the caller's `take`; the row itself was read successfully.
+  /// The last fault came from the caller's `take`; the row itself was read successfully.
   bool is_take_fault_ = false;
   std::string changed_{};
   std::int64_t rows_{};

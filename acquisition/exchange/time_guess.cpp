@@ -174,8 +174,8 @@ std::vector<DateReading> find_readings(const TableSample& sample, std::size_t co
   return readings;
 }
 
-/// Removes the less likely notation. Dates with points have the day first. If one of two notations gives a much shorter
-/// duration, it is the correct one: its rows advance by days, and those of the other by months.
+/// Removes the less likely of two notations. Dates with points have the day first. Otherwise, a notation with a much
+/// shorter duration is the correct one: the wrong notation turns steps of a day into steps of a month.
 void drop_less_likely(const TableSample& sample, std::size_t column, std::vector<DateReading>& readings) {
   if (readings.size() < 2) return;
   constexpr double kMuch = 5;
@@ -291,13 +291,13 @@ std::string serial_unit(double number, double step) {
   return "";
 }
 
-/// Returns whether a step in seconds is a common one of slow loggers.
+/// Returns whether a step in seconds is a common interval of slow loggers.
 bool is_usual_pace(double step) {
   constexpr std::array kPaces{10.0, 15.0, 20.0, 30.0, 60.0, 120.0, 180.0, 300.0, 600.0, 900.0, 1200.0, 1800.0, 3600.0};
   return std::ranges::find(kPaces, step) != kPaces.end();
 }
 
-/// Returns the rate of change of the fastest thermometer, per unit of time: its range divided by the duration.
+/// Returns the largest temperature range of any thermometer divided by the duration, in K per unit of `times`.
 double thermometer_pace(const TableSample& sample, const std::vector<std::size_t>& thermometers,
                         const std::vector<double>& times) {
   double range = 0;

@@ -100,7 +100,7 @@ class Formats {
   [[nodiscard]] bool is_exhausted() const { return expanded_ > kMostExpanded; }
 
  private:
-  /// Adds the fields of a format from position `place` on, and advances `place`.
+  /// Adds the fields of a format, starting at `offset`, and advances `offset` past them.
   bool expand(const std::string& name, const std::string& prefix, std::size_t& offset, LogSeries& series, int depth) {
     const auto format = formats_.find(name);
     if (format == formats_.end() || format->second.empty() || depth == 0) return false;
@@ -219,8 +219,9 @@ class UlogReader {
     }
   }
 
-  /// Returns whether a message of `size` bytes is followed by another one, or by the end of the log. A message before
-  /// damage is not trusted. A message of an unknown kind or of a wrong size is accepted if a valid one follows soon.
+  /// Returns whether a message of `size` bytes is followed by another one, or by the end of the log. A message that
+  /// precedes damaged bytes is not trusted. A message of an unknown kind or of a wrong size is accepted if a valid one
+  /// follows soon.
   Result<bool> is_followed(std::size_t size) {
     constexpr std::size_t kMostBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
     auto ahead = bytes_.ahead(size + kMessageHeader + kLookedAt);

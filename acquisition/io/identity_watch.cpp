@@ -8,8 +8,8 @@
 namespace gyrotherm::io {
 namespace {
 
-/// The number of consecutive unanswered calls after which the instrument may have been exchanged. To exchange an
-/// instrument takes longer than this number of seconds.
+/// The number of consecutive unanswered calls after which the instrument may have been exchanged. Exchanging an
+/// instrument takes more seconds than this.
 constexpr int kSilencesInDoubt = 3;
 /// The number of attempts in one call. If the connection breaks during all of them, the next call tries again.
 constexpr int kMostTries = 3;

@@ -17,7 +17,7 @@
 
 namespace gyrotherm::io {
 
-/// The identity of an instrument when the run began.
+/// The name of an instrument and the identity that it had when the run began.
 struct KnownAs {
   std::string title{};  ///< for example "thermometer 2"
   /// The text that Identified::identify() returned. If it is empty, no comparison is made.
@@ -45,8 +45,8 @@ class IdentityWatch {
     return answer;
   }
 
-  /// Makes `call`, which makes the instrument safe. Also makes it if the known instrument answers but its settings
-  /// differ.
+  /// Makes `call`, which must make the instrument safe. Unlike guard(), also makes it if the known instrument answers
+  /// with other settings.
   template <class Call>
   [[nodiscard]] std::invoke_result_t<Call&> guard_safe(drivers::Identified& instrument, Call call) {
     if (auto same = confirm(instrument); !same && !is_known_by_name(instrument))

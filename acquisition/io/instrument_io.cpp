@@ -301,7 +301,7 @@ class Worker {
   std::function<void()> waiting_;
   /// The start of the active job.
   std::optional<std::chrono::steady_clock::time_point> began_;
-  std::jthread thread_;  ///< last, because it uses the others
+  std::jthread thread_;  ///< last: it uses the members above
 };
 
 std::string in_ms(Duration d) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads every instrument of the rig once a second and passes commands to the chamber. Only this class uses the lines.
+/// Reads every instrument of the rig once a second and passes commands to the chamber. No other class uses the
+/// communication lines of the instruments.
 #pragma once
 
 #include <chrono>

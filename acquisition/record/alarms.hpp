@@ -32,7 +32,7 @@ inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmP
 
 /// One row of the list.
 struct Alarm {
-  std::int64_t number{};  ///< oldest unacknowledged occurrence
+  std::int64_t number{};  ///< oldest unacknowledged event number
   /// The newest occurrence: its number, second and time.
   std::int64_t last_number{};
   std::int64_t slot{};
@@ -48,7 +48,7 @@ struct Alarm {
   AlarmPriority priority{};
   std::int64_t count{1};        ///< occurrences in this run
   bool active{true};            ///< false: returned to normal
-  bool acknowledged{};          ///< includes every occurrence
+  bool acknowledged{};          ///< every occurrence was acknowledged
   std::string suppressed_by{};  ///< tag of the root alarm
   /// The comment and the author of the last acknowledgement.
   std::string comment{};
@@ -113,7 +113,7 @@ class Alarms {
   /// longer in the list, otherwise the oldest row of the lowest priority.
   static constexpr std::size_t kMost = 256;
 
-  /// Updates the rows by the next event of the run. Ignores events that do not concern alarms.
+  /// Updates the rows with the next event of the run. Ignores events that do not concern alarms.
   void see(const RecordedEvent& event);
 
   /// Returns the rows that are active or unacknowledged: the newest first, each followed by its consequences.

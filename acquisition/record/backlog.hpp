@@ -31,7 +31,8 @@ class Backlog {
 
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
-  [[nodiscard]] std::size_t dropped() const { return dropped_; }  ///< total number of rows
+  /// Returns the total number of samples dropped so far.
+  [[nodiscard]] std::size_t dropped() const { return dropped_; }
   /// Returns the number of seconds in the queue that were appended as gaps. These seconds are not part of the disk's
   /// delay.
   [[nodiscard]] std::int64_t unmeasured() const { return unmeasured_; }

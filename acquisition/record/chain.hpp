@@ -77,7 +77,7 @@ using Manifest = std::map<std::string, std::string>;
 
 // Verification of a record by its own chain.
 
-/// Returns the hash over the description that the run had at its start, as stored in the tables.
+/// Returns the hash over the description of the run in the tables. Excludes the outcome, which is written at the end.
 [[nodiscard]] Result<Digest> description_hash(Database& database);
 /// Returns the final hash of a finished file.
 [[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);

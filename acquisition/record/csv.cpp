@@ -297,7 +297,7 @@ double channel_value(const Record& record, const ChannelColumn& column, std::siz
   return number_at(unit.interval_s, row);
 }
 
-/// A tag for the column with the mounting of the unit.
+/// Selects the column with the mounting of the unit.
 struct Turned {};
 
 /// Calls `use` with each column of the text table, in order. A column is one that every record has, one of a channel,

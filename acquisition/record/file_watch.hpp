@@ -83,9 +83,9 @@ class FileWatch {
   [[nodiscard]] std::optional<Interference> check_all(std::int64_t frames) const;
   /// Returns the offsets in the database that the log will overwrite.
   [[nodiscard]] std::vector<std::int64_t> offsets_in_log() const;
-  /// Accept present content as written by this process. remember_log() accepts the log. remember_fold() accepts the
-  /// log, and the blocks of the database at `offsets`, which offsets_in_log() returned before the log was copied.
-  /// remember() accepts both files.
+  /// Store the present state of the files as written by this process, for later checks. remember_log() stores that of
+  /// the log. remember_fold() stores that of the log and of the blocks of the database at `offsets`, which
+  /// offsets_in_log() returned before the log was copied. remember() stores that of both files.
   void remember_log();
   void remember_fold(std::span<const std::int64_t> offsets);
   void remember();

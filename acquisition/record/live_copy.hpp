@@ -34,7 +34,7 @@ namespace gyrotherm::record {
 struct LiveCopyOptions {
   /// The least time between two transactions.
   Duration pause = std::chrono::milliseconds(500);
-  /// The age of a run at which its copy begins.
+  /// The time from the start of the run to the start of its copy.
   Duration begins_after{};
   /// The longest log in bytes and the longest time without a successful write. After either, a new file is begun.
   std::int64_t longest_log = std::int64_t{48} << 20U;

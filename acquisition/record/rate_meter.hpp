@@ -18,7 +18,7 @@ namespace gyrotherm::record {
 /// Measures one axis.
 class RateMeter {
  public:
-  /// Measures the axis at position `index` of its unit.
+  /// `index` is the index of the axis in its unit.
   explicit RateMeter(const AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
   void see(const Reading<GyroCount>& reading);
   /// Returns the rate in the last second; nothing if that second had no reading.

@@ -39,7 +39,7 @@ struct UnitColumns {
 struct Record {
   RunInfo info;
   bool finished{};
-  std::vector<std::int64_t> slot;  ///< imported: the row number
+  std::vector<std::int64_t> slot;  ///< row number if imported
   /// Time since the start of the run; imported: since the first row.
   std::vector<double> time_s;
   std::vector<double> set_point_c;  ///< demanded by the profile

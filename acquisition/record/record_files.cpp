@@ -26,7 +26,7 @@ constexpr std::string_view kLive = ".live.db";
 constexpr int kReaderPatienceMs = 0;  // a writer does not finish soon
 constexpr int kPatienceBesideMs = 2000;
 
-/// Parses the number of a part from ".2". It has 1 to 6 digits without a leading zero; 8 digits are a date.
+/// Parses ".2" as a part number: 1 to 6 digits without a leading zero. A longer number may be a date.
 std::optional<int> part_number_in(std::string_view ending) {
   constexpr std::size_t kMostDigits = 6;
   if (!ending.starts_with('.') || ending.size() > 1 + kMostDigits || ending.substr(1, 1) == "0") return {};
@@ -224,9 +224,9 @@ std::set<int> numbers_beside(const std::string& record_path) {
   return numbers;
 }
 
-/// Returns the number of the file that a part continues. If all files were renamed, the stored name is the old one. An
-/// old name such as "A.2.db" may be the old name of the record itself. It is taken as the name of a part only if its
-/// number is lower than the number of this part.
+/// Returns the number of the file that a part continues. If all files were renamed, the part stores the old name of
+/// that file. An old name such as "A.2.db" may be that of the record itself. It is treated as the name of a part only
+/// if its number is lower than that of the continuing part.
 int number_before(const Continuation& continuation, const std::string& record_path) {
   if (continuation.before == name_in_folder(record_path)) return 1;
   const auto name = part_name(continuation.before);

@@ -31,7 +31,7 @@ struct Continuation {
   std::string cause;
 };
 
-/// Returns whether the path exists. A path that cannot be examined counts as missing.
+/// Returns whether the path exists. Returns false if the path cannot be examined.
 [[nodiscard]] bool is_there(const std::string& path);
 
 /// Fails with bad_file if there is a rollback journal next to the file, because another program stopped in the middle
@@ -90,7 +90,7 @@ struct RecordFiles {
   std::vector<Part> parts;
   /// The fault of the first part that is missing or unreadable and therefore not in `parts`.
   std::optional<Fault> lost;
-  /// The path of the part that continues the lost part.
+  /// The path of the part that continues the part in `lost`; empty if none is lost.
   std::string follows_lost;
 };
 /// Examines every file next to the record that has the name of a part, even if numbers are missing. Ignores files of
@@ -122,8 +122,8 @@ struct RecordFiles {
 /// an existing record has a part of this name, or the name has a reserved ending.
 [[nodiscard]] Result<void> check_name_of_new_record(const std::string& path);
 
-/// Returns the first number above `present` for which neither a part nor its status file exists. Numbers therefore rise
-/// in the order of the run even after a file was removed.
+/// Returns the first part number above `present` for which neither a part nor a status file exists. Part numbers
+/// therefore increase during a run, even if a file was removed.
 [[nodiscard]] int next_part(const std::string& record_path, int present);
 
 }  // namespace gyrotherm::record

@@ -47,7 +47,7 @@ void RecordWriter::give_up(const Fault& why) {
   locked_ = 0;
 }
 
-/// Decides after a failed transaction whether to keep the file.
+/// Keeps the file after a temporary failure, and abandons it after any other. Returns the fault in both cases.
 Result<void> RecordWriter::handle_failure(Fault fault) {
   locked_ = is_locked(fault) ? locked_ + 1 : 0;
   if (will_pass(fault) && locked_ < options_.longest_locked) {

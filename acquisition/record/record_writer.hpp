@@ -22,7 +22,7 @@ struct RecordWriterOptions {
   std::size_t most_rows{};
   /// The part number of the file passed to the constructor.
   int part{1};
-  /// The number of attempts on a file that another program has locked.
+  /// The number of consecutive attempts on a locked file before it is abandoned.
   int longest_locked{10};
   /// The last slot in the file passed to the constructor.
   std::int64_t last_slot{};
@@ -39,10 +39,10 @@ class RecordWriter {
     last_event_ = std::max(options.last_event, file_->last_event());
   }
 
-  /// Writes the entries in one transaction. After a success, all of them are on the disk. After a failure, none of them
-  /// is, and the caller must pass the same entries again later. A full disk has no other effect. After any other
-  /// failure, or a long lock, the present file is left untouched, and the next call begins a new part with the rows
-  /// that are still in memory.
+  /// Writes the entries in one transaction. After a success, all entries are on the disk. After a failure, none
+  /// is, and the caller must pass the same entries again later. After a full disk, the same file is used again. After
+  /// any other failure, or a long lock, the present file is left untouched, and the next call begins a new part with
+  /// the rows that are still in memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
   /// Marks the run as finished, closes the file and writes its manifest. Writes no manifest if another program damaged
   /// a file of the record. Afterwards the object may only be destroyed.

@@ -36,7 +36,8 @@ struct UnitRow {
   std::vector<double> true_bias_deg_per_h{};
 };
 
-/// A row of the table `sample`. NaN and nothing are stored as NULL. An imported record has neither progress nor state.
+/// A row of the table `sample`. NaN and empty optionals are stored as NULL. An imported record has neither progress nor
+/// state.
 struct SampleRow {
   std::int64_t slot{};
   Duration monotonic{};
@@ -58,7 +59,7 @@ struct RecordedEvent {
   Event event;
 };
 
-/// A second, a gap or a separate event, with everything that is recorded for it.
+/// The rows that one call of Store writes: those of a second, of a gap, or of a separate event.
 struct Entry {
   struct MissingReading {
     std::string channel;
@@ -84,7 +85,7 @@ struct Entry {
 /// Returns the entry of an event after slot `last`.
 [[nodiscard]] Entry event_entry(std::int64_t last, const Event& event);
 
-// The rows of a record as they are read from the file.
+// The columns of the tables, and the reading of rows.
 
 struct Record;
 
@@ -170,7 +171,8 @@ class SampleColumns {
 
  private:
   std::vector<ChannelColumn> channels_;
-  std::size_t before_progress_{};  ///< channels
+  /// The number of channels before columns_after_channels().
+  std::size_t before_progress_{};
 };
 
 /// Returns the columns of `event`, except the first, its id, and the last, `chain`.
@@ -198,8 +200,8 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
 [[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,
                                        const std::function<void(const SampleRow&)>& use);
 
-/// Returns whether a time is in the range of a run's clock, and of the wall clock until 2116. Differences of such times
-/// do not overflow.
+/// Returns whether a time is between 0 and 2^62 ns, which as UTC is 1970 to 2116. Differences of such times do not
+/// overflow.
 [[nodiscard]] constexpr bool is_possible_time(Duration time) {
   return time >= Duration{} && time <= Duration(std::int64_t{1} << 62);
 }
@@ -210,7 +212,7 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
 /// Returns the last slot with a sample or in a gap; −1 if there is none.
 [[nodiscard]] Result<std::int64_t> last_slot(Database& database);
 
-/// Returns the kind with that name, or the first kind if the name is unknown.
+/// Returns the event kind with this name, or EventKind::started if the name is unknown.
 [[nodiscard]] EventKind event_kind_named(std::string_view text);
 
 }  // namespace gyrotherm::record

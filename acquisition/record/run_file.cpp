@@ -454,7 +454,7 @@ Result<void> RunFile::seal() {
 Result<void> RunFile::finish() {
   statements_.reset();
   if (in_memory(path_)) return seal();
-  // The next commit then syncs the whole file.
+  // The next commit must sync the whole file.
   if (!is_synced_)
     if (auto set = database_.execute("PRAGMA synchronous = FULL"); !set) return set;
   if (watch_)

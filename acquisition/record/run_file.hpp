@@ -47,9 +47,9 @@ class RunFile {
   /// Creates a file with the same tables for a live copy of a record. It is not locked, synced or watched. No other
   /// program may read it before share(). Fails as create() does.
   [[nodiscard]] static Result<RunFile> create_copy(const std::string& path, const RunInfo& info);
-  /// Opens a copy before share(), while no other program reads it.
+  /// Opens a copy on which share() has not been called, so no other program reads it.
   [[nodiscard]] static Result<RunFile> open_copy(const std::string& path);
-  /// Gives a copy its write-ahead log. From then on any program may read it.
+  /// Switches a copy to WAL mode. From then on any program may read the copy.
   [[nodiscard]] Result<void> share();
   /// Copies all committed rows to the existing empty file `path`. Fails with storage.
   [[nodiscard]] Result<void> copy_to(const std::string& path);

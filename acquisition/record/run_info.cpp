@@ -342,8 +342,7 @@ AxisInfo axis_in(const Statement& row) {
   return axis;
 }
 
-/// Reads the units with their axes and values. Positions are numbered from 0, and a table with a missing position does
-/// not belong to a record.
+/// Reads the units with their axes and values. Fails with bad_file if an axis or a value refers to a missing unit.
 Result<void> read_units(Database& database, RunInfo& info) {
   const auto with_unit = [&](const Statement& row, const auto& use) -> Result<void> {
     const auto unit = static_cast<std::uint64_t>(row.integer(0));

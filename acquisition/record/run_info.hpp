@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The description of a run before its first sample. It is sufficient to analyse or resume the run without any other
-/// file.
+/// The description of a run, written before its first sample. The record needs no other file to be analysed or resumed.
 #pragma once
 
 #include <array>

@@ -17,9 +17,9 @@ namespace gyrotherm::record {
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 
-/// Opens one file for reading. Checks its schema (check_schema()) when it is first opened, and again after the file has
-/// changed or, for a live copy, was replaced. Fails with storage if the file is a record that is being written, and
-/// with bad_file if it is not a record. Any thread may call it.
+/// Opens one file for reading. Checks its schema (check_schema()) at the first opening, and again if the file has
+/// changed since or, for a live copy, was replaced. Fails with storage if the file is a record that is being written,
+/// and with bad_file if it is not a record. Any thread may call it.
 [[nodiscard]] Result<Database> open_source(const Part& part);
 
 /// Finds the files from which to read a run. Prefers the live copy if the run is `running`. Otherwise prefers the
@@ -31,7 +31,7 @@ inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 /// Returns true if the run has a sample. The start time of a real run is unknown before its first sample.
 [[nodiscard]] Result<bool> has_begun(const RecordFiles& files);
 
-/// Reads the description of the run that exists before its first sample, and the time of its start.
+/// Reads the description and the start time of the run.
 [[nodiscard]] Result<RunInfo> read_source_info(const RecordFiles& files);
 
 /// Selects rows: `SELECT what FROM table WHERE key BETWEEN first AND last ORDER BY order LIMIT most`.
@@ -44,8 +44,8 @@ struct RowQuery {
   std::int64_t most{kNoEnd};
 };
 
-/// Calls `use` with the selected rows of all files in turn, until `use` returns false. Reads each file from the slot
-/// before its own first one, to which events before its first row belong.
+/// Calls `use` with the selected rows of all files in turn, until `use` returns false. Starts each file one
+/// slot before its first row, because events that precede the first row belong to that slot.
 [[nodiscard]] Result<void> each_row(const RecordFiles& files, const RowQuery& query,
                                     const std::function<bool(const Statement&)>& use);
 

@@ -414,7 +414,7 @@ int open_to_read(sqlite3_vfs* /*vfs*/, const char* name, sqlite3_file* file, int
   return SQLITE_OK;
 }
 
-/// Ignores a request to remove a file. Reading does not depend on it.
+/// Removes nothing and reports success, because reading does not depend on the removal.
 int remove_nothing(sqlite3_vfs* /*vfs*/, const char* /*name*/, int /*sync_folder*/) { return SQLITE_OK; }
 
 int check_access(sqlite3_vfs* /*vfs*/, const char* name, int flags, int* out) {

@@ -55,7 +55,7 @@ class Statement {
   [[nodiscard]] int columns() const;
   /// Returns the name of a column in the query.
   [[nodiscard]] std::string name(int column) const;
-  /// Returns the value of a column of any type. A text is valid until the next step().
+  /// Returns the value of a column with the type that the row stores. A text is valid until the next step().
   [[nodiscard]] Cell cell(int column) const;
   [[nodiscard]] bool null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
@@ -72,8 +72,9 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalise> statement_;
 };
 
-/// The purpose of a connection. read_only changes neither the file nor any file next to it, not even a log that a dead
-/// writer left (reader_vfs()). read_beside reads a file that another program may be writing, such as a live copy.
+/// The purpose of a connection. read_only changes neither the file nor any file next to it, not even a log left
+/// behind by a dead writer (reader_vfs()). read_beside reads a file that another program may be writing, such as a live
+/// copy.
 enum class Access { read_only, read_beside, read_write };
 
 /// One connection to an existing file. Destroy its statements before the connection.
@@ -137,7 +138,7 @@ class Database {
   std::unique_ptr<sqlite3, Close> connection_;
 };
 
-/// Stores a value that was read. Returns the fault if there is none.
+/// Moves the value of a result into `place`, or returns the fault of the result.
 template <class Place, class Value>
 [[nodiscard]] Result<void> into(Place& place, Result<Value> read) {
   return std::move(read).map([&](Value value) { place = std::move(value); });
@@ -159,7 +160,7 @@ inline constexpr const char* kDiskFull = "the disk is full";
 /// in-memory name.
 [[nodiscard]] std::string name_for_sqlite(const std::string& path);
 
-/// Returns whether the fault is a lock of another program.
+/// Returns whether the call failed because another program has locked the file.
 [[nodiscard]] bool is_locked(const Fault& fault);
 
 /// Returns whether another program is reading the file and none is writing it. Do not call it for a file that this

@@ -117,7 +117,7 @@ Result<RunStatus> read_record_status(const RecordFiles& files) {
 
 namespace {
 
-/// Returns the status file's status if the record cannot be read because a program is writing it.
+/// Replaces the fault of a record that is being written by the status in its status file, if that can be read.
 Result<RunStatus> or_status_file(Result<RunStatus> status, const std::string& path) {
   if (status || !is_locked(status.error())) return status;
   auto from_file = read_status_file(path);

@@ -42,7 +42,7 @@ struct RunStatus {
   std::optional<Celsius> chamber_air;
   /// The channels and their readings; a reading is nothing if it is a fault.
   std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;
-  /// The number of faulty readings since the run started.
+  /// The number of failed readings since the run started.
   std::int64_t faults{};
   /// The frames of all gyros since the run started; nothing before the first second.
   std::optional<FrameCount> frames{};
@@ -51,7 +51,7 @@ struct RunStatus {
   RunOverview standing{};
   /// The cause of the end of the run: the last event of a record that is not being written.
   std::string ended_by{};
-  /// Seconds that wait for the disk.
+  /// The number of seconds of data that wait for the disk.
   std::int64_t backlog_s{};
   /// The reason why the disk accepts no rows; empty if it does.
   std::string storage_trouble{};
@@ -62,7 +62,7 @@ struct RunStatus {
   Duration written_since_boot{};
   /// The boot identifier of the machine at that time; empty if the status does not come from a file.
   std::string written_in_boot{};
-  /// The files in which the record continues after a failure.
+  /// The paths of the further files of the record, each begun after a failure.
   std::vector<std::string> parts{};
   /// The reason why the live copy is not up to date; empty if it is, or if there is none.
   std::string live_copy_trouble{};

@@ -31,17 +31,17 @@
 namespace gyrotherm::record {
 namespace {
 
-/// The state of an existing record.
+/// The event numbers and alarms of an existing record.
 struct Counted {
   /// The number of the last event.
   std::int64_t last_event{};
-  /// The event numbers reserved before the events of each second, for events of the writer.
+  /// The number of event numbers reserved before the events of each entry, for events that the writer adds.
   std::int64_t spare{};
   Alarms alarms{};
 };
 
 /// The base of all stores. Ensures that each slot has exactly one row or is in exactly one gap. Maintains the status.
-/// Numbers events when they are appended, with the numbers that they get in the record's table.
+/// Numbers events when they are appended; the record's table uses the same numbers.
 class OrderedStore : public Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> events) final {
@@ -286,7 +286,7 @@ struct SharedState {
   std::condition_variable news;
   std::condition_variable progress;
   Backlog backlog;
-  /// The number of dropped rows when the disk last accepted any.
+  /// Backlog::dropped() when the disk last accepted rows.
   std::size_t dropped_before{};
   /// The status and the frames at the last sync.
   RunStatus status;
@@ -490,7 +490,7 @@ class BackgroundStore final : public OrderedStore {
     worker_ = std::thread([shared = shared_] { run_record_writer(*shared); });
     status_writer_ = std::thread([shared = shared_] { run_status_writer(*shared); });
   }
-  /// Does the work of the record's worker once, in the caller's thread.
+  /// Executes one transaction of the record writer in the caller's thread, if one is due.
   void attend() {
     std::unique_lock lock(shared_->mutex);
     if (shared_->wanted || !shared_->trouble.empty()) write_once(*shared_, lock);

@@ -26,7 +26,7 @@ inline constexpr const char* kRunSchema = "gyrotherm-run/1";
 
 /// A path that creates a record in memory. The record ends with its store and has no status file.
 inline constexpr const char* kInMemory = ":memory:";
-/// The message if an operator gives this path as the name of a record.
+/// The message for an operator who names a record kInMemory.
 inline constexpr const char* kNotAFileName = "\":memory:\" is no name of a file here; ./:memory: is one";
 
 struct StoreOptions {
@@ -50,7 +50,7 @@ struct StoreOptions {
 struct StoreHealth {
   /// The number of seconds that are appended but not acknowledged.
   std::int64_t backlog_s{};
-  /// Rows were dropped since the disk last accepted any. The record has gaps with a cause instead.
+  /// Rows were dropped since the disk last accepted any row. The record has gaps in their place, with the cause.
   bool rows_dropped{};
   /// The reason why the disk accepts no rows; empty if it does.
   std::string trouble{};
@@ -108,8 +108,8 @@ void remove_record(const std::string& path);
 /// and has no status file.
 struct AttendedStore {
   std::unique_ptr<Store> store;
-  /// Does the worker's next transaction, if one is requested or the last one failed. Must not be called after the store
-  /// is destroyed.
+  /// Executes the next transaction of the worker if one is requested or the last one failed. Must not be called after
+  /// the store is destroyed.
   std::function<void()> attend;
 };
 [[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,

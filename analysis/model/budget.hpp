@@ -46,8 +46,8 @@ enum class Source {
   return source == Source::thermometer_drift || source == Source::input_drift;
 }
 
-/// Scale on which the error of a source varies. An error that never varies is equal in training and in use: the model
-/// has learnt it, and no run of the same rig can reveal it.
+/// Time scale on which the error of a source varies. An error that never varies is equal in training and in use: the
+/// model has learnt it, and no run of the same rig can reveal it.
 enum class Differs { within_a_run, between_runs, never };
 [[nodiscard]] const char* name(Differs differs);
 [[nodiscard]] Differs differs(Source source);
@@ -67,7 +67,7 @@ struct BudgetRow {
   std::string unit{};
   Evaluation evaluation{};
   ErrorDistribution distribution{};
-  /// In the unit of the source, k = 1.
+  /// Standard uncertainty in unit_of(row), k = 1.
   double standard_uncertainty{};
   /// Change of the bias per unit of the source, °/h.
   double sensitivity = 1;
@@ -76,7 +76,7 @@ struct BudgetRow {
   bool assumed{};
   /// The residual of this row was also used to choose the model's parameters.
   bool chosen_on_these_folds{};
-  /// The training data have a single power-on, so no fold can hold it out and learn from another one.
+  /// The training data have a single power-on. No fold can therefore predict one power-on from another.
   bool only_start_held_out{};
 };
 
@@ -116,8 +116,8 @@ inline constexpr double kCoverage = 0.95;
 /// number (G.4.1). If no row contributes, the uncertainties are 0 and the degrees of freedom infinite.
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
 
-/// Returns the rows whose errors differ between runs or within a run. Only these errors are observable in a run that
-/// the model has not seen.
+/// Returns the rows whose errors differ between runs or within a run. Only these errors are observable in an unseen
+/// run.
 [[nodiscard]] std::vector<BudgetRow> differing_rows(const std::vector<BudgetRow>& rows);
 
 /// Converts a budget to means over another time: white noise changes as 1/√τ, quantisation as 1/τ, rate random walk as

@@ -23,20 +23,20 @@ namespace {
 
 using RowNumbers = std::vector<Eigen::Index>;
 
-/// Longest correlation time of a thermal model's residuals: two of the slowest time constants (46 min) of the reference
-/// simulation's gyro.
+/// Longest correlation time of a thermal model's residuals: about twice the slowest time constant (46 min) of the gyro
+/// in the reference simulation.
 constexpr double kMemorySeconds = 5400;
 constexpr double kSpanK = 10;
 constexpr double kMovingKPerMin = 0.1;
-/// Resolution and rounding of a chamber's controller: holds farther apart have different set points. Pooling set points
-/// over 0.5 K would add the temperature slope to the scatter.
+/// Greatest difference between set points that are treated as equal. It covers the resolution and rounding of a
+/// chamber's controller. Pooling set points over 0.5 K would add the temperature slope to the scatter.
 constexpr double kSameSetPointK = 0.1 + 1e-6;
-/// Least standard deviation of the temperatures for a slope with temperature.
+/// Least standard deviation of the temperatures from which a temperature slope is computed.
 constexpr double kLeastSpreadK = 0.5;
 constexpr int kFewestClusters = 3;
 constexpr double kWarmUpMeanSeconds = 1000;
 
-/// The record and the quantities that several results need.
+/// The record, and quantities from which several results are computed.
 struct Subject {
   const data::Dataset& dataset;
   const data::Clusters& clusters;

@@ -123,9 +123,10 @@ void describe(auto& form, Like<TwoPosition> auto& found) {
 struct WarmUp {
   int segment{};
   double set_point_c{};
-  /// Greatest distance from the final bias at which a 1000 s mean counts as settled, °/h, without u.
+  /// Settling band, °/h: a 1000 s mean is settled if it differs from the final bias by at most this value. Has no u.
   BeforeAfter within;
-  /// Time after which the bias remains settled, without u. Unknown if the bias settles only in the last hour.
+  /// Time from the start of the hold after which the bias remains settled, s. Has no u. Unknown if the bias settles
+  /// only in the last hour.
   BeforeAfter seconds;
 };
 
@@ -136,7 +137,7 @@ void describe(auto& form, Like<WarmUp> auto& warm_up) {
   form("seconds", warm_up.seconds);
 }
 
-/// Returns when the gyro was switched on, as text: "with the run", "in segment 3".
+/// Returns text that states when the gyro was switched on: "with the run", "in segment 3".
 [[nodiscard]] std::string switched_on(const WarmUp& warm_up);
 
 /// Scatter of the final biases of several starts at one set point, °/h (type A).
@@ -156,7 +157,7 @@ void describe(auto& form, Like<TurnOn> auto& turn_on) {
 struct Characterisation {
   /// Bias reference, as text. Biases with different references are not compared.
   std::string zero;
-  /// Text about the data basis.
+  /// Text that states which holds the results are based on.
   std::string statement;
   std::vector<StabilisedBias> stabilised;
   /// Slope of the hold bias over temperature, °/h per K, common to both positions of the unit.

@@ -72,7 +72,7 @@ struct KnownAnswers {
   std::vector<bool> outside;
 };
 
-/// Computes six answers near the training data and two farther out. The result is deterministic.
+/// Computes six known answers near the training data and two outside the trained range. The result is deterministic.
 [[nodiscard]] KnownAnswers known_answers(const Model& model, const std::vector<std::string>& thermometers);
 
 /// Returns the placeholders with the tables of NAME_self_test.

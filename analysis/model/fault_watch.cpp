@@ -17,7 +17,7 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr Eigen::Index kFewestWithParity = 4;
-/// Clusters before a hop, for comparison with those after it.
+/// Most clusters before a hop that are averaged for its size: one hour of 100 s clusters.
 constexpr std::size_t kHourOfClusters = 36;
 constexpr std::size_t kMostRemembered = 600;  ///< vectors, about 17 h
 
@@ -36,8 +36,8 @@ tracking::BiasNoise axis_noise(const FusedAxes& axes, Eigen::Index a, const Fuse
           .start_deg_per_h = start};
 }
 
-/// Returns the noise model of a parity vector with white noise 1. It is equal for all components, so the trackers do
-/// not change the direction of a hop.
+/// Returns the noise model of a parity vector whose white noise has variance 1. All components have the same model, so
+/// the trackers preserve the direction of a hop.
 tracking::BiasNoise parity_noise(const Eigen::MatrixXd& parity, const std::vector<tracking::BiasNoise>& of_axes,
                                  double cluster_s) {
   const auto together = [&](auto of) {
@@ -68,9 +68,9 @@ std::optional<Eigen::VectorXd> push_all(std::vector<tracking::BiasTracker>& trac
   return innovations;
 }
 
-/// Returns the whitening matrix of the departures of the axes, in the order of the geometry: if the attitude is known,
-/// for the departure of each axis from its own thermal prediction, otherwise for the parity. It has no rows if the
-/// attitude is unknown and there are only three axes, which have no parity.
+/// Returns the whitening matrix of the axes' departures, in the order of the geometry. If the attitude is known, a
+/// departure is the difference of an axis from its own thermal prediction; otherwise the matrix is the parity matrix.
+/// It has no rows if the attitude is unknown and there are only three axes, which have no parity.
 Result<Eigen::MatrixXd> departure_whitening(const FusedAxes& axes, const fusion::Geometry& geometry,
                                             const Eigen::VectorXd& noise, const Eigen::MatrixXd& bias) {
   if (!axes.attitude) {

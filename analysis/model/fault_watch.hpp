@@ -29,7 +29,7 @@ struct WatchOptions {
 };
 
 enum class AlarmKind {
-  /// The parity of a single second exceeds its limit.
+  /// Parity of a single second above its limit.
   parity,
   parity_hop,  ///< cumulative sum of the parity
   /// Cumulative sum of the axes at rest, each compared with its own thermal prediction.
@@ -76,7 +76,7 @@ struct Alarm {
   double at_s{};
   /// Most likely beginning of the fault.
   double since_s{};
-  /// Time of the last alarm that was merged into this one.
+  /// End of the last alarm that was merged into this one.
   double until_s{};
   /// Name of the axis or thermometer; empty if unknown.
   std::string who{};
@@ -96,9 +96,9 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form("statement", alarm.statement);
 }
 
-/// Detects a hop of an axis in a sequence of vectors. A bias tracker per component removes slow drift; the innovations,
-/// divided by their standard deviations, are white and are passed to a fusion::ChangeDetector. After an alarm the
-/// trackers restart, so a hop is reported once.
+/// Detects a hop of an axis in a sequence of vectors. A bias tracker per component removes slow drift. Its innovations,
+/// divided by their standard deviations, are white; a fusion::ChangeDetector processes them. After an alarm the
+/// trackers restart, so each hop is reported once.
 class HopWatch {
  public:
   /// `spaces` has one state space per component of a vector. `effects` has one column per candidate: the vector that a
@@ -135,7 +135,7 @@ class HopWatch {
   bool learnt_ = false;
   /// Effects of a hop of 1 °/h.
   Eigen::MatrixXd effects_;
-  /// Effects on the innovations of settled trackers.
+  /// Effects of a hop of 1 °/h on the normalised innovations of settled trackers.
   fusion::FaultTest innovations_;
   /// Vectors without a NaN, the oldest first.
   std::deque<Seen> recent_;

@@ -45,8 +45,8 @@ Result<void> check_axis(const CompensatedAxis& axis) {
   return {};
 }
 
-/// Returns the whole rate, with the removed Earth rate added back. NaN where the unit was turned around, because its
-/// axes then have other directions.
+/// Returns the measured rate: the bias plus the Earth rate that was subtracted from it. NaN while the unit was turned
+/// around, because its axes then have other directions.
 Eigen::VectorXd whole_rate(const data::Dataset& dataset) {
   Eigen::VectorXd rate = dataset.bias_deg_per_h.array() + dataset.earth_rate_deg_per_h.value_or(0);
   for (Eigen::Index i = 0; i < rate.size(); ++i) {
@@ -89,7 +89,7 @@ void add_thermometers(FusedAxes& fused, const std::vector<CompensatedAxis>& axes
   }
 }
 
-/// Slopes of all axes to all thermometers, °/h per K, at the clusters that all axes share.
+/// Slopes of all axes with respect to all thermometers, °/h per K, at the clusters that all axes share.
 struct Slopes {
   /// One matrix per thermometer: clusters × axes.
   std::vector<Eigen::MatrixXd> of;
@@ -170,8 +170,9 @@ Eigen::Vector3d axis_direction(const record::GyroUncertainty& known) {
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), -std::sin(elevation)};
 }
 
-/// Returns the tilt, degrees, for axes without angles of a fixture: √(Σ(c u)²/Σ c²). It causes the same uncertainty of
-/// their Earth rates as the tilt rows of their budgets. All axes are used, since the slope of a single axis may be 0.
+/// Returns the common tilt of axes without fixture angles, in degrees: √(Σ(c u)²/Σ c²) over the tilt rows of their
+/// budgets. This tilt causes the same total variance of the Earth rates as the rows. It is computed from all axes,
+/// because the slope of a single axis may be 0.
 double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   double rates = 0, slopes = 0;
   for (const BudgetRow* row : rows) {
@@ -234,8 +235,9 @@ Result<std::optional<fusion::Attitude>> find_attitude(const FusedAxes& fused,
   return std::optional(attitude);
 }
 
-/// Adds the uncertainties of the training. Latitude, azimuth, elevation and roll of the fixture affect all axes
-/// together, each through a separate budget row; direction, tilt and scale factor affect a single axis.
+/// Adds the uncertainties of the Earth rate and the scale factor in training. Latitude, azimuth, elevation and roll of
+/// the fixture affect all axes together, each through a separate budget row; direction, tilt and scale factor affect a
+/// single axis.
 void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   for (const Source source : {Source::latitude, Source::azimuth, Source::fixture_elevation, Source::fixture_roll}) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(fused.axes());

@@ -26,7 +26,7 @@ struct CompensatedAxis {
   Model model;
 };
 
-/// Axes of one record, second by second. Thermometers are those of all axes together.
+/// The compensated axes of one record, one row per second. `thermometers` lists the thermometers of all axes.
 struct FusedAxes {
   bool simulated{};
   std::string run_id{}, profile_name{};
@@ -35,8 +35,8 @@ struct FusedAxes {
   Eigen::VectorXi segment{};
   std::vector<std::string> names{};  ///< "gyro", "u1.x"
   Eigen::MatrixX3d directions{};     ///< one row per axis
-  /// Seconds × axes: the whole rate, including the Earth rate, less the prediction of each axis's model from the
-  /// trailing means of its thermometers. NaN where the prediction is unknown, while an operator handled the unit, and
+  /// Seconds × axes: the measured rate, including the Earth rate, minus the prediction of the axis's model from the
+  /// trailing means of its thermometers. NaN while the prediction is unknown, while an operator handled the unit, and
   /// while the unit was turned around.
   Eigen::MatrixXd rate_deg_per_h{};
   std::vector<std::string> thermometers{};
@@ -45,9 +45,9 @@ struct FusedAxes {
   std::vector<double> thermometer_in_a_year_k{};
   /// Axes × thermometers: mean slope of each model over the record.
   Eigen::MatrixXd sensitivity_deg_per_h_per_k{};
-  /// Models of the axes; each has an uncertainty.
+  /// Models of the axes, each with an uncertainty budget.
   std::vector<Model> models{};
-  /// Quantisation of each axis: one pulse in a second.
+  /// Quantisation step of each axis: the rate of one pulse per second.
   std::vector<double> step_deg_per_h{};
   /// Covariance caused by the thermometers' drift between training and this run, (°/h)².
   Eigen::MatrixXd by_thermometer_drift{};
@@ -65,24 +65,24 @@ struct FusedAxes {
 };
 
 /// Compensates the axes like CompensationStream, which is causal and handles gaps, and collects the uncertainties of
-/// their models. The covariance that a shared thermometer causes between axes is the mean over the record of the
-/// products of their signed slopes, so that common effects are neither lost nor counted twice. The attitude is the
+/// their models. A thermometer that several axes share correlates their errors. This covariance is the variance of the
+/// thermometer times the mean, over the record, of the products of the axes' signed slopes. The attitude is the
 /// rotation of the directions into the recorded azimuths and elevations (Wahba's problem by a singular value
 /// decomposition; Markley, J. Astronaut. Sci. 36 (1988) 245).
 ///
-/// Fails with usage if there are more than 64 axes, if samples are not one per second, if an axis has no direction, if
-/// a model has no uncertainty or belongs to another axis of the unit, if the Earth rate on an axis is unknown, or if
-/// directions and angles of a record are inconsistent. Also fails like CompensationStream and make_clusters. Fewer than
-/// three axes are permitted here; make_geometry() rejects them.
+/// Fails with usage if there are more than 64 axes, if a record does not have one sample per second, if an axis has no
+/// direction, if a model has no uncertainty or belongs to another axis of the unit, if the Earth rate on an axis is
+/// unknown, or if directions and angles of a record are inconsistent. Also fails like CompensationStream and
+/// make_clusters. Fewer than three axes are permitted here; make_geometry() rejects them.
 [[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes,
                                            Outside outside = Outside::continued);
 
-/// Components of the uncertainty of a mean over some time, (°/h)².
+/// Components of the variance of a mean over a given averaging time, (°/h)².
 struct FusedUncertainty {
-  /// Variances that are new in each mean and independent between axes: angle random walk, quantisation (treated as
-  /// white; a mean over τ seconds has 1/√6 of a pulse, divided by τ) and noise of the thermometers.
+  /// Variances of errors that are independent between means and between axes: angle random walk, quantisation (treated
+  /// as white; its standard deviation in a mean over τ seconds is 1/√6 of a pulse divided by τ) and thermometer noise.
   Eigen::VectorXd noise;
-  /// Covariance of errors that are slow or differ between runs: model, turn-on, drift of the thermometers.
+  /// Covariance of errors that vary slowly or differ between runs: model form, turn-on, thermometer drift.
   Eigen::MatrixXd bias;
   /// Covariance of errors that training and use share. No comparison of axes can reveal them.
   Eigen::MatrixXd learnt;
@@ -94,7 +94,7 @@ struct FusedUncertainty {
 [[nodiscard]] std::vector<Eigen::Index> members(AxisSet set);
 [[nodiscard]] std::string names_in(const FusedAxes& axes, AxisSet set);
 
-/// Returns the geometry of a set of axes; `covariance` is that of all axes. Fails like make_geometry().
+/// Returns the geometry of a set of axes; `covariance` is the covariance of all axes. Fails like make_geometry().
 [[nodiscard]] Result<fusion::Geometry> geometry_of_set(const FusedAxes& axes, AxisSet set,
                                                        const Eigen::MatrixXd& covariance);
 

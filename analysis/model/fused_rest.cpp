@@ -60,7 +60,7 @@ Eigen::MatrixX3d fuse_set(const FusedAxes& axes, AxisSet set, const Eigen::Matri
   return readings(Eigen::all, members(set)) * compute_gains(*geometry).rate.transpose();
 }
 
-/// Seconds of one period, and the axes that were fused in nearly all of them.
+/// Rows of one period at rest, and the axes that were fused in at least 99 % of them.
 struct Stretch {
   std::string name;
   std::vector<Eigen::Index> rows;
@@ -177,8 +177,8 @@ void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
                                              rest.statistic, rest.bias_deg_per_h.size(), rest.limit, rest.name)});
 }
 
-/// Returns the share of the components of cluster means within U. U is that of the axes that were fused in the last
-/// second of the cluster.
+/// Returns the share of the components of cluster means whose error is within U, computed for the axes that were fused
+/// in the last second of the cluster.
 std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
                                    const Eigen::MatrixXd& weighed_by, const ClusterMeans& means, const FusedRun& run) {
   const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();

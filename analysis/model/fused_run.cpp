@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
 
-/// Gains, parity test and covariance of a set of axes for one second. They are computed when the set first occurs.
+/// Gains, parity test and covariance of a set of axes for one second.
 struct SetOfAxes {
   fusion::Gains gains;
   fusion::FaultTest test;
@@ -31,7 +31,7 @@ Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) 
   return kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
 }
 
-/// Cache of the fusion of each set of axes.
+/// Gains of each set of axes, computed when the set first occurs.
 class Sets {
  public:
   Sets(const FusedAxes& axes, double averaging_s)
@@ -134,8 +134,7 @@ Result<void> Fusing::second(Eigen::Index row) {
   return {};
 }
 
-/// Records an alarm. An alarm of the same kind and axis as an earlier one, at most `within_s` after it, extends that
-/// one.
+/// Records an alarm. If an alarm of the same kind and name ended at most `within_s` before, extends that alarm instead.
 void Fusing::note(Alarm alarm, double within_s) {
   auto& alarms = run_.summary.alarms;
   const auto last = std::find_if(alarms.rbegin(), alarms.rend(), [&](const Alarm& before) {
@@ -252,7 +251,8 @@ Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
   return rates;
 }
 
-/// Returns the means on a regular grid, with NaN for missing clusters, because a drift continues during a gap.
+/// Returns the means on a regular grid, with NaN for missing clusters. The watches must see the gap, because a drift
+/// continues during it.
 ClusterMeans with_missing(const ClusterMeans& means, double cluster_s) {
   if (means.end_s.size() == 0) return means;
   const double first = means.end_s(0);

@@ -26,10 +26,10 @@ struct FusionOptions {
   /// the isolated axis is left out of that second regardless of this option.
   bool leave_out = true;
   double cluster_s = 100;
-  /// Averaging time of the means that the axes are weighted for.
+  /// Averaging time of the means, s, for which the weights of the axes are optimal.
   double averaging_s = 100;
-  /// Rates from which the limits of the cumulative sums are learnt, if they are rates of the same axes. Otherwise the
-  /// limits are those of white noise.
+  /// Rates from which the limits of the cumulative sums are learnt. If missing, or if the axes differ, the limits for
+  /// white noise apply.
   std::optional<HealthyRates> healthy = std::nullopt;
 };
 
@@ -130,7 +130,7 @@ struct FusionSummary {
   bool simulated{};
   std::string run_id{}, profile{};
   std::vector<FusedAxisSummary> axes{};
-  /// Averaging time of the means that the axes are weighted for.
+  /// Averaging time of the means, s, for which the weights of the axes are optimal.
   double averaging_s{};
   /// `limit` applies to pᵀp of all axes; it is NaN without parity.
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};
@@ -144,11 +144,11 @@ struct FusionSummary {
   std::vector<double> earth_deg_per_h{};  ///< in the fixture
   std::optional<double> said_heading_deg{};
   std::optional<RateError> error{};  ///< fused rate
-  /// Error of the rate from all axes, without leaving any out.
+  /// Error of the rate computed from all axes, including those that were left out.
   std::optional<RateError> of_all_axes{};
   /// Error of the first three axes that span all directions.
   std::optional<RateError> of_three{};
-  /// Share of the components of cluster means within their U.
+  /// Share of the components of cluster means whose error is within U.
   std::optional<double> within_expanded{};
   /// The last hours of all holds together.
   std::optional<RestStretch> rest{};
@@ -207,14 +207,14 @@ struct FusedRun {
 
 /// Fuses the axes second by second, like a navigation computer: each result depends only on this second and earlier
 /// ones. Axes are weighted by their uncertainty in means over `averaging_s`, without the errors that training and use
-/// share, because rates are averaged in use, and the noise of a single second hides which axis is biased. The parity
-/// test uses the uncertainty of the second itself; an isolated axis is left out of that second. Cluster means are
-/// passed to the watches (fault_watch.hpp), except those of axes with an input outside its trained range. When a watch
-/// names an axis or a thermometer, axes are removed from all later seconds, one at a time, while each removal reduces
-/// the mean square error of the rate. For this error an axis is assumed to be off by the size of its hop, or by the
-/// thermometer's fault times the mean slope of the axis's model. An alarm of a cumulative sum within an hour of a vote
-/// against a thermometer does not name an axis. An alarm that follows one of the same kind and name within an hour is
-/// merged with it.
+/// share. The weights are not those of a single second, because rates are averaged in use and the noise of one second
+/// masks the bias of an axis. The parity test uses the uncertainty of the second itself; an isolated axis is left out
+/// of that second. Cluster means are passed to the watches (fault_watch.hpp), except those of axes with an input
+/// outside its trained range. When a watch names an axis or a thermometer, axes are removed from all later seconds, one
+/// at a time, while each removal reduces the mean square error of the rate. For this error an axis is assumed to be off
+/// by the size of its hop, or by the thermometer's fault times the mean slope of the axis's model. An alarm of a
+/// cumulative sum within an hour of a vote against a thermometer does not name an axis. An alarm that follows one of
+/// the same kind and name within an hour is merged with it.
 ///
 /// At rest, in the last hour of each hold, the mean is compared with the Earth's rotation: north from the rate vector,
 /// biases and rotation from fusion::at_rest(). A contradiction between readings and priors raises an alarm.
@@ -226,7 +226,7 @@ struct FusedRun {
 /// since the fixture does not move in a chamber: those of the fused rate vector, of the rate vectors from all axes and
 /// from three axes, and of each axis. For the last hour of each hold, and for these hours together, it estimates rate,
 /// heading, biases and rotation, and raises an alarm if χ² of readings and priors exceeds its limit. Adds nothing if
-/// the attitude is unknown. A period uses the axes that were fused during all of it.
+/// the attitude is unknown. Each period uses the axes that were fused in at least 99 % of its seconds.
 void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run);
 
 /// Returns the cluster means of the axes in a record without faults, with NaN for axes that have an input outside their

@@ -25,16 +25,16 @@ namespace gyrotherm::model {
 void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
                     const std::vector<data::Clusters>& records);
 
-/// Stores the in-sample residual, the range of the inputs in training and the latency of a stream. Fails with usage if
-/// the clusters lack a thermometer.
+/// Stores the in-sample residual, the trained range of the inputs and the latency of a stream in `model`. Fails with
+/// usage if the clusters lack a thermometer.
 [[nodiscard]] Result<void> judge_in_sample(Model& model, const data::Clusters& clusters);
 
 /// Warns if the in-sample residual is further below a record's noise floor than the number of parameters explains.
 void warn_about_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
                          const std::vector<data::Clusters>& records);
 
-/// Estimates the noise of the model's held-out residual; no value if there are too few clusters. `records` are the
-/// training clusters by record, `all` are the same clusters, concatenated.
+/// Estimates the noise of the model's held-out residual. Returns no value if there are too few clusters. `records`
+/// holds the training clusters by record; `all` holds the same clusters, concatenated.
 [[nodiscard]] std::optional<tracking::BiasNoise> held_out_noise(const Model& model,
                                                                 const std::vector<data::Dataset>& datasets,
                                                                 const std::vector<data::Clusters>& records,

@@ -27,7 +27,7 @@ inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 /// contain it, since the methods in the table learn only from the clusters of one unit.
 inline constexpr const char* kTypePriorMethod = "type-prior";
 
-/// The lowest and the highest cluster mean of the thermometers of the block, °C.
+/// Lowest and highest cluster mean of the block's thermometers, °C.
 struct BlockRange {
   double low_c{}, high_c{};
   bool operator==(const BlockRange&) const = default;
@@ -39,7 +39,7 @@ void describe(auto& form, Like<BlockRange> auto& range) {
   form.expect("high_c", range.high_c >= range.low_c, "expected no less than low_c");
 }
 
-/// A record that a model was trained on, and the part of it that was used.
+/// A record that a model was trained on, and the period of it that was used.
 struct TrainingRecord {
   std::string run_id;
   std::string path;
@@ -54,7 +54,7 @@ struct TrainingRecord {
   std::string identity{};
   /// Bias reference; empty if unknown.
   std::string bias_zero{};
-  /// Range of the block over those clusters.
+  /// Temperature range of the block over the clusters used.
   std::optional<BlockRange> block{};
 };
 
@@ -108,7 +108,7 @@ struct Model {
   /// √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n.
   double residual_std_deg_per_h{};
   std::string particulars;  ///< see Fit
-  /// See Fit. Belongs to the full function if the model was reduced.
+  /// See Fit. If the model was reduced, the variance is that of the full function.
   std::optional<methods::PredictiveVariance> variance;
   /// Reduction of the vectors. The members below describe the full function.
   std::optional<ReducedSetSummary> reduction;
@@ -140,7 +140,7 @@ struct Model {
 
 /// Returns the range of the block over all training records; no value if no record has one.
 [[nodiscard]] std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records);
-/// Returns "block −17 to 58 °C", in whole degrees inside the range.
+/// Returns the range as text, rounded inwards to whole degrees: "block −17 to 58 °C".
 [[nodiscard]] std::string in_words(const BlockRange& range);
 
 /// Returns the number of parameters that the model stores for its function, its inputs' scaling and its target.
@@ -156,8 +156,8 @@ struct Model {
 /// Predicts the bias of each row of unscaled inputs (rows × terms), °/h; NaN if an input is not finite.
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs);
 
-/// Predicted bias of each row and its standard deviation, °/h. The standard deviation is that of the function, without
-/// the noise of a mean and without the drift of the thermometers after the training.
+/// Predicted bias of each row and its standard deviation, °/h. The standard deviation covers the uncertainty of the
+/// function; it excludes the noise of a mean and the thermometers' drift since the training.
 struct Prediction {
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd std_deg_per_h;
@@ -172,8 +172,7 @@ struct Prediction {
 [[nodiscard]] std::vector<std::string> origin_warnings(const Model& model, const data::AxisChoice& of,
                                                        std::string_view identity, std::string_view bias_zero);
 
-/// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the method of the model does not know its
-/// variance.
+/// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the model has no predictive variance.
 [[nodiscard]] Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs);
 
 /// Policy for inputs outside the trained range of a model.
@@ -203,9 +202,9 @@ struct RangedInputs {
   Eigen::VectorXd excess;
   /// Rows with an input outside, in ascending order.
   std::vector<Eigen::Index> rows;
-  /// Term that is farthest outside, relative to its own range; −1 if no term is outside.
+  /// Index of the term farthest outside, relative to its own range; −1 if no term is outside.
   Eigen::Index worst_term = -1;
-  /// Its distance: 0.1 is a tenth of the term's trained range.
+  /// Excess of that term: 0.1 is a tenth of its trained range.
   double worst_excess{};
 };
 
@@ -221,7 +220,7 @@ struct RecomputedProduct {
   Eigen::Index term{};
   std::vector<Eigen::Index> factors{};
 };
-/// Returns the products among the terms all of whose factors are terms themselves, in order.
+/// Returns the product terms whose factors are all terms themselves, in order.
 [[nodiscard]] std::vector<RecomputedProduct> recomputed_products(const std::vector<data::Term>& terms);
 
 // Reduction of a sum of Gaussians to fewer vectors with a stated loss, by projection onto the Gaussians of a few of its
@@ -237,8 +236,8 @@ struct RecomputedProduct {
 struct ReducedSetGoal {
   /// Greatest number of vectors, at least 1.
   std::optional<int> vectors = {};
-  /// Greatest permitted change of the prediction for any training cluster, above 0. The reduction stops at the first
-  /// number of vectors that meets it.
+  /// Greatest permitted change of the prediction for any training cluster, above 0. The reduction uses the fewest
+  /// vectors that meet it.
   std::optional<double> max_change_deg_per_h = {};
 };
 

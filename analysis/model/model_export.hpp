@@ -37,7 +37,7 @@ namespace gyrotherm::model {
 /// the sum of the function's weights in thousands if that is above 1, because the rounding of their sum then dominates.
 [[nodiscard]] double c_tolerance_deg_per_h(const Model& model);
 
-/// Writes the fusion of a fixture's axes as C, with its gains as constants. A second of N axes takes N²
+/// Writes the fusion of a fixture's axes as C, with its gains as constants. One second of N axes costs N²
 /// multiplications. The program contains
 ///   NAME_fuse           the rate vector from one compensated reading per axis, and pᵀp of their parity vector;
 ///   NAME_suspect        the axis that explains a contradiction, like fusion::examine(), or −1;

@@ -16,12 +16,12 @@ namespace gyrotherm::model {
 
 /// Accuracy of a learner without some of the thermometers.
 struct LeftOut {
-  /// Thermometers left out, in the order of the record or of the elimination.
+  /// Thermometers left out, in record order or in the order of elimination.
   std::vector<std::string> left_out;
   /// Thermometers kept, in the order of the record.
   std::vector<std::string> kept;
   data::Figures held_out;  ///< °/h, held-out folds
-  /// Price of leaving them out: held-out STD minus the held-out STD with all thermometers.
+  /// Price of leaving them out: held-out STD without them minus held-out STD with all thermometers.
   double price_deg_per_h{};
   /// Standard error of the price, from the squared errors of the clusters.
   double price_error_deg_per_h{};
@@ -35,8 +35,8 @@ struct Placement {
   std::vector<LeftOut> alone;
   /// Stepwise elimination: each step leaves out one more thermometer, the one with the lowest price, until one is kept.
   std::vector<LeftOut> elimination;
-  /// The pair and the triple that can be left out at the lowest price. No value if too few thermometers would be left.
-  /// No value with more than twelve thermometers either, because of the computing time.
+  /// The pair and the triple that can be left out at the lowest price. No value if too few thermometers would remain,
+  /// or, to limit the computing time, if there are more than twelve.
   std::optional<LeftOut> best_pair;
   std::optional<LeftOut> best_three;
   /// Number of elimination steps before the price first exceeds its standard error.

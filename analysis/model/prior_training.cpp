@@ -135,10 +135,11 @@ Result<void> judge_held_out(Model& model, const population::TypePrior& prior, co
 }
 
 /// Returns √E[(z, 1)ᵀS(z, 1)] over the temperatures in use, with S the covariance of the coefficients. z is assumed to
-/// vary as in the type's units, about a mean that is due to the errors of the unit's thermometers. Given c, the mean of
-/// z over the unit's own clusters, this mean is E(M + E)⁻¹c, with M the spread of z and E the covariance of the
-/// thermometer errors. The remainder of c is due to the part of the program that the clusters cover. Differences of
-/// hundredths of a kelvin matter, because the slopes of nearly equal thermometers can be large and of opposite sign.
+/// vary as in the type's units, about a mean that the errors of the unit's thermometers cause. Given c, the mean of z
+/// over the unit's own clusters, the estimate of this mean is E(M + E)⁻¹c, with M the spread of z and E the covariance
+/// of the thermometer errors. The remainder of c is attributed to the part of the profile that the clusters cover.
+/// Differences of hundredths of a kelvin matter, because the slopes of nearly equal thermometers can be large and of
+/// opposite sign.
 double coefficients_deg_per_h(const population::TypePrior& prior, const population::LearntUnit& unit,
                               const methods::PredictiveVariance& variance) {
   const Eigen::Index inputs = prior.scaling.std.size();
@@ -156,7 +157,8 @@ double source_variance(const std::vector<BudgetRow>& rows, Source source) {
   return square;
 }
 
-/// Adds the budget rows that the data of the type determine better than a few hours of data from one unit.
+/// Adds the coefficients row, and raises the model form row to the value that the type's data imply. The type's data
+/// determine both better than a few hours of data from one unit.
 void add_type(std::vector<BudgetRow>& rows, const population::TypePrior& prior, double coefficients) {
   const double freedom = std::max(1.0, static_cast<double>(prior.units.size()) - 1);
   const double explained = source_variance(rows, Source::hysteresis) + source_variance(rows, Source::flicker) +

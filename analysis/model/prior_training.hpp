@@ -25,9 +25,9 @@ struct PriorOptions {
   bool simulated = false;
 };
 
-/// Learns the prior of a type. `first`, a record of one of the units, provides the inputs, the thermometers'
-/// uncertainty in a year of use and the turn-on (0.001 °/h if not stated). Fails with usage if the inputs require
-/// selection or are missing in the record, or like learn_type_prior().
+/// Learns the prior of a type. `first` is a record of one of the units; the inputs, the thermometers' uncertainty after
+/// a year of use and the turn-on repeatability (0.001 °/h if not stated) are taken from it. Fails with usage if the
+/// inputs require selection or are missing in the record, or like learn_type_prior().
 [[nodiscard]] Result<population::TypePrior> learn_prior(const data::Dataset& first,
                                                         const std::vector<population::UnitClusters>& units,
                                                         const PriorOptions& options = {});
@@ -39,7 +39,7 @@ struct PriorTrainingOptions {
 
 /// Trains a model of one unit from its type and at least one record of its own; any part of a run is sufficient. The
 /// function is linear in the scaled terms of the prior, with the coefficients of population::careful_coefficients, in
-/// °/h. It differs from train() in four points:
+/// °/h. The training differs from train() in four points:
 /// - a fold is predicted by coefficients that are learnt from the type and all other clusters; records that are too
 ///   short for folds (data::FoldKind::automatic) are held out together and predicted only from the type;
 /// - the trained range is the union of the type's and the unit's own, so an hour at −40 °C does not restrict it;

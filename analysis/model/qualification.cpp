@@ -89,8 +89,8 @@ std::vector<NamedModel> named_models(const Qualification& qualification) {
   return all;
 }
 
-/// Returns the mean squared error on a run, including the drift of the thermometers in a year, which records of a few
-/// weeks cannot reveal.
+/// Returns the mean squared error on a run, plus the variance caused by a year of thermometer drift, which records of a
+/// few weeks cannot reveal.
 Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
   return verify(model, run.dataset, run.clusters).map([&](const Verification& verification) {
     return std::pow(verification.compensated.rmse, 2) + std::pow(drift_in_a_year_deg_per_h(model, run.dataset), 2);

@@ -39,7 +39,7 @@ void describe(auto& form, const PerModel<T>& of) {
   for_each_model(of, [&](const char* key, const T& value) { form(key, value); });
 }
 
-/// A model of the ramp run, verified on both runs and on later records.
+/// A model trained on the ramp run, verified on both runs and on later records.
 struct TrainedModel {
   Model model;
   Verification rate, random;
@@ -70,7 +70,7 @@ struct Comparison {
   std::vector<std::string> warnings;
 };
 
-/// Callback before the training of each method, with its name and inputs.
+/// Called before each method is trained, with its name and inputs.
 using ComparisonBegins = std::function<void(std::string_view method, std::string_view inputs)>;
 
 /// Trains every method of the table on its default inputs and on those that the table lists for comparison, except the

@@ -27,7 +27,7 @@ struct JudgedCandidate {
   /// Root mean square over all held-out records, equally weighted.
   double rmse_deg_per_h{};
   double expanded_deg_per_h{};  ///< 2·rmse: k = 2
-  /// Mean squared error minus that of the candidate with the lowest, (°/h)².
+  /// Mean squared error minus that of the candidate with the lowest error, (°/h)².
   double behind_mse{};
   /// Standard error of behind_mse, from the differences in each record; 0 for a single record.
   double behind_error_mse{};
@@ -46,7 +46,7 @@ void describe(auto& form, Like<JudgedCandidate> auto& judged) {
 }
 
 struct Recommendation {
-  /// Name of the model; empty if there was no record to judge by.
+  /// Name of the recommended model; empty if there was no record to compare the candidates on.
   std::string recommended;
   /// Candidate with the lowest expanded uncertainty.
   std::string lowest;
@@ -65,12 +65,13 @@ void describe(auto& form, Like<Recommendation> auto& recommendation) {
   form("candidates", recommendation.candidates);
 }
 
-/// Recommends one of the candidates, which must all have the same held-out records. The lowest has the least mean
-/// squared error over the records, equally weighted. A candidate is within one standard error if the mean of its
-/// differences from the lowest, by record, is at most their standard error; errors that all records share, such as a
-/// turn-on bias, therefore cancel. Of the candidates within, the one with the fewest stored parameters is recommended,
-/// and of equals the one with the lower error. A candidate with an error that is not finite is never recommended; the
-/// statement lists it. Without a candidate or a record nothing is recommended, and the statement gives the reason.
+/// Recommends one of the candidates, which must all have the same held-out records. The lowest candidate has the least
+/// mean squared error over the records, which are equally weighted. A candidate is within one standard error if the
+/// mean of its differences from the lowest, by record, is at most their standard error; errors that all records share,
+/// such as a turn-on bias, therefore cancel. Among the candidates within one standard error, the one with the fewest
+/// stored parameters is recommended; if several have equally few, the one with the lowest error. A candidate with an
+/// error that is not finite is never recommended; the statement lists it. Without a candidate or a record nothing is
+/// recommended, and the statement gives the reason.
 [[nodiscard]] Recommendation recommend(const std::vector<Candidate>& candidates);
 
 }  // namespace gyrotherm::model

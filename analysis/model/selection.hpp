@@ -32,7 +32,7 @@ inline constexpr std::array<double, 11> kSurfaceLambdas = {1e-8, 1e-7, 1e-6, 1e-
 [[nodiscard]] Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eigen::VectorXd& train_y,
                                                   const svm::SampleMatrix& test_x, std::span<const double> lambdas);
 
-/// Held-out accuracy of a surface; the folds chose λ.
+/// Held-out accuracy of a surface with the λ that has the least held-out error.
 struct SurfaceTrial {
   /// y − ŷ of each row, in the units of y; NaN for a row that is never held out.
   Eigen::VectorXd residual;
@@ -48,7 +48,7 @@ struct SurfaceTrial {
 enum class SelectionKind {
   /// |r| with the bias above a threshold (paper §4.3).
   correlation,
-  /// Adds one input at a time, the one with the greatest gain on held-out folds.
+  /// Adds inputs one at a time, each time the one that reduces the held-out error most.
   forward,
   redundancy,  ///< all that are linearly independent
 };
@@ -72,7 +72,8 @@ struct Selection {
   /// Threshold of the rule correlation; 0 for other rules.
   double threshold = 0.90;
   int rank{};
-  /// Too few candidates exceeded the threshold, so those that are independent of earlier candidates are used instead.
+  /// True if too few candidates exceeded the threshold. The candidates that are linearly independent of earlier ones
+  /// are then used instead.
   bool fallback{};
   std::string statement;
 };

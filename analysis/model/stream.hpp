@@ -14,7 +14,7 @@
 namespace gyrotherm::model {
 
 /// Means of each column over the last `length` rows. A window consists of the end of the previous block of `length`
-/// rows and the beginning of the current one. Each part is summed from zero and nothing is subtracted. Rounding errors
+/// rows and the beginning of the current one. Both parts are sums of rows; no row is ever subtracted. Rounding errors
 /// therefore do not accumulate, and a NaN has no effect after its row has left the window.
 class SlidingMeans {
  public:
@@ -37,12 +37,12 @@ class SlidingMeans {
   bool full_{};
 };
 
-/// Lags of sliding means. The means whose ends are a cluster length apart form a series; there are as many interleaved
-/// series as seconds in a cluster, and one of them consists of the clusters themselves. The lag at a second is that of
-/// the series that has a mean ending there. After a mean with a NaN, the next step of its series is longer.
+/// Lags of sliding means. Means whose ends are a cluster length apart form a series, so there are as many interleaved
+/// series as seconds in a cluster; one of them consists of the clusters themselves. Each second belongs to one series,
+/// and its lag is the lag of that series. After a NaN mean, the next step of the series is longer.
 class SlidingLags {
  public:
-  /// Thermometer and time constant of a requested lag.
+  /// Column of the thermometer and time constant of a lag.
   struct Lag {
     Eigen::Index thermometer{};
     double time_constant_s{};
@@ -50,7 +50,7 @@ class SlidingLags {
   SlidingLags(Eigen::Index length, const std::vector<Lag>& lags);
   /// Returns the lags at the next second, given its means, K: 0 at the first mean of a series, NaN if the mean is NaN.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
-  /// Advances by this number of cluster lengths, in which no second has a mean.
+  /// Advances by a gap of this many cluster lengths without means.
   void pass(Eigen::Index cluster_lengths);
 
  private:
@@ -69,9 +69,9 @@ class SlidingLags {
 
 /// Stream of compensated bias. Inputs are trailing means over the model's cluster length, one row per second (causal);
 /// rates are the difference of two adjacent means; lags are those of SlidingLags. At the end of each whole cluster the
-/// inputs equal those of the cluster. A prediction from these inputs is the bias half a cluster length ago. If is_led()
-/// is true for the model, the stream extrapolates the prediction by this time, using the prediction one cluster length
-/// earlier, if there is one.
+/// inputs equal those of the cluster. A prediction from these inputs applies to the time half a cluster length ago. If
+/// is_led() is true for the model, the stream extrapolates the prediction by half a cluster length from the prediction
+/// one cluster length earlier, if there is one.
 class CompensationStream {
  public:
   /// Opens a stream for rows with these thermometers, in this order. Fails with usage if the model needs a thermometer
@@ -84,7 +84,7 @@ class CompensationStream {
   [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
-  /// Advances by seconds without a row. The computing time does not depend on their number.
+  /// Advances by this many seconds without a row, in constant time.
   void pass(Eigen::Index seconds);
 
   /// Processes rows with their times, and advances over the missing seconds between them. The times of a logger may
@@ -132,10 +132,11 @@ class CompensationStream {
   data::Clusters latest_;
 };
 
-/// Computes the cost of the lag of half a cluster length from consecutive means. With p the predictions, the error is
-/// half the root mean square of p_k − p_{k−1} without correction, and of p_k − 2 p_{k−1} + p_{k−2} with the
-/// extrapolation p + ½(p − previous p). Both errors include the thermometer noise, so predictions are not extrapolated
-/// if this would add more noise than it removes lag. No value for fewer than three consecutive means.
+/// Measures the error that the stream's lag of half a cluster length causes, from consecutive means. With p the
+/// predictions, the error is half the root mean square of p_k − p_{k−1} without correction, and of p_k − 2 p_{k−1} +
+/// p_{k−2} with the extrapolation p + ½(p − previous p). Both errors include the thermometer noise, so predictions are
+/// not extrapolated if this would add more noise than it removes lag. Returns no value for fewer than three consecutive
+/// means.
 [[nodiscard]] std::optional<Latency> measure_latency(const Model& model, const data::Clusters& clusters,
                                                      const Eigen::VectorXd& predicted_deg_per_h);
 

@@ -33,7 +33,7 @@ Eigen::VectorXd scaled_target(const Preparation& preparation, const data::Cluste
   return (clusters.bias_deg_per_h.array() - preparation.target_mean_deg_per_h) / preparation.target_std_deg_per_h;
 }
 
-/// Combines a preparation and a fit into a model, without the description of its training.
+/// Combines a preparation and a fit into a model. Does not set the members that describe the training.
 Model assemble(const Preparation& preparation, methods::Fit fit) {
   Model model;
   model.function = std::move(fit.function);
@@ -145,7 +145,7 @@ Result<void> check_choice(const TrainingOptions& options, const methods::Method&
                  fmt::format("one-se chooses C, sigma and epsilon; {} has none of them", method.name));
 }
 
-/// Counts these rows in the held-out parts of the folds.
+/// Counts how often these rows are held out, over all folds.
 Eigen::Index count_held_out(const data::FoldPlan& folds, Eigen::Index all, const std::vector<Eigen::Index>& rows) {
   std::vector<bool> counts(static_cast<std::size_t>(all));
   for (const Eigen::Index row : rows) counts[static_cast<std::size_t>(row)] = true;
@@ -209,7 +209,7 @@ Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const
   return context;
 }
 
-/// Fits the final model. It requests a tight duality gap and accepts the ordinary one.
+/// Fits the final model. Requests a tight duality gap, but accepts a fit that reaches only the ordinary gap.
 Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;

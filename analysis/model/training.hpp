@@ -26,7 +26,7 @@ struct TrainingOptions {
   /// Selection rule. If empty, inputs are selected only for multi-point, by |r| > 0.90.
   std::optional<SelectionRule> select;
   data::FoldOptions folds;
-  /// Replaces `folds`; each cluster is held out once. Not available to users.
+  /// Replaces `folds`; each cluster is held out once. No command-line option sets it.
   std::optional<data::FoldPlan> fold_plan;
   bool nested = false;  ///< also Model.nested_leave_cycle_out
   bool quick = false;   ///< 8 particles and 6 iterations

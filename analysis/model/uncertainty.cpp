@@ -41,7 +41,8 @@ bool uses_thermometer(const Model& model, const std::string& thermometer) {
   });
 }
 
-/// Adds a noise as the Allan fit estimates it, significant or not. Adds no row if the estimate is 0.
+/// Adds the row of a noise coefficient from the Allan fit, even if it is not significant. Adds no row if the estimate
+/// is 0.
 void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
   const data::NoiseCoefficient coefficient = estimate_from_square(of(fit, term));
   if (!(coefficient.value > 0)) return;
@@ -206,7 +207,7 @@ double drift_until_run_k(const data::Dataset& dataset, const record::Thermometer
   return in_a_year_k * std::sqrt(years_since_calibration(dataset, stated).value_or(kYearsSinceCalibration));
 }
 
-/// Adds the turn-on row and the rows of the Earth rate that was subtracted.
+/// Adds the turn-on row and the rows for the subtraction of the Earth rate.
 void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
   rows.push_back(stated_or_assumed_row(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
@@ -235,10 +236,10 @@ Result<Eigen::VectorXd> function_variance(const Model& model, const data::Cluste
   });
 }
 
-/// Returns the columns whose mean gives the gyro's temperature and its rate. They are all thermometers, including those
-/// that the model does not use; all models of a record are therefore compared at the same temperatures. The unit's own
-/// values are excluded: most are not temperatures, and a missing value would exclude the cluster. The unit's own
-/// temperature is used if there is no thermometer.
+/// Returns the columns whose mean is the gyro's temperature. These are all thermometers, including those that the model
+/// does not use; all models of a record are therefore compared at the same temperatures. The unit's own values are
+/// excluded: most are not temperatures, and a missing value would exclude the cluster. The unit's own temperature is
+/// used if there is no thermometer.
 std::vector<Eigen::Index> temperature_columns(const std::vector<std::string>& inputs) {
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < inputs.size(); ++i)

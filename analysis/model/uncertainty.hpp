@@ -58,10 +58,9 @@ struct TrainedOn {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
-  /// The residual was also used to choose parameters.
+  /// The residual was also used to choose hyper-parameters.
   bool chosen_on_these_folds = false;
-  /// The model's predictive variance becomes a separate row of the budget, and Uncertainty::variance_in_training stays
-  /// NaN.
+  /// The caller adds a budget row for the model's predictive variance, so Uncertainty::variance_in_training stays NaN.
   bool variance_is_a_row = false;
 };
 

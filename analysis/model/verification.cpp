@@ -111,8 +111,8 @@ const char* describe_policy(Outside policy) {
   return kDone[static_cast<std::size_t>(policy)];
 }
 
-/// Returns the reason why no cluster is compensated. `known` is the number of clusters with all inputs, and `outside`
-/// is the number of these with an input outside the range.
+/// Returns the reason why no cluster is compensated. `known` is the number of clusters with all inputs; `outside`
+/// counts those of them with an input outside the trained range.
 const char* no_result_reason(std::size_t known, std::size_t outside) {
   if (known == 0) return "no cluster has all inputs of the model (a rate needs the previous cluster)";
   if (outside == known) return "all clusters with all inputs have an input outside the trained range: refused";
@@ -129,8 +129,8 @@ bool trained_on(const Model& model, const data::Dataset& dataset, const data::Cl
   });
 }
 
-/// Returns the effective parameters of the model in proportion to the share of the verified clusters in its training
-/// clusters; 0 if the model was not fitted to them.
+/// Returns the model's effective parameters times the ratio of verified clusters to training clusters; 0 if the model
+/// was not trained on this record.
 double parameters_spent(const Model& model, const Verification& result) {
   if (!result.trained_on_this) return 0;
   int all = 0;

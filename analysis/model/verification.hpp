@@ -80,8 +80,8 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
   form("mean_half_width_deg_per_h", coverage.mean_half_width_deg_per_h);
 }
 
-/// Residual bias of the stream, averaged over the clusters, and the residual bias of predictions from the same clusters
-/// without lag (aligned). Uses only clusters with a value in every second.
+/// Cluster means of the stream's residual bias, and the residual bias of the same clusters without the stream's lag
+/// (aligned). Includes only clusters with a streamed value in every second.
 struct Streamed {
   data::Figures residual, aligned;
   std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< virtual rig only
@@ -109,7 +109,7 @@ struct Verification {
   data::Figures compensated;
   /// Figures of the compensated bias in ramps and holds; the count is 0 if there are none.
   data::Figures ramps, holds;
-  /// Figures of the first 10 min after each corner, a change of the requested rate of change.
+  /// Figures of the first 10 min after each corner, where the temperature profile changes its slope.
   data::Figures corners;
   /// Virtual rig only; the same clusters as `compensated`.
   std::optional<ErrorToTruth> to_truth;
@@ -150,8 +150,8 @@ struct Verification {
                                            const Eigen::VectorXd& aligned_residual_deg_per_h,
                                            Outside outside = Outside::continued);
 
-/// Returns a warning if the residual of two or more means does not have a smaller STD than the raw bias. `leaves` is
-/// the beginning of the warning, such as "compensated".
+/// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `leaves` names
+/// the residual in the warning, such as "compensated".
 [[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
                                                          const data::Figures& raw);
 

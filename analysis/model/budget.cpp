@@ -71,7 +71,7 @@ std::vector<std::string> remarks(const BudgetRow& row) {
   std::vector<std::string> all;
   if (row.assumed) all.emplace_back("assumed");
   if (row.chosen_on_these_folds) all.emplace_back("chosen on these folds");
-  if (row.only_start_held_out) all.emplace_back("its only power-on held out");
+  if (row.only_start_held_out) all.emplace_back("only power-on held out");
   return all;
 }
 

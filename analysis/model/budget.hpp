@@ -83,7 +83,7 @@ struct BudgetRow {
 /// Returns the unit of the standard uncertainty: "°/h", "K", "°", "ppm", or the unit of the input; "1" if it has none.
 [[nodiscard]] std::string unit_of(const BudgetRow& row);
 
-/// Returns the remarks that apply to a row, in this order: "assumed", "chosen on these folds", "its only power-on held
+/// Returns the remarks that apply to a row, in this order: "assumed", "chosen on these folds", "only power-on held
 /// out".
 [[nodiscard]] std::vector<std::string> remarks(const BudgetRow& row);
 
@@ -217,7 +217,7 @@ void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
   form.if_there("combined", stated.has_value(), stated);
   form("budget", uncertainty.budget.rows);
   form.expect("combined", !stated || agree(*stated, combined(uncertainty.budget.rows)),
-              "does not say the same as the rows of the budget");
+              "does not match the rows of the budget");
   form("sensitivities", uncertainty.sensitivities);
   form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));
   form.if_there("variance_in_training", std::isfinite(uncertainty.variance_in_training),

@@ -66,7 +66,7 @@ std::string c_name(std::string_view text) {
 Result<void> check_c_name(std::string_view name) {
   if (name == c_name(name)) return {};
   return failure(FaultKind::usage, "C export",
-                 fmt::format("\"{}\" cannot begin the names of a C program; \"{}\" can", name, c_name(name)));
+                 fmt::format("\"{}\" is not a valid prefix of C names; use \"{}\"", name, c_name(name)));
 }
 
 std::string c_number(double value) {

@@ -150,14 +150,13 @@ Alarm HopWatch::make_alarm(const fusion::Change& change, double end_s) const {
   if (isolation->rivals.empty()) {
     alarm.who = likeliest;
     alarm.size = size;
-    alarm.statement = fmt::format("{} has hopped by {:.4f} °/h, some {:.0f} min before", likeliest, size, minutes);
+    alarm.statement = fmt::format("{} hopped by {:.4f} °/h about {:.0f} min earlier", likeliest, size, minutes);
     return alarm;
   }
   std::string rivals;
   for (const Eigen::Index rival : isolation->rivals)
     rivals += ", " + innovations_.candidates[static_cast<std::size_t>(rival)];
-  alarm.statement =
-      fmt::format("a hop some {:.0f} min before of one that cannot be told: {}{}", minutes, likeliest, rivals);
+  alarm.statement = fmt::format("one of these hopped about {:.0f} min earlier: {}{}", minutes, likeliest, rivals);
   return alarm;
 }
 

@@ -38,10 +38,10 @@ Result<void> check_axis(const CompensatedAxis& axis) {
   if (dataset.has_own_reference)
     return refused(dataset,
                    "the record contains no Earth rate on the axis; add a [fixture] with its latitude to the rig file");
-  if (data::sample_interval_s(dataset) != 1) return refused(dataset, "samples are not one a second");
+  if (data::sample_interval_s(dataset) != 1) return refused(dataset, "the samples are not at intervals of one second");
   if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train the model again");
   if (const auto* other = find_other_axis(axis.model, dataset.of))
-    return refused(dataset, "its model is of another axis: it was trained on " + in_words(other->of));
+    return refused(dataset, "its model belongs to another axis: it was trained on " + in_words(other->of));
   return {};
 }
 
@@ -229,7 +229,7 @@ Result<std::optional<fusion::Attitude>> find_attitude(const FusedAxes& fused,
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const Eigen::Vector3d turned = attitude.to_local * fused.directions.row(static_cast<Eigen::Index>(a)).transpose();
     if ((turned - axis_direction(axes[a].dataset.gyro_uncertainty)).norm() > kFits)
-      return refused(axes[a].dataset, "its direction in the fixture and its azimuth and elevation do not fit together");
+      return refused(axes[a].dataset, "its direction in the fixture contradicts its azimuth and elevation");
   }
   add_angles(attitude, axes);
   return std::optional(attitude);

@@ -184,7 +184,7 @@ void Fusing::doubt(Alarm& alarm) const {
   if (alarm.who.empty() || verdict == alarms.rend()) return;
   alarm.who.clear();
   alarm.size = 0;
-  alarm.statement += "; not believed, since a thermometer is voted to be at fault";
+  alarm.statement += "; no axis is named, because a vote found a thermometer faulty";
 }
 
 /// Returns the mean square error of the rate vector of these axes if each axis has the error given by `off_deg_per_h`;

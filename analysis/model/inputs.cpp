@@ -26,7 +26,7 @@ struct Keyword {
 
 Result<void> check_gradients(const data::Dataset& dataset) {
   if (dataset.gradients.size() >= 2) return {};
-  return failure(FaultKind::usage, dataset.path, "there are no gradients: it has fewer than two gradient thermometers");
+  return failure(FaultKind::usage, dataset.path, "no gradients: the record has fewer than two gradient thermometers");
 }
 
 Result<Terms> gradients(const data::Dataset& dataset) {
@@ -46,7 +46,7 @@ Result<Terms> three_points(const data::Dataset& dataset) {
   const auto& points = dataset.three_point;
   if (points.size() != 3) {
     return failure(FaultKind::usage, dataset.path,
-                   "three-point needs a cathode, an anode and a shell thermometer; the record names none");
+                   "three-point needs a cathode, an anode and a shell thermometer, which the record does not name");
   }
   return Terms{data::gradient_term(points[0], points[1]), data::gradient_term(points[0], points[2]),
                data::gradient_term(points[1], points[2])};
@@ -54,7 +54,7 @@ Result<Terms> three_points(const data::Dataset& dataset) {
 
 Result<data::Term> first_temperature(const data::Dataset& dataset) {
   if (!dataset.gradients.empty()) return data::temperature_term(dataset.gradients.front());
-  return failure(FaultKind::usage, dataset.path, "there is no temperature: it has no gradient thermometer");
+  return failure(FaultKind::usage, dataset.path, "no temperature: the record has no gradient thermometer");
 }
 
 /// Returns the three-point terms and the temperature. Like multi-point-t, this separates the effect of the temperature
@@ -242,7 +242,8 @@ Result<ChosenInputs> choose_inputs(const InputPlan& plan, const data::TrainingSe
     chosen.terms = chosen.selection.terms;
   }
   chosen.terms.insert(chosen.terms.end(), plan.fixed.begin(), plan.fixed.end());
-  if (chosen.terms.empty()) return failure(FaultKind::usage, "inputs", "none is left: " + chosen.selection.statement);
+  if (chosen.terms.empty())
+    return failure(FaultKind::usage, "inputs", "no input is left: " + chosen.selection.statement);
   return chosen;
 }
 

@@ -43,7 +43,9 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
-      if (auto one_gyro = check_same_gyro(one, other, other.path, ": a model is of one"); !one_gyro) return one_gyro;
+      if (auto one_gyro = check_same_gyro(one, other, other.path, "; all records of a model must be of one gyro");
+          !one_gyro)
+        return one_gyro;
       if (auto one_zero = check_same_reference(one, other.bias_zero, other.path); !one_zero) return one_zero;
     }
   }
@@ -63,7 +65,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     const bool is_three_point = model.inputs.find("three-point") != std::string::npos;
     if (dataset.three_point_stand_in && is_three_point) {
       model.warnings.push_back(
-          fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
+          fmt::format("{}: no shell thermometer; {} is used instead", dataset.path, dataset.three_point.back()));
     }
   }
 }

@@ -143,10 +143,10 @@ std::vector<std::string> origin_warnings(const Model& model, const data::AxisCho
                                          std::string_view bias_zero) {
   std::vector<std::string> warnings;
   if (const auto* other = find_other_gyro(model, identity))
-    warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
+    warnings.push_back(fmt::format("the model belongs to another gyro: it was trained on {}, this record is of {}",
                                    other->identity, identity));
   if (const auto* other = find_other_axis(model, of))
-    warnings.push_back(fmt::format("the model is of another axis: it was trained on {}, this is {}",
+    warnings.push_back(fmt::format("the model belongs to another axis: it was trained on {}, this is {}",
                                    in_words(other->of), in_words(of)));
   const auto has_other_reference = [&](const TrainingRecord& record) {
     return !record.bias_zero.empty() && !bias_zero.empty() && record.bias_zero != bias_zero;

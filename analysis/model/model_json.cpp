@@ -18,11 +18,11 @@ constexpr double kLeastSane = 1e-30, kMostSane = 1e30;
 
 template <class T>
 InRange<T> sane(T& value) {
-  return {value, -kMostSane, kMostSane, false, "expected a number of a sane size"};
+  return {value, -kMostSane, kMostSane, false, "expected a number with magnitude at most 1e30"};
 }
 template <class T>
 InRange<T> sane_positive(T& value) {
-  return {value, kLeastSane, kMostSane, false, "expected a number above 0, of a sane size"};
+  return {value, kLeastSane, kMostSane, false, "expected a number from 1e-30 to 1e30"};
 }
 
 bool are_sane_positive(const auto& values) {
@@ -45,7 +45,8 @@ struct JsonVector {
     const std::vector<double> numbers = place.numbers();
     const auto wild = std::ranges::find_if(numbers, [](double number) { return !(std::abs(number) <= kMostSane); });
     if (wild != numbers.end())
-      place.elements()[static_cast<std::size_t>(wild - numbers.begin())].mistake("expected a number of a sane size");
+      place.elements()[static_cast<std::size_t>(wild - numbers.begin())].mistake(
+          "expected a number with magnitude at most 1e30");
     values = Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
   }
 };
@@ -159,9 +160,9 @@ void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion
   form.if_there("slope", expansion.slope.size() > 0, expansion.slope);
   form.expect("slope", expansion.slope.size() == 0 || expansion.slope.size() == inputs,
               "expected one number per input");
-  form.expect("lengths", are_sane_positive(expansion.lengths), "expected numbers above 0, of a sane size");
+  form.expect("lengths", are_sane_positive(expansion.lengths), "expected numbers from 1e-30 to 1e30");
   form.expect("lengths", expansion.lengths.size() == inputs, "expected one number per input");
-  form.expect("widths", are_sane_positive(expansion.widths), "expected numbers above 0, of a sane size");
+  form.expect("widths", are_sane_positive(expansion.widths), "expected numbers from 1e-30 to 1e30");
   form.expect("widths", expansion.widths.size() == expansion.centres.rows(), "expected one number per centre");
   form.expect("weights", expansion.weights.size() == expansion.centres.rows(), "expected one number per centre");
 }
@@ -185,7 +186,7 @@ void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& varia
   form("posterior", Rows{variance.posterior, inputs + count});
   form("root", Rows{variance.root, count});
   form.expect("lengths", variance.lengths.size() == inputs && are_sane_positive(variance.lengths),
-              "expected one number above 0 per input, of a sane size");
+              "expected one number per input, from 1e-30 to 1e30");
   form.expect("posterior", variance.posterior.rows() == inputs + count, "expected a square matrix");
   form.expect("root", variance.root.rows() == count && (variance.root.diagonal().array() > 0).all(),
               "expected a square matrix, its diagonal above 0");
@@ -258,7 +259,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form("program_version", model.program_version);
   form("inputs", model.inputs);
   form("method", model.method);
-  form.expect("method", may_be_named(model.method), "expected a method that is known");
+  form.expect("method", may_be_named(model.method), "expected a known method");
   form("quick", model.quick);
   form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
   auto inputs = to_inputs(model);
@@ -293,13 +294,13 @@ void describe(auto& form, Like<Model> auto& model) {
                        [&](auto& tuning) { describe_tuning(tuning, model); });
   form.if_there("residual_noise", model.residual_noise.has_value(), model.residual_noise);
   form.expect("residual_noise", !model.residual_noise || is_sane(*model.residual_noise),
-              "expected noises of a sane size");
+              "expected noise coefficients of at most 1e30 and an angle random walk of at least 1e-30");
   form.if_there("latency", model.latency.has_value(), model.latency);
   form.if_there("reduction", model.reduction.has_value(), model.reduction);
   form.if_there("uncertainty", model.uncertainty.has_value(), model.uncertainty);
   form.expect("uncertainty",
               !model.uncertainty || std::isfinite(combined(model.uncertainty->budget.rows).expanded_deg_per_h),
-              "expected a budget that adds up to a number");
+              "expected a budget with a finite combined uncertainty");
 }
 
 std::string to_json(const Model& model) { return gyrotherm::text_of(make_json(model), 1) + "\n"; }

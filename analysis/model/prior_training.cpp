@@ -66,7 +66,7 @@ Result<data::FoldPlan> plan_own_folds(const OwnClusters& own, const std::vector<
   if (plan || options.kind != data::FoldKind::automatic) return plan;
   data::Fold all;
   for (Eigen::Index row = 0; row < own.all.start_s.size(); ++row) all.held_out.push_back(row);
-  return data::FoldPlan{{std::move(all)}, "all at once, by the type alone"};
+  return data::FoldPlan{{std::move(all)}, "all held out together, predicted from the type only"};
 }
 
 /// Returns a plane in °/h: the target's mean is 0 and its STD 1.
@@ -88,7 +88,7 @@ methods::PredictiveVariance careful_variance(const population::TypePrior& prior,
 std::string describe_type(const population::TypePrior& prior) {
   constexpr double kSecondsInAnHour = 3600;
   return fmt::format(
-      "{}type \"{}\" of {} units ({}); of their bias {:.2g} °/h wander over {:.2g} h and {:.2g} °/h of a mean are "
+      "{}type \"{}\" of {} units ({}); {:.2g} °/h of their bias drifts over {:.2g} h, and {:.2g} °/h of a mean is "
       "noise",
       prior.simulated ? "SIMULATED: " : "", prior.type, prior.units.size(), fmt::join(prior.units, "; "),
       prior.noise.wander_deg_per_h, prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.white_deg_per_h);
@@ -194,9 +194,9 @@ void warn(Model& model, const population::TypePrior& prior, const std::vector<da
   }
   for (const data::Dataset& dataset : datasets) {
     if (was_learnt_from(prior, dataset)) {
-      model.warnings.push_back(
-          fmt::format("{}: the prior was learnt from this gyro{} too: its contribution counts twice", dataset.path,
-                      dataset.identity.empty() ? "" : fmt::format(" ({})", dataset.identity)));
+      model.warnings.push_back(fmt::format("{}: the prior was also learnt from this gyro{}; its data counts twice",
+                                           dataset.path,
+                                           dataset.identity.empty() ? "" : fmt::format(" ({})", dataset.identity)));
     }
     if (dataset.simulated != prior.simulated) {
       model.warnings.push_back(fmt::format("{}: the record is {}, the prior is {}", dataset.path,
@@ -224,7 +224,7 @@ Result<population::TypePrior> learn_prior(const data::Dataset& first,
   if (!plan) return failure(plan.error());
   if (!plan->candidates.empty()) {
     return failure(FaultKind::usage, "--inputs",
-                   fmt::format("\"{}\" selects inputs; those of a type are known beforehand", inputs));
+                   fmt::format("\"{}\" selects inputs by rule; list the inputs of a type explicitly", inputs));
   }
   return learn_type_prior(
       units, {.type = options.type,

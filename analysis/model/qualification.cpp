@@ -129,8 +129,8 @@ Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
   for (const data::RecordedRun& run : records) {
     if (std::ranges::count(run_ids, run.dataset.run_id) > 0)
       return failure(FaultKind::usage, run.dataset.path,
-                     "a further or later record must be neither the rate run nor the random run nor given twice");
-    if (auto one_gyro = check_same_gyro(run.dataset, rate, "the rate run"); !one_gyro) return one_gyro;
+                     "a further or later record must not be the ramp run or the random run, or be given twice");
+    if (auto one_gyro = check_same_gyro(run.dataset, rate, "the ramp run"); !one_gyro) return one_gyro;
     run_ids.push_back(run.dataset.run_id);
   }
   return {};
@@ -140,7 +140,7 @@ Result<void> check_programs(const std::string& rate_profile, const std::vector<d
   for (const data::RecordedRun& run : further)
     if (run.dataset.profile_name == rate_profile)
       return failure(FaultKind::usage, run.dataset.path,
-                     "a further record must be of another program than the rate run");
+                     "a further record must have another profile than the ramp run");
   return {};
 }
 

@@ -149,14 +149,14 @@ Result<data::SampleMatrix> clusters_in_lengths(const Model& model, const data::C
 }
 
 Result<void> check(const Model& model, const ReducedSetGoal& goal) {
-  if (model.reduction) return refusal("it has been reduced before: begin with the full model");
+  if (model.reduction) return refusal("the model is already reduced; start from the full model");
   if (goal.vectors.has_value() == goal.max_change_deg_per_h.has_value()) {
-    return refusal("expected either how many vectors to keep or how much a prediction may change");
+    return refusal("expected either a number of vectors or a maximum change of the prediction");
   }
   if (goal.vectors && *goal.vectors < 1)
-    return refusal(fmt::format("cannot keep {} vectors, expected 1 at least", *goal.vectors));
+    return refusal(fmt::format("cannot keep {} vectors, expected at least 1", *goal.vectors));
   if (goal.max_change_deg_per_h && !(*goal.max_change_deg_per_h > 0)) {
-    return refusal(fmt::format("a change of {} °/h, expected more than 0", *goal.max_change_deg_per_h));
+    return refusal(fmt::format("maximum change {} °/h, expected more than 0", *goal.max_change_deg_per_h));
   }
   return {};
 }

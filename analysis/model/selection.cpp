@@ -37,7 +37,7 @@ std::string make_statement(const Selection& selection, const std::vector<data::T
                                      are_all_gradients(candidates) ? "gradients" : "inputs", selection.threshold);
   const std::string what = fmt::format("{} (rank {})", join_names(selection.terms), selection.rank);
   if (!selection.fallback) return of + ": " + what;
-  return of + ", too few to choose from; those independent of the ones before are used: " + what;
+  return of + ", too few to choose from; the inputs independent of earlier ones are used: " + what;
 }
 
 /// Returns the candidates that do not depend linearly on earlier ones, for any temperatures.
@@ -193,10 +193,11 @@ Result<SelectionRule> parse_selection(std::string_view text) {
     rule.kind = SelectionKind::redundancy;
     if (!numbered || (read_number(number, rule.tolerance) && rule.tolerance > 0 && rule.tolerance < 1)) return rule;
   }
-  return failure(FaultKind::usage, "--select",
-                 fmt::format("\"{}\" is none of correlation[:R] with R from 0 to 1, forward[:N] with N at least 1, "
-                             "redundancy[:PART] with PART between 0 and 1",
-                             text));
+  return failure(
+      FaultKind::usage, "--select",
+      fmt::format("\"{}\" is not a rule, expected correlation[:R] with R from 0 to 1, forward[:N] with N at least 1 or "
+                  "redundancy[:PART] with PART between 0 and 1",
+                  text));
 }
 
 Selection select_by_correlation(const std::vector<data::Term>& candidates, const std::vector<double>& r,
@@ -257,7 +258,7 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
   for (const Eigen::Index column : kept) selection.terms.push_back(candidates[column]);
   selection.rank = polynomial_rank(selection.terms);
   selection.statement =
-      fmt::format("{} of {} inputs do not depend on the others to {:g} of their STD: {} (rank {})", kept.size(),
+      fmt::format("{} of {} inputs are independent by more than {:g} of their STD: {} (rank {})", kept.size(),
                   candidates.size(), tolerance, join_names(selection.terms), selection.rank);
   return selection;
 }
@@ -283,10 +284,10 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
   selection.rank = polynomial_rank(selection.terms);
   const double error = std::sqrt(kept > 0 ? path[kept - 1].trial.mean_square : start.mean_square);
   selection.statement = fmt::format(
-      "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has RMSE {:.4g} "
-      "°/h held out",
+      "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has a held-out "
+      "RMSE of {:.4g} °/h",
       kept, candidates.size(), join_names(selection.terms), selection.rank,
-      fixed.empty() ? "them" : "them and the inputs always taken", error);
+      fixed.empty() ? "them" : "them and the fixed inputs", error);
   return selection;
 }
 

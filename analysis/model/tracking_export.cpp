@@ -162,7 +162,8 @@ Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::
   const tracking::StateSpace space = state_space(noise, seconds);
   const KnownTracking known = known_tracking(space, seconds);
   if (!all_finite(space, known))
-    return failure(FaultKind::usage, "C export", "a filter of this noise has constants that are not finite");
+    return failure(FaultKind::usage, "C export",
+                   "a bias tracking filter with this noise has a constant that is not finite");
   constexpr double kPart = 1e-12;
   const double scale = std::sqrt(space.start.sum() + space.white);
   const auto short_form = [](double value) { return fmt::format("{:.3g}", value); };

@@ -181,8 +181,8 @@ Result<void> plan_training(TrainingContext& context, const std::vector<data::Clu
   if (remaining == held_out) return {};
   return failure(
       FaultKind::usage, "--folds",
-      fmt::format("{}: of the clusters with a value of every input some have none beside them to be predicted "
-                  "by; --folds blocks divides them evenly",
+      fmt::format("{}: some clusters with all inputs are in a fold that leaves no training clusters; use --folds "
+                  "blocks, which divides the clusters evenly",
                   context.training_set.folds.statement));
 }
 
@@ -360,8 +360,8 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
       Fault fault = preparation.error();
       if (fault.kind == FaultKind::usage)
         fault.what += fmt::format(
-            ", of those that are learnt from without fold {} of {} ({}); expected other --folds, or "
-            "--inputs without it",
+            " (training without fold {} of {}, {}); choose other --folds, or remove the input from "
+            "--inputs",
             fold + 1, folds, training_set.folds.statement);
       return failure(std::move(fault));
     }

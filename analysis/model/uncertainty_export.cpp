@@ -60,7 +60,7 @@ Result<CPart> uncertainty_in_c(const Model& model, std::string_view name) {
   const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, rows_in_cluster(model)).rows;
   const CombinedUncertainty all = combined(rows);
   if (!std::isfinite(all.expanded_deg_per_h))
-    return failure(FaultKind::usage, "C export", "the model's budget does not add up to a finite number");
+    return failure(FaultKind::usage, "C export", "the combined uncertainty of the model is not finite");
   std::string contributions;
   for (const BudgetRow& row : rows) contributions += c_line(row);
   const CPlaceholders placeholders = {{"name", std::string(name)},

@@ -105,9 +105,9 @@ OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged
 }
 
 const char* describe_policy(Outside policy) {
-  constexpr const char* kDone[] = {"the plane continues there, all else is held at the range's end, and U is wider",
-                                   "such clusters are not compensated and are excluded from the results",
-                                   "the model is used there as it is"};
+  constexpr const char* kDone[] = {
+      "the plane is extrapolated, the other parts are evaluated at the range limit, and U is larger",
+      "these clusters are not compensated and are excluded from the results", "the whole model is extrapolated"};
   return kDone[static_cast<std::size_t>(policy)];
 }
 
@@ -115,7 +115,8 @@ const char* describe_policy(Outside policy) {
 /// counts those of them with an input outside the trained range.
 const char* no_result_reason(std::size_t known, std::size_t outside) {
   if (known == 0) return "no cluster has all inputs of the model (a rate needs the previous cluster)";
-  if (outside == known) return "all clusters with all inputs have an input outside the trained range: refused";
+  if (outside == known)
+    return "every cluster with all inputs has one outside the trained range, and the model refuses it";
   return "the model predicts no finite bias";
 }
 
@@ -144,7 +145,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
   if (dataset.has_own_reference) {
     warnings.push_back(
         "the bias reference is computed from this record, " + dataset.bias_zero +
-        ": its mean, RMSE and maximum do not contain a constant error; its STD does not depend on the reference");
+        ": mean, RMSE and maximum of the residual exclude a constant error; its STD does not depend on the reference");
   }
   if (jumps_by_turning(dataset, clusters)) {
     warnings.push_back(
@@ -275,7 +276,8 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
                              const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
   constexpr double kOff = 0.01;
   if (std::abs(data::sample_interval_s(dataset) - 1) > kOff)
-    return failure(FaultKind::usage, dataset.path, "the rows are not at intervals of one second: no streaming");
+    return failure(FaultKind::usage, dataset.path,
+                   "the rows are not at intervals of one second, which streaming requires");
   auto stream = CompensationStream::open(model, dataset.thermometers, outside);
   if (!stream) return failure(stream.error());
   const data::SampleMatrix temperatures = dataset.temperature_c;
@@ -295,8 +297,7 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
 std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
                                            const data::Figures& raw) {
   if (left.count <= 1 || left.std < raw.std) return std::nullopt;
-  return fmt::format("no better than no model: {} std {:.5g} °/h, and the raw bias has {:.5g} °/h", leaves, left.std,
-                     raw.std);
+  return fmt::format("no better than no model: {} std {:.5g} °/h, raw bias std {:.5g} °/h", leaves, left.std, raw.std);
 }
 
 std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {

@@ -450,11 +450,11 @@ TEST(FusedAxes, AreNotOfTheModelOfAnotherAxisAndSayWhereOneIsOfAnotherGyro) {
   ASSERT_TRUE(other) << text(other.error());
   ASSERT_EQ(other->warnings.size(), 1u);
   EXPECT_EQ(other->warnings[0],
-            "triad.y: the model is of another gyro: it was trained on 0043, this record is of 0042");
+            "triad.y: the model belongs to another gyro: it was trained on 0043, this record is of 0042");
   axes[2].model.trained_on[0].of.axis = "x";
   const auto refused = fused_axes(axes);
   ASSERT_FALSE(refused);
-  EXPECT_NE(text(refused.error()).find("axis triad.z: its model is of another axis: it was trained on triad.x"),
+  EXPECT_NE(text(refused.error()).find("axis triad.z: its model belongs to another axis: it was trained on triad.x"),
             std::string::npos)
       << text(refused.error());
 }

@@ -146,7 +146,7 @@ TEST_F(TypePriorTraining, RunsStayApartInEveryFold) {
 TEST_F(TypePriorTraining, WhatIsTooShortForFoldsIsPredictedByTheTypeAlone) {
   const auto model = trained_on(2);
   ASSERT_TRUE(model) << text(model.error());
-  EXPECT_EQ(model->folds, "all at once, by the type alone");
+  EXPECT_EQ(model->folds, "all held out together, predicted from the type only");
   const data::Clusters two = beginning(clusters_, 2);
   const Eigen::VectorXd by_type = population::predict(prior_, *population::learn_unit(prior_, {}), two)->bias_deg_per_h;
   EXPECT_LT((two.bias_deg_per_h - by_type - model->leave_cycle_out_residual).norm(), 1e-9);

@@ -118,7 +118,8 @@ TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
   EXPECT_EQ(model->terms, (std::vector<data::Term>{data::gradient_term("A", "D"), data::gradient_term("A", "G"),
                                                    data::gradient_term("D", "G")}));
   const auto says_it = [](const Model& trained) {
-    return std::ranges::any_of(trained.warnings, [](const std::string& w) { return w.find("stands in") != w.npos; });
+    return std::ranges::any_of(trained.warnings,
+                               [](const std::string& w) { return w.find("is used instead") != w.npos; });
   };
   EXPECT_TRUE(says_it(*model));
   for (const char* also : {"three-point-t", "A,three-point"}) {

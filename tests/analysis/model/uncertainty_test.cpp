@@ -323,9 +323,9 @@ TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
   using Remarks = std::vector<std::string>;
-  EXPECT_EQ(remarks(row(model, Source::model_form)), Remarks{"its only power-on held out"}) << "and nothing chosen";
+  EXPECT_EQ(remarks(row(model, Source::model_form)), Remarks{"only power-on held out"}) << "and nothing chosen";
   model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, model_.leave_cycle_out_residual, true});
-  EXPECT_EQ(remarks(row(model, Source::model_form)), (Remarks{"chosen on these folds", "its only power-on held out"}));
+  EXPECT_EQ(remarks(row(model, Source::model_form)), (Remarks{"chosen on these folds", "only power-on held out"}));
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_TRUE(row(*back, Source::model_form).chosen_on_these_folds);

@@ -163,7 +163,7 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
   EXPECT_EQ(result.outside.clusters, 3);
   EXPECT_TRUE(result.outside.farthest_term.starts_with("A-")) << result.outside.farthest_term;
   EXPECT_GT(result.outside.farthest, 1) << "30 °C of a few";
-  EXPECT_TRUE(says(result, "the plane continues there"));
+  EXPECT_TRUE(says(result, "the plane is extrapolated"));
 }
 
 TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
@@ -180,7 +180,7 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
   EXPECT_TRUE(std::isnan(refused.residual_deg_per_h(0)));
   EXPECT_EQ(refused.raw.count, continued.raw.count);
   EXPECT_TRUE(says(refused, "excluded from the results"));
-  EXPECT_TRUE(says(extrapolated, "used there as it is"));
+  EXPECT_TRUE(says(extrapolated, "whole model is extrapolated"));
 }
 
 TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
@@ -189,7 +189,8 @@ TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
   const auto result = verify(model_, dataset, *make_clusters(dataset), Outside::refuse);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, FaultKind::usage);
-  EXPECT_EQ(result.error().what, "all clusters with all inputs have an input outside the trained range: refused");
+  EXPECT_EQ(result.error().what,
+            "every cluster with all inputs has one outside the trained range, and the model refuses it");
 }
 
 TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMissing) {
@@ -356,7 +357,7 @@ TEST(Gain, IsMissingWhereTheStdIsNotBelowTheRawBias) {
   EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "one mean has no STD";
   EXPECT_TRUE(no_gain_warning("compensated", {.std = 0.5, .count = 2}, raw));
   EXPECT_EQ(*no_gain_warning("compensated", {.std = 0.6, .count = 100}, raw),
-            "no better than no model: compensated std 0.6 °/h, and the raw bias has 0.5 °/h");
+            "no better than no model: compensated std 0.6 °/h, raw bias std 0.5 °/h");
 }
 
 TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {

@@ -166,7 +166,7 @@ TEST_F(Fuse, WarnsWhenModelIsOfAnotherGyro) {
   const std::string other = in("other.json");
   const auto made = shell("sed 's/seed 3/seed 4/' " + in("tetrad/a/model-multi-point-t.json") + " > " + other);
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  const std::string warning = "tetrad.a: the model is of another gyro: it was trained on V-0201, seed 4";
+  const std::string warning = "tetrad.a: the model belongs to another gyro: it was trained on V-0201, seed 4";
   const std::string options = models() + " --model tetrad.a=" + other;
   const auto said = fuse(options + " --report " + in("other"));
   ASSERT_EQ(said.exit_code, 0) << said.err;

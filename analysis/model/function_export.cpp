@@ -12,7 +12,7 @@ namespace gyrotherm::model {
 namespace {
 
 // The rounding errors of a sum are accumulated separately (compensated summation), since weights of thousands cancel.
-constexpr const char* kAdd = R"(/* Adds a term; the rounding error is added to rest. */
+constexpr const char* kAdd = R"(/* Returns sum + term; adds the rounding error to rest. */
 static double added(double sum, double term, double *rest) {
   const double next = sum + term;
   const double back = next - sum;

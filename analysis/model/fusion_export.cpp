@@ -16,8 +16,8 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kFusionHeader =
-    R"(/* The rate vector of @axes@ gyros on one fixture, by generalised least squares, and whether they contradict
-   each other. In this order: @order@. */
+    R"(/* Computes the rate vector of @axes@ gyros on one fixture by generalised least squares and detects
+   contradictions between them. Order of the gyros: @order@. */
 #ifndef @name@_H
 #define @name@_H
 
@@ -35,8 +35,8 @@ extern "C" {
 /* Covariance of the rate vector, (deg/h)^2, for the stated uncertainty of the readings. */
 extern const double @name@_covariance[3][3];
 
-/* The rate vector in the axes of the fixture, from one compensated reading per axis, both in deg/h; and the sum of the
-   squares of the parity vector. */
+/* Computes the rate vector in the axes of the fixture from one compensated reading per axis, both in deg/h, and the
+   squared norm of the parity vector (statistic). */
 int @name@_fuse(const double reading[@name@_AXES], double rate[3], double *statistic);
 
 @parity_declarations@/* Fuses known readings. Returns 0 if all results are as expected, else 1. */
@@ -51,15 +51,15 @@ int @name@_self_test(void);
 
 constexpr const char* kParityNumbers =
     R"(#define @name@_PARITIES @parities@ /* components of the parity vector */
-#define @name@_LIMIT @limit@ /* of the sum of their squares; exceeded by chance with a probability of @probability@ */
+#define @name@_LIMIT @limit@ /* limit of their squared norm; false-alarm probability @probability@ */
 )";
 
 constexpr const char* kParityDeclarations =
-    R"(/* The axis whose fault explains the contradiction of these readings, and its bias in deg/h; -1 and 0 if there is
-   no contradiction, if no axis explains it alone, or if another explains it nearly as well. */
+    R"(/* Returns the axis whose fault explains the contradiction of these readings, and its bias in deg/h. Returns -1 and
+   bias 0 without a contradiction, if no single axis explains it, or if another axis explains it nearly as well. */
 int @name@_suspect(const double reading[@name@_AXES], double *bias);
 
-/* As @name@_fuse, without one axis, counted from 0, whose reading may be anything that is finite. */
+/* Fuses like @name@_fuse, but without the axis of this index (from 0). Its reading must be finite but is ignored. */
 int @name@_fuse_without(const double reading[@name@_AXES], int axis, double rate[3]);
 
 )";
@@ -70,7 +70,7 @@ constexpr const char* kFusionSource = R"(#include "@name@.h"
 #include <math.h>
 
 #if DBL_MANT_DIG < 53
-#error "@name@ needs a double of 64 bits: with fewer, as AVR has, its predictions do not pass its self-test"
+#error "@name@ needs a 64-bit double; with a shorter double, as on AVR, the self-test fails"
 #endif
 
 static const double gain[3][@name@_AXES] = {@gain@};
@@ -111,7 +111,7 @@ int @name@_self_test(void) {
 )";
 
 constexpr const char* kParityConstants = R"(static const double parity[@name@_PARITIES][@name@_AXES] = {@parity@};
-static const double square[@name@_AXES] = {@squares@}; /* of the columns of parity; 0: alone */
+static const double square[@name@_AXES] = {@squares@}; /* squared norm of each parity column; 0: no redundancy */
 )";
 
 constexpr const char* kParityFunctions =

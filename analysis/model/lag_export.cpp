@@ -10,12 +10,12 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr const char* kLagsNumber = R"(#define @name@_LAGS @lags@
+constexpr const char* kLagCount = R"(#define @name@_LAGS @lags@
 )";
 
 constexpr const char* kLagRing =
-    R"(  double followed[@name@_SECONDS][@name@_LAGS];          /* temperature of each lagging body, ring */
-  int steps[@name@_SECONDS][@name@_LAGS];                /* steps since its last value; 0: none */
+    R"(  double followed[@name@_SECONDS][@name@_LAGS];          /* temperature of each lagging body, as a ring */
+  int steps[@name@_SECONDS][@name@_LAGS];                /* steps since its last value; 0: no value yet */
 )";
 
 constexpr const char* kLagStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) {
@@ -27,7 +27,7 @@ constexpr const char* kLagStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) 
 )";
 
 constexpr const char* kLagsOf = R"(
-/* Each lag: its thermometer and its time constant in seconds. */
+/* Thermometer and time constant (s) of each lag. */
 static const int lag_follows[@name@_LAGS] = {@follows@};
 static const double time_constant[@name@_LAGS] = {@time_constants@};
 
@@ -72,7 +72,7 @@ CPlaceholders lag_placeholders(const Model& model, std::string_view name,
                           {"follows", fmt::format("{}", fmt::join(follows, ", "))},
                           {"time_constants", fmt::format("{}", fmt::join(time_constants, ", "))}};
   CPlaceholders placeholders{
-      {"lags_number", c_fill(kLagsNumber, own)},
+      {"lag_count", c_fill(kLagCount, own)},
       {"lag_order", "\n   lag_k: lag of a body behind the thermometer that it follows with a time constant, K: " +
                         c_comment(fmt::format("{}", fmt::join(order, ", "))) + "."},
       {"lag_parameter", fmt::format("const double lag_k[{}_LAGS], ", name)},

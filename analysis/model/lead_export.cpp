@@ -9,7 +9,7 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr const char* kTold =
+constexpr const char* kPastBiases =
     R"(  double past_bias[@name@_SECONDS];                     /* predictions of the last seconds, as a ring */
   int has_past[@name@_SECONDS];
 )";
@@ -44,7 +44,7 @@ CPlaceholders lead_placeholders(const Model& model, std::string_view name) {
   const CPlaceholders own{{"name", std::string(name)}};
   const auto if_led = [&](const char* text) { return is_led(model) ? c_fill(text, own) : std::string(); };
   return {{"latency", latency_in_c(model, name)},
-          {"told", if_led(kTold)},
+          {"past_biases", if_led(kPastBiases)},
           {"lead", if_led(kLead)},
           {"lead_start", if_led(kLeadStart)}};
 }

@@ -26,14 +26,14 @@ extern "C" {
 
 #define @name@_THERMOMETERS @thermometers@
 #define @name@_SECONDS @seconds@
-@lags_number@
+@lag_count@
 /* Return value of each function: 0, or a sum of these. */
 #define @name@_OUTSIDE 1 /* an input was outside the trained range: the linear part continues, the rest is bounded */
 #define @name@_MISSING 2 /* a reading was not finite: no prediction, the bias is 0 */
 #define @name@_NOT_YET 4 /* too few readings so far: no prediction, the bias is 0 */
 
 /* Predicts the bias at these temperatures, in degrees per hour. Subtract it from the rate of the gyro. mean_c: means
-   of the thermometers over the last @name@_SECONDS seconds; before_c: means over the same time before@before@.
+   of the thermometers over the last @name@_SECONDS seconds; before_c: means over the same time before that@before@.
    Both are in degrees Celsius, in this order: @order@.@lag_order@ */
 int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before_c[@name@_THERMOMETERS],
     @lag_parameter@double *bias_deg_per_h);
@@ -44,10 +44,10 @@ double @name@_excess(const double mean_c[@name@_THERMOMETERS],
 
 /* Predicts from one reading per second. The stream contains the whole state of a gyro; @latency@ */
 typedef struct {
-  double block[@name@_SECONDS][@name@_THERMOMETERS];    /* the readings of this block of seconds */
-  double ends[@name@_SECONDS + 1][@name@_THERMOMETERS]; /* sums of the block before, from each second to its end */
+  double block[@name@_SECONDS][@name@_THERMOMETERS];    /* readings of this block of seconds */
+  double ends[@name@_SECONDS + 1][@name@_THERMOMETERS]; /* sums of the previous block, from each second to its end */
   double begun[@name@_THERMOMETERS];                    /* sum of this block so far */
-@past@@told@@lag_ring@  int at;                                               /* seconds in this block */
+@past@@past_biases@@lag_ring@  int at;                                               /* seconds in this block */
   int known;                                            /* seconds so far, at most the number needed */
   double excess;                                        /* excess of the last predicted second */
 } @name@_stream;
@@ -70,7 +70,7 @@ constexpr const char* kSource = R"(#include "@name@.h"
 #include <float.h>
 #include <math.h>
 #if DBL_MANT_DIG < 53
-#error "@name@ needs a double of 64 bits: with fewer, as AVR has, its predictions do not pass its self-test"
+#error "@name@ needs a 64-bit double; with a shorter double, as on AVR, the self-test fails"
 #endif
 
 #define INPUTS @inputs@

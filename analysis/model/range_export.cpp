@@ -13,8 +13,8 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kBounding = R"(
-/* Moves the inputs towards their means, all by the same share, until each is in its range; products are computed again.
-   Factors of a product are numbers of inputs, -1 for none. */
+/* Moves all inputs towards their means by the same fraction until each is in its range; recomputes products.
+   factors: indices of the inputs that a product multiplies; -1: no factor. */
 static void bound(double x[]) {
 @factors@  double share = 1.0;
   for (int k = 0; k < INPUTS; ++k) {

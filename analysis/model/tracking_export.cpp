@@ -17,30 +17,30 @@ namespace {
 constexpr const char* kDeclarations =
     R"(/* Tracks the residual bias by a Kalman filter while the gyro is known to be at rest.
    Noise parameters of the residual: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h,
-   rate random walk @K@ deg/h/sqrt(h), at the start +-@start@ deg/h. Its gain settles at @gain@.
+   rate random walk @K@ deg/h/sqrt(h), initial standard deviation @start@ deg/h. The filter gain settles at @gain@.
    The tracker contains the whole state. */
 #define @name@_STATES @states@
 typedef struct {
-  double state[@name@_STATES];                      /* parts of the bias: a random walk, Markov processes */
+  double state[@name@_STATES];                      /* components of the bias: a random walk, Markov processes */
   double covariance[@name@_STATES][@name@_STATES]; /* covariance of their errors */
-  double sum;                                       /* of the rates in this block of seconds */
+  double sum;                                       /* sum of the rates in this block of seconds */
   double left;                                      /* the predicted bias in this block */
-  int seconds;                                      /* in this block */
-  int rests;                                        /* in all of them so far */
-  int begun;                                        /* a block has passed */
+  int seconds;                                      /* seconds in this block so far */
+  int rests;                                        /* 1 if the gyro was at rest in all of them */
+  int begun;                                        /* 1 after the first block */
 } @name@_tracker;
 
 void @name@_track_start(@name@_tracker *tracker);
 
-/* Once a second. rate_deg_per_h: the gyro's, less Earth's and less the bias that @name@_push gave. at_rest: not 0 if
-   the gyro stands still and that rate is known. Returns the bias that is left, to be subtracted too: by the blocks of
-   @name@_SECONDS before this one, so that it takes nothing of a rotation away. */
+/* Call once a second. rate_deg_per_h: rate of the gyro minus the Earth rate and the bias predicted by @name@_push.
+   at_rest: not 0 if the gyro is at rest and this rate is valid. Returns the residual bias, to be subtracted as well.
+   It is estimated only from earlier blocks of @name@_SECONDS, so a rotation in this block does not affect it. */
 double @name@_track(@name@_tracker *tracker, double rate_deg_per_h, int at_rest);
 
 )";
 
 constexpr const char* kDefinitions =
-    R"(/* Of each state: what a block leaves of it, the variance that a block adds, and that of the start. */
+    R"(/* For each state: the fraction that remains after a block, the variance that a block adds, the initial variance. */
 static const double memory[@name@_STATES] = {@memory@};
 static const double fresh[@name@_STATES] = {@fresh@};
 static const double initial[@name@_STATES] = {@initial@};
@@ -66,7 +66,7 @@ static void pass_block(@name@_tracker *tracker) {
   }
 }
 
-/* The covariance in the form of Joseph, which stays symmetric and positive. */
+/* Updates the covariance in Joseph form, which keeps it symmetric and positive. */
 static void learn_mean(@name@_tracker *tracker, double mean) {
   double reach[@name@_STATES], gain[@name@_STATES], variance = white, innovation = mean;
   for (int i = 0; i < @name@_STATES; ++i) {
@@ -105,7 +105,7 @@ double @name@_track(@name@_tracker *tracker, double rate_deg_per_h, int at_rest)
   return left;
 }
 
-/* Rates of a few blocks, which of them were at rest, and what is said after each. */
+/* Rates of a few blocks, whether each was at rest, and the expected residual bias after each. */
 static const double test_rate[] = {@rates@};
 static const int test_rest[] = {@rests@};
 static const double test_left[] = {@lefts@};

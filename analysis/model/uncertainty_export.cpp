@@ -16,9 +16,9 @@ namespace {
 
 constexpr const char* kUncertaintyDeclarations =
     R"(/* The expanded uncertainty U, in degrees per hour, of a mean of compensated bias over @name@_SECONDS seconds,
-   inside the trained range: @coverage@ % of errors lie within it, k = @k@. It is the same at any temperature. */
+   inside the trained range: @coverage@ % of errors are within U, k = @k@. U does not depend on the temperature. */
 double @name@_uncertainty(void);
-/* The same outside the range, where it is wider: excess is what @name@_excess() returns. */
+/* U with an input outside the trained range, where it is larger. excess: result of @name@_excess(). */
 double @name@_uncertainty_outside(double excess);
 
 )";
@@ -29,7 +29,7 @@ static const double contribution[] = {
 
 double @name@_uncertainty(void) { return @expanded@; }
 
-/* An error of the model's form that is a straight line over the range goes on beyond its end. */
+/* Assumes that the model form error is linear in the input and continues outside the range. */
 double @name@_uncertainty_outside(double excess) {
   const double square = @standard@ * @standard@ + 3.0 * ((1.0 + 2.0 * excess) * (1.0 + 2.0 * excess) - 1.0) * @form@;
   return excess > 0.0 ? @k@ * sqrt(square) : @name@_uncertainty();

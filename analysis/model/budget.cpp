@@ -12,36 +12,36 @@ namespace gyrotherm::model {
 namespace {
 
 /// Growth of the standard uncertainty of a mean with the averaging time τ: constant, 1/√τ, 1/τ or √τ.
-enum class WithTime { stays, falls, falls_fast, grows };
+enum class TimeScaling { constant, inverse_root, inverse, root };
 
 struct SourceInfo {
   const char* name;
   const char* unit;
   Differs differs;
-  WithTime with_time;
+  TimeScaling scaling;
 };
 
 /// One row per Source, in the order of the enumeration.
 constexpr std::array<SourceInfo, 19> kSources{
-    {{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
-     {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
-     {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
-     {"counting of pulses", "°/h", Differs::within_a_run, WithTime::falls_fast},
-     {"thermometer noise", "°/h", Differs::within_a_run, WithTime::falls},
-     {"model form", "°/h", Differs::within_a_run, WithTime::stays},
-     {"coefficients", "°/h", Differs::within_a_run, WithTime::stays},
-     {"hysteresis", "°/h", Differs::within_a_run, WithTime::stays},
-     {"turn-on", "°/h", Differs::between_runs, WithTime::stays},
-     {"thermometer drift", "K", Differs::between_runs, WithTime::stays},
-     {"input drift", "1", Differs::between_runs, WithTime::stays},
-     {"thermometer calibration", "K", Differs::never, WithTime::stays},
-     {"latitude", "°", Differs::never, WithTime::stays},
-     {"azimuth", "°", Differs::never, WithTime::stays},
-     {"tilt", "°", Differs::never, WithTime::stays},
-     {"fixture elevation", "°", Differs::never, WithTime::stays},
-     {"fixture roll", "°", Differs::never, WithTime::stays},
-     {"axis direction", "°", Differs::never, WithTime::stays},
-     {"scale factor", "ppm", Differs::never, WithTime::stays}}};
+    {{"angle random walk", "°/h", Differs::within_a_run, TimeScaling::inverse_root},
+     {"flicker", "°/h", Differs::within_a_run, TimeScaling::constant},
+     {"rate random walk", "°/h", Differs::within_a_run, TimeScaling::root},
+     {"counting of pulses", "°/h", Differs::within_a_run, TimeScaling::inverse},
+     {"thermometer noise", "°/h", Differs::within_a_run, TimeScaling::inverse_root},
+     {"model form", "°/h", Differs::within_a_run, TimeScaling::constant},
+     {"coefficients", "°/h", Differs::within_a_run, TimeScaling::constant},
+     {"hysteresis", "°/h", Differs::within_a_run, TimeScaling::constant},
+     {"turn-on", "°/h", Differs::between_runs, TimeScaling::constant},
+     {"thermometer drift", "K", Differs::between_runs, TimeScaling::constant},
+     {"input drift", "1", Differs::between_runs, TimeScaling::constant},
+     {"thermometer calibration", "K", Differs::never, TimeScaling::constant},
+     {"latitude", "°", Differs::never, TimeScaling::constant},
+     {"azimuth", "°", Differs::never, TimeScaling::constant},
+     {"tilt", "°", Differs::never, TimeScaling::constant},
+     {"fixture elevation", "°", Differs::never, TimeScaling::constant},
+     {"fixture roll", "°", Differs::never, TimeScaling::constant},
+     {"axis direction", "°", Differs::never, TimeScaling::constant},
+     {"scale factor", "ppm", Differs::never, TimeScaling::constant}}};
 
 const SourceInfo& source_info(Source source) { return kSources[static_cast<std::size_t>(source)]; }
 
@@ -118,10 +118,10 @@ std::vector<BudgetRow> differing_rows(const std::vector<BudgetRow>& rows) {
 Budget at_averaging(Budget budget, double averaging_s) {
   const double ratio = averaging_s / budget.averaging_s, root = std::sqrt(ratio);
   for (BudgetRow& row : budget.rows) {
-    const WithTime with_time = source_info(row.source).with_time;
-    if (with_time == WithTime::falls) row.standard_uncertainty /= root;
-    if (with_time == WithTime::falls_fast) row.standard_uncertainty /= ratio;
-    if (with_time == WithTime::grows) row.standard_uncertainty *= root;
+    const TimeScaling scaling = source_info(row.source).scaling;
+    if (scaling == TimeScaling::inverse_root) row.standard_uncertainty /= root;
+    if (scaling == TimeScaling::inverse) row.standard_uncertainty /= ratio;
+    if (scaling == TimeScaling::root) row.standard_uncertainty *= root;
   }
   budget.averaging_s = averaging_s;
   return budget;

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kWidth = 100;
 
 /// Returns the values between braces, on as many lines as needed.
-std::string braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view indent) {
+std::string format_braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view indent) {
   std::string text = "{";
   std::size_t line = indent.size() + 1;
   for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -82,14 +82,14 @@ std::string c_list(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_
 }
 
 std::string c_vector(std::string_view name, const Eigen::Ref<const Eigen::VectorXd>& values) {
-  return fmt::format("static const double {}[{}] = {};\n", name, values.size(), braced(values, "  "));
+  return fmt::format("static const double {}[{}] = {};\n", name, values.size(), format_braced(values, "  "));
 }
 
 std::string c_table(std::string_view name, const Eigen::Ref<const data::SampleMatrix>& values) {
   std::string text = fmt::format("static const double {}[{}][{}] = {{\n", name, values.rows(), values.cols());
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     const Eigen::VectorXd row = values.row(i);
-    text += "  " + braced(row, "   ") + (i + 1 < values.rows() ? ",\n" : "\n");
+    text += "  " + format_braced(row, "   ") + (i + 1 < values.rows() ? ",\n" : "\n");
   }
   return text + "};\n";
 }

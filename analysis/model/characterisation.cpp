@@ -26,7 +26,8 @@ using RowNumbers = std::vector<Eigen::Index>;
 /// Longest correlation time of a thermal model's residuals: about twice the slowest time constant (46 min) of the gyro
 /// in the reference simulation.
 constexpr double kMemorySeconds = 5400;
-constexpr double kSpanK = 10;
+/// Width of a temperature bin of the hysteresis loop.
+constexpr double kHysteresisBinK = 10;
 constexpr double kMovingKPerMin = 0.1;
 /// Greatest difference between set points that are treated as equal. It covers the resolution and rounding of a
 /// chamber's controller. Pooling set points over 0.5 K would add the temperature slope to the scatter.
@@ -106,7 +107,7 @@ RowNumbers clusters_in_last_hour(const data::Clusters& clusters, int segment) {
   return rows;
 }
 
-double seconds_in(const data::Clusters& clusters, int segment) {
+double segment_seconds(const data::Clusters& clusters, int segment) {
   return clusters.length_s * static_cast<double>((clusters.segment.array() == segment).count());
 }
 
@@ -115,7 +116,7 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
   for (std::size_t s = 0; s < subject.dataset.segments.size(); ++s) {
     const auto segment = static_cast<int>(s);
     const auto& [name, hold, target, rate, cycle, prompt, unit] = subject.dataset.segments[s];
-    if (!hold || unit.off || seconds_in(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
+    if (!hold || unit.off || segment_seconds(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
     const RowNumbers rows = clusters_in_last_hour(subject.clusters, segment);
     if (static_cast<int>(rows.size()) < kFewestClusters) continue;
     all.push_back({.segment = segment,
@@ -169,8 +170,8 @@ Measured regression_coefficient(const Subject& subject, const Eigen::VectorXd& i
   all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, subject.turned, bias;
   const RowNumbers rows = data::finite_rows(all);
   constexpr Eigen::Index kInput = 2, kTurned = 3, kBias = 4;
-  const auto both = [&] { return all(rows, kTurned).minCoeff() < all(rows, kTurned).maxCoeff(); };
-  const Eigen::Index columns = !rows.empty() && both() ? kBias : kTurned;
+  const auto has_both_positions = [&] { return all(rows, kTurned).minCoeff() < all(rows, kTurned).maxCoeff(); };
+  const Eigen::Index columns = !rows.empty() && has_both_positions() ? kBias : kTurned;
   if (static_cast<Eigen::Index>(rows.size()) <= 2 * columns) return {};
   const Eigen::MatrixXd x = all(rows, Eigen::seqN(0, columns));
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x);
@@ -183,7 +184,7 @@ Measured regression_coefficient(const Subject& subject, const Eigen::VectorXd& i
 }
 
 /// Returns the raw bias minus its mean in each position, because the positions differ by the residual Earth rate.
-Eigen::VectorXd bias_within_positions(const Subject& subject) {
+Eigen::VectorXd subtract_position_means(const Subject& subject) {
   Eigen::VectorXd bias = subject.clusters.bias_deg_per_h;
   for (const double position : {0.0, 1.0}) {
     RowNumbers rows;
@@ -197,7 +198,7 @@ Eigen::VectorXd bias_within_positions(const Subject& subject) {
 /// Returns the pair of thermometers whose difference has the greatest correlation with the raw bias.
 std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject) {
   data::Clusters clusters = subject.clusters;
-  clusters.bias_deg_per_h = bias_within_positions(subject);
+  clusters.bias_deg_per_h = subtract_position_means(subject);
   const data::Correlation correlation = correlate(clusters, subject.dataset.gradients);
   Eigen::Index i = 0, j = 0;
   if (correlation.gradient.size() == 0 || !(correlation.gradient.cwiseAbs().maxCoeff(&i, &j) > 0)) return {};
@@ -238,14 +239,15 @@ std::vector<HysteresisPoint> hysteresis_loop(const Subject& subject) {
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
     const double rate = subject.rate_k_per_min(k);
     if (!(std::abs(rate) > kMovingKPerMin) || !std::isfinite(subject.temperature_c(k))) continue;
-    auto& span = spans[{static_cast<int>(std::lround(subject.temperature_c(k) / kSpanK)), subject.turned(k) > 0}];
+    auto& span =
+        spans[{static_cast<int>(std::lround(subject.temperature_c(k) / kHysteresisBinK)), subject.turned(k) > 0}];
     (rate > 0 ? span.first : span.second).push_back(k);
   }
   std::vector<HysteresisPoint> loop;
   for (const auto& [at, span] : spans) {
     const RowNumbers &heating = span.first, &cooling = span.second;
     if (std::min(heating.size(), cooling.size()) < static_cast<std::size_t>(kFewestClusters)) continue;
-    loop.push_back({.temperature_c = at.first * kSpanK,
+    loop.push_back({.temperature_c = at.first * kHysteresisBinK,
                     .heating = static_cast<int>(heating.size()),
                     .cooling = static_cast<int>(cooling.size()),
                     .width = before_and_after(
@@ -290,7 +292,7 @@ void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& ho
   (warm_up.seconds.*which).value = seconds;
 }
 
-WarmUp warm_up_in(const Subject& subject, const StabilisedBias& start, double floor_deg_per_h) {
+WarmUp evaluate_warm_up(const Subject& subject, const StabilisedBias& start, double floor_deg_per_h) {
   const RowNumbers hold = clusters_inside(subject.clusters, start.segment);
   WarmUp warm_up{.segment = start.segment, .set_point_c = start.set_point_c, .within = {}, .seconds = {}};
   find_settling(warm_up, subject, hold, start, floor_deg_per_h, &BeforeAfter::before, subject.before);
@@ -308,7 +310,7 @@ double first_bias_s(const data::Dataset& dataset, int segment) {
 /// Returns true if the unit was switched on in this hold: the record begins with the hold, or the unit was off before
 /// it. The clusters may be a selected part of the record. They must contain the hold from its first bias on, except for
 /// less than one warm-up mean.
-bool is_start(const Subject& subject, const StabilisedBias& hold) {
+bool is_switch_on_hold(const Subject& subject, const StabilisedBias& hold) {
   const data::Dataset& dataset = subject.dataset;
   const bool begins = dataset.segment.size() > 0 && dataset.segment(0) == hold.segment;
   const bool was_off = hold.segment > 0 && dataset.segments[static_cast<std::size_t>(hold.segment) - 1].unit.off;
@@ -322,7 +324,7 @@ std::vector<WarmUp> find_warm_ups(const Subject& subject, const std::vector<Stab
   if (!std::isfinite(floor.deg_per_h)) return {};
   std::vector<WarmUp> all;
   for (const StabilisedBias& hold : stabilised)
-    if (is_start(subject, hold)) all.push_back(warm_up_in(subject, hold, floor.deg_per_h));
+    if (is_switch_on_hold(subject, hold)) all.push_back(evaluate_warm_up(subject, hold, floor.deg_per_h));
   return all;
 }
 
@@ -340,7 +342,7 @@ Measured mean_with_scatter(const std::vector<Measured>& figures) {
 }
 
 /// Groups holds by set point, in ascending order; each group keeps its order.
-std::vector<std::vector<const StabilisedBias*>> by_set_point(std::vector<const StabilisedBias*> holds) {
+std::vector<std::vector<const StabilisedBias*>> group_by_set_point(std::vector<const StabilisedBias*> holds) {
   std::ranges::stable_sort(holds, {}, &StabilisedBias::set_point_c);
   std::vector<std::vector<const StabilisedBias*>> groups;
   for (const StabilisedBias* hold : holds) {
@@ -356,7 +358,7 @@ std::vector<TwoPosition> find_two_positions(const Subject& subject, const std::v
   for (const StabilisedBias& hold : stabilised) every.push_back(&hold);
   const std::optional<double>& stated = subject.dataset.earth_rate_deg_per_h;
   std::vector<TwoPosition> all;
-  for (const auto& group : by_set_point(std::move(every))) {
+  for (const auto& group : group_by_set_point(std::move(every))) {
     // Holds in the mounted and in the turned position.
     std::array<std::vector<const StabilisedBias*>, 2> holds;
     for (const StabilisedBias* hold : group) holds[hold->turned ? 1 : 0].push_back(hold);
@@ -392,15 +394,16 @@ std::string make_statement(const Characterisation& result) {
 
 }  // namespace
 
-RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXi& places, int reach) {
-  assert(x.rows() > x.cols() && y.size() == x.rows() && places.size() == x.rows() && reach >= 0);
+RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXi& positions,
+                       int reach) {
+  assert(x.rows() > x.cols() && y.size() == x.rows() && positions.size() == x.rows() && reach >= 0);
   RobustFit fit{.coefficients = x.colPivHouseholderQr().solve(y), .u = {}};
   const Eigen::VectorXd left = y - x * fit.coefficients;
   const Eigen::MatrixXd scores = left.asDiagonal() * x;
   Eigen::MatrixXd sum = scores.transpose() * scores;
   for (Eigen::Index k = 0; k < x.rows(); ++k) {
-    for (Eigen::Index l = k + 1; l < x.rows() && places(l) - places(k) <= reach; ++l) {
-      const double weight = 1 - static_cast<double>(places(l) - places(k)) / (reach + 1);
+    for (Eigen::Index l = k + 1; l < x.rows() && positions(l) - positions(k) <= reach; ++l) {
+      const double weight = 1 - static_cast<double>(positions(l) - positions(k)) / (reach + 1);
       const Eigen::MatrixXd product = weight * scores.row(k).transpose() * scores.row(l);
       sum += product + product.transpose();
     }
@@ -478,7 +481,7 @@ std::vector<TurnOn> turn_on_scatter(const std::vector<Characterisation>& records
   };
   std::vector<TurnOn> all;
   for (auto& [of, holds] : comparable)
-    for (const auto& starts : by_set_point(std::move(holds)))
+    for (const auto& starts : group_by_set_point(std::move(holds)))
       if (starts.size() >= kFewestStarts)
         all.push_back({.set_point_c = starts.front()->set_point_c,
                        .starts = static_cast<int>(starts.size()),

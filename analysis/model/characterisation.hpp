@@ -212,10 +212,11 @@ struct RobustFit {
   Eigen::VectorXd coefficients, u;
 };
 
-/// Fits `y` to the columns of `x` by least squares; row k has the integer position `places`(k), in ascending order. The
-/// covariance is (XᵀX)⁻¹S(XᵀX)⁻¹ with S the sum of products of scores x_k e_k up to `reach` positions apart, weighted
-/// by 1 − lag/(reach + 1) (Newey, West, Econometrica 55 (1987) 703), times n/(n − p). Asserts more rows than columns.
-[[nodiscard]] RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXi& places,
-                                     int reach);
+/// Fits `y` to the columns of `x` by least squares; row k has the integer position `positions`(k), in ascending order.
+/// The covariance is (XᵀX)⁻¹S(XᵀX)⁻¹ with S the sum of products of scores x_k e_k up to `reach` positions apart,
+/// weighted by 1 − lag/(reach + 1) (Newey, West, Econometrica 55 (1987) 703), times n/(n − p). Asserts more rows than
+/// columns.
+[[nodiscard]] RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y,
+                                     const Eigen::VectorXi& positions, int reach);
 
 }  // namespace gyrotherm::model

@@ -26,28 +26,29 @@ constexpr std::size_t kMostAxes = 64;
 constexpr double kRadian = std::numbers::pi / 180;
 constexpr double kNoRate = std::numeric_limits<double>::quiet_NaN();
 
-tl::unexpected<Fault> refused(const data::Dataset& dataset, std::string what) {
+tl::unexpected<Fault> axis_fault(const data::Dataset& dataset, std::string what) {
   return failure(FaultKind::usage, dataset.path + ", axis " + in_words(dataset.of), std::move(what));
 }
 
 Result<void> check_axis(const CompensatedAxis& axis) {
   const data::Dataset& dataset = axis.dataset;
   if (!dataset.direction)
-    return refused(dataset,
-                   "the record contains no direction of the axis; add a direction to the axis in the rig file");
+    return axis_fault(dataset,
+                      "the record contains no direction of the axis; add a direction to the axis in the rig file");
   if (dataset.has_own_reference)
-    return refused(dataset,
-                   "the record contains no Earth rate on the axis; add a [fixture] with its latitude to the rig file");
-  if (data::sample_interval_s(dataset) != 1) return refused(dataset, "the samples are not at intervals of one second");
-  if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train the model again");
+    return axis_fault(
+        dataset, "the record contains no Earth rate on the axis; add a [fixture] with its latitude to the rig file");
+  if (data::sample_interval_s(dataset) != 1)
+    return axis_fault(dataset, "the samples are not at intervals of one second");
+  if (!axis.model.uncertainty) return axis_fault(dataset, "its model has no uncertainty budget; train the model again");
   if (const auto* other = find_other_axis(axis.model, dataset.of))
-    return refused(dataset, "its model belongs to another axis: it was trained on " + in_words(other->of));
+    return axis_fault(dataset, "its model belongs to another axis: it was trained on " + in_words(other->of));
   return {};
 }
 
 /// Returns the measured rate: the bias plus the Earth rate that was subtracted from it. NaN while the unit was turned
 /// around, because its axes then have other directions.
-Eigen::VectorXd whole_rate(const data::Dataset& dataset) {
+Eigen::VectorXd measured_rate(const data::Dataset& dataset) {
   Eigen::VectorXd rate = dataset.bias_deg_per_h.array() + dataset.earth_rate_deg_per_h.value_or(0);
   for (Eigen::Index i = 0; i < rate.size(); ++i) {
     const int segment = dataset.segment(i);
@@ -61,7 +62,7 @@ Result<void> compensate(FusedAxes& fused, Eigen::Index a, const CompensatedAxis&
   auto stream = CompensationStream::open(axis.model, axis.dataset.thermometers, outside);
   if (!stream) return failure(stream.error());
   constexpr Eigen::Index kBlock = 10000;
-  const Eigen::VectorXd rate = whole_rate(axis.dataset);
+  const Eigen::VectorXd rate = measured_rate(axis.dataset);
   for (Eigen::Index from = 0; from < rate.size(); from += kBlock) {
     const Eigen::Index count = std::min(kBlock, rate.size() - from);
     const data::SampleMatrix temperatures = axis.dataset.temperature_c.middleRows(from, count);
@@ -184,13 +185,13 @@ double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
 
 /// Adds the recorded or assumed uncertainties of the fixture's angles to its attitude. An elevation rotates the fixture
 /// about its horizontal axis, a roll about its x axis.
-void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
+void add_angle_uncertainties(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
   std::vector<const BudgetRow*> tilts;
   std::vector<std::vector<BudgetRow>> all;
   for (const CompensatedAxis& axis : axes) all.push_back(budget_of_earth_rate(axis.dataset));
   for (std::size_t a = 0; a < axes.size(); ++a) {
-    const auto widen = [&](double& widest, Source source) {
-      if (const BudgetRow* row = find_row(all[a], source)) widest = std::max(widest, row->standard_uncertainty);
+    const auto widen = [&](double& maximum, Source source) {
+      if (const BudgetRow* row = find_row(all[a], source)) maximum = std::max(maximum, row->standard_uncertainty);
     };
     widen(attitude.latitude_std_deg, Source::latitude);
     widen(attitude.azimuth_std_deg, Source::azimuth);
@@ -225,20 +226,20 @@ Result<std::optional<fusion::Attitude>> find_attitude(const FusedAxes& fused,
   const double handed = svd.matrixU().determinant() * svd.matrixV().determinant();
   attitude.to_local =
       svd.matrixU() * Eigen::Vector3d(1, 1, handed > 0 ? 1 : -1).asDiagonal() * svd.matrixV().transpose();
-  constexpr double kFits = 1e-3;
+  constexpr double kGreatestDeviation = 1e-3;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const Eigen::Vector3d turned = attitude.to_local * fused.directions.row(static_cast<Eigen::Index>(a)).transpose();
-    if ((turned - axis_direction(axes[a].dataset.gyro_uncertainty)).norm() > kFits)
-      return refused(axes[a].dataset, "its direction in the fixture contradicts its azimuth and elevation");
+    if ((turned - axis_direction(axes[a].dataset.gyro_uncertainty)).norm() > kGreatestDeviation)
+      return axis_fault(axes[a].dataset, "its direction in the fixture contradicts its azimuth and elevation");
   }
-  add_angles(attitude, axes);
+  add_angle_uncertainties(attitude, axes);
   return std::optional(attitude);
 }
 
 /// Adds the uncertainties of the Earth rate and the scale factor in training. Latitude, azimuth, elevation and roll of
 /// the fixture affect all axes together, each through a separate budget row; direction, tilt and scale factor affect a
 /// single axis.
-void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+void add_training_uncertainty(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   for (const Source source : {Source::latitude, Source::azimuth, Source::fixture_elevation, Source::fixture_roll}) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(fused.axes());
     for (std::size_t a = 0; a < axes.size(); ++a)
@@ -292,7 +293,7 @@ Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside o
   auto attitude = find_attitude(fused, axes);
   if (!attitude) return failure(attitude.error());
   fused.attitude = *attitude;
-  add_training(fused, axes);
+  add_training_uncertainty(fused, axes);
   return fused;
 }
 

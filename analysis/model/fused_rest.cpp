@@ -42,7 +42,7 @@ std::optional<RateError> rate_error(const Eigen::MatrixX3d& rates, const Eigen::
 }
 
 /// Returns the first three axes, in order, that span all directions.
-AxisSet first_three(const FusedAxes& axes, const Eigen::MatrixXd& covariance) {
+AxisSet find_first_three(const FusedAxes& axes, const Eigen::MatrixXd& covariance) {
   for (Eigen::Index a = 0; a < axes.axes(); ++a)
     for (Eigen::Index b = a + 1; b < axes.axes(); ++b)
       for (Eigen::Index c = b + 1; c < axes.axes(); ++c) {
@@ -69,7 +69,7 @@ struct Stretch {
 
 /// Returns the last hour of each hold, restricted to seconds with a rate.
 std::vector<Stretch> find_stretches(const FusedAxes& axes, const FusedRun& run) {
-  constexpr std::size_t kFewest = 600;
+  constexpr std::size_t kFewestSeconds = 600;
   std::vector<Stretch> stretches;
   for (std::size_t segment = 0; segment < axes.segments.size(); ++segment) {
     if (!axes.segments[segment].hold) continue;
@@ -79,15 +79,15 @@ std::vector<Stretch> find_stretches(const FusedAxes& axes, const FusedRun& run) 
         stretch.rows.push_back(row);
     const auto quiet = static_cast<std::size_t>(data::kQuietSeconds);
     if (stretch.rows.size() > quiet) stretch.rows.erase(stretch.rows.begin(), stretch.rows.end() - data::kQuietSeconds);
-    if (stretch.rows.size() < kFewest) continue;
+    if (stretch.rows.size() < kFewestSeconds) continue;
     // A few contradictory seconds do not remove an axis from the period.
-    std::size_t fewest = 0;
+    std::size_t used_seconds = 0;
     for (Eigen::Index a = 0; a < axes.axes(); ++a) {
       const auto has = [&](Eigen::Index row) {
         return (run.used[static_cast<std::size_t>(row)] >> static_cast<unsigned>(a) & 1) != 0;
       };
-      fewest = static_cast<std::size_t>(std::ranges::count_if(stretch.rows, has));
-      if (fewest * 100 < stretch.rows.size() * 99) stretch.set &= ~(AxisSet{1} << static_cast<unsigned>(a));
+      used_seconds = static_cast<std::size_t>(std::ranges::count_if(stretch.rows, has));
+      if (used_seconds * 100 < stretch.rows.size() * 99) stretch.set &= ~(AxisSet{1} << static_cast<unsigned>(a));
     }
     stretch.set &= (AxisSet{1} << static_cast<unsigned>(axes.axes() - 1)) |
                    ((AxisSet{1} << static_cast<unsigned>(axes.axes() - 1)) - 1);
@@ -97,7 +97,7 @@ std::vector<Stretch> find_stretches(const FusedAxes& axes, const FusedRun& run) 
 }
 
 /// Returns the rate in a level frame: the first axis has the fixture's heading, the third points down.
-fusion::FusedRate levelled(const fusion::FusedRate& rate, const fusion::Attitude& attitude, double heading_deg) {
+fusion::FusedRate rotate_to_level(const fusion::FusedRate& rate, const fusion::Attitude& attitude, double heading_deg) {
   const Eigen::Matrix3d turn = fusion::level_fixture(heading_deg).transpose() * attitude.to_local;
   return {turn * rate.deg_per_h, turn * rate.covariance * turn.transpose()};
 }
@@ -110,7 +110,8 @@ void add_heading(RestStretch& rest, const fusion::FusedRate& rate, const fusion:
   const Eigen::Matrix3d turns = pose_covariance(attitude);
   const fusion::Tilt tilt{.about_north_deg = kDegrees * std::sqrt(turns(0, 0)),
                           .about_east_deg = kDegrees * std::sqrt(turns(1, 1))};
-  const auto north = find_north(levelled(rate, attitude, recorded_heading(attitude)), attitude.latitude_deg, tilt);
+  const auto north =
+      find_north(rotate_to_level(rate, attitude, recorded_heading(attitude)), attitude.latitude_deg, tilt);
   if (!north) {
     rest.no_heading = north.error().what;
     return;
@@ -129,7 +130,8 @@ void add_estimate(RestStretch& rest, const fusion::RestEstimate& estimate, doubl
 }
 
 /// Returns no value if the axes of the period do not span all directions.
-std::optional<RestStretch> judge_stretch(const FusedAxes& axes, const Stretch& stretch, const FusionOptions& options) {
+std::optional<RestStretch> evaluate_stretch(const FusedAxes& axes, const Stretch& stretch,
+                                            const FusionOptions& options) {
   const fusion::Attitude& attitude = *axes.attitude;
   const std::vector<Eigen::Index> in = members(stretch.set);
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(std::ssize(in));
@@ -180,7 +182,8 @@ void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
 /// Returns the share of the components of cluster means whose error is within U, computed for the axes that were fused
 /// in the last second of the cluster.
 std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
-                                   const Eigen::MatrixXd& weighed_by, const ClusterMeans& means, const FusedRun& run) {
+                                   const Eigen::MatrixXd& weight_covariance, const ClusterMeans& means,
+                                   const FusedRun& run) {
   const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();
   std::map<AxisSet, Eigen::RowVector3d> expanded;
   double within = 0, known = 0;
@@ -190,7 +193,7 @@ std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty
     const AxisSet set = run.used[static_cast<std::size_t>(last)];
     const auto [at, is_new] = expanded.try_emplace(set, Eigen::RowVector3d::Zero());
     const auto geometry = geometry_of_set(axes, set, uncertainty.differing());
-    const auto weights = geometry_of_set(axes, set, weighed_by);
+    const auto weights = geometry_of_set(axes, set, weight_covariance);
     if (is_new && geometry && weights) {
       const auto in = members(set);
       const fusion::Gains gains = weighted_gains(*geometry, *weights);
@@ -204,7 +207,7 @@ std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty
   return known > 0 ? std::optional(within / known) : std::nullopt;
 }
 
-void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun& run) {
+void evaluate_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun& run) {
   const Eigen::Vector3d earth = earth_in_fixture(*axes.attitude);
   const ClusterMeans means = cluster_means(axes.time_s, run.rate_deg_per_h, options.cluster_s);
   const Eigen::MatrixXd readings = cluster_means(axes.time_s, axes.rate_deg_per_h, options.cluster_s).mean;
@@ -214,10 +217,10 @@ void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun&
   summary.error = rate_error(means.mean, earth);
   const Eigen::MatrixXd differing = uncertainty_of_means(axes, options.averaging_s).differing();
   summary.of_all_axes = rate_error(fuse_set(axes, all, differing, readings), earth);
-  summary.of_three = rate_error(fuse_set(axes, first_three(axes, differing), differing, readings), earth);
-  const Eigen::VectorXd on_axes = axes.directions * earth;
+  summary.of_three = rate_error(fuse_set(axes, find_first_three(axes, differing), differing, readings), earth);
+  const Eigen::VectorXd earth_on_axes = axes.directions * earth;
   for (Eigen::Index a = 0; a < axes.axes(); ++a) {
-    const Eigen::ArrayXd deviation = readings.col(a).array() - on_axes(a);
+    const Eigen::ArrayXd deviation = readings.col(a).array() - earth_on_axes(a);
     const auto known = static_cast<double>(deviation.isFinite().count());
     summary.axes[static_cast<std::size_t>(a)].error_rms_deg_per_h =
         std::sqrt(deviation.isFinite().select(deviation.square(), 0).sum() / known);
@@ -227,22 +230,22 @@ void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun&
 
 }  // namespace
 
-void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run) {
+void evaluate_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run) {
   if (!axes.attitude) return;
   FusionSummary& summary = run.summary;
   summary.latitude_deg = axes.attitude->latitude_deg;
   summary.earth_deg_per_h = to_numbers(earth_in_fixture(*axes.attitude));
   summary.said_heading_deg = recorded_heading(*axes.attitude);
-  judge_errors(axes, options, run);
+  evaluate_errors(axes, options, run);
   Stretch together{.name = "all holds", .rows = {}, .set = ~AxisSet{0}};
   for (const Stretch& stretch : find_stretches(axes, run)) {
-    auto rest = judge_stretch(axes, stretch, options);
+    auto rest = evaluate_stretch(axes, stretch, options);
     if (!rest) continue;
     summary.holds.push_back(std::move(*rest));
     together.rows.insert(together.rows.end(), stretch.rows.begin(), stretch.rows.end());
     together.set &= stretch.set;
   }
-  if (!together.rows.empty()) summary.rest = judge_stretch(axes, together, options);
+  if (!together.rows.empty()) summary.rest = evaluate_stretch(axes, together, options);
   for (const RestStretch& rest : summary.holds) add_alarm(rest, summary.alarms);
   if (summary.rest) add_alarm(*summary.rest, summary.alarms);
   std::ranges::stable_sort(summary.alarms, {}, &Alarm::at_s);

@@ -32,13 +32,13 @@ Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) 
 }
 
 /// Gains of each set of axes, computed when the set first occurs.
-class Sets {
+class FusionCache {
  public:
-  Sets(const FusedAxes& axes, double averaging_s)
+  FusionCache(const FusedAxes& axes, double averaging_s)
       : axes_(axes), second_(uncertainty_of_means(axes, 1)), averaged_(uncertainty_of_means(axes, averaging_s)) {}
   /// Returns null if these axes do not span all directions.
   const SetOfAxes* operator()(AxisSet set) {
-    const auto [at, is_new] = known_.try_emplace(set);
+    const auto [at, is_new] = by_set_.try_emplace(set);
     if (is_new) at->second = make_set(set);
     return at->second ? &*at->second : nullptr;
   }
@@ -58,12 +58,12 @@ class Sets {
   }
   const FusedAxes& axes_;
   FusedUncertainty second_, averaged_;
-  std::map<AxisSet, std::optional<SetOfAxes>> known_;
+  std::map<AxisSet, std::optional<SetOfAxes>> by_set_;
 };
 
 AxisSet bit(Eigen::Index axis) { return AxisSet{1} << static_cast<unsigned>(axis); }
 
-AxisSet finite_in(const Eigen::Ref<const Eigen::VectorXd>& readings) {
+AxisSet find_finite_axes(const Eigen::Ref<const Eigen::VectorXd>& readings) {
   AxisSet set = 0;
   for (Eigen::Index a = 0; a < readings.size(); ++a)
     if (std::isfinite(readings(a))) set |= bit(a);
@@ -71,27 +71,27 @@ AxisSet finite_in(const Eigen::Ref<const Eigen::VectorXd>& readings) {
 }
 
 /// Fuses a record second by second and stores the set of axes that are left out.
-class Fusing {
+class RecordFuser {
  public:
-  Fusing(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
-         const FusionOptions& options, FusedRun& run)
-      : axes_(axes), thermometers_(thermometers), options_(options), run_(run), sets_(axes, options.averaging_s) {
+  RecordFuser(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
+              const FusionOptions& options, FusedRun& run)
+      : axes_(axes), thermometers_(thermometers), options_(options), run_(run), cache_(axes, options.averaging_s) {
     test_ = {.false_alarm_probability = options.watch.false_alarm_probability, .margin = options.watch.margin};
     all_ = bit(axes.axes() - 1) | (bit(axes.axes() - 1) - 1);
   }
-  Result<void> second(Eigen::Index row);
-  Result<void> cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures, double end_s);
+  Result<void> fuse_second(Eigen::Index row);
+  Result<void> watch_cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures, double end_s);
 
  private:
-  void note(Alarm alarm, double within_s);
-  void doubt(Alarm& alarm) const;
+  void record_alarm(Alarm alarm, double within_s);
+  void clear_doubtful_axis(Alarm& alarm) const;
   void leave_out(const Alarm& alarm);
 
   const FusedAxes& axes_;
   const std::optional<fusion::ThermometerParity>& thermometers_;
   const FusionOptions& options_;
   FusedRun& run_;
-  Sets sets_;
+  FusionCache cache_;
   fusion::TestOptions test_;
   std::optional<FaultWatch> watch_;
   AxisSet all_{}, left_out_{};
@@ -99,16 +99,16 @@ class Fusing {
   int other_set_{};
 };
 
-Result<void> Fusing::second(Eigen::Index row) {
+Result<void> RecordFuser::fuse_second(Eigen::Index row) {
   const Eigen::VectorXd readings = axes_.rate_deg_per_h.row(row).transpose();
-  AxisSet set = finite_in(readings) & ~left_out_;
-  const SetOfAxes* fusing = sets_(set);
-  if (fusing == nullptr) return {};
-  const Eigen::VectorXd parity = fusing->gains.parity * readings(members(set));
+  AxisSet set = find_finite_axes(readings) & ~left_out_;
+  const SetOfAxes* fused_set = cache_(set);
+  if (fused_set == nullptr) return {};
+  const Eigen::VectorXd parity = fused_set->gains.parity * readings(members(set));
   const bool has_parity = parity.size() > 0;
   if (has_parity) run_.statistic(row) = parity.squaredNorm();
   const auto at = static_cast<std::size_t>(row);
-  if (const fusion::Finding found = examine(fusing->test, parity, test_); has_parity && found.fault) {
+  if (const fusion::Finding found = examine(fused_set->test, parity, test_); has_parity && found.fault) {
     run_.contradicts[at] = true;
     ++run_.summary.contradictions;
     Alarm alarm{.kind = AlarmKind::parity,
@@ -120,22 +120,22 @@ Result<void> Fusing::second(Eigen::Index row) {
       const Eigen::Index axis = members(set)[static_cast<std::size_t>(*found.isolation->candidate)];
       alarm.who = axes_.names[static_cast<std::size_t>(axis)];
       alarm.size = found.isolation->size;
-      if (const SetOfAxes* others = sets_(set & ~bit(axis))) {
+      if (const SetOfAxes* others = cache_(set & ~bit(axis))) {
         set &= ~bit(axis);
-        fusing = others;
+        fused_set = others;
       }
     }
-    constexpr double kOneMatter_s = 600;
-    note(std::move(alarm), kOneMatter_s);
+    constexpr double kMergeWithin_s = 600;
+    record_alarm(std::move(alarm), kMergeWithin_s);
   }
-  run_.rate_deg_per_h.row(row) = (fusing->gains.rate * readings(members(set))).transpose();
-  run_.expanded_deg_per_h.row(row) = expanded(*fusing, axes_.widening.row(row).transpose()(members(set)));
+  run_.rate_deg_per_h.row(row) = (fused_set->gains.rate * readings(members(set))).transpose();
+  run_.expanded_deg_per_h.row(row) = expanded(*fused_set, axes_.widening.row(row).transpose()(members(set)));
   run_.used[at] = set;
   return {};
 }
 
 /// Records an alarm. If an alarm of the same kind and name ended at most `within_s` before, extends that alarm instead.
-void Fusing::note(Alarm alarm, double within_s) {
+void RecordFuser::record_alarm(Alarm alarm, double within_s) {
   auto& alarms = run_.summary.alarms;
   const auto last = std::find_if(alarms.rbegin(), alarms.rend(), [&](const Alarm& before) {
     return before.kind == alarm.kind && before.who == alarm.who;
@@ -147,13 +147,14 @@ void Fusing::note(Alarm alarm, double within_s) {
   alarms.push_back(std::move(alarm));
 }
 
-Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures, double end_s) {
-  constexpr int kForGood = 6;
-  const AxisSet requested = finite_in(rates) & ~left_out_;
+Result<void> RecordFuser::watch_cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
+                                        double end_s) {
+  constexpr int kClustersUntilChange = 6;
+  const AxisSet requested = find_finite_axes(rates) & ~left_out_;
   const bool differs = !watch_ || watch_->set() != requested;
   if (requested != 0) other_set_ = differs ? other_set_ + 1 : 0;
   const bool is_left_out = watch_ && (watch_->set() & left_out_) != 0;
-  if (differs && requested != 0 && (!watch_ || is_left_out || other_set_ >= kForGood)) {
+  if (differs && requested != 0 && (!watch_ || is_left_out || other_set_ >= kClustersUntilChange)) {
     auto watch = FaultWatch::make(axes_, requested, thermometers_, options_.cluster_s, options_.watch);
     if (!watch) return failure(watch.error());
     watch_ = std::move(*watch);
@@ -166,16 +167,16 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
   // A vote against a thermometer is more reliable than the alarm of a cumulative sum and is handled first.
   std::ranges::stable_partition(alarms, [](const Alarm& alarm) { return alarm.kind == AlarmKind::thermometer; });
   for (Alarm& alarm : alarms) {
-    doubt(alarm);
+    clear_doubtful_axis(alarm);
     leave_out(alarm);
-    note(std::move(alarm), kSecondsPerHour);
+    record_alarm(std::move(alarm), kSecondsPerHour);
   }
   return {};
 }
 
 /// Clears the axis in the alarm of a cumulative sum if a recent vote found a thermometer faulty: a sum monitors only
 /// axes and would name one that has no fault.
-void Fusing::doubt(Alarm& alarm) const {
+void RecordFuser::clear_doubtful_axis(Alarm& alarm) const {
   if (alarm.kind != AlarmKind::rest_hop && alarm.kind != AlarmKind::parity_hop) return;
   const auto& alarms = run_.summary.alarms;
   const auto verdict = std::find_if(alarms.rbegin(), alarms.rend(), [&](const Alarm& before) {
@@ -197,7 +198,7 @@ double mean_square_error(const FusedAxes& axes, AxisSet set, const Eigen::Matrix
   return gains.covariance.trace() + (gains.rate * off_deg_per_h(members(set))).squaredNorm();
 }
 
-void Fusing::leave_out(const Alarm& alarm) {
+void RecordFuser::leave_out(const Alarm& alarm) {
   if (!options_.leave_out || alarm.who.empty()) return;
   Eigen::VectorXd off = Eigen::VectorXd::Zero(axes_.axes());
   const auto axis = std::ranges::find(axes_.names, alarm.who) - axes_.names.begin();
@@ -244,7 +245,7 @@ void summarise_axes(const FusedAxes& axes, FusedRun& run) {
 
 /// Returns the rates, with NaN where an input is outside the trained range, because the model's budget does not apply
 /// there.
-Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
+Eigen::MatrixXd mask_rates_outside(const FusedAxes& axes) {
   Eigen::MatrixXd rates = axes.rate_deg_per_h;
   for (Eigen::Index row = 0; row < rates.rows(); ++row)
     for (const Eigen::Index a : members(axes.outside[static_cast<std::size_t>(row)])) rates(row, a) = kNotFused;
@@ -253,16 +254,16 @@ Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
 
 /// Returns the means on a regular grid, with NaN for missing clusters. The watches must see the gap, because a drift
 /// continues during it.
-ClusterMeans with_missing(const ClusterMeans& means, double cluster_s) {
+ClusterMeans insert_missing_clusters(const ClusterMeans& means, double cluster_s) {
   if (means.end_s.size() == 0) return means;
   const double first = means.end_s(0);
-  const auto place = [&](Eigen::Index k) {
+  const auto grid_index = [&](Eigen::Index k) {
     return static_cast<Eigen::Index>(std::llround((means.end_s(k) - first) / cluster_s));
   };
-  const Eigen::Index count = place(means.end_s.size() - 1) + 1;
+  const Eigen::Index count = grid_index(means.end_s.size() - 1) + 1;
   ClusterMeans all{.end_s = first + cluster_s * Eigen::ArrayXd::LinSpaced(count, 0, static_cast<double>(count - 1)),
                    .mean = Eigen::MatrixXd::Constant(count, means.mean.cols(), kNotFused)};
-  for (Eigen::Index k = 0; k < means.end_s.size(); ++k) all.mean.row(place(k)) = means.mean.row(k);
+  for (Eigen::Index k = 0; k < means.end_s.size(); ++k) all.mean.row(grid_index(k)) = means.mean.row(k);
   return all;
 }
 
@@ -306,38 +307,40 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   FusedRun run = empty_run(axes, options, *geometry, *weights);
   run.summary.thermometers_vote = thermometers.has_value();
   const auto gridded_means = [&](const Eigen::MatrixXd& rows) {
-    return with_missing(cluster_means(axes.time_s, rows, options.cluster_s), options.cluster_s);
+    return insert_missing_clusters(cluster_means(axes.time_s, rows, options.cluster_s), options.cluster_s);
   };
-  const ClusterMeans rates = gridded_means(rates_inside(axes)), temperatures = gridded_means(axes.temperature_c);
-  Fusing fusing(axes, thermometers, options, run);
+  const ClusterMeans rates = gridded_means(mask_rates_outside(axes)), temperatures = gridded_means(axes.temperature_c);
+  RecordFuser fuser(axes, thermometers, options, run);
   Eigen::Index cluster = 0;
   // A cluster is watched after its last second has been fused.
   const auto watch_until = [&](double now_s) -> Result<void> {
     for (; cluster < rates.end_s.size() && rates.end_s(cluster) <= now_s; ++cluster) {
-      const auto watched =
-          fusing.cluster(rates.mean.row(cluster).transpose(), temperatures.mean.row(cluster), rates.end_s(cluster));
+      const auto watched = fuser.watch_cluster(rates.mean.row(cluster).transpose(), temperatures.mean.row(cluster),
+                                               rates.end_s(cluster));
       if (!watched) return watched;
     }
     return {};
   };
   for (Eigen::Index row = 0; row < axes.time_s.size(); ++row) {
     if (const auto watched = watch_until(axes.time_s(row)); !watched) return failure(watched.error());
-    if (const auto fused = fusing.second(row); !fused) return failure(fused.error());
+    if (const auto fused = fuser.fuse_second(row); !fused) return failure(fused.error());
   }
   constexpr double kAll = std::numeric_limits<double>::infinity();
   if (const auto watched = watch_until(kAll); !watched) return failure(watched.error());
   run.summary.seconds = axes.time_s.size();
   run.summary.fused = std::ranges::count_if(run.used, [](AxisSet used) { return used != 0; });
   summarise_axes(axes, run);
-  judge_at_rest(axes, options, run);
+  evaluate_at_rest(axes, options, run);
   return run;
 }
 
 HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s) {
-  HealthyRates rates{.names = healthy.names,
-                     .departures_deg_per_h =
-                         with_missing(cluster_means(healthy.time_s, rates_inside(healthy), cluster_s), cluster_s).mean,
-                     .at_rest = healthy.attitude.has_value()};
+  HealthyRates rates{
+      .names = healthy.names,
+      .departures_deg_per_h =
+          insert_missing_clusters(cluster_means(healthy.time_s, mask_rates_outside(healthy), cluster_s), cluster_s)
+              .mean,
+      .at_rest = healthy.attitude.has_value()};
   if (rates.at_rest)
     rates.departures_deg_per_h.rowwise() -=
         (healthy.directions * earth_in_fixture(*healthy.attitude)).transpose().eval();

@@ -227,7 +227,7 @@ struct FusedRun {
 /// from three axes, and of each axis. For the last hour of each hold, and for these hours together, it estimates rate,
 /// heading, biases and rotation, and raises an alarm if χ² of readings and priors exceeds its limit. Adds nothing if
 /// the attitude is unknown. Each period uses the axes that were fused in at least 99 % of its seconds.
-void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run);
+void evaluate_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run);
 
 /// Returns the cluster means of the axes in a record without faults, with NaN for axes that have an input outside their
 /// trained range.

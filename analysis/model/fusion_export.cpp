@@ -55,8 +55,8 @@ constexpr const char* kParityNumbers =
 )";
 
 constexpr const char* kParityDeclarations =
-    R"(/* Returns the axis whose fault explains the contradiction of these readings, and its bias in deg/h. Returns -1 and
-   bias 0 without a contradiction, if no single axis explains it, or if another axis explains it nearly as well. */
+    R"(/* Returns the axis whose fault explains the contradiction of these readings, and its bias in deg/h. Returns -1
+   and bias 0 without a contradiction, if no single axis explains it, or if another axis explains it nearly as well. */
 int @name@_suspect(const double reading[@name@_AXES], double *bias);
 
 /* Fuses like @name@_fuse, but without the axis of this index (from 0). Its reading must be finite but is ignored. */

@@ -34,6 +34,7 @@ struct InputPlan {
 ///   temperature-gradient-rate  T, seven-point and dT/dt; only T and dT/dt with a single thermometer
 ///   physics        T, T², seven-point, T times seven-point, and dT/dt; only T, T² and dT/dt with a single thermometer
 ///   thermal-history  the temperatures, their lags with time constants of 600 s and 2400 s, and T times all of these
+///   lag-bank       the temperatures, and their lags with seven time constants from 300 s to 19200 s
 ///   multi-point    gradients, selected by correlation (paper §4.3)
 ///   multi-point-t  multi-point, and the temperature of the first gradient thermometer (errata 3.2)
 /// With a `rule`, the rule selects from the terms of all keywords, and individually requested terms are always used.

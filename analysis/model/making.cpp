@@ -70,7 +70,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
   }
 }
 
-Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
+Result<void> evaluate_in_sample(Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   model.input_min = inputs->colwise().minCoeff();

@@ -27,7 +27,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
 
 /// Stores the in-sample residual, the trained range of the inputs and the latency of a stream in `model`. Fails with
 /// usage if the clusters lack a thermometer.
-[[nodiscard]] Result<void> judge_in_sample(Model& model, const data::Clusters& clusters);
+[[nodiscard]] Result<void> evaluate_in_sample(Model& model, const data::Clusters& clusters);
 
 /// Warns if the in-sample residual is further below a record's noise floor than the number of parameters explains.
 void warn_about_over_fit(Model& model, const std::vector<data::Dataset>& datasets,

@@ -14,25 +14,27 @@ namespace {
 
 /// Range of permitted magnitudes. Within it, inputs in standard deviations, weights in °/h and their squares neither
 /// overflow nor underflow.
-constexpr double kLeastSane = 1e-30, kMostSane = 1e30;
+constexpr double kLeastMagnitude = 1e-30, kGreatestMagnitude = 1e30;
 
 template <class T>
-InRange<T> sane(T& value) {
-  return {value, -kMostSane, kMostSane, false, "expected a number with magnitude at most 1e30"};
+InRange<T> bounded_number(T& value) {
+  return {value, -kGreatestMagnitude, kGreatestMagnitude, false, "expected a number with magnitude at most 1e30"};
 }
 template <class T>
-InRange<T> sane_positive(T& value) {
-  return {value, kLeastSane, kMostSane, false, "expected a number from 1e-30 to 1e30"};
+InRange<T> positive_number(T& value) {
+  return {value, kLeastMagnitude, kGreatestMagnitude, false, "expected a number from 1e-30 to 1e30"};
 }
 
-bool are_sane_positive(const auto& values) {
-  return (values.array() >= kLeastSane && values.array() <= kMostSane).all();
+bool are_positive_numbers(const auto& values) {
+  return (values.array() >= kLeastMagnitude && values.array() <= kGreatestMagnitude).all();
 }
 
-bool is_sane(const tracking::BiasNoise& noise) {
-  return noise.angle_random_walk_deg_per_sqrt_h >= kLeastSane && noise.angle_random_walk_deg_per_sqrt_h <= kMostSane &&
-         noise.instability_deg_per_h <= kMostSane && noise.rate_random_walk_deg_per_h_per_sqrt_h <= kMostSane &&
-         noise.start_deg_per_h <= kMostSane;
+bool is_within_limits(const tracking::BiasNoise& noise) {
+  return noise.angle_random_walk_deg_per_sqrt_h >= kLeastMagnitude &&
+         noise.angle_random_walk_deg_per_sqrt_h <= kGreatestMagnitude &&
+         noise.instability_deg_per_h <= kGreatestMagnitude &&
+         noise.rate_random_walk_deg_per_h_per_sqrt_h <= kGreatestMagnitude &&
+         noise.start_deg_per_h <= kGreatestMagnitude;
 }
 
 }  // namespace
@@ -41,11 +43,12 @@ bool is_sane(const tracking::BiasNoise& noise) {
 template <class Vector>
 struct JsonVector {
   static Json write(const Vector& values) { return std::vector<double>(values.begin(), values.end()); }
-  static void read(const JsonNode& place, Vector& values) {
-    const std::vector<double> numbers = place.numbers();
-    const auto wild = std::ranges::find_if(numbers, [](double number) { return !(std::abs(number) <= kMostSane); });
-    if (wild != numbers.end())
-      place.elements()[static_cast<std::size_t>(wild - numbers.begin())].mistake(
+  static void read(const JsonNode& node, Vector& values) {
+    const std::vector<double> numbers = node.numbers();
+    const auto invalid =
+        std::ranges::find_if(numbers, [](double number) { return !(std::abs(number) <= kGreatestMagnitude); });
+    if (invalid != numbers.end())
+      node.elements()[static_cast<std::size_t>(invalid - numbers.begin())].mistake(
           "expected a number with magnitude at most 1e30");
     values = Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
   }
@@ -71,9 +74,9 @@ struct JsonValue<Rows<Matrix>> {
       array.push_back(make_json(Eigen::RowVectorXd(rows.matrix.row(k))));
     return array;
   }
-  static void read(const JsonNode& place, const Rows<Matrix>& rows) {
+  static void read(const JsonNode& node, const Rows<Matrix>& rows) {
     std::vector<Eigen::RowVectorXd> all;
-    for (const JsonNode& row : place.elements()) {
+    for (const JsonNode& row : node.elements()) {
       read_json(row, all.emplace_back());
       if (all.back().size() != rows.columns) return row.mistake("wrong length, expected one number per input");
     }
@@ -100,10 +103,10 @@ struct ModelInput {
 
 void describe(auto& form, Like<ModelInput> auto& input) {
   describe(form, input.term);
-  form("mean", sane(input.mean));
-  form("std", sane_positive(input.std));
-  form("min", sane(input.min));
-  form("max", sane(input.max));
+  form("mean", bounded_number(input.mean));
+  form("std", positive_number(input.std));
+  form("min", bounded_number(input.min));
+  form("max", bounded_number(input.max));
   form.expect("max", input.max >= input.min, "expected no less than min");
 }
 
@@ -117,7 +120,7 @@ std::vector<ModelInput> to_inputs(const Model& model) {
   return inputs;
 }
 
-void take_inputs(const std::vector<ModelInput>& inputs, Model& model) {
+void store_inputs(const std::vector<ModelInput>& inputs, Model& model) {
   for (auto* row : {&model.scaling.mean, &model.scaling.std, &model.input_min, &model.input_max})
     row->resize(static_cast<Eigen::Index>(inputs.size()));
   for (std::size_t k = 0; k < inputs.size(); ++k) {
@@ -135,9 +138,9 @@ void take_inputs(const std::vector<ModelInput>& inputs, Model& model) {
 void describe_function(auto& form, Like<methods::SvrModel> auto& svr, Eigen::Index inputs) {
   form.object("parameters", [&](auto& parameters) {
     describe(parameters, svr.parameters);
-    parameters("sigma", sane_positive(svr.parameters.sigma));
+    parameters("sigma", positive_number(svr.parameters.sigma));
   });
-  form("b", sane(svr.b));
+  form("b", bounded_number(svr.b));
   form("relative_gap", svr.relative_gap);
   form("kkt_violation", svr.kkt_violation);
   form("beta", svr.beta);
@@ -147,12 +150,12 @@ void describe_function(auto& form, Like<methods::SvrModel> auto& svr, Eigen::Ind
 
 void describe_function(auto& form, Like<methods::LinearModel> auto& linear, Eigen::Index inputs) {
   form("weights", linear.weights);
-  form("b", sane(linear.b));
+  form("b", bounded_number(linear.b));
   form.expect("weights", linear.weights.size() == inputs, "expected one number per input");
 }
 
 void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion, Eigen::Index inputs) {
-  form("b", sane(expansion.b));
+  form("b", bounded_number(expansion.b));
   form("lengths", expansion.lengths);
   form("widths", expansion.widths);
   form("weights", expansion.weights);
@@ -160,15 +163,15 @@ void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion
   form.if_there("slope", expansion.slope.size() > 0, expansion.slope);
   form.expect("slope", expansion.slope.size() == 0 || expansion.slope.size() == inputs,
               "expected one number per input");
-  form.expect("lengths", are_sane_positive(expansion.lengths), "expected numbers from 1e-30 to 1e30");
+  form.expect("lengths", are_positive_numbers(expansion.lengths), "expected numbers from 1e-30 to 1e30");
   form.expect("lengths", expansion.lengths.size() == inputs, "expected one number per input");
-  form.expect("widths", are_sane_positive(expansion.widths), "expected numbers from 1e-30 to 1e30");
+  form.expect("widths", are_positive_numbers(expansion.widths), "expected numbers from 1e-30 to 1e30");
   form.expect("widths", expansion.widths.size() == expansion.centres.rows(), "expected one number per centre");
   form.expect("weights", expansion.weights.size() == expansion.centres.rows(), "expected one number per centre");
 }
 
 void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Eigen::Index inputs) {
-  form("b", sane(network.b));
+  form("b", bounded_number(network.b));
   form("out", network.out);
   form("offsets", network.offsets);
   form("weights", Rows{network.weights, inputs});
@@ -179,13 +182,13 @@ void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Ei
 /// Describes the variance. Each row has as many numbers as there are columns.
 void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& variance, Eigen::Index inputs) {
   form("lengths", variance.lengths);
-  form("signal", sane_positive(variance.signal));
+  form("signal", positive_number(variance.signal));
   form("noise", not_negative(variance.noise));
   form("centres", Rows{variance.centres, inputs});
   const Eigen::Index count = variance.centres.rows();
   form("posterior", Rows{variance.posterior, inputs + count});
   form("root", Rows{variance.root, count});
-  form.expect("lengths", variance.lengths.size() == inputs && are_sane_positive(variance.lengths),
+  form.expect("lengths", variance.lengths.size() == inputs && are_positive_numbers(variance.lengths),
               "expected one number per input, from 1e-30 to 1e30");
   form.expect("posterior", variance.posterior.rows() == inputs + count, "expected a square matrix");
   form.expect("root", variance.root.rows() == count && (variance.root.diagonal().array() > 0).all(),
@@ -249,7 +252,7 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
 }
 
 /// Returns true if a model file may name this method: a method of this version or of version 0.1.0.
-bool may_be_named(std::string_view method) {
+bool is_known_method(std::string_view method) {
   return method == kTypePriorMethod || method == "svr-joint" || methods::find_method(method).has_value();
 }
 
@@ -259,16 +262,16 @@ void describe(auto& form, Like<Model> auto& model) {
   form("program_version", model.program_version);
   form("inputs", model.inputs);
   form("method", model.method);
-  form.expect("method", may_be_named(model.method), "expected a known method");
+  form.expect("method", is_known_method(model.method), "expected a known method");
   form("quick", model.quick);
   form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
   auto inputs = to_inputs(model);
   form("terms", inputs);
   form.expect("terms", !inputs.empty(), "expected at least one input");
-  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) take_inputs(inputs, model);
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) store_inputs(inputs, model);
   form.object("target", [&](auto& target) {
-    target("mean_deg_per_h", sane(model.target_mean_deg_per_h));
-    target("std_deg_per_h", sane_positive(model.target_std_deg_per_h));
+    target("mean_deg_per_h", bounded_number(model.target_mean_deg_per_h));
+    target("std_deg_per_h", positive_number(model.target_std_deg_per_h));
   });
   form("trained_on", model.trained_on);
   form("folds", model.folds);
@@ -293,7 +296,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form.object_if_there("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
                        [&](auto& tuning) { describe_tuning(tuning, model); });
   form.if_there("residual_noise", model.residual_noise.has_value(), model.residual_noise);
-  form.expect("residual_noise", !model.residual_noise || is_sane(*model.residual_noise),
+  form.expect("residual_noise", !model.residual_noise || is_within_limits(*model.residual_noise),
               "expected noise coefficients of at most 1e30 and an angle random walk of at least 1e-30");
   form.if_there("latency", model.latency.has_value(), model.latency);
   form.if_there("reduction", model.reduction.has_value(), model.reduction);

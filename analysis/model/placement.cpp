@@ -23,7 +23,7 @@ using Set = std::vector<std::size_t>;
 
 /// Returns the inputs of a record that are thermometers. Values measured by the gyro itself are excluded: their
 /// position cannot be chosen, most are not temperatures, and they may be missing.
-Set thermometers_among(const std::vector<std::string>& inputs) {
+Set find_thermometers(const std::vector<std::string>& inputs) {
   Set thermometers;
   for (std::size_t i = 0; i < inputs.size(); ++i)
     if (!data::is_own_value(inputs[i])) thermometers.push_back(i);
@@ -37,18 +37,19 @@ std::vector<std::string> select_names(const Set& set, const std::vector<std::str
 }
 
 /// Returns all subsets of `set` with `count` elements left out.
-std::vector<Set> sets_without(const Set& set, std::size_t count, std::size_t from = 0) {
+std::vector<Set> make_subsets(const Set& set, std::size_t count, std::size_t from = 0) {
   if (count == 0) return {set};
   std::vector<Set> sets;
   for (std::size_t i = from; i < set.size(); ++i) {
     Set remainder = set;
     remainder.erase(remainder.begin() + static_cast<std::ptrdiff_t>(i));
-    std::ranges::move(sets_without(remainder, count - 1, i), std::back_inserter(sets));
+    std::ranges::move(make_subsets(remainder, count - 1, i), std::back_inserter(sets));
   }
   return sets;
 }
 
-struct Judged {
+/// Held-out accuracy of a set of thermometers.
+struct SetAccuracy {
   SurfaceTrial trial;
   data::Figures held_out;
 };
@@ -59,9 +60,9 @@ class Study {
       : training_set_(std::move(training_set)),
         unseen_(std::move(unseen)),
         progress_(progress),
-        everything_(thermometers_among(training_set_.clusters.thermometers)) {}
+        all_thermometers_(find_thermometers(training_set_.clusters.thermometers)) {}
 
-  Result<Placement> conduct();
+  Result<Placement> run();
 
  private:
   [[nodiscard]] std::vector<std::string> names(const Set& set) const {
@@ -70,12 +71,12 @@ class Study {
   [[nodiscard]] data::SampleMatrix inputs(const Set& set, const data::Clusters& clusters) const {
     return *evaluate(placement_terms(names(set)), clusters);
   }
-  [[nodiscard]] Judged judge(const Set& set) const;
-  Result<void> judge_all(const std::vector<Set>& sets);
-  [[nodiscard]] const Set& cheapest(const std::vector<Set>& sets) const;
-  [[nodiscard]] LeftOut left_out(const Set& kept) const;
-  [[nodiscard]] std::size_t number_of_sets() const;
-  Result<std::optional<LeftOut>> best_without(std::size_t count);
+  [[nodiscard]] SetAccuracy measure(const Set& set) const;
+  Result<void> measure_all(const std::vector<Set>& sets);
+  [[nodiscard]] const Set& most_accurate(const std::vector<Set>& sets) const;
+  [[nodiscard]] LeftOut make_left_out(const Set& kept) const;
+  [[nodiscard]] std::size_t count_sets() const;
+  Result<std::optional<LeftOut>> find_best_elimination(std::size_t count);
   Result<void> eliminate(Placement& placement);
 
   static constexpr std::size_t kManyThermometers = 12;
@@ -83,59 +84,59 @@ class Study {
   data::TrainingSet training_set_;
   std::optional<data::Clusters> unseen_;
   ProgressSink progress_;
-  Set everything_;
-  std::map<Set, Judged> judged_;
+  Set all_thermometers_;
+  std::map<Set, SetAccuracy> accuracies_;
 };
 
-Judged Study::judge(const Set& set) const {
-  Judged judged{.trial = try_surface(inputs(set, training_set_.clusters), training_set_.clusters.bias_deg_per_h,
-                                     training_set_.folds),
-                .held_out = {}};
-  judged.held_out = compute_figures(judged.trial.residual, training_set_.clusters);
-  return judged;
+SetAccuracy Study::measure(const Set& set) const {
+  SetAccuracy measured{.trial = try_surface(inputs(set, training_set_.clusters), training_set_.clusters.bias_deg_per_h,
+                                            training_set_.folds),
+                       .held_out = {}};
+  measured.held_out = compute_figures(measured.trial.residual, training_set_.clusters);
+  return measured;
 }
 
 /// Computes the accuracy of the sets for which it is still unknown. Fails if a STD is not finite, since such a value
 /// cannot be ordered and would make a recommendation meaningless.
-Result<void> Study::judge_all(const std::vector<Set>& sets) {
-  constexpr std::size_t kAtOnce = 16;  // sets between two progress reports
+Result<void> Study::measure_all(const std::vector<Set>& sets) {
+  constexpr std::size_t kSetsPerReport = 16;  // sets between two progress reports
   std::vector<Set> open;
-  std::ranges::copy_if(sets, std::back_inserter(open), [&](const Set& set) { return !judged_.contains(set); });
-  for (std::size_t first = 0; first < open.size(); first += kAtOnce) {
-    const double done = static_cast<double>(judged_.size()) / static_cast<double>(number_of_sets());
+  std::ranges::copy_if(sets, std::back_inserter(open), [&](const Set& set) { return !accuracies_.contains(set); });
+  for (std::size_t first = 0; first < open.size(); first += kSetsPerReport) {
+    const double done = static_cast<double>(accuracies_.size()) / static_cast<double>(count_sets());
     if (!keep_going(progress_, "leaving thermometers out", std::min(1.0, done))) {
       return failure(FaultKind::interrupted, "placement", "stopped on request");
     }
-    std::vector<Judged> judged(std::min(kAtOnce, open.size() - first));
-    oneapi::tbb::parallel_for(std::size_t{0}, judged.size(),
-                              [&](std::size_t i) { judged[i] = judge(open[first + i]); });
-    for (std::size_t i = 0; i < judged.size(); ++i) {
-      if (!std::isfinite(judged[i].held_out.std)) {
+    std::vector<SetAccuracy> measured(std::min(kSetsPerReport, open.size() - first));
+    oneapi::tbb::parallel_for(std::size_t{0}, measured.size(),
+                              [&](std::size_t i) { measured[i] = measure(open[first + i]); });
+    for (std::size_t i = 0; i < measured.size(); ++i) {
+      if (!std::isfinite(measured[i].held_out.std)) {
         return failure(
             FaultKind::usage, "placement",
             fmt::format("held-out residual of {}: not a finite value", fmt::join(names(open[first + i]), ", ")));
       }
-      judged_.emplace(open[first + i], std::move(judged[i]));
+      accuracies_.emplace(open[first + i], std::move(measured[i]));
     }
   }
   return {};
 }
 
 /// Returns the set with the least held-out STD; the first of several equal ones.
-const Set& Study::cheapest(const std::vector<Set>& sets) const {
-  return *std::ranges::min_element(sets, {}, [&](const Set& set) { return judged_.at(set).held_out.std; });
+const Set& Study::most_accurate(const std::vector<Set>& sets) const {
+  return *std::ranges::min_element(sets, {}, [&](const Set& set) { return accuracies_.at(set).held_out.std; });
 }
 
-LeftOut Study::left_out(const Set& kept) const {
-  const Judged &with = judged_.at(everything_), &without = judged_.at(kept);
-  const auto squares = [](const Judged& judged) {
-    return (judged.trial.residual.array() - judged.held_out.mean).square();
+LeftOut Study::make_left_out(const Set& kept) const {
+  const SetAccuracy &with = accuracies_.at(all_thermometers_), &without = accuracies_.at(kept);
+  const auto squares = [](const SetAccuracy& measured) {
+    return (measured.trial.residual.array() - measured.held_out.mean).square();
   };
   // s² − s₀² = (s − s₀)(s + s₀), and s² − s₀² is the mean of the differences of the squares.
   const data::Figures excess = compute_figures((squares(without) - squares(with)).matrix(), training_set_.clusters);
-  Set gone;
-  std::ranges::set_difference(everything_, kept, std::back_inserter(gone));
-  LeftOut result{.left_out = names(gone),
+  Set removed;
+  std::ranges::set_difference(all_thermometers_, kept, std::back_inserter(removed));
+  LeftOut result{.left_out = names(removed),
                  .kept = names(kept),
                  .held_out = without.held_out,
                  .price_deg_per_h = without.held_out.std - with.held_out.std,
@@ -151,30 +152,30 @@ LeftOut Study::left_out(const Set& kept) const {
 }
 
 /// Returns the total number of sets whose accuracy is to be computed, for the progress.
-std::size_t Study::number_of_sets() const {
-  const std::size_t m = everything_.size();
+std::size_t Study::count_sets() const {
+  const std::size_t m = all_thermometers_.size();
   if (m > kManyThermometers) return 1 + m * (m + 1) / 2;
   const std::size_t up_to_three = 1 + m + m * (m - 1) / 2 + m * (m - 1) * (m - 2) / 6;
   return up_to_three + (m > 4 ? (m - 3) * (m - 2) / 2 : 0);
 }
 
-Result<std::optional<LeftOut>> Study::best_without(std::size_t count) {
-  if (everything_.size() <= count || everything_.size() > kManyThermometers) return std::nullopt;
-  const auto sets = sets_without(everything_, count);
-  if (const auto judged = judge_all(sets); !judged) return failure(judged.error());
-  return left_out(cheapest(sets));
+Result<std::optional<LeftOut>> Study::find_best_elimination(std::size_t count) {
+  if (all_thermometers_.size() <= count || all_thermometers_.size() > kManyThermometers) return std::nullopt;
+  const auto sets = make_subsets(all_thermometers_, count);
+  if (const auto measured = measure_all(sets); !measured) return failure(measured.error());
+  return make_left_out(most_accurate(sets));
 }
 
 Result<void> Study::eliminate(Placement& placement) {
   std::vector<std::string> order;
-  for (Set kept = everything_; kept.size() > 1;) {
-    const auto sets = sets_without(kept, 1);
-    if (const auto judged = judge_all(sets); !judged) return judged;
-    const Set& next = cheapest(sets);
-    Set gone;
-    std::ranges::set_difference(kept, next, std::back_inserter(gone));
-    order.push_back(names(gone).front());
-    placement.elimination.push_back(left_out(next));
+  for (Set kept = all_thermometers_; kept.size() > 1;) {
+    const auto sets = make_subsets(kept, 1);
+    if (const auto measured = measure_all(sets); !measured) return measured;
+    const Set& next = most_accurate(sets);
+    Set removed;
+    std::ranges::set_difference(kept, next, std::back_inserter(removed));
+    order.push_back(names(removed).front());
+    placement.elimination.push_back(make_left_out(next));
     placement.elimination.back().left_out = order;
     kept = next;
   }
@@ -184,19 +185,19 @@ Result<void> Study::eliminate(Placement& placement) {
   return {};
 }
 
-Result<Placement> Study::conduct() {
+Result<Placement> Study::run() {
   Placement placement;
   placement.folds = training_set_.folds.statement;
-  if (const auto judged = judge_all({everything_}); !judged) return failure(judged.error());
-  placement.all = left_out(everything_);
-  const auto alone = sets_without(everything_, 1);
-  if (const auto judged = judge_all(alone); !judged) return failure(judged.error());
-  for (const Set& set : alone) placement.alone.push_back(left_out(set));
+  if (const auto measured = measure_all({all_thermometers_}); !measured) return failure(measured.error());
+  placement.all = make_left_out(all_thermometers_);
+  const auto alone = make_subsets(all_thermometers_, 1);
+  if (const auto measured = measure_all(alone); !measured) return failure(measured.error());
+  for (const Set& set : alone) placement.alone.push_back(make_left_out(set));
   std::ranges::stable_sort(placement.alone, {}, &LeftOut::price_deg_per_h);
-  auto pair = best_without(2);
+  auto pair = find_best_elimination(2);
   if (!pair) return failure(pair.error());
   placement.best_pair = std::move(*pair);
-  auto three = best_without(3);
+  auto three = find_best_elimination(3);
   if (!three) return failure(three.error());
   placement.best_three = std::move(*three);
   if (const auto eliminated = eliminate(placement); !eliminated) return failure(eliminated.error());
@@ -217,7 +218,7 @@ Result<Placement> study_placement(const std::vector<data::Clusters>& records, co
                                   const data::FoldOptions& options, const ProgressSink& progress) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
-  const auto thermometers = select_names(thermometers_among(clusters->thermometers), clusters->thermometers);
+  const auto thermometers = select_names(find_thermometers(clusters->thermometers), clusters->thermometers);
   if (thermometers.size() < 2) {
     return failure(FaultKind::usage, "placement",
                    fmt::format("needs at least two thermometers, the record has {}", thermometers.size()));
@@ -233,7 +234,7 @@ Result<Placement> study_placement(const std::vector<data::Clusters>& records, co
     }
     others = std::move(*joined);
   }
-  return Study({.clusters = std::move(*clusters), .folds = std::move(*folds)}, std::move(others), progress).conduct();
+  return Study({.clusters = std::move(*clusters), .folds = std::move(*folds)}, std::move(others), progress).run();
 }
 
 }  // namespace gyrotherm::model

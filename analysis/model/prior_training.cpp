@@ -44,7 +44,7 @@ Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::
 }
 
 /// Selects these rows of all clusters, by record; omits records without any.
-std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumbers& rows) {
+std::vector<data::Clusters> select_records(const OwnClusters& own, const RowNumbers& rows) {
   std::vector<data::Clusters> within;
   auto row = rows.begin();
   Eigen::Index first = 0;
@@ -117,12 +117,12 @@ Result<Model> learn_model(const population::TypePrior& prior, const std::vector<
   return learn_unit(prior, records).map([&](const population::LearntUnit& unit) { return assemble(prior, unit); });
 }
 
-Result<void> judge_held_out(Model& model, const population::TypePrior& prior, const OwnClusters& own,
-                            const data::FoldPlan& folds) {
+Result<void> evaluate_held_out(Model& model, const population::TypePrior& prior, const OwnClusters& own,
+                               const data::FoldPlan& folds) {
   Eigen::VectorXd residual =
       Eigen::VectorXd::Constant(own.all.start_s.size(), std::numeric_limits<double>::quiet_NaN());
   for (const data::Fold& fold : folds.folds) {
-    const auto without = learn_model(prior, records_within(own, fold.training));
+    const auto without = learn_model(prior, select_records(own, fold.training));
     if (!without) return failure(without.error());
     const auto predicted = predict(*without, pick(own.all, fold.held_out));
     if (!predicted) return failure(predicted.error());
@@ -140,8 +140,8 @@ Result<void> judge_held_out(Model& model, const population::TypePrior& prior, co
 /// of the thermometer errors. The remainder of c is attributed to the part of the profile that the clusters cover.
 /// Differences of hundredths of a kelvin matter, because the slopes of nearly equal thermometers can be large and of
 /// opposite sign.
-double coefficients_deg_per_h(const population::TypePrior& prior, const population::LearntUnit& unit,
-                              const methods::PredictiveVariance& variance) {
+double coefficient_uncertainty_deg_per_h(const population::TypePrior& prior, const population::LearntUnit& unit,
+                                         const methods::PredictiveVariance& variance) {
   const Eigen::Index inputs = prior.scaling.std.size();
   const Eigen::MatrixXd& errors = prior.error_covariance;
   Eigen::VectorXd mean = Eigen::VectorXd::Ones(inputs + 1);
@@ -159,7 +159,7 @@ double source_variance(const std::vector<BudgetRow>& rows, Source source) {
 
 /// Adds the coefficients row, and raises the model form row to the value that the type's data imply. The type's data
 /// determine both better than a few hours of data from one unit.
-void add_type(std::vector<BudgetRow>& rows, const population::TypePrior& prior, double coefficients) {
+void add_type_rows(std::vector<BudgetRow>& rows, const population::TypePrior& prior, double coefficients) {
   const double freedom = std::max(1.0, static_cast<double>(prior.units.size()) - 1);
   const double explained = source_variance(rows, Source::hysteresis) + source_variance(rows, Source::flicker) +
                            source_variance(rows, Source::rate_random_walk);
@@ -186,8 +186,8 @@ bool was_learnt_from(const population::TypePrior& prior, const data::Dataset& da
          });
 }
 
-void warn(Model& model, const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
-          const OwnClusters& own) {
+void add_warnings(Model& model, const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+                  const OwnClusters& own) {
   if (own.without_input > 0) {
     model.warnings.push_back(fmt::format("clusters without all inputs were excluded: {} of {}", own.without_input,
                                          own.without_input + own.all.start_s.size()));
@@ -207,7 +207,7 @@ void warn(Model& model, const population::TypePrior& prior, const std::vector<da
 }
 
 /// Fails if the record's bias reference differs from that of the prior.
-Result<void> check_zero(const population::TypePrior& prior, const data::Dataset& dataset) {
+Result<void> check_bias_reference(const population::TypePrior& prior, const data::Dataset& dataset) {
   const bool is_known = !prior.records.empty() && !prior.records.front().bias_zero.empty();
   return is_known ? check_same_reference(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};
 }
@@ -240,7 +240,7 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
   if (datasets.empty() || datasets.size() != clusters.size())
     return failure(FaultKind::usage, "training", "needs at least one record");
   if (const auto sound = check_records(datasets, clusters); !sound) return failure(sound.error());
-  if (const auto sound = check_zero(prior, datasets.front()); !sound) return failure(sound.error());
+  if (const auto sound = check_bias_reference(prior, datasets.front()); !sound) return failure(sound.error());
   const auto own = own_clusters(prior, datasets, clusters);
   if (!own) return failure(own.error());
   const auto folds = plan_own_folds(*own, datasets, options.folds);
@@ -248,11 +248,11 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
   const auto unit = learn_unit(prior, own->records);
   if (!unit) return failure(unit.error());
   Result<Model> model = assemble(prior, *unit);
-  if (const auto judged = judge_held_out(*model, prior, *own, *folds); !judged) return failure(judged.error());
+  if (const auto judged = evaluate_held_out(*model, prior, *own, *folds); !judged) return failure(judged.error());
   model->program_version = options.program_version;
   model->residual_noise = held_out_noise(*model, datasets, own->records, own->all);
   record_sources(*model, datasets, own->records);
-  if (const auto judged = judge_in_sample(*model, own->all); !judged) return failure(judged.error());
+  if (const auto judged = evaluate_in_sample(*model, own->all); !judged) return failure(judged.error());
   model->input_min = model->input_min.cwiseMin(prior.input_min);
   model->input_max = model->input_max.cwiseMax(prior.input_max);
   auto uncertainty = evaluate_uncertainty(*model, {.datasets = datasets,
@@ -260,9 +260,9 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
                                                    .held_out_residual_deg_per_h = model->leave_cycle_out_residual,
                                                    .variance_is_a_row = true});
   if (!uncertainty) return failure(uncertainty.error());
-  add_type(uncertainty->budget.rows, prior, coefficients_deg_per_h(prior, *unit, *model->variance));
+  add_type_rows(uncertainty->budget.rows, prior, coefficient_uncertainty_deg_per_h(prior, *unit, *model->variance));
   model->uncertainty = std::move(*uncertainty);
-  warn(*model, prior, datasets, *own);
+  add_warnings(*model, prior, datasets, *own);
   warn_about_over_fit(*model, datasets, own->records);
   return model;
 }

@@ -11,19 +11,19 @@
 namespace gyrotherm::model {
 namespace {
 
-std::string figures(const data::Figures& f) {
+std::string format_figures(const data::Figures& f) {
   return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} deg/h over {} means", f.std, f.mean, f.rmse,
                      f.max_abs, f.count);
 }
 
-std::string trained_on(const TrainingRecord& record) {
+std::string describe_record(const TrainingRecord& record) {
   return fmt::format("Trained on {}{}{} (run {}, profile {}), {} means of {:.0f} to {:.0f} s.",
                      record.simulated ? "SIMULATED data: " : "",
                      is_named(record.of) ? in_words(record.of) + " of " : "", record.path, record.run_id,
                      record.profile_name, record.clusters, record.from_s, record.to_s);
 }
 
-std::string reduced(const ReducedSetSummary& reduction) {
+std::string describe_reduction(const ReducedSetSummary& reduction) {
   return fmt::format(
       "Reduced from {} to {} vectors: changes of at most {:.3g} deg/h, rms {:.3g}, on {} training means, bound {:.3g}; "
       "the residuals below are those of the full function.",
@@ -31,7 +31,7 @@ std::string reduced(const ReducedSetSummary& reduction) {
       reduction.clusters, reduction.bound_deg_per_h);
 }
 
-std::string range(const Model& model, Eigen::Index input) {
+std::string describe_range(const Model& model, Eigen::Index input) {
   const bool rate = has_rate(model.terms[static_cast<std::size_t>(input)]);
   return fmt::format("  {}: {:.6g} to {:.6g}{}", to_string(model.terms[static_cast<std::size_t>(input)]),
                      model.input_min(input), model.input_max(input), rate ? " (rates in degC/min)" : "");
@@ -46,17 +46,17 @@ std::string c_provenance(const Model& model) {
   if (simulated) lines.emplace_back("SIMULATED: the model was trained on data of a virtual gyro.");
   lines.push_back(fmt::format("Method {}, inputs {}; means of {:g} s.{}", model.method, model.inputs,
                               model.cluster_length_s, model.quick ? " Tuned with a small swarm, for a trial." : ""));
-  if (model.reduction) lines.push_back(reduced(*model.reduction));
-  for (const TrainingRecord& record : model.trained_on) lines.push_back(trained_on(record));
+  if (model.reduction) lines.push_back(describe_reduction(*model.reduction));
+  for (const TrainingRecord& record : model.trained_on) lines.push_back(describe_record(record));
   lines.push_back("Bias as trained: mean " +
                   fmt::format("{:.6g}, std {:.6g} deg/h.", model.target_mean_deg_per_h, model.target_std_deg_per_h));
-  lines.push_back("Residual in-sample (not a verification): " + figures(model.in_sample) + ".");
-  lines.push_back(fmt::format("Residual held out, {}: {}.", model.folds, figures(model.leave_cycle_out)));
+  lines.push_back("Residual in-sample (not a verification): " + format_figures(model.in_sample) + ".");
+  lines.push_back(fmt::format("Residual held out, {}: {}.", model.folds, format_figures(model.leave_cycle_out)));
   for (const std::string& warning : model.warnings) lines.push_back("Warning: " + warning + ".");
   if (const auto block = trained_block(model.trained_on))
     lines.push_back(fmt::format("Trained range of the block: {:.1f} to {:.1f} degC.", block->low_c, block->high_c));
   lines.emplace_back("Trained range of each input, degC:");
-  for (Eigen::Index i = 0; i < model.input_min.size(); ++i) lines.push_back(range(model, i));
+  for (Eigen::Index i = 0; i < model.input_min.size(); ++i) lines.push_back(describe_range(model, i));
   std::string text;
   for (const std::string& line : lines) text += ' ' + c_comment(line) + '\n';
   return text;

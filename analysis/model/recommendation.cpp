@@ -28,31 +28,31 @@ double error_of_mean(const std::vector<double>& values) {
   return std::sqrt(sum / (count - 1) / count);
 }
 
-JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candidate) {
+CandidateResult compare_to_lowest(const Candidate& lowest, const Candidate& candidate) {
   std::vector<double> behind;
   for (std::size_t r = 0; r < candidate.held_out_mse.size(); ++r)
     behind.push_back(candidate.held_out_mse[r] - lowest.held_out_mse[r]);
   const double rmse = std::sqrt(mean_value(candidate.held_out_mse));
-  JudgedCandidate judged{.name = candidate.name,
+  CandidateResult result{.name = candidate.name,
                          .stored_numbers = candidate.stored_numbers,
                          .rmse_deg_per_h = rmse,
                          .expanded_deg_per_h = kCoverageFactor * rmse,
                          .behind_mse = mean_value(behind),
                          .behind_error_mse = error_of_mean(behind)};
-  judged.within = judged.behind_mse <= judged.behind_error_mse;
-  return judged;
+  result.within = result.behind_mse <= result.behind_error_mse;
+  return result;
 }
 
-/// Formats the statement. `unjudged` are the names of candidates without a finite error.
-std::string make_statement(const Recommendation& found, int within, const std::vector<std::string>& unjudged) {
+/// Formats the statement. `not_compared` are the names of candidates without a finite error.
+std::string make_statement(const Recommendation& found, int within, const std::vector<std::string>& not_compared) {
   return fmt::format(
       "the fewest stored parameters among {} of {} models within one standard error of the lowest expanded uncertainty "
       "({}), on {} record{} of profiles that {} not used for training; the random run was not used for the choice{}",
       within, found.candidates.size(), found.lowest, found.records, found.records == 1 ? "" : "s",
       found.records == 1 ? "was" : "were",
-      unjudged.empty() ? ""
-                       : fmt::format("; not compared, because they cannot be trained on these records: {}",
-                                     fmt::join(unjudged, ", ")));
+      not_compared.empty() ? ""
+                           : fmt::format("; not compared, because they cannot be trained on these records: {}",
+                                         fmt::join(not_compared, ", ")));
 }
 
 }  // namespace
@@ -61,11 +61,11 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   Recommendation found;
   found.statement = "none: no independent record for the choice; supply one with --further";
   std::vector<Candidate> finite;
-  std::vector<std::string> unjudged;
+  std::vector<std::string> not_compared;
   for (const Candidate& candidate : candidates) {
     assert(candidate.held_out_mse.size() == candidates.front().held_out_mse.size());
     const bool known = !candidate.held_out_mse.empty() && std::isfinite(mean_value(candidate.held_out_mse));
-    known ? finite.push_back(candidate) : unjudged.push_back(candidate.name);
+    known ? finite.push_back(candidate) : not_compared.push_back(candidate.name);
   }
   if (finite.empty()) {
     if (!candidates.empty() && !candidates.front().held_out_mse.empty())
@@ -76,14 +76,14 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   std::ranges::stable_sort(finite, {}, by_error);
   found.lowest = finite.front().name;
   found.records = static_cast<int>(finite.front().held_out_mse.size());
-  for (const Candidate& candidate : finite) found.candidates.push_back(judged_against(finite.front(), candidate));
-  const JudgedCandidate* simplest = &found.candidates.front();
-  for (const JudgedCandidate& judged : found.candidates) {
-    if (judged.within && judged.stored_numbers < simplest->stored_numbers) simplest = &judged;
+  for (const Candidate& candidate : finite) found.candidates.push_back(compare_to_lowest(finite.front(), candidate));
+  const CandidateResult* simplest = &found.candidates.front();
+  for (const CandidateResult& result : found.candidates) {
+    if (result.within && result.stored_numbers < simplest->stored_numbers) simplest = &result;
   }
   found.recommended = simplest->name;
-  const auto within = std::ranges::count(found.candidates, true, &JudgedCandidate::within);
-  found.statement = make_statement(found, static_cast<int>(within), unjudged);
+  const auto within = std::ranges::count(found.candidates, true, &CandidateResult::within);
+  found.statement = make_statement(found, static_cast<int>(within), not_compared);
   return found;
 }
 

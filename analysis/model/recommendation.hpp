@@ -21,7 +21,7 @@ struct Candidate {
 };
 
 /// Result of the rule for one candidate.
-struct JudgedCandidate {
+struct CandidateResult {
   std::string name;
   int stored_numbers{};
   /// Root mean square over all held-out records, equally weighted.
@@ -35,14 +35,14 @@ struct JudgedCandidate {
   bool within{};
 };
 
-void describe(auto& form, Like<JudgedCandidate> auto& judged) {
-  form("name", judged.name);
-  form("stored_numbers", judged.stored_numbers);
-  form("rmse_deg_per_h", judged.rmse_deg_per_h);
-  form("expanded_uncertainty_deg_per_h", judged.expanded_deg_per_h);
-  form("behind_mse", judged.behind_mse);
-  form("behind_error_mse", judged.behind_error_mse);
-  form("within_one_standard_error", judged.within);
+void describe(auto& form, Like<CandidateResult> auto& result) {
+  form("name", result.name);
+  form("stored_numbers", result.stored_numbers);
+  form("rmse_deg_per_h", result.rmse_deg_per_h);
+  form("expanded_uncertainty_deg_per_h", result.expanded_deg_per_h);
+  form("behind_mse", result.behind_mse);
+  form("behind_error_mse", result.behind_error_mse);
+  form("within_one_standard_error", result.within);
 }
 
 struct Recommendation {
@@ -54,7 +54,7 @@ struct Recommendation {
   /// The rule and its result, as text.
   std::string statement;
   /// Candidates in ascending order of expanded uncertainty.
-  std::vector<JudgedCandidate> candidates;
+  std::vector<CandidateResult> candidates;
 };
 
 void describe(auto& form, Like<Recommendation> auto& recommendation) {

@@ -117,7 +117,7 @@ class Pursuit {
   std::vector<Eigen::Index> kept_;
 };
 
-void keep(Model& model, const std::vector<Eigen::Index>& kept, const Gaussians& reduced) {
+void store_reduction(Model& model, const std::vector<Eigen::Index>& kept, const Gaussians& reduced) {
   if (auto* svr = std::get_if<methods::SvrModel>(&model.function)) {
     svr->support_vectors = svr->support_vectors(kept, Eigen::all).eval();
     svr->beta = reduced.weights;
@@ -148,7 +148,7 @@ Result<data::SampleMatrix> clusters_in_lengths(const Model& model, const data::C
   return data::SampleMatrix(scaled.array().rowwise() / full.lengths.array());
 }
 
-Result<void> check(const Model& model, const ReducedSetGoal& goal) {
+Result<void> check_goal(const Model& model, const ReducedSetGoal& goal) {
   if (model.reduction) return refusal("the model is already reduced; start from the full model");
   if (goal.vectors.has_value() == goal.max_change_deg_per_h.has_value()) {
     return refusal("expected either a number of vectors or a maximum change of the prediction");
@@ -162,7 +162,7 @@ Result<void> check(const Model& model, const ReducedSetGoal& goal) {
 }
 
 /// Adds the error caused by the reduction to the model form row.
-void widen(Uncertainty& uncertainty, double change_deg_per_h) {
+void add_reduction_error(Uncertainty& uncertainty, double change_deg_per_h) {
   auto& rows = uncertainty.budget.rows;
   auto form = std::ranges::find(rows, Source::model_form, &BudgetRow::source);
   if (form == rows.end()) form = rows.insert(form, {.source = Source::model_form});
@@ -172,7 +172,7 @@ void widen(Uncertainty& uncertainty, double change_deg_per_h) {
 }  // namespace
 
 Result<Model> reduce(const Model& model, const data::Clusters& training, const ReducedSetGoal& goal) {
-  if (const auto checked = check(model, goal); !checked) return failure(checked.error());
+  if (const auto checked = check_goal(model, goal); !checked) return failure(checked.error());
   const auto full = extract_gaussians(model);
   if (!full) return failure(full.error());
   const auto clusters = clusters_in_lengths(model, training, *full);
@@ -195,14 +195,14 @@ Result<Model> reduce(const Model& model, const data::Clusters& training, const R
 
   std::vector<Eigen::Index> kept;
   const Gaussians reduced = pursuit.reduced(kept);
-  keep(smaller, kept, reduced);
+  store_reduction(smaller, kept, reduced);
   const Eigen::VectorXd change = full->at(*clusters) - reduced.at(*clusters);
   const double unit = model.target_std_deg_per_h;
   smaller.reduction->vectors = static_cast<int>(kept.size());
   smaller.reduction->bound_deg_per_h = unit * norm_of_change(*full, reduced, kept);
   smaller.reduction->max_change_deg_per_h = unit * change.cwiseAbs().maxCoeff();
   smaller.reduction->rms_change_deg_per_h = unit * std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));
-  if (smaller.uncertainty) widen(*smaller.uncertainty, smaller.reduction->rms_change_deg_per_h);
+  if (smaller.uncertainty) add_reduction_error(*smaller.uncertainty, smaller.reduction->rms_change_deg_per_h);
   return smaller;
 }
 

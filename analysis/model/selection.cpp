@@ -41,7 +41,7 @@ std::string make_statement(const Selection& selection, const std::vector<data::T
 }
 
 /// Returns the candidates that do not depend linearly on earlier ones, for any temperatures.
-std::vector<data::Term> independent_of_earlier(const std::vector<data::Term>& candidates) {
+std::vector<data::Term> find_independent_terms(const std::vector<data::Term>& candidates) {
   std::vector<data::Term> taken;
   for (const data::Term& term : candidates) {
     taken.push_back(term);
@@ -57,7 +57,7 @@ bool read_number(std::string_view text, Number& number) {
 }
 
 /// Centres the columns and scales them to length 1; a constant column becomes 0.
-Eigen::MatrixXd unit_columns(const data::SampleMatrix& values) {
+Eigen::MatrixXd normalise_columns(const data::SampleMatrix& values) {
   constexpr double kRounding = 1e-12;
   Eigen::MatrixXd unit = values.rowwise() - values.colwise().mean();
   for (Eigen::Index j = 0; j < unit.cols(); ++j) {
@@ -87,7 +87,7 @@ struct Step {
 };
 
 /// All inputs: the fixed ones first, then the candidates.
-struct Field {
+struct SelectionProblem {
   data::SampleMatrix x;
   const data::TrainingSet& training_set;
   std::size_t fixed;
@@ -98,27 +98,27 @@ struct Field {
 };
 
 /// Returns the best of the candidates that are not yet selected; the first of equals.
-Step best_next(const Field& field, const Columns& taken) {
+Step find_next_step(const SelectionProblem& problem, const Columns& taken) {
   std::vector<Step> steps;
-  for (Eigen::Index column = static_cast<Eigen::Index>(field.fixed); column < field.x.cols(); ++column) {
+  for (Eigen::Index column = static_cast<Eigen::Index>(problem.fixed); column < problem.x.cols(); ++column) {
     if (std::ranges::count(taken, column) == 0) steps.push_back({column, {}});
   }
   tbb::parallel_for(std::size_t{0}, steps.size(), [&](std::size_t i) {
     Columns columns = taken;
     columns.push_back(steps[i].column);
-    steps[i].trial = field.try_columns(columns);
+    steps[i].trial = problem.try_columns(columns);
   });
   return *std::ranges::min_element(steps, {}, [](const Step& step) { return step.trial.mean_square; });
 }
 
 /// Adds inputs while the held-out error decreases. Without fixed inputs, the first candidate is added in any case.
-std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_t most) {
-  Columns taken(field.fixed);
+std::vector<Step> extend_selection(const SelectionProblem& problem, const SurfaceTrial& start, std::size_t most) {
+  Columns taken(problem.fixed);
   std::iota(taken.begin(), taken.end(), Eigen::Index{0});
   std::vector<Step> path;
   double error = start.mean_square;
-  while (path.size() < most && taken.size() < static_cast<std::size_t>(field.x.cols())) {
-    Step step = best_next(field, taken);
+  while (path.size() < most && taken.size() < static_cast<std::size_t>(problem.x.cols())) {
+    Step step = find_next_step(problem, taken);
     if (!(step.trial.mean_square < error) && !taken.empty()) break;
     error = step.trial.mean_square;
     taken.push_back(step.column);
@@ -134,13 +134,14 @@ double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clu
 }
 
 /// Returns the number of steps of the path to keep. The last step of the path has the least error.
-std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial& start, const Field& field) {
+std::size_t count_steps_to_keep(const std::vector<Step>& path, const SurfaceTrial& start,
+                                const SelectionProblem& problem) {
   if (path.empty()) return 0;
   const SurfaceTrial& best = path.back().trial;
-  const double enough = best.mean_square + error_of_mean_square(best, field.training_set.clusters);
-  if (field.fixed > 0 && start.mean_square <= enough) return 0;
+  const double acceptable = best.mean_square + error_of_mean_square(best, problem.training_set.clusters);
+  if (problem.fixed > 0 && start.mean_square <= acceptable) return 0;
   std::size_t kept = 1;
-  while (path[kept - 1].trial.mean_square > enough) ++kept;
+  while (path[kept - 1].trial.mean_square > acceptable) ++kept;
   return kept;
 }
 
@@ -162,7 +163,7 @@ struct Standard {
 };
 
 /// Returns z_i, then z_i z_j for i ≤ j.
-svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
+svm::SampleMatrix expand_to_second_order(const svm::SampleMatrix& z) {
   const Eigen::Index inputs = z.cols();
   svm::SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
   all.leftCols(inputs) = z;
@@ -212,7 +213,7 @@ Selection select_by_correlation(const std::vector<data::Term>& candidates, const
   selection.rank = polynomial_rank(selection.terms);
   if (selection.rank < least_rank) {
     selection.fallback = true;
-    selection.terms = independent_of_earlier(candidates);
+    selection.terms = find_independent_terms(candidates);
     selection.rank = polynomial_rank(selection.terms);
   }
   selection.statement = make_statement(selection, candidates, passed);
@@ -242,8 +243,8 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
   if (!taken) return failure(taken.error());
   const auto offered = evaluate(candidates, training);
   if (!offered) return failure(offered.error());
-  Eigen::MatrixXd columns = unit_columns(*offered);
-  project_out(unit_columns(*taken), columns);
+  Eigen::MatrixXd columns = normalise_columns(*offered);
+  project_out(normalise_columns(*taken), columns);
 
   // Each pivot is the column with the largest independent part; the diagonal of R is the size of this part.
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
@@ -271,12 +272,12 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
   terms.insert(terms.end(), candidates.begin(), candidates.end());
   auto x = evaluate(terms, training_set.clusters);
   if (!x) return failure(x.error());
-  const Field field{.x = std::move(*x), .training_set = *divided, .fixed = fixed.size()};
+  const SelectionProblem problem{.x = std::move(*x), .training_set = *divided, .fixed = fixed.size()};
   Columns at_first(fixed.size());
   std::iota(at_first.begin(), at_first.end(), Eigen::Index{0});
-  const SurfaceTrial start = field.try_columns(at_first);
-  const std::vector<Step> path = grow(field, start, static_cast<std::size_t>(most));
-  const std::size_t kept = one_standard_error(path, start, field);
+  const SurfaceTrial start = problem.try_columns(at_first);
+  const std::vector<Step> path = extend_selection(problem, start, static_cast<std::size_t>(most));
+  const std::size_t kept = count_steps_to_keep(path, start, problem);
 
   Selection selection;
   selection.threshold = 0;
@@ -300,10 +301,10 @@ Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eige
   if (train_x.cols() == 0) return predicted;
 
   const Standard inputs(train_x);
-  const svm::SampleMatrix raw = second_order(inputs.of(train_x));
+  const svm::SampleMatrix raw = expand_to_second_order(inputs.of(train_x));
   const Standard products(raw);
   const svm::SampleMatrix train = products.of(raw);
-  const svm::SampleMatrix test = products.of(second_order(inputs.of(test_x)));
+  const svm::SampleMatrix test = products.of(expand_to_second_order(inputs.of(test_x)));
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(train.cols(), train.cols());
   gram.selfadjointView<Eigen::Lower>().rankUpdate(train.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(gram);  // reads the lower triangle

@@ -20,22 +20,23 @@ constexpr double kNotYet = std::numeric_limits<double>::quiet_NaN();
 
 SlidingMeans::SlidingMeans(Eigen::Index length, Eigen::Index columns)
     : block_(data::SampleMatrix::Zero(length, columns)),
-      ends_(data::SampleMatrix::Zero(length + 1, columns)),
-      begun_(Eigen::RowVectorXd::Zero(columns)),
+      previous_ends_(data::SampleMatrix::Zero(length + 1, columns)),
+      current_sum_(Eigen::RowVectorXd::Zero(columns)),
       means_(Eigen::RowVectorXd::Constant(columns, kNotYet)) {}
 
 const Eigen::RowVectorXd& SlidingMeans::push(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
   const Eigen::Index length = block_.rows();
   block_.row(at_) = row;
-  begun_ += row;
+  current_sum_ += row;
   ++at_;
-  if (full_ || at_ == length) means_ = (begun_ + ends_.row(at_)) / static_cast<double>(length);
+  if (has_previous_block_ || at_ == length)
+    means_ = (current_sum_ + previous_ends_.row(at_)) / static_cast<double>(length);
   if (at_ < length) return means_;
-  ends_.row(length).setZero();
-  for (Eigen::Index i = length - 1; i >= 0; --i) ends_.row(i) = ends_.row(i + 1) + block_.row(i);
-  begun_.setZero();
+  previous_ends_.row(length).setZero();
+  for (Eigen::Index i = length - 1; i >= 0; --i) previous_ends_.row(i) = previous_ends_.row(i + 1) + block_.row(i);
+  current_sum_.setZero();
   at_ = 0;
-  full_ = true;
+  has_previous_block_ = true;
   return means_;
 }
 
@@ -118,11 +119,11 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   outside_ += static_cast<long long>(ranged.rows.size());
   rows_outside_ = std::move(ranged.rows);
   excess_ = std::move(ranged.excess);
-  return bias_deg_per_h - led(predict(model_, ranged));
+  return bias_deg_per_h - extrapolate(predict(model_, ranged));
 }
 
 /// Extrapolates the predictions of the last pushed rows by half a cluster length.
-Eigen::VectorXd CompensationStream::led(Eigen::VectorXd predicted) {
+Eigen::VectorXd CompensationStream::extrapolate(Eigen::VectorXd predicted) {
   if (predictions_.size() == 0) return predicted;
   const Eigen::Index first = pushed_ - predicted.size();
   for (Eigen::Index i = 0; i < predicted.size(); ++i) {

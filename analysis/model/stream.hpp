@@ -27,14 +27,14 @@ class SlidingMeans {
   /// Rows of the current block.
   data::SampleMatrix block_;
   /// Sums of the previous block from each row to its end.
-  data::SampleMatrix ends_;
+  data::SampleMatrix previous_ends_;
   /// Sum of the current block so far.
-  Eigen::RowVectorXd begun_;
+  Eigen::RowVectorXd current_sum_;
   Eigen::RowVectorXd means_;
   /// Number of rows in the current block.
   Eigen::Index at_{};
   /// A previous block exists.
-  bool full_{};
+  bool has_previous_block_{};
 };
 
 /// Lags of sliding means. Means whose ends are a cluster length apart form a series, so there are as many interleaved
@@ -109,7 +109,7 @@ class CompensationStream {
  private:
   CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Lag>& lags,
                      Outside policy);
-  [[nodiscard]] Eigen::VectorXd led(Eigen::VectorXd predicted);
+  [[nodiscard]] Eigen::VectorXd extrapolate(Eigen::VectorXd predicted);
   /// Copy of the model in which each lag is an input like a temperature.
   Model model_;
   Outside policy_;

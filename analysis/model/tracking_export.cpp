@@ -40,7 +40,7 @@ double @name@_track(@name@_tracker *tracker, double rate_deg_per_h, int at_rest)
 )";
 
 constexpr const char* kDefinitions =
-    R"(/* For each state: the fraction that remains after a block, the variance that a block adds, the initial variance. */
+    R"(/* For each state: fraction that remains after a block, variance that a block adds, initial variance. */
 static const double memory[@name@_STATES] = {@memory@};
 static const double fresh[@name@_STATES] = {@fresh@};
 static const double initial[@name@_STATES] = {@initial@};

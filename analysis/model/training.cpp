@@ -19,7 +19,7 @@
 namespace gyrotherm::model {
 namespace {
 
-tl::unexpected<Fault> stopped() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
+tl::unexpected<Fault> interrupted_fault() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
 
 /// Returns the scaled inputs of any clusters.
 Result<data::SampleMatrix> scaled_inputs(const Preparation& preparation, const data::Clusters& clusters) {
@@ -116,7 +116,7 @@ Result<Eigen::VectorXd> held_out_residual(const FoldData& split, const Estimator
   });
 }
 
-Eigen::VectorXd unknown(Eigen::Index rows) {
+Eigen::VectorXd unknown_residual(Eigen::Index rows) {
   return Eigen::VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN());
 }
 
@@ -147,12 +147,12 @@ Result<void> check_choice(const TrainingOptions& options, const methods::Method&
 
 /// Counts how often these rows are held out, over all folds.
 Eigen::Index count_held_out(const data::FoldPlan& folds, Eigen::Index all, const std::vector<Eigen::Index>& rows) {
-  std::vector<bool> counts(static_cast<std::size_t>(all));
-  for (const Eigen::Index row : rows) counts[static_cast<std::size_t>(row)] = true;
+  std::vector<bool> is_counted(static_cast<std::size_t>(all));
+  for (const Eigen::Index row : rows) is_counted[static_cast<std::size_t>(row)] = true;
   Eigen::Index count = 0;
   for (const data::Fold& fold : folds.folds)
-    count +=
-        std::ranges::count_if(fold.held_out, [&](Eigen::Index row) { return counts[static_cast<std::size_t>(row)]; });
+    count += std::ranges::count_if(fold.held_out,
+                                   [&](Eigen::Index row) { return is_counted[static_cast<std::size_t>(row)]; });
   return count;
 }
 
@@ -186,9 +186,9 @@ Result<void> plan_training(TrainingContext& context, const std::vector<data::Clu
                   context.training_set.folds.statement));
 }
 
-Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records,
-                               const TrainingOptions& options, const methods::Method& method,
-                               const ProgressSink& progress) {
+Result<TrainingContext> make_context(const std::vector<data::Dataset>& datasets,
+                                     const std::vector<data::Clusters>& records, const TrainingOptions& options,
+                                     const methods::Method& method, const ProgressSink& progress) {
   if (datasets.empty() || datasets.size() != records.size()) {
     return failure(FaultKind::usage, "training", "needs at least one record");
   }
@@ -210,7 +210,7 @@ Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const
 }
 
 /// Fits the final model. Requests a tight duality gap, but accepts a fit that reaches only the ordinary gap.
-Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
+Result<Model> fit_final(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;
   if (!keep_going(progress, "fitting", 0)) return failure(FaultKind::interrupted, "training", "stopped on request");
@@ -226,7 +226,7 @@ void widen_for_correlation(Model& model) {
   model.variance->posterior *= std::max(1.0, wider);
 }
 
-svm::TuningOptions tuning_options_for(const TrainingOptions& options) {
+svm::TuningOptions make_tuning_options(const TrainingOptions& options) {
   svm::TuningOptions tuning = options.tuning;
   if (!options.quick) return tuning;
   constexpr int kQuickParticles = 8, kQuickIterations = 6;
@@ -251,7 +251,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
 }
 
 /// The held-out residual for the budget.
-struct JudgedBy {
+struct BudgetResidual {
   Eigen::VectorXd residual;
   /// The residual was also used to choose the hyper-parameters.
   bool chosen_on_these_folds{};
@@ -259,8 +259,8 @@ struct JudgedBy {
 
 /// Evaluates the training procedure on held-out clusters, and by nested folds if requested. Returns the nested residual
 /// if there is one, because it was not used to choose parameters.
-Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
-                                bool nested, const ProgressSink& progress) {
+Result<BudgetResidual> evaluate_held_out(Model& model, const TrainingContext& context,
+                                         const EstimatorOptions& estimator, bool nested, const ProgressSink& progress) {
   const data::Clusters& clusters = context.training_set.clusters;
   auto residual = leave_out_residual(context.splits, clusters.start_s.size(), estimator, progress);
   if (!residual) return failure(residual.error());
@@ -270,25 +270,25 @@ Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, co
   // If no parameters were chosen, the residual is independent of the held-out folds.
   if (estimator.parameters.empty()) {
     if (nested) model.nested_leave_cycle_out = model.leave_cycle_out;
-    return JudgedBy{std::move(*residual), false};
+    return BudgetResidual{std::move(*residual), false};
   }
-  if (!nested) return JudgedBy{std::move(*residual), true};
+  if (!nested) return BudgetResidual{std::move(*residual), true};
   auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
   if (!unseen) return failure(unseen.error());
   model.nested_leave_cycle_out = compute_figures(*unseen, clusters);
-  return JudgedBy{std::move(*unseen), false};
+  return BudgetResidual{std::move(*unseen), false};
 }
 
-Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
-                         const TrainingOptions& options, const ProgressSink& progress) {
+Result<Model> train_in_arena(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
+                             const TrainingOptions& options, const ProgressSink& progress) {
   const auto method = methods::find_method(options.method);
   if (!method) return failure(method.error());
   if (const auto sound = check_records(datasets, clusters); !sound) return failure(sound.error());
   if (const auto fits = check_choice(options, **method); !fits) return failure(fits.error());
-  const auto context = set_up(datasets, clusters, options, **method, progress);
+  const auto context = make_context(datasets, clusters, options, **method, progress);
   if (!context) return failure(context.error());
 
-  const svm::TuningOptions tuning_options = tuning_options_for(options);
+  const svm::TuningOptions tuning_options = make_tuning_options(options);
   const ThermometersInUse thermometers = thermometers_in_use(datasets.front());
   EstimatorOptions estimator{**method,
                              {},
@@ -299,10 +299,10 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   auto choice = choose(context->splits, estimator, progress);
   if (!choice) return failure(choice.error());
   estimator.parameters = choice->parameters;
-  auto model = fit_to_keep(*context, estimator, progress);
+  auto model = fit_final(*context, estimator, progress);
   if (!model) return model;
-  const auto by = judge_held_out(*model, *context, estimator, options.nested, progress);
-  if (!by) return failure(by.error());
+  const auto budget_residual = evaluate_held_out(*model, *context, estimator, options.nested, progress);
+  if (!budget_residual) return failure(budget_residual.error());
   model->residual_noise = held_out_noise(*model, datasets, context->records, context->training_set.clusters);
   model->program_version = options.program_version;
   model->method = (*method)->name;
@@ -313,11 +313,11 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   model->tuning_options = tuning_options;
   model->quick = options.quick;
   record_sources(*model, datasets, context->records);
-  if (const auto judged = judge_in_sample(*model, context->training_set.clusters); !judged)
+  if (const auto judged = evaluate_in_sample(*model, context->training_set.clusters); !judged)
     return failure(judged.error());
   widen_for_correlation(*model);
-  auto uncertainty =
-      evaluate_uncertainty(*model, {datasets, context->records, by->residual, by->chosen_on_these_folds});
+  auto uncertainty = evaluate_uncertainty(
+      *model, {datasets, context->records, budget_residual->residual, budget_residual->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
   if ((*method)->uses_uncertainty && thermometers.assumed) {
@@ -350,7 +350,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
   const std::size_t folds = training_set.folds.folds.size();
   for (std::size_t fold = 0; fold < folds; ++fold) {
     if (!keep_going(progress, "choosing inputs", static_cast<double>(fold) / static_cast<double>(folds))) {
-      return stopped();
+      return interrupted_fault();
     }
     const data::Fold& rows = training_set.folds.folds[fold];
     data::TrainingSet training = within(training_set, rows.training);
@@ -376,10 +376,10 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
 
 Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, Eigen::Index rows,
                                            const EstimatorOptions& estimator, const ProgressSink& progress) {
-  Eigen::VectorXd residual = unknown(rows);
+  Eigen::VectorXd residual = unknown_residual(rows);
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const double done = static_cast<double>(i) / static_cast<double>(splits.size());
-    if (!keep_going(progress, "leaving each fold out", done)) return stopped();
+    if (!keep_going(progress, "leaving each fold out", done)) return interrupted_fault();
     const auto held_out = held_out_residual(splits[i], estimator);
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
@@ -390,7 +390,7 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
 Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, const std::vector<FoldData>& splits,
                                         const InputPlan& inputs, EstimatorOptions estimator,
                                         const ProgressSink& progress) {
-  Eigen::VectorXd residual = unknown(training_set.clusters.start_s.size());
+  Eigen::VectorXd residual = unknown_residual(training_set.clusters.start_s.size());
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const std::string stage = fmt::format("nested, fold {} of {}", i + 1, splits.size());
     const ProgressSink within_stage = [&](std::string_view, double fraction) {
@@ -415,7 +415,7 @@ Result<Model> train(const std::vector<data::Dataset>& datasets, const std::vecto
                     const TrainingOptions& options, const ProgressSink& progress) {
   const int threads = options.tuning.swarm.threads, available = oneapi::tbb::info::default_concurrency();
   oneapi::tbb::task_arena arena(threads == 0 ? available : std::min(threads, available));
-  return arena.execute([&] { return train_here(datasets, clusters, options, progress); });
+  return arena.execute([&] { return train_in_arena(datasets, clusters, options, progress); });
 }
 
 }  // namespace gyrotherm::model

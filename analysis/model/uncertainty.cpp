@@ -43,7 +43,7 @@ bool uses_thermometer(const Model& model, const std::string& thermometer) {
 
 /// Adds the row of a noise coefficient from the Allan fit, even if it is not significant. Adds no row if the estimate
 /// is 0.
-void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
+void add_noise_row(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
   const data::NoiseCoefficient coefficient = estimate_from_square(of(fit, term));
   if (!(coefficient.value > 0)) return;
   rows.push_back({.source = source,
@@ -90,11 +90,12 @@ double quantisation_deg_per_h(const data::Dataset& dataset, double averaging_s) 
   return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangle);
 }
 
-void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on, const data::NoiseFloor& floor) {
+void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on,
+                    const data::NoiseFloor& floor) {
   const data::Dataset& first = on.datasets.front();
   const data::HoldNoise noise = longest_hold_noise(model, on);
   if (of(noise.fit, data::NoiseTerm::angle_random_walk).seen)
-    add_noise(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
+    add_noise_row(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
   if (rows.empty() && floor.differences > 0) {
     const double length_s = on.clusters.front().length_s;
     const double white = std::pow(floor.deg_per_h, 2) - std::pow(quantisation_deg_per_h(first, length_s), 2);
@@ -103,8 +104,8 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
                     .standard_uncertainty = std::sqrt(std::max(0.0, white) * length_s / kSecondsPerHour),
                     .degrees_of_freedom = degrees_of_freedom_for(floor.deg_per_h, floor.error_deg_per_h)});
   }
-  add_noise(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
-  add_noise(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
+  add_noise_row(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
+  add_noise_row(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
   if (first.step_deg_per_h > 0)
     rows.push_back({.source = Source::counting,
                     .evaluation = Evaluation::b,
@@ -115,8 +116,8 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
 /// Computes the model form row from the part of the held-out residual that noise and hysteresis do not explain. It uses
 /// the estimate even if it is not significant. Its degrees of freedom are those of the difference of the squares (GUM
 /// G.3 and G.4); if the residual is far above the noise floor, they are the effective number of residuals minus one.
-BudgetRow form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
-                   bool chosen) {
+BudgetRow make_form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
+                        bool chosen) {
   BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
   const double residual = std::pow(standard, 2);
   const double square = residual - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
@@ -140,8 +141,8 @@ int count_starts(const data::Dataset& dataset, const data::Clusters& clusters) {
 }
 
 /// Adds the rows of the model itself: its form and its hysteresis.
-void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainedOn& on,
-               const data::NoiseFloor& floor) {
+void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainedOn& on,
+                    const data::NoiseFloor& floor) {
   const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
   if (known.size() < 2) return;
@@ -149,7 +150,7 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
   const Hysteresis hysteresis = estimate_hysteresis(residual, clusters);
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
   const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
-  rows.push_back(form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
+  rows.push_back(make_form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
   int starts = 0;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) starts += count_starts(on.datasets[i], on.clusters[i]);
   rows.back().only_start_held_out = starts < 2;
@@ -208,7 +209,7 @@ double drift_until_run_k(const data::Dataset& dataset, const record::Thermometer
 }
 
 /// Adds the turn-on row and the rows for the subtraction of the Earth rate.
-void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
+void add_gyro_rows(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
   rows.push_back(stated_or_assumed_row(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
                                        kTurnOn_deg_per_h, std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
@@ -249,10 +250,10 @@ std::vector<Eigen::Index> temperature_columns(const std::vector<std::string>& in
   return columns;
 }
 
-constexpr int kFewestEachWay = 3;
+constexpr int kFewestPerDirection = 3;
 
 /// Residuals of clusters at nearly equal temperature.
-struct AtOneTemperature {
+struct TemperatureStep {
   double rising{}, falling{};  ///< sums
   int rises{}, falls{};
 };
@@ -264,9 +265,9 @@ double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, doub
   const auto count = static_cast<double>(residual_deg_per_h.size());
   Eigen::VectorXd magnitude = residual_deg_per_h.cwiseAbs();
   std::ranges::sort(magnitude);
-  const double more = effective >= 1 ? 1 + 1 / effective : 2;
+  const double inflation = effective >= 1 ? 1 + 1 / effective : 2;
   const auto quantile = [&](double share) {
-    const double rank = std::ceil(std::min(1.0, share * more) * count);
+    const double rank = std::ceil(std::min(1.0, share * inflation) * count);
     return magnitude(static_cast<Eigen::Index>(std::clamp(rank, 1.0, count)) - 1);
   };
   return std::min(std::sqrt(residual_deg_per_h.squaredNorm() / count),
@@ -381,20 +382,20 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
 }
 
 Hysteresis estimate_hysteresis(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
-  constexpr double kStep_c = 5, kMoves_c_per_min = 0.05;
+  constexpr double kStep_c = 5, kLeastRate_c_per_min = 0.05;
   const std::vector<Eigen::Index> columns = temperature_columns(clusters.thermometers);
   if (columns.empty()) return {};
-  std::map<long, AtOneTemperature> steps;
+  std::map<long, TemperatureStep> steps;
   for (Eigen::Index k = 0; k < residual_deg_per_h.size(); ++k) {
     const double rate = clusters.rate_c_per_min(k, columns).mean();
     const double temperature = clusters.temperature_c(k, columns).mean();
-    if (!std::isfinite(residual_deg_per_h(k)) || !(std::abs(rate) > kMoves_c_per_min)) continue;
-    AtOneTemperature& step = steps[std::lround(temperature / kStep_c)];
+    if (!std::isfinite(residual_deg_per_h(k)) || !(std::abs(rate) > kLeastRate_c_per_min)) continue;
+    TemperatureStep& step = steps[std::lround(temperature / kStep_c)];
     (rate > 0 ? step.rising : step.falling) += residual_deg_per_h(k);
     ++(rate > 0 ? step.rises : step.falls);
   }
   std::erase_if(steps,
-                [](const auto& step) { return std::min(step.second.rises, step.second.falls) < kFewestEachWay; });
+                [](const auto& step) { return std::min(step.second.rises, step.second.falls) < kFewestPerDirection; });
   if (steps.empty()) return {};
   const std::vector<Eigen::Index> known = data::finite_rows(residual_deg_per_h);
   const double variance = residual_deg_per_h(known).squaredNorm() / static_cast<double>(known.size());
@@ -422,13 +423,13 @@ Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on
                      .sensitivities = summarise_sensitivities(*slopes, clusters->thermometers)};
   auto& rows = result.budget.rows;
   const data::NoiseFloor floor = pooled_floor(on);
-  add_noises(rows, model, on, floor);
+  add_noise_rows(rows, model, on, floor);
   result.added_noise_deg_per_h = added_noise(result.sensitivities, on);
   rows.push_back(
       {.source = Source::thermometer_noise,
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
-  add_model(rows, *clusters, on, floor);
+  add_model_rows(rows, *clusters, on, floor);
   if (model.variance && !on.variance_is_a_row) {
     const auto open = function_variance(model, *clusters);
     if (!open) return failure(open.error());
@@ -437,7 +438,7 @@ Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on
   }
   for (const Sensitivity& one : result.sensitivities)
     for (BudgetRow& row : budget_of_thermometer(on.datasets.front(), one)) rows.push_back(std::move(row));
-  add_gyro(rows, on.datasets);
+  add_gyro_rows(rows, on.datasets);
   return result;
 }
 

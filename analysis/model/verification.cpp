@@ -69,7 +69,7 @@ std::vector<double> find_corners(const data::Dataset& dataset, const std::vector
   return corners;
 }
 
-Rows rows_after(const std::vector<double>& corners, const data::Clusters& clusters) {
+Rows find_corner_rows(const std::vector<double>& corners, const data::Clusters& clusters) {
   return rows_where(clusters, [&](Eigen::Index k) {
     return std::ranges::any_of(corners, [&](double corner_s) {
       return clusters.start_s(k) < corner_s + kCornerSeconds && clusters.start_s(k) + clusters.length_s > corner_s;
@@ -96,7 +96,7 @@ std::vector<SegmentFigures> segment_figures(const data::Dataset& dataset, const 
   return figures;
 }
 
-OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged, Outside policy) {
+OutsideTheRange summarise_outside(const Model& model, const RangedInputs& ranged, Outside policy) {
   OutsideTheRange outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
   if (ranged.worst_term < 0) return outside;
   outside.farthest_term = to_string(model.terms[static_cast<std::size_t>(ranged.worst_term)]);
@@ -105,10 +105,10 @@ OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged
 }
 
 const char* describe_policy(Outside policy) {
-  constexpr const char* kDone[] = {
+  constexpr const char* kDescriptions[] = {
       "the plane is extrapolated, the other parts are evaluated at the range limit, and U is larger",
       "these clusters are not compensated and are excluded from the results", "the whole model is extrapolated"};
-  return kDone[static_cast<std::size_t>(policy)];
+  return kDescriptions[static_cast<std::size_t>(policy)];
 }
 
 /// Returns the reason why no cluster is compensated. `known` is the number of clusters with all inputs; `outside`
@@ -132,7 +132,7 @@ bool trained_on(const Model& model, const data::Dataset& dataset, const data::Cl
 
 /// Returns the model's effective parameters times the ratio of verified clusters to training clusters; 0 if the model
 /// was not trained on this record.
-double parameters_spent(const Model& model, const Verification& result) {
+double share_of_parameters(const Model& model, const Verification& result) {
   if (!result.trained_on_this) return 0;
   int all = 0;
   for (const TrainingRecord& record : model.trained_on) all += record.clusters;
@@ -157,7 +157,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
   }
   std::ranges::move(origin_warnings(model, dataset.of, dataset.identity, dataset.bias_zero),
                     std::back_inserter(warnings));
-  if (auto warning = over_fit_warning(result.compensated, result.floor, parameters_spent(model, result)))
+  if (auto warning = over_fit_warning(result.compensated, result.floor, share_of_parameters(model, result)))
     warnings.push_back(*warning);
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
     const auto block = trained_block(model.trained_on);
@@ -190,7 +190,7 @@ Eigen::VectorXd streamed_means(const Eigen::VectorXd& compensated, const data::D
 }
 
 /// Returns 1 inside the interval and 0 outside; NaN without a residual or an interval.
-Eigen::VectorXd within_the_interval(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width) {
+Eigen::VectorXd coverage_flags(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width) {
   return residual.binaryExpr(half_width, [](double value, double half) {
     if (!std::isfinite(value) || !std::isfinite(half)) return kMissing;
     return std::abs(value) <= half ? 1.0 : 0.0;
@@ -199,7 +199,7 @@ Eigen::VectorXd within_the_interval(const Eigen::VectorXd& residual, const Eigen
 
 std::optional<Coverage> find_coverage(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width,
                                       const data::Clusters& clusters) {
-  const Eigen::VectorXd within = within_the_interval(residual, half_width);
+  const Eigen::VectorXd within = coverage_flags(residual, half_width);
   const Rows rows = data::finite_rows(within);
   if (rows.empty()) return std::nullopt;
   const data::Figures share = compute_figures(within(rows), clusters, rows);
@@ -254,15 +254,15 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   }
   result.ramps = part(false);
   result.holds = part(true);
-  result.corners = figures_at(residual, clusters, rows_after(find_corners(dataset, stretches), clusters));
+  result.corners = figures_at(residual, clusters, find_corner_rows(find_corners(dataset, stretches), clusters));
   result.to_truth = error_to_truth(dataset, clusters, residual);
   result.floor = noise_floor(clusters, dataset);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
   result.expected_in_sample_std =
-      expected_in_sample_std(result.floor, parameters_spent(model, result), result.compensated.count);
+      expected_in_sample_std(result.floor, share_of_parameters(model, result), result.compensated.count);
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
-  result.outside = outside_the_range(model, ranged, outside);
+  result.outside = summarise_outside(model, ranged, outside);
   if (model.uncertainty) {
     const auto half_width = interval_half_widths(model, *model.uncertainty, dataset, clusters);
     if (!half_width) return failure(half_width.error());
@@ -274,8 +274,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
 
 Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
                              const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
-  constexpr double kOff = 0.01;
-  if (std::abs(data::sample_interval_s(dataset) - 1) > kOff)
+  constexpr double kGreatestIntervalError = 0.01;
+  if (std::abs(data::sample_interval_s(dataset) - 1) > kGreatestIntervalError)
     return failure(FaultKind::usage, dataset.path,
                    "the rows are not at intervals of one second, which streaming requires");
   auto stream = CompensationStream::open(model, dataset.thermometers, outside);

@@ -60,11 +60,11 @@ TEST(Recommendation, KeepsItsPromiseOnAnyErrors) {
       candidates.push_back(
           {std::to_string(k), static_cast<int>(random() % 1000), {error(random), error(random), error(random)}});
     const Recommendation found = recommend(candidates);
-    EXPECT_TRUE(std::ranges::is_sorted(found.candidates, {}, &JudgedCandidate::expanded_deg_per_h));
-    const auto taken = std::ranges::find(found.candidates, found.recommended, &JudgedCandidate::name);
+    EXPECT_TRUE(std::ranges::is_sorted(found.candidates, {}, &CandidateResult::expanded_deg_per_h));
+    const auto taken = std::ranges::find(found.candidates, found.recommended, &CandidateResult::name);
     ASSERT_NE(taken, found.candidates.end());
     EXPECT_TRUE(taken->within);
-    for (const JudgedCandidate& judged : found.candidates) {
+    for (const CandidateResult& judged : found.candidates) {
       EXPECT_GE(judged.behind_mse, 0);
       if (judged.within) {
         EXPECT_GE(judged.stored_numbers, taken->stored_numbers);

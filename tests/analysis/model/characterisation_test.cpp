@@ -33,7 +33,7 @@ Eigen::VectorXd known_rate(const MadeToOrder& run) {
   return run.rate_k_per_min.unaryExpr([](double rate) { return std::isfinite(rate) ? rate : 0; });
 }
 
-TEST(Characterisation, ReadsBackTheSensitivitiesThatTheBiasWasMadeWith) {
+TEST(Characterisation, RecoversSensitivitiesOfSyntheticBias) {
   MadeToOrder run;
   const Eigen::VectorXd linear = 0.01 + 3e-4 * (run.temperature_c.array() - 20);
   const Characterisation result = run.found(linear + 2e-3 * known_rate(run));
@@ -56,7 +56,7 @@ Eigen::VectorXd noise_of(const Eigen::VectorXd& like, unsigned seed) {
 }
 
 /// Warm-up of 0.05 °/h with a time constant of 10 min: within 0.002 °/h of the final value after 32 min.
-TEST(Characterisation, SaysHowLongTheGyroWarmsUp) {
+TEST(Characterisation, ReportsWarmUpTime) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     MadeToOrder run;
@@ -69,7 +69,7 @@ TEST(Characterisation, SaysHowLongTheGyroWarmsUp) {
   }
 }
 
-TEST(Characterisation, OfAGyroThatIsStillWarmingUpSaysSo) {
+TEST(Characterisation, ReportsUnknownWarmUpTimeWhileGyroSettles) {
   MadeToOrder run;
   const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 7200).exp();
   const Characterisation result = run.found(warm_up + noise_of(warm_up, 1));
@@ -79,7 +79,7 @@ TEST(Characterisation, OfAGyroThatIsStillWarmingUpSaysSo) {
 
 /// A partial record that begins with an inner hold does not make that hold a start. Neither does one that enters the
 /// first hold late but keeps enough of it to be stabilised.
-TEST(Characterisation, OfAPartOfARecordTakesNoHoldForAStart) {
+TEST(Characterisation, FindsNoStartInPartialRecord) {
   MadeToOrder run;
   const data::Clusters whole = run.clusters;
   const auto starts_from = [&](Eigen::Index first) {
@@ -101,7 +101,7 @@ TEST(Characterisation, OfAPartOfARecordTakesNoHoldForAStart) {
   EXPECT_EQ(starts_from(0), 2u);
 }
 
-TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
+TEST(Characterisation, ComputesTurnOnScatterOfThreeStarts) {
   MadeToOrder run;
   std::vector<Characterisation> starts;
   for (const double turn_on : {-0.002, 0.0, 0.002})
@@ -117,7 +117,7 @@ TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
 
 /// Biases are not comparable if a record's reference is the mean of its own first hold, or if only one of the
 /// references includes the Earth rate.
-TEST(Characterisation, ComparesNoStartsOfDifferentZeros) {
+TEST(Characterisation, IgnoresStartsWithDifferentBiasReferences) {
   MadeToOrder run;
   const auto starts_of = [&](const std::vector<std::string>& zeros, bool own) {
     std::vector<Characterisation> starts;
@@ -135,7 +135,7 @@ TEST(Characterisation, ComparesNoStartsOfDifferentZeros) {
 }
 
 /// 19.74 and 19.76 °C are on both sides of a rounding boundary of 0.5 K.
-TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
+TEST(Characterisation, PoolsNearlyEqualSetPoints) {
   MadeToOrder run;
   std::vector<Characterisation> starts;
   for (const double set_point_c : {19.74, 19.76, 19.8}) {
@@ -148,7 +148,7 @@ TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
 }
 
 /// At 0.01 °/h per K, pooled starts at −40 and −39.5 °C would have a scatter of 0.003 °/h without any real one.
-TEST(Characterisation, OfOneSetPointIsNotWhatIsHalfAKelvinAway) {
+TEST(Characterisation, SeparatesSetPointsHalfAKelvinApart) {
   MadeToOrder run;
   std::vector<Characterisation> starts;
   for (const double set_point_c : {-40.0, -40.0, -39.5, -39.5}) {
@@ -160,7 +160,7 @@ TEST(Characterisation, OfOneSetPointIsNotWhatIsHalfAKelvinAway) {
 }
 
 /// The unit is off in the holds at −20 °C, so that it starts again in those at 50 °C.
-TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
+TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
   MadeToOrder run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2, 2}, .hold_s = 7200});
   run.clusters = *make_clusters(run.dataset);
@@ -180,7 +180,7 @@ TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
 }
 
 /// The rig file states 10 °/h and the axis has 10.002 °/h, so that the subtraction leaves ±0.002 °/h.
-TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
+TEST(Characterisation, SeparatesBiasFromEarthRateByTurning) {
   MadeToOrder run;
   run.dataset.earth_rate_deg_per_h = 10;
   auto& segments = run.dataset.segments;
@@ -208,7 +208,7 @@ TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
 /// Compares the stated u with the scatter over many draws. u is half of the root sum of squares of the two positions'
 /// u, each from two holds whose scatter may exceed their noise; the mean square of the greater of both is 1.48 times
 /// that of the noise.
-TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
+TEST(Characterisation, StatesUncertaintyOfTwoPositionBias) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
   for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
@@ -225,7 +225,7 @@ TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
 
 /// Holds of one position before and after the other have 0 and 0.004 °/h, so that their mean has u = 0.002 °/h; half of
 /// it enters the Earth rate.
-TEST(Characterisation, OfADriftBetweenTheTurnsIsMoreUncertain) {
+TEST(Characterisation, IncreasesUncertaintyForDriftBetweenTurns) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
   int holds_at_20 = 0;
@@ -244,7 +244,7 @@ TEST(Characterisation, OfADriftBetweenTheTurnsIsMoreUncertain) {
   EXPECT_NEAR(result.two_position[0].earth_rate.before.u, 0.001, 1e-12);
 }
 
-TEST(Characterisation, WhatIsLeftOfTheEarthRateIsNoSlope) {
+TEST(Characterisation, ExcludesResidualEarthRateFromSlope) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
   for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
@@ -257,7 +257,7 @@ TEST(Characterisation, WhatIsLeftOfTheEarthRateIsNoSlope) {
   EXPECT_NEAR(run.found(bias + 2e-3 * known_rate(run)).ramp.before.value, 2e-3, 1e-8);
 }
 
-TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {
+TEST(Characterisation, ReportsBiasAtEachStabilisedTemperature) {
   MadeToOrder run;
   const Characterisation result = run.found(1e-3 * run.temperature_c);
   ASSERT_EQ(result.stabilised.size(), 8U) << "four holds of each cycle";
@@ -274,7 +274,7 @@ TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {
 }
 
 /// A bias component that depends on the sign of the rate: +h while the block heats, −h while it cools.
-TEST(Characterisation, FindsTheWidthOfTheLoop) {
+TEST(Characterisation, FindsHysteresisWidth) {
   MadeToOrder run;
   const Eigen::VectorXd loop = known_rate(run).unaryExpr([](double rate) { return rate > 0 ? 8e-4 : -8e-4; });
   const Characterisation result = run.found(loop);
@@ -289,7 +289,7 @@ TEST(Characterisation, FindsTheWidthOfTheLoop) {
 }
 
 /// A pass that begins or ends inside a span has another mean temperature there than one that crosses it.
-TEST(Characterisation, OfASlopeMakesNoLoop) {
+TEST(Characterisation, FindsNoHysteresisForSlope) {
   MadeToOrder run;
   const Eigen::VectorXd bias = 1e-3 * (run.temperature_c.array() - 20);
   const double noise = 0.0019;
@@ -315,7 +315,7 @@ Eigen::VectorXd draw_wander(const Eigen::VectorXd& like, std::uint64_t seed) {
 
 /// A pass through 10 K lasts 20 min here: twelve correlated clusters. Counting them as independent would underestimate
 /// u of the width by a factor of three.
-TEST(Characterisation, OfALoopKnowsHowFarItIsFromTheTruth) {
+TEST(Characterisation, StatesUncertaintyOfHysteresisWidth) {
   MadeToOrder run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {0.5, 0.5, 0.5}, .hold_s = 7200});
   run.clusters = *make_clusters(run.dataset);
@@ -337,7 +337,7 @@ TEST(Characterisation, OfALoopKnowsHowFarItIsFromTheTruth) {
 }
 
 /// A drift during the last hour of a hold counts as little more than one value; white noise counts fully.
-TEST(Characterisation, HasTheDegreesOfFreedomOfWhatIsIndependent) {
+TEST(Characterisation, CountsOnlyIndependentValuesAsDegreesOfFreedom) {
   MadeToOrder run;
   const Characterisation drifting = run.found(1e-6 * run.clusters.start_s);
   const Characterisation white = run.found(noise_of(run.temperature_c, 4));
@@ -354,7 +354,7 @@ TEST(Characterisation, HasTheDegreesOfFreedomOfWhatIsIndependent) {
   EXPECT_EQ(drifting.temperature.before.degrees_of_freedom, static_cast<double>(drifting.stabilised.size()) - 2);
 }
 
-TEST(Characterisation, FindsWhatDoesNotComeBack) {
+TEST(Characterisation, FindsRetraceError) {
   MadeToOrder run;
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.temperature_c.size());
   for (Eigen::Index k = 0; k < bias.size(); ++k) bias(k) = 1e-3 * run.clusters.segment(k);
@@ -366,7 +366,7 @@ TEST(Characterisation, FindsWhatDoesNotComeBack) {
   }
 }
 
-TEST(Characterisation, OfARecordWithoutLongHoldsSaysSo) {
+TEST(Characterisation, StatesThatRecordHasNoLongHold) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = *make_clusters(dataset);
   const Characterisation result = characterise(dataset, clusters, clusters.bias_deg_per_h);
@@ -377,7 +377,7 @@ TEST(Characterisation, OfARecordWithoutLongHoldsSaysSo) {
   EXPECT_TRUE(std::isfinite(result.ramp.before.value)) << "its ramps are there";
 }
 
-TEST(Characterisation, DoesNotKnowWhatAModelRefuses) {
+TEST(Characterisation, ReportsUnknownValuesWhereModelRefuses) {
   MadeToOrder run;
   Eigen::VectorXd residual = run.clusters.bias_deg_per_h;
   residual.tail(5).setConstant(std::nan(""));
@@ -391,7 +391,7 @@ Eigen::VectorXi running(Eigen::Index count) {
   return Eigen::VectorXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
 }
 
-TEST(RobustFit, OfReachZeroIsTheSandwichOfWhite) {
+TEST(RobustFit, EqualsWhiteEstimatorForReachZero) {
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd x(50, 2);
@@ -408,7 +408,7 @@ TEST(RobustFit, OfReachZeroIsTheSandwichOfWhite) {
 
 /// Input and noise are both correlated in time. Standard errors for independent clusters would be several times too
 /// small.
-TEST(RobustFit, KnowsHowFarItIsFromTheTruthWhereNeighboursAreAlike) {
+TEST(RobustFit, StatesUncertaintyForCorrelatedNeighbours) {
   constexpr Eigen::Index kRows = 1500;
   constexpr int kSeeds = 100;
   constexpr double kMemory = 0.9;
@@ -434,7 +434,7 @@ TEST(RobustFit, KnowsHowFarItIsFromTheTruthWhereNeighboursAreAlike) {
 }
 
 /// Rows that are farther apart than the reach are independent.
-TEST(RobustFit, TakesNoProductAcrossAGap) {
+TEST(RobustFit, IgnoresProductsAcrossGaps) {
   const Eigen::MatrixXd x = Eigen::MatrixXd::Ones(4, 1);
   const Eigen::Vector4d y{1, 1, -1, -1};
   Eigen::VectorXi places(4);

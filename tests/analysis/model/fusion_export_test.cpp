@@ -64,7 +64,7 @@ Eigen::MatrixXd drawn_readings(const fusion::Geometry& geometry) {
   return readings;
 }
 
-TEST(FusionExport, FusesWhatIsFusedHere) {
+TEST(FusionExport, FusesLikeLibrary) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const fusion::TestOptions options{.false_alarm_probability = 1e-4};
   for (const auto& axes :
@@ -105,7 +105,7 @@ TEST(FusionExport, FusesWhatIsFusedHere) {
   }
 }
 
-TEST(FusionExport, RefusesToGoWithoutAnAxisThatIsAlone) {
+TEST(FusionExport, RefusesToLeaveOutAxisWithoutRedundancy) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
   const fusion::Geometry geometry = fusion::made_of({fusion::axis("1", 1, 0, 0, 1), fusion::axis("up", 0, 0, 1, 1),
@@ -116,7 +116,7 @@ TEST(FusionExport, RefusesToGoWithoutAnAxisThatIsAlone) {
   EXPECT_NE(answer.find(" -1 0 4 0 0 0"), std::string::npos) << answer;
 }
 
-TEST(FusionExport, RefusesANameThatIsNoneInC) {
+TEST(FusionExport, RefusesInvalidCName) {
   const auto program = fusion_to_c(fusion::made_of(fusion::triad_axes(1)), "7-B");
   ASSERT_FALSE(program);
   EXPECT_EQ(program.error().kind, FaultKind::usage);

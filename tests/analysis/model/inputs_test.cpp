@@ -10,7 +10,7 @@ namespace {
 
 std::size_t fixed(const std::string& inputs) { return plan_inputs(inputs, data::make_synthetic_run({}))->fixed.size(); }
 
-TEST(Inputs, AreWordsAndTermsInAnyMix) {
+TEST(Inputs, ParsesKeywordsAndTermsInAnyMix) {
   EXPECT_EQ(fixed("gradients"), 28u);
   EXPECT_EQ(fixed("temperatures"), 8u);
   EXPECT_EQ(fixed("rates"), 8u);
@@ -23,7 +23,7 @@ TEST(Inputs, AreWordsAndTermsInAnyMix) {
   EXPECT_EQ(fixed("seven-point,three-point,A-B"), 8u) << "A-D, A-G and A-B are in both";
 }
 
-TEST(Inputs, AreSelectedFromWordsAndAlwaysTakenOneByOne) {
+TEST(Inputs, SelectsFromKeywordsAndKeepsSingleTerms) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const InputPlan plan = *plan_inputs("gradients,A,A-B", dataset, *parse_selection("forward"));
   EXPECT_EQ(plan.fixed, (std::vector<data::Term>{data::temperature_term("A"), data::gradient_term("A", "B")}));
@@ -32,7 +32,7 @@ TEST(Inputs, AreSelectedFromWordsAndAlwaysTakenOneByOne) {
   EXPECT_EQ(plan_inputs("A,A-B", dataset, SelectionRule{}).error().where, "--select");
 }
 
-TEST(Inputs, OfMultiPointSelectByCorrelation) {
+TEST(Inputs, SelectsByCorrelationForMultiPoint) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const InputPlan plan = *plan_inputs("multi-point-t", dataset);
   EXPECT_EQ(plan.candidates.size(), 28u);
@@ -42,7 +42,7 @@ TEST(Inputs, OfMultiPointSelectByCorrelation) {
   EXPECT_EQ(plan_inputs("multi-point", dataset, *parse_selection("redundancy"))->rule.kind, SelectionKind::redundancy);
 }
 
-TEST(Inputs, KeepANameThatHoldsAPlus) {
+TEST(Inputs, AcceptsPlusInThermometerName) {
   data::Dataset dataset = data::make_synthetic_run({});
   dataset.thermometers.front() = "T+";
   dataset.gradients = dataset.thermometers;
@@ -51,7 +51,7 @@ TEST(Inputs, KeepANameThatHoldsAPlus) {
   EXPECT_EQ(plan_inputs("B+C", dataset)->fixed.size(), 2u);
 }
 
-TEST(Inputs, NameWhatIsWrong) {
+TEST(Inputs, ReportsInvalidInput) {
   const data::Dataset dataset = data::make_synthetic_run({});
   EXPECT_NE(plan_inputs("gradient", dataset).error().what.find("\"gradients\""), std::string::npos);
   EXPECT_FALSE(plan_inputs("A,A", dataset));
@@ -62,7 +62,7 @@ TEST(Inputs, NameWhatIsWrong) {
   EXPECT_TRUE(plan_inputs("temperatures", one));
 }
 
-TEST(Inputs, OfRatesAreMissingInTheFirstClusterOfARun) {
+TEST(Inputs, HasNoRateInFirstClusterOfRun) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = *make_clusters(dataset);
   const auto rows = rows_with_inputs(*plan_inputs("A,rate:A", dataset), clusters);

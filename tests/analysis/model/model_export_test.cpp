@@ -200,7 +200,7 @@ std::string line(char what, const Eigen::RowVectorXd& numbers) {
   return text + "\n";
 }
 
-TEST(CExport, PredictsWhatIsPredictedHere) {
+TEST(CExport, PredictsLikeLibrary) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   for (const Model& model : models()) {
     data::Clusters clusters;
@@ -241,7 +241,7 @@ TEST(CExport, PredictsWhatIsPredictedHere) {
   }
 }
 
-TEST(CExport, StreamsWhatIsStreamedHere) {
+TEST(CExport, StreamsLikeLibrary) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   for (const Model& model : models()) {
     auto stream = CompensationStream::open(model, names_of(model));
@@ -263,7 +263,7 @@ TEST(CExport, StreamsWhatIsStreamedHere) {
   }
 }
 
-TEST(CExport, ItsSelfTestFindsAWrongTable) {
+TEST(CExport, FailsSelfTestForWrongTable) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
   auto program = *to_c(data::small_svr_model(), "gyro");
@@ -288,7 +288,7 @@ int main(void) {
 }
 )";
 
-TEST(CExport, SaysHowUncertainItsMeansAre) {
+TEST(CExport, ExportsUncertaintyOfMeans) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
   const Model model = data::small_svr_model();
@@ -312,7 +312,7 @@ TEST(CExport, SaysHowUncertainItsMeansAre) {
   EXPECT_EQ(place.run("./program > out"), 1) << "the self-test finds a wrong U";
 }
 
-TEST(CExport, OfAModelWithoutABudgetSaysNothingOfUncertainty) {
+TEST(CExport, OmitsUncertaintyWithoutBudget) {
   Model model = data::small_svr_model();
   model.uncertainty.reset();
   const auto program = *to_c(model, "gyro");
@@ -345,7 +345,7 @@ CProgram compile_tracking(const Workplace& place, CProgram program) {
   return program;
 }
 
-TEST(CExport, TracksWhatIsTrackedHere) {
+TEST(CExport, TracksLikeLibrary) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Model model = data::small_svr_model();
   const tracking::StateSpace space = state_space(*model.residual_noise, model.cluster_length_s);
@@ -373,7 +373,7 @@ TEST(CExport, TracksWhatIsTrackedHere) {
   }
 }
 
-TEST(CExport, ItsSelfTestFindsAWrongConstantOfTheTracker) {
+TEST(CExport, FailsSelfTestForWrongTrackerConstant) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
   const Model model = data::small_svr_model();
@@ -384,7 +384,7 @@ TEST(CExport, ItsSelfTestFindsAWrongConstantOfTheTracker) {
   EXPECT_EQ(place.run("./program < /dev/null"), 1);
 }
 
-TEST(CExport, TracksOnlyIfTheNoiseIsGiven) {
+TEST(CExport, ExportsTrackerOnlyWithNoise) {
   const Model model = data::small_svr_model();
   EXPECT_EQ(to_c(model, "gyro")->header.find("track"), std::string::npos);
   const auto program = *to_c(model, "gyro", model.residual_noise);
@@ -392,7 +392,7 @@ TEST(CExport, TracksOnlyIfTheNoiseIsGiven) {
     EXPECT_NE(program.header.find(words), std::string::npos) << words;
 }
 
-TEST(CExport, TwoGyrosLiveInOneProgram) {
+TEST(CExport, LinksTwoGyrosIntoOneProgram) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
   for (const char* name : {"left", "right"}) {
@@ -407,7 +407,7 @@ TEST(CExport, TwoGyrosLiveInOneProgram) {
   EXPECT_EQ(place.run("./program"), 0);
 }
 
-TEST(CExport, SaysWhatTheModelIs) {
+TEST(CExport, DescribesModel) {
   Model model = data::small_svr_model();
   model.warnings = {
       "ends */ int main() { /* here?"
@@ -423,7 +423,7 @@ TEST(CExport, SaysWhatTheModelIs) {
   EXPECT_EQ(place.run(std::string(kCompile) + " -c gyro.c"), 0);
 }
 
-TEST(CExport, NeedsANameThatCTakes) {
+TEST(CExport, RefusesInvalidCName) {
   for (const char* name : {"", "7b", "a-b", "_x", "größe"}) {
     const auto program = to_c(data::small_svr_model(), name);
     ASSERT_FALSE(program) << name;
@@ -433,7 +433,7 @@ TEST(CExport, NeedsANameThatCTakes) {
   EXPECT_EQ(c_name("7-B"), "m7_B");
 }
 
-TEST(CExport, HasNoConstantThatIsNotANumber) {
+TEST(CExport, RefusesNonFiniteConstant) {
   const auto with = [](Model model, auto spoil) {
     spoil(model);
     return model;
@@ -457,7 +457,7 @@ TEST(CExport, HasNoConstantThatIsNotANumber) {
   EXPECT_FALSE(to_c(svr, "gyro", tracking::BiasNoise{.angle_random_walk_deg_per_sqrt_h = 1e200}));
 }
 
-TEST(CText, NumbersComeBackAsTheyWere) {
+TEST(CText, PreservesNumbersExactly) {
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 1000; ++i) {
@@ -468,7 +468,7 @@ TEST(CText, NumbersComeBackAsTheyWere) {
   EXPECT_EQ(c_number(-1e300).find_first_of(".e") != std::string::npos, true);
 }
 
-TEST(CText, ACommentStaysInside) {
+TEST(CText, KeepsTextInsideComment) {
   std::mt19937_64 generator(2);
   for (int seed = 0; seed < 2000; ++seed) {
     std::string wild;
@@ -479,13 +479,15 @@ TEST(CText, ACommentStaysInside) {
   }
 }
 
-TEST(CText, WhatIsPutInIsNotSearchedAgain) { EXPECT_EQ(c_fill("@a@-@b@@a@", {{"a", "@b@"}, {"b", "2"}}), "@b@-2@b@"); }
+TEST(CText, DoesNotReplacePlaceholdersInReplacements) {
+  EXPECT_EQ(c_fill("@a@-@b@@a@", {{"a", "@b@"}, {"b", "2"}}), "@b@-2@b@");
+}
 
 void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-TEST(LibsvmExport, IsTheModelFileOfEpsilonSvr) {
+TEST(LibsvmExport, WritesEpsilonSvrModelFile) {
   const auto text = to_libsvm(data::small_svr_model());
   ASSERT_TRUE(text);
   EXPECT_EQ(*text,
@@ -493,13 +495,13 @@ TEST(LibsvmExport, IsTheModelFileOfEpsilonSvr) {
             "1.5 1:0.5 2:-1\n-1.5 1:0.14285714285714285 2:2\n");
 }
 
-TEST(LibsvmExport, NeedsAnSvr) {
+TEST(LibsvmExport, RefusesOtherMethods) {
   Model model = data::small_svr_model();
   model.function = methods::LinearModel{};
   EXPECT_EQ(to_libsvm(model).error().kind, FaultKind::usage);
 }
 
-TEST(LibsvmExport, PredictsInLibsvmWhatItPredictsHere) {
+TEST(LibsvmExport, PredictsInLibsvmLikeLibrary) {
   if (std::system("svm-predict > /dev/null 2>&1") == 127 << 8) GTEST_SKIP() << "svm-predict is not installed";
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = *make_clusters(dataset);

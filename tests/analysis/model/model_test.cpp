@@ -47,7 +47,7 @@ Model two_neuron_model() {
   return model;
 }
 
-TEST(Model, PredictsByItsFormula) {
+TEST(Model, FollowsFormula) {
   const data::Clusters clusters = data::three_clusters();
   const auto predicted = predict(data::small_svr_model(), clusters);
   ASSERT_TRUE(predicted);
@@ -69,14 +69,14 @@ TEST(Model, PredictsByItsFormula) {
   EXPECT_NEAR((*network)(1), 0.7 * (2 * std::tanh(0.5 * z0 - z1 + 0.1) - 0.5) + 0.01, 1e-14);
 }
 
-TEST(Model, PredictsNothingFromAMissingReading) {
+TEST(Model, PredictsNanForMissingReading) {
   data::Clusters clusters = data::three_clusters();
   clusters.temperature_c(1, 0) = std::nan("");
   EXPECT_TRUE(std::isnan((*predict(data::small_svr_model(), clusters))(1)));
   EXPECT_FALSE(std::isnan((*predict(data::small_svr_model(), clusters))(2)));
 }
 
-TEST(Model, NeedsItsThermometers) {
+TEST(Model, RefusesClustersWithoutItsThermometers) {
   data::Clusters clusters = data::three_clusters();
   clusters.thermometers = {"A", "C"};
   const auto predicted = predict(data::small_svr_model(), clusters);
@@ -84,7 +84,7 @@ TEST(Model, NeedsItsThermometers) {
   EXPECT_EQ(predicted.error().kind, FaultKind::usage);
 }
 
-TEST(ModelFile, ComesBackBitForBit) {
+TEST(ModelFile, RoundTripsBitForBit) {
   for (const Model& model : {data::small_svr_model(), two_term_model(), two_function_model(), two_neuron_model()}) {
     const auto back = model_from_json(to_json(model), "model.json");
     ASSERT_TRUE(back) << text(back.error());
@@ -96,7 +96,7 @@ TEST(ModelFile, ComesBackBitForBit) {
   EXPECT_EQ(model_from_json(to_json(data::small_svr_model()), "m")->tuning_options.swarm.seed, 18446744073709551615u);
 }
 
-TEST(ModelFile, IsReadWhoseMethodEarlierVersionsHad) {
+TEST(ModelFile, AcceptsMethodOfEarlierVersion) {
   Model model = data::small_svr_model();
   model.method = "svr-joint";
   model.function = methods::ExpansionModel{.centres = (data::SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
@@ -126,7 +126,7 @@ std::string with_range_reversed(Model model) {
   return to_json(model);
 }
 
-TEST(ModelFile, NamesThePathOfAWrongContent) {
+TEST(ModelFile, NamesPathOfInvalidContent) {
   const std::string good = to_json(data::small_svr_model());
   const struct {
     std::string json, where;
@@ -150,7 +150,7 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
   }
 }
 
-TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
+TEST(ModelFile, RefusesNonFiniteNumbers) {
   Model model = data::small_svr_model();
   std::get<methods::SvrModel>(model.function).beta(0) = std::nan("");
   EXPECT_EQ(model_from_json(to_json(model), "m.json").error().where, "m.json: function.beta[0]");
@@ -158,7 +158,7 @@ TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
 }
 
 /// The squares or the quotients of such numbers would overflow.
-TEST(ModelFile, HoldsNoNumberThatIsBeyondAnyGyro) {
+TEST(ModelFile, RefusesExtremeNumbers) {
   const std::string svr = to_json(data::small_svr_model()), expansion = to_json(two_function_model());
   const struct {
     std::string json, where;
@@ -182,7 +182,7 @@ TEST(ModelFile, HoldsNoNumberThatIsBeyondAnyGyro) {
   }
 }
 
-TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
+TEST(ModelFile, ReportsFaultForTruncatedOrCorruptFile) {
   const std::string good = to_json(data::small_svr_model());
   for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
     EXPECT_FALSE(model_from_json(std::string_view(good).substr(0, length), "m.json"));
@@ -230,7 +230,7 @@ Model opposed_slopes() {
   return model;
 }
 
-TEST(TrainedRange, InventsNoGradientBetweenThermometersThatLeaveItTogether) {
+TEST(TrainedRange, KeepsDifferenceOfThermometersOutsideTogether) {
   const data::SampleMatrix hot = (data::SampleMatrix(2, 2) << 50, 49, 69, 68).finished();
   for (const Outside policy : {Outside::continued, Outside::extrapolate}) {
     const Eigen::VectorXd predicted = predicted_under(policy, opposed_slopes(), hot);
@@ -248,7 +248,7 @@ TEST(TrainedRange, InventsNoGradientBetweenThermometersThatLeaveItTogether) {
   EXPECT_NEAR(predicted_under(Outside::continued, beside, hot)(1), 0.01 + std::exp(-(a * a + b * b) / 2e4), 1e-15);
 }
 
-TEST(TrainedRange, MakesProductsAnewFromBoundedFactors) {
+TEST(TrainedRange, RecomputesProductsFromBoundedFactors) {
   Model model = opposed_slopes();
   const data::Term a = data::temperature_term("A"), b = data::temperature_term("B");
   model.terms = {a, b, a * b, a * data::rate_term("A")};
@@ -262,7 +262,7 @@ TEST(TrainedRange, MakesProductsAnewFromBoundedFactors) {
   EXPECT_EQ(bounded, (data::SampleMatrix(1, 4) << 60, 40, 2400, 4).finished()) << "half the way to the mean";
 }
 
-TEST(TrainedRange, NamesTheFarthestTermAsAPartOfItsRange) {
+TEST(TrainedRange, ReportsFarthestTermRelativeToRange) {
   const RangedInputs ranged = within_range(data::small_svr_model(), two_outside(), Outside::extrapolate);
   EXPECT_EQ(ranged.worst_term, 0) << "0.5 of 2 is as far as 2.5 of 10; the first is named";
   EXPECT_DOUBLE_EQ(ranged.worst_excess, 0.25);
@@ -278,7 +278,7 @@ TEST(TrainedRange, RefusesWholeRows) {
   EXPECT_TRUE(std::isfinite(predicted(3)));
 }
 
-TEST(TrainedRange, PoliciesAgreeInside) {
+TEST(TrainedRange, AppliesEqualPoliciesInside) {
   const Model model = data::small_svr_model();
   const data::SampleMatrix inside = (data::SampleMatrix(2, 2) << -1, 5, 0.25, -0.5).finished();
   for (const Outside policy : {Outside::continued, Outside::refuse, Outside::extrapolate}) {
@@ -287,7 +287,7 @@ TEST(TrainedRange, PoliciesAgreeInside) {
   }
 }
 
-TEST(TrainedRange, ContinuesWithoutAStepAndStaysBounded) {
+TEST(TrainedRange, ContinuesWithoutStepAndStaysBounded) {
   const Model model = data::small_svr_model();
   const data::SampleMatrix edge = (data::SampleMatrix(1, 2) << 1, 2).finished();
   const double last = predict(model, edge)(0);
@@ -300,19 +300,19 @@ TEST(TrainedRange, ContinuesWithoutAStepAndStaysBounded) {
   EXPECT_NEAR(predicted_under(Outside::continued, model, far)(0), predict(model, end)(0), 1e-12);
 }
 
-TEST(TrainedRange, TheRoundingOfAMeanIsNotOutside) {
+TEST(TrainedRange, ToleratesRoundingOfMeans) {
   const data::SampleMatrix edge = (data::SampleMatrix(1, 2) << 1 + 1e-14, -5 - 1e-12).finished();
   EXPECT_TRUE(within_range(data::small_svr_model(), edge, Outside::refuse).rows.empty());
 }
 
-TEST(TrainedRange, AMissingInputIsNotOutside) {
+TEST(TrainedRange, DoesNotCountMissingInputAsOutside) {
   const data::SampleMatrix missing = (data::SampleMatrix(1, 2) << std::nan(""), 100).finished();
   const RangedInputs ranged = within_range(data::small_svr_model(), missing, Outside::continued);
   EXPECT_TRUE(ranged.rows.empty());
   EXPECT_TRUE(std::isnan(predicted_under(Outside::continued, data::small_svr_model(), missing)(0)));
 }
 
-TEST(TrainedRange, PoliciesAreReadByName) {
+TEST(TrainedRange, ParsesPolicyNames) {
   for (const Outside policy : {Outside::continued, Outside::refuse, Outside::extrapolate}) {
     EXPECT_EQ(*parse_outside(name(policy)), policy);
   }

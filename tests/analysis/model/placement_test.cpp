@@ -34,7 +34,7 @@ data::Clusters reduced(const data::Clusters& from, const std::vector<Eigen::Inde
   return clusters;
 }
 
-TEST(Placement, LeavesTheOnlyDriverOfTheBiasToTheEnd) {
+TEST(Placement, EliminatesOnlyRelevantThermometerLast) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     data::Clusters clusters = wandering(clusters_of({.hold_s = 1000}), seed);
@@ -49,7 +49,7 @@ TEST(Placement, LeavesTheOnlyDriverOfTheBiasToTheEnd) {
   }
 }
 
-TEST(Placement, AsksNothingForAThermometerThatDuplicatesAnother) {
+TEST(Placement, FindsNoPriceForDuplicateThermometer) {
   data::Clusters clusters = reduced(clusters_of({}), {0, 3, 3, 6});
   clusters.thermometers[2] = "twin";
   const auto placement = study_placement({clusters}, {});
@@ -63,7 +63,7 @@ TEST(Placement, AsksNothingForAThermometerThatDuplicatesAnother) {
   EXPECT_GE(placement->spared, 1);
 }
 
-TEST(Placement, OrdersItsStepsAndAddsUp) {
+TEST(Placement, OrdersStepsConsistently) {
   const auto placement = study_placement({clusters_of({.hold_s = 800})}, {clusters_of({.hold_s = 700, .seed = 2})});
   ASSERT_TRUE(placement);
   EXPECT_EQ(placement->folds, "leave one cycle out (4)");
@@ -93,7 +93,7 @@ data::Clusters with_own_values(const data::Clusters& from) {
   return clusters;
 }
 
-TEST(Placement, IsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
+TEST(Placement, ExcludesValuesMeasuredByGyro) {
   const data::Clusters all = clusters_of({.hold_s = 800}), others = clusters_of({.hold_s = 700, .seed = 2});
   const auto placement = study_placement({with_own_values(all)}, {reduced(others, {0, 3, 6})});
   ASSERT_TRUE(placement) << text(placement.error());
@@ -107,7 +107,7 @@ TEST(Placement, IsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
   EXPECT_EQ(one.error().what, "needs at least two thermometers, the record has 1");
 }
 
-TEST(Placement, RecommendsNothingByWhatIsNotANumber) {
+TEST(Placement, FailsForNonFiniteResidual) {
   data::Clusters clusters = clusters_of({.hold_s = 800});
   clusters.temperature_c(5, 2) = std::nan("");
   const auto placement = study_placement({clusters}, {});
@@ -115,7 +115,7 @@ TEST(Placement, RecommendsNothingByWhatIsNotANumber) {
   EXPECT_EQ(placement.error().kind, FaultKind::usage);
 }
 
-TEST(Placement, RefusesOneThermometerAndStopsWhenAsked) {
+TEST(Placement, RefusesSingleThermometerAndStopsOnRequest) {
   const data::Clusters clusters = clusters_of({.hold_s = 800});
   EXPECT_EQ(study_placement({reduced(clusters, {0})}, {}).error().kind, FaultKind::usage);
   EXPECT_EQ(study_placement({}, {}).error().kind, FaultKind::usage);

@@ -71,7 +71,7 @@ class TypePriorTraining : public testing::Test {
   static inline data::Clusters clusters_, used_clusters_;
 };
 
-TEST_F(TypePriorTraining, LearnsTheTypeOfWhatTheRecordSays) {
+TEST_F(TypePriorTraining, LearnsTypeWithUncertaintiesOfRecord) {
   ASSERT_EQ(prior_.terms.size(), 8u);
   EXPECT_EQ(to_string(prior_.terms.front()), "A-B");
   EXPECT_EQ(to_string(prior_.terms.back()), "A");
@@ -81,7 +81,7 @@ TEST_F(TypePriorTraining, LearnsTheTypeOfWhatTheRecordSays) {
   EXPECT_GT(prior_.input_max(7), 45);
 }
 
-TEST_F(TypePriorTraining, AFewClustersOfItsOwnMakeAModelForTheWholeRange) {
+TEST_F(TypePriorTraining, TrainsWholeRangeModelFromFewClusters) {
   const auto few = trained_on(45), all = trained_on(clusters_.start_s.size());
   ASSERT_TRUE(few && all) << text((few ? all : few).error());
   const auto error = [&](const Model& model) -> Eigen::VectorXd {
@@ -100,7 +100,7 @@ TEST_F(TypePriorTraining, AFewClustersOfItsOwnMakeAModelForTheWholeRange) {
   EXPECT_EQ(row(*few, Source::coefficients).degrees_of_freedom, 7);
 }
 
-TEST_F(TypePriorTraining, ItsVarianceIsThatOfThePriorsOwnPrediction) {
+TEST_F(TypePriorTraining, ReproducesVarianceOfPriorPrediction) {
   const auto model = trained_on(60);
   ASSERT_TRUE(model) << text(model.error());
   const auto unit = population::learn_unit(prior_, std::vector{beginning(clusters_, 60)});
@@ -114,7 +114,7 @@ TEST_F(TypePriorTraining, ItsVarianceIsThatOfThePriorsOwnPrediction) {
   EXPECT_LT((of_function - found->std_deg_per_h.cwiseAbs2()).norm(), 1e-6 * of_function.norm());
 }
 
-TEST_F(TypePriorTraining, AFoldIsPredictedWithoutIt) {
+TEST_F(TypePriorTraining, PredictsFoldWithoutItsClusters) {
   const auto model = trained_on(clusters_.start_s.size());
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
@@ -128,7 +128,7 @@ TEST_F(TypePriorTraining, AFoldIsPredictedWithoutIt) {
   EXPECT_NE(model->in_sample.rmse, model->leave_cycle_out.rmse);
 }
 
-TEST_F(TypePriorTraining, RunsStayApartInEveryFold) {
+TEST_F(TypePriorTraining, KeepsRunsSeparateInEveryFold) {
   const data::Clusters part = beginning(used_clusters_, 100);
   const auto model = train_with_prior(prior_, {own_, used_}, {clusters_, part}, {.folds = {}, .program_version = {}});
   ASSERT_TRUE(model) << text(model.error());
@@ -143,7 +143,7 @@ TEST_F(TypePriorTraining, RunsStayApartInEveryFold) {
   EXPECT_LE(model->effective_parameters, 9 + 1e-9);
 }
 
-TEST_F(TypePriorTraining, WhatIsTooShortForFoldsIsPredictedByTheTypeAlone) {
+TEST_F(TypePriorTraining, PredictsShortRecordsOnlyFromType) {
   const auto model = trained_on(2);
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->folds, "all held out together, predicted from the type only");
@@ -153,7 +153,7 @@ TEST_F(TypePriorTraining, WhatIsTooShortForFoldsIsPredictedByTheTypeAlone) {
   EXPECT_GE(row(*model, Source::model_form).standard_uncertainty, 0);
 }
 
-TEST_F(TypePriorTraining, HasItsVarianceAsARowAndNotInTheForm) {
+TEST_F(TypePriorTraining, ReportsVarianceAsSeparateRow) {
   const auto model = trained_on(60);
   ASSERT_TRUE(model) << text(model.error());
   ASSERT_TRUE(model->variance);
@@ -161,7 +161,7 @@ TEST_F(TypePriorTraining, HasItsVarianceAsARowAndNotInTheForm) {
   EXPECT_TRUE(std::isnan(model->uncertainty->variance_in_training));
 }
 
-TEST_F(TypePriorTraining, ItsModelIsAFileAsAnyOther) {
+TEST_F(TypePriorTraining, RoundTripsModelFile) {
   const auto model = trained_on(60);
   ASSERT_TRUE(model) << text(model.error());
   const std::string json = to_json(*model);
@@ -174,7 +174,7 @@ TEST_F(TypePriorTraining, ItsModelIsAFileAsAnyOther) {
     EXPECT_NE(back->particulars.find(word), std::string::npos) << back->particulars;
 }
 
-TEST_F(TypePriorTraining, SaysWhenItsGyroIsOneOfThePriors) {
+TEST_F(TypePriorTraining, WarnsIfPriorContainsSameGyro) {
   EXPECT_FALSE(warns_of(*trained_on(60), "counts twice"));
   const data::Dataset known = run_of_unit(3, 1);
   const auto model = train_with_prior(prior_, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
@@ -197,7 +197,7 @@ TEST_F(TypePriorTraining, SaysWhenItsGyroIsOneOfThePriors) {
   EXPECT_TRUE(warns_of(*mixed, "SIMULATED"));
 }
 
-TEST_F(TypePriorTraining, RefusesWhatItCannotLearnFrom) {
+TEST_F(TypePriorTraining, RefusesUnsuitableRecords) {
   const auto refuses = [&](const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters) {
     const auto model = train_with_prior(prior_, datasets, clusters, {.folds = {}, .program_version = {}});
     return !model && model.error().kind == FaultKind::usage;

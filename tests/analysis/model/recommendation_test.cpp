@@ -10,7 +10,7 @@
 namespace gyrotherm::model {
 namespace {
 
-TEST(Recommendation, IsTheSimplestThatIsNotWorse) {
+TEST(Recommendation, SelectsSimplestWithinOneStandardError) {
   // The small one is behind by 1, 0 and −0.5: 0.17 ± 0.44. The smallest is behind by 3 on each record.
   const Recommendation found =
       recommend({{"large", 9000, {4, 5, 6}}, {"small", 20, {5, 5, 5.5}}, {"tiny", 5, {7, 8, 9}}});
@@ -31,12 +31,12 @@ TEST(Recommendation, ComparesRecordByRecord) {
   EXPECT_EQ(found.recommended, "large");
 }
 
-TEST(Recommendation, OfOneRecordIsTheLowest) {
+TEST(Recommendation, SelectsLowestForSingleRecord) {
   EXPECT_EQ(recommend({{"large", 9000, {1}}, {"small", 20, {1.01}}}).recommended, "large");
   EXPECT_EQ(recommend({{"large", 9000, {1}}, {"small", 20, {1}}}).recommended, "small") << "of equals the simpler";
 }
 
-TEST(Recommendation, WithoutARecordToChooseOnIsNone) {
+TEST(Recommendation, SelectsNoneWithoutRecord) {
   for (const auto& candidates : {std::vector<Candidate>{}, {{"svr", 10, {}}, {"linear", 5, {}}}}) {
     const Recommendation found = recommend(candidates);
     EXPECT_TRUE(found.recommended.empty());
@@ -44,13 +44,13 @@ TEST(Recommendation, WithoutARecordToChooseOnIsNone) {
   }
 }
 
-TEST(Recommendation, IsNeverAModelThatRefuses) {
+TEST(Recommendation, NeverSelectsNonFiniteError) {
   const Recommendation found = recommend({{"refuses", 1, {std::nan(""), 1}}, {"answers", 20, {5, 5}}});
   EXPECT_EQ(found.recommended, "answers");
   EXPECT_EQ(found.candidates.size(), 1U);
 }
 
-TEST(Recommendation, KeepsItsPromiseOnAnyErrors) {
+TEST(Recommendation, SatisfiesRuleForRandomErrors) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> error(1, 2);
   for (int trial = 0; trial < 100; ++trial) {

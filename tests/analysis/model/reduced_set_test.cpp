@@ -84,7 +84,7 @@ Model reduced(const Model& model, const data::Clusters& clusters, const ReducedS
   return *smaller;
 }
 
-TEST(ReducedSet, LosesLessTheMoreItKeeps) {
+TEST(ReducedSet, LosesLessWithMoreVectors) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
@@ -99,7 +99,7 @@ TEST(ReducedSet, LosesLessTheMoreItKeeps) {
   }
 }
 
-TEST(ReducedSet, KeepsEverythingAsItIsWhenAllAreKept) {
+TEST(ReducedSet, KeepsModelUnchangedWithAllVectors) {
   const Model model = model_of(1);
   for (const int vectors : {static_cast<int>(kVectors), 1000}) {
     Model same = reduced(model, clusters_of(50, 1), {.vectors = vectors});
@@ -110,7 +110,7 @@ TEST(ReducedSet, KeepsEverythingAsItIsWhenAllAreKept) {
   }
 }
 
-TEST(ReducedSet, StatesTheLossThatIsMeasured) {
+TEST(ReducedSet, StatesMeasuredLoss) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
@@ -130,7 +130,7 @@ TEST(ReducedSet, StatesTheLossThatIsMeasured) {
   }
 }
 
-TEST(ReducedSet, IsLessCertainByWhatItLoses) {
+TEST(ReducedSet, AddsLossToUncertainty) {
   Model model = model_of(3);
   model.uncertainty.emplace();
   model.uncertainty->budget.rows = {{.source = Source::turn_on, .standard_uncertainty = 0.001},
@@ -153,7 +153,7 @@ TEST(ReducedSet, ChangesNoPredictionByMoreThanItsBound) {
   }
 }
 
-TEST(ReducedSet, IsTheProjectionOntoWhatItKeeps) {
+TEST(ReducedSet, ProjectsOntoKeptVectors) {
   const Model model = model_of(3);
   const Model smaller = reduced(model, clusters_of(30, 3), {.vectors = 12});
   // The change vanishes at each kept centre, whose coordinates are the scaled inputs.
@@ -166,7 +166,7 @@ TEST(ReducedSet, IsTheProjectionOntoWhatItKeeps) {
   EXPECT_LT(change(model, smaller, at_centres).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(ReducedSet, KeepsNoMoreThanALossAsksFor) {
+TEST(ReducedSet, KeepsFewestVectorsForPermittedLoss) {
   const Model model = model_of(4);
   const data::Clusters clusters = clusters_of(100, 4);
   for (const double loss : {0.3, 0.03, 0.003}) {
@@ -179,7 +179,7 @@ TEST(ReducedSet, KeepsNoMoreThanALossAsksFor) {
   EXPECT_EQ(reduced(model, clusters, {.max_change_deg_per_h = 1e-300}).reduction->vectors, kVectors);
 }
 
-TEST(ReducedSet, ComesBackFromItsFile) {
+TEST(ReducedSet, RoundTripsThroughFile) {
   const Model smaller = reduced(model_of(5), clusters_of(20, 5), {.vectors = 7});
   const auto back = model_from_json(to_json(smaller), "small.json");
   ASSERT_TRUE(back) << text(back.error());
@@ -187,7 +187,7 @@ TEST(ReducedSet, ComesBackFromItsFile) {
   EXPECT_EQ(to_json(*back), to_json(smaller));
 }
 
-TEST(ReducedSet, RefusesWhatItCannotDo) {
+TEST(ReducedSet, RefusesInvalidGoals) {
   const data::Clusters clusters = clusters_of(20, 6);
   const Model model = model_of(6);
   const auto refused = [&](const Model& which, const ReducedSetGoal& goal) {

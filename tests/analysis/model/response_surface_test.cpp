@@ -53,7 +53,7 @@ Eigen::VectorXd by_definition(const svm::SampleMatrix& x, const Eigen::VectorXd&
   return (standardised(raw, raw_test) * w).array() + y.mean();
 }
 
-TEST(ResponseSurface, IsRidgeRegressionOnStandardisedProducts) {
+TEST(ResponseSurface, EqualsRidgeRegressionOnStandardisedProducts) {
   std::mt19937_64 random(7);
   const svm::SampleMatrix x = random_matrix(random, 30, 2), test = random_matrix(random, 9, 2);
   const Eigen::VectorXd y = random_matrix(random, 30, 1);
@@ -64,7 +64,7 @@ TEST(ResponseSurface, IsRidgeRegressionOnStandardisedProducts) {
   }
 }
 
-TEST(ResponseSurface, DoesNotMindAnInputThatDoesNotVary) {
+TEST(ResponseSurface, IgnoresConstantInput) {
   std::mt19937_64 random(8);
   svm::SampleMatrix x = random_matrix(random, 30, 2), test = random_matrix(random, 9, 2);
   const Eigen::VectorXd y = random_matrix(random, 30, 1);
@@ -76,14 +76,14 @@ TEST(ResponseSurface, DoesNotMindAnInputThatDoesNotVary) {
   EXPECT_TRUE(surface_predictions(x, y, test, kSurfaceLambdas).isApprox(without, 1e-9));
 }
 
-TEST(ResponseSurface, OfNoInputIsTheMean) {
+TEST(ResponseSurface, PredictsMeanWithoutInputs) {
   const Eigen::VectorXd y = Eigen::Vector3d{1, 2, 6};
   const Eigen::MatrixXd predicted =
       surface_predictions(svm::SampleMatrix(3, 0), y, svm::SampleMatrix(2, 0), kSurfaceLambdas);
   EXPECT_EQ(predicted, Eigen::MatrixXd::Constant(2, kSurfaceLambdas.size(), 3));
 }
 
-TEST(ResponseSurface, IsTriedOnWhatItHasNotSeen) {
+TEST(ResponseSurface, EvaluatesOnHeldOutRows) {
   std::mt19937_64 random(9);
   const svm::SampleMatrix x = random_matrix(random, 40, 3);
   const Eigen::VectorXd y = quadratic(x) + 0.01 * random_matrix(random, 40, 1);

@@ -60,7 +60,7 @@ data::TrainingSet made_of_two_gradients(std::uint64_t seed) {
   return training_set_of(std::move(clusters));
 }
 
-TEST(Selection, OfThePapersTableIsItsThirteenPairsOfRankSeven) {
+TEST(Selection, ReproducesThirteenPairsOfPaper) {
   const Selection selection = of_table_3(0.90);
   EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H", "B-F",
                                                               "B-G", "C-H", "D-E", "D-G", "G-H"}));
@@ -68,7 +68,7 @@ TEST(Selection, OfThePapersTableIsItsThirteenPairsOfRankSeven) {
   EXPECT_FALSE(selection.fallback);
 }
 
-TEST(Selection, FallsBackToTheDifferencesWithTheFirstAndSaysSo) {
+TEST(Selection, FallsBackToDifferencesWithFirstThermometer) {
   const Selection selection = of_table_3(0.95);
   EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H"}));
   EXPECT_TRUE(selection.fallback);
@@ -76,16 +76,16 @@ TEST(Selection, FallsBackToTheDifferencesWithTheFirstAndSaysSo) {
   EXPECT_NE(selection.statement.find("too few"), std::string::npos);
 }
 
-TEST(Selection, FallsBackWhereTooFewDimensionsRemain) {
+TEST(Selection, FallsBackIfTooFewDimensionsRemain) {
   EXPECT_FALSE(of_table_3(0.941).fallback) << "A-H alone passes";
   EXPECT_TRUE(of_table_3(0.941, 2).fallback);
 }
 
-TEST(Selection, DoesNotMindTheSign) {
+TEST(Selection, IgnoresSignOfCorrelation) {
   EXPECT_FALSE(select_by_correlation({data::gradient_term("A", "B")}, {-0.95}, 0.9, 1).fallback);
 }
 
-TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
+TEST(Selection, SelectsAnyKindOfInputByCorrelation) {
   data::Clusters clusters = *data::make_clusters(data::make_synthetic_run({}));
   clusters.bias_deg_per_h = 3 * clusters.temperature_c.col(2);
   const auto selection = select_inputs({.threshold = 0.999999}, {}, temperatures(), training_set_of(clusters));
@@ -94,7 +94,7 @@ TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
   EXPECT_FALSE(select_inputs({}, {}, {}, training_set_of(clusters)));
 }
 
-TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
+TEST(ForwardSelection, FindsInputsOfBias) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const auto selection = select_forward({}, data::all_gradients(kEightNames), made_of_two_gradients(seed), 12);
@@ -105,19 +105,19 @@ TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
   }
 }
 
-TEST(ForwardSelection, AddsNothingToWhatIsEnough) {
+TEST(ForwardSelection, AddsNothingToSufficientInputs) {
   const auto selection = select_forward({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, temperatures(),
                                         made_of_two_gradients(3), 12);
   ASSERT_TRUE(selection);
   EXPECT_TRUE(selection->terms.empty()) << selection->statement;
 }
 
-TEST(ForwardSelection, TakesAtMostSoMany) {
+TEST(ForwardSelection, LimitsNumberOfInputs) {
   const auto selection = select_forward({}, data::all_gradients(kEightNames), made_of_two_gradients(1), 1);
   EXPECT_EQ(selection->terms.size(), 1u);
 }
 
-TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
+TEST(ForwardSelection, DoesNotDependOnNumberOfThreads) {
   const data::TrainingSet training_set = made_of_two_gradients(4);
   const auto select = [&] { return *select_forward({}, data::all_gradients(kEightNames), training_set, 4); };
   const Selection all = select();
@@ -137,7 +137,7 @@ TEST(Redundancy, KeepsSevenOfTwentyEightGradients) {
   EXPECT_FALSE(std::ranges::count(beside->terms, data::temperature_term("A"))) << "it is taken anyway";
 }
 
-TEST(Redundancy, DropsOnlyWhatTheOthersMakeUp) {
+TEST(Redundancy, DropsOnlyDependentInputs) {
   const data::Clusters clusters = *data::make_clusters(data::make_synthetic_run({}));
   for (const double tolerance : {1e-6, 1e-3, 1e-2, 0.1}) {
     const auto kept = select_independent({}, data::all_gradients(kEightNames), clusters, tolerance);
@@ -153,7 +153,7 @@ TEST(Redundancy, DropsOnlyWhatTheOthersMakeUp) {
   }
 }
 
-TEST(Selection, IsReadFromItsWord) {
+TEST(Selection, ParsesRule) {
   EXPECT_EQ(parse_selection("correlation")->threshold, 0.90);
   EXPECT_EQ(parse_selection("correlation:0.85")->threshold, 0.85);
   EXPECT_EQ(parse_selection("forward:6")->most, 6);

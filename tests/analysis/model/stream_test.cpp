@@ -49,7 +49,7 @@ void expect_same(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
   }
 }
 
-TEST(CompensationStream, IsThePredictionOnClustersAtTheirEnds) {
+TEST(CompensationStream, EqualsClusterPredictionAtClusterEnds) {
   const data::Dataset dataset = two_ramps(1000);
   const Eigen::VectorXd predicted = *predict(data::small_svr_model(), *make_clusters(dataset));
   const Eigen::VectorXd compensated = open().push(dataset.temperature_c, dataset.bias_deg_per_h);
@@ -61,7 +61,7 @@ TEST(CompensationStream, IsThePredictionOnClustersAtTheirEnds) {
   }
 }
 
-TEST(CompensationStream, AnswersTheSameRowByRowAndInPieces) {
+TEST(CompensationStream, DoesNotDependOnDivisionIntoCalls) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     data::SampleMatrix temperatures = random_temperatures(1500, seed);
@@ -80,14 +80,14 @@ TEST(CompensationStream, AnswersTheSameRowByRowAndInPieces) {
   }
 }
 
-TEST(CompensationStream, TakesColumnsInAnyOrder) {
+TEST(CompensationStream, AcceptsColumnsInAnyOrder) {
   const data::SampleMatrix temperatures = random_temperatures(300, 1);
   data::SampleMatrix turned(300, 3);
   turned << Eigen::VectorXd::Random(300), temperatures.col(1), temperatures.col(0);
   expect_same(open({"shell", "B", "A"}).push(turned, zeros(300)), open().push(temperatures, zeros(300)));
 }
 
-TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
+TEST(CompensationStream, RecoversAfterMissingReading) {
   const data::SampleMatrix temperatures = random_temperatures(900, 2);
   data::SampleMatrix missing = temperatures;
   missing(330, 0) = std::nan("");
@@ -97,7 +97,7 @@ TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
   expect_same(gap.tail(370), whole.tail(370));
 }
 
-TEST(CompensationStream, ContinuesBeyondTheTrainedRangeAndCountsIt) {
+TEST(CompensationStream, ContinuesOutsideTrainedRangeAndCountsRows) {
   data::SampleMatrix temperatures = random_temperatures(400, 3);
   temperatures.col(1).array() -= 5;  // trained up to 1 °C
   CompensationStream continued = open();
@@ -115,7 +115,7 @@ TEST(CompensationStream, ContinuesBeyondTheTrainedRangeAndCountsIt) {
 }
 
 /// On a ramp of 0.01 K/s, a mean over 100 s is 49.5 s old; half of the change over the last 100 s is 50 s of the ramp.
-TEST(CompensationStream, IsLedByHalfAClusterWhereTheModelSaysSo) {
+TEST(CompensationStream, ExtrapolatesByHalfAClusterIfModelIsLed) {
   Model model = data::small_slope_model();
   const data::SampleMatrix ramp = 20 + 0.01 * Eigen::ArrayXd::LinSpaced(500, 0, 499);
   const auto lagging = CompensationStream::open(model, {"A"})->push(ramp, zeros(500));
@@ -134,7 +134,7 @@ TEST(CompensationStream, IsLedByHalfAClusterWhereTheModelSaysSo) {
 }
 
 /// A bias with a sinusoidal course of 2 h: the lag of 50 s costs its slope, the extrapolation its curvature.
-TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
+TEST(Latency, UsesConsecutiveMeans) {
   data::Clusters clusters;
   clusters.length_s = 100;
   clusters.start_s = Eigen::VectorXd::LinSpaced(720, 0, 71900);
@@ -155,7 +155,7 @@ TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
   EXPECT_FALSE(measure_latency(data::small_slope_model(), clusters, predicted.head(4))) << "no three follow each other";
 }
 
-TEST(CompensationStream, NeedsTheModelsThermometers) {
+TEST(CompensationStream, RefusesMissingThermometers) {
   EXPECT_EQ(CompensationStream::open(data::small_svr_model(), {"A", "C"}).error().kind, FaultKind::usage);
 }
 
@@ -168,7 +168,7 @@ Model lag_model() {
 }
 
 /// A random walk with a missing reading, so that a cluster is dropped.
-TEST(CompensationStream, HasTheLagsOfTheClustersAtTheirEnds) {
+TEST(CompensationStream, EqualsClusterLagsAtClusterEnds) {
   data::Dataset dataset = two_ramps(3000);
   data::SampleMatrix steps = random_temperatures(3000, 5);
   for (Eigen::Index i = 1; i < 3000; ++i)
@@ -187,7 +187,7 @@ TEST(CompensationStream, HasTheLagsOfTheClustersAtTheirEnds) {
   EXPECT_EQ(compensated.array().isNaN().count(), 99 + 100) << "and one reading was missing";
 }
 
-TEST(CompensationStream, OfLagsAnswersTheSameInPieces) {
+TEST(CompensationStream, DoesNotDependOnDivisionIntoCallsWithLags) {
   const data::SampleMatrix temperatures = random_temperatures(900, 6);
   const auto open_lags = [] { return *CompensationStream::open(lag_model(), {"shell", "B", "A"}); };
   data::SampleMatrix turned(900, 3);
@@ -216,7 +216,7 @@ struct Interrupted {
   }
 };
 
-TEST(CompensationStream, PassesSecondsAsIfTheirRowsHadNoReading) {
+TEST(CompensationStream, TreatsPassedSecondsAsMissingReadings) {
   const Interrupted interrupted;
   const auto with_lags = [] { return *CompensationStream::open(lag_model(), {"A", "B"}); };
   for (const Eigen::Index seconds : {1, 30, 99, 100, 150, 200, 299, 300, 301, 517, 2043}) {
@@ -228,7 +228,7 @@ TEST(CompensationStream, PassesSecondsAsIfTheirRowsHadNoReading) {
   EXPECT_EQ(after_an_age.array().isNaN().count(), 99);
 }
 
-TEST(CompensationStream, TakesFromTheTimesOfRowsWhichSecondsAreMissing) {
+TEST(CompensationStream, FindsMissingSecondsFromRowTimes) {
   const data::SampleMatrix temperatures = random_temperatures(1100, 9);
   Eigen::VectorXd times(1000);
   data::SampleMatrix rows(1000, 2), with_gap = temperatures;
@@ -259,7 +259,7 @@ TEST(CompensationStream, TakesFromTheTimesOfRowsWhichSecondsAreMissing) {
   }
 }
 
-TEST(CompensationStream, OfRowsAboutAGapTellsWhichWereOutside) {
+TEST(CompensationStream, ReportsRowsOutsideAroundGap) {
   data::SampleMatrix temperatures = random_temperatures(600, 3);
   temperatures.col(1).array() -= 5;  // trained up to 1 °C
   Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(600, 0, 599);
@@ -273,7 +273,7 @@ TEST(CompensationStream, OfRowsAboutAGapTellsWhichWereOutside) {
   EXPECT_TRUE(std::isfinite(compensated(499)));
 }
 
-TEST(SlidingMeans, AreTheMeansOfTheLastRows) {
+TEST(SlidingMeans, EqualMeansOfLastRows) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(seed);
     const auto length = static_cast<Eigen::Index>(1 + seed % 17);

@@ -34,7 +34,7 @@ TrainingOptions quick_svr(const std::string& inputs) {
   return options;
 }
 
-TEST(TrainedModel, SaysHowItsHeldOutResidualWanders) {
+TEST(TrainedModel, StatesNoiseOfHeldOutResidual) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const auto model = train_on(dataset, linear("seven-point"));
   ASSERT_TRUE(model) << text(model.error());
@@ -44,7 +44,7 @@ TEST(TrainedModel, SaysHowItsHeldOutResidualWanders) {
   EXPECT_NEAR(model->residual_noise->start_deg_per_h, model->leave_cycle_out.rmse, 1e-12);
 }
 
-TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
+TEST(LinearModel, ReproducesReferenceResidualsOfRealRecord) {
   struct Law {
     const char* inputs;
     double residual_deg_per_h[3];
@@ -65,7 +65,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
   }
 }
 
-TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
+TEST(LinearModel, RemainsAccurateForDependentInputs) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const auto seven = train_on(dataset, linear("seven-point"));
   const auto twenty_eight = train_on(dataset, linear("gradients"));  // rank 7
@@ -96,7 +96,7 @@ TEST(Preparation, LearnsNothingFromTheHeldOutClusters) {
   }
 }
 
-TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
+TEST(Training, ApproachesNoiseFloorWithSupportVectors) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const auto model = train_on(dataset, quick_svr("multi-point"));
   ASSERT_TRUE(model) << text(model.error());
@@ -112,7 +112,7 @@ TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
   EXPECT_FALSE(model->selection.statement.empty());
 }
 
-TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
+TEST(Training, WarnsOfSubstituteForShellThermometer) {
   const auto model = train_on(data::make_synthetic_run({}), linear("three-point"));
   ASSERT_TRUE(model);
   EXPECT_EQ(model->terms, (std::vector<data::Term>{data::gradient_term("A", "D"), data::gradient_term("A", "G"),
@@ -129,7 +129,7 @@ TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
   }
 }
 
-TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
+TEST(Training, AddsTemperatureToGradients) {
   data::SyntheticRun run;
   run.absolute_deg_per_h_per_c = 5e-4;
   const data::Dataset dataset = make_synthetic_run(run);
@@ -139,7 +139,7 @@ TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
   EXPECT_LT(seeing->leave_cycle_out.std, blind->leave_cycle_out.std);
 }
 
-TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
+TEST(Training, OmitsClustersWithoutRate) {
   data::Dataset dataset = data::make_synthetic_run({});
   // Drops cluster 1, so that cluster 2 has no rate.
   dataset.temperature_c(150, 0) = std::nan("");
@@ -153,7 +153,7 @@ TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
   EXPECT_EQ(train_on(dataset, linear("A"))->in_sample.count, clusters->start_s.size());
 }
 
-TEST(Training, TakesAnyAssignmentOfFolds) {
+TEST(Training, AcceptsAnyFoldPlan) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = *make_clusters(dataset);
   TrainingOptions options = linear("A,A-B");
@@ -165,7 +165,7 @@ TEST(Training, TakesAnyAssignmentOfFolds) {
   EXPECT_EQ(given->folds, "the same");
 }
 
-TEST(Training, HoldsOutRecordsWhereThereAreThreeWithoutCycles) {
+TEST(Training, HoldsOutRecordsIfThereAreNoCycles) {
   std::vector<data::Dataset> datasets;
   std::vector<data::Clusters> clusters;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
@@ -184,7 +184,7 @@ TEST(Training, HoldsOutRecordsWhereThereAreThreeWithoutCycles) {
 }
 
 /// Two profiles: the held-out error of each is that of a model of the other one.
-TEST(FoldsByProgram, PredictEachProgramByTheOther) {
+TEST(FoldsByProgram, PredictEachProfileFromTheOther) {
   data::Dataset rate = data::make_synthetic_run({.run_id = "rate run", .seed = 1});
   data::Dataset random = data::make_synthetic_run({.run_id = "random run", .cycle_rates_c_per_min = {1, 6}, .seed = 2});
   rate.profile_name = "rate";
@@ -200,7 +200,7 @@ TEST(FoldsByProgram, PredictEachProgramByTheOther) {
   EXPECT_LT((model->leave_cycle_out_residual.tail(expected.size()) - expected).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(OneStandardError, IsKeptWithTheModelAndIsNoSurpriseHeldOut) {
+TEST(OneStandardError, IsStoredAndAgreesWithHeldOutError) {
   TrainingOptions options = quick_svr("seven-point");
   options.tuning.swarm.particles = 4;
   const data::Dataset dataset = data::make_synthetic_run({});
@@ -219,7 +219,7 @@ TEST(OneStandardError, IsKeptWithTheModelAndIsNoSurpriseHeldOut) {
   EXPECT_EQ(to_json(*read), to_json(*simple));
 }
 
-TEST(OneStandardError, IsRefusedByAMethodThatHasNoC) {
+TEST(OneStandardError, IsRefusedForMethodWithoutC) {
   TrainingOptions options = linear("seven-point");
   options.tuning.choice = svm::ChoiceRule::one_standard_error;
   const auto model = train_on(data::make_synthetic_run({}), options);
@@ -228,7 +228,7 @@ TEST(OneStandardError, IsRefusedByAMethodThatHasNoC) {
   EXPECT_EQ(model.error().where, "--choose");
 }
 
-TEST(Nested, IsTheSameWhereNothingIsChosen) {
+TEST(Nested, EqualsHeldOutResidualWithoutChoice) {
   TrainingOptions options = linear("multi-point");
   options.nested = true;
   const auto model = train_on(data::make_synthetic_run({}), options);
@@ -238,7 +238,7 @@ TEST(Nested, IsTheSameWhereNothingIsChosen) {
   EXPECT_FALSE(train_on(data::make_synthetic_run({}), linear("A"))->nested_leave_cycle_out);
 }
 
-TEST(Nested, OfSupportVectorsIsNeverFarFromTheOther) {
+TEST(Nested, AgreesWithHeldOutResidualOfSupportVectors) {
   TrainingOptions options = quick_svr("seven-point");
   options.nested = true;
   options.tuning.swarm.particles = 4;
@@ -249,7 +249,7 @@ TEST(Nested, OfSupportVectorsIsNeverFarFromTheOther) {
   EXPECT_LT(model->nested_leave_cycle_out->std, 2 * model->leave_cycle_out.std);
 }
 
-TEST(Training, NamesWhatIsWrong) {
+TEST(Training, ReportsInvalidOptions) {
   const data::Dataset dataset = data::make_synthetic_run({});
   EXPECT_NE(train_on(dataset, linear("multi-piont")).error().what.find("\"multi-point\""), std::string::npos);
   EXPECT_FALSE(train_on(dataset, linear("A,A")));
@@ -310,7 +310,7 @@ TEST(Training, NamesWhatIsWrong) {
   EXPECT_EQ(train_on(nameless, linear("three-point")).error().kind, FaultKind::usage);
 }
 
-TEST(Training, StopsWhenAsked) {
+TEST(Training, StopsOnRequest) {
   const auto model =
       train_on(data::make_synthetic_run({}), linear("A-B"), [](std::string_view, double) { return false; });
   ASSERT_FALSE(model);
@@ -346,7 +346,7 @@ Eigen::VectorXd nested_predictions(const data::TrainingSet& training_set, const 
   return training_set.clusters.bias_deg_per_h - *residual;
 }
 
-TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
+TEST(Nested, NeverUsesHeldOutFoldForChoice) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = *make_clusters(dataset);
   const InputPlan plan = *plan_inputs("seven-point", dataset);
@@ -363,7 +363,7 @@ TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
   }
 }
 
-TEST(Splits, FilterWhatIsLearntFromAndNeverWhatIsHeldOut) {
+TEST(Splits, FilterOnlyTrainingClusters) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::TrainingSet training_set{*make_clusters(dataset), *data::plan_folds({*make_clusters(dataset)})};
   methods::Method filtering = kSpy;
@@ -377,7 +377,7 @@ TEST(Splits, FilterWhatIsLearntFromAndNeverWhatIsHeldOut) {
   }
 }
 
-TEST(Splits, StopWhenAsked) {
+TEST(Splits, StopOnRequest) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::TrainingSet training_set{*make_clusters(dataset), *data::plan_folds({*make_clusters(dataset)})};
   const auto splits =
@@ -419,7 +419,7 @@ data::FoldPlan six_blocks(const data::Clusters& clusters, std::optional<double> 
 }
 
 /// Random folds are not available to users; these are the values of docs/evaluation.md from a real record.
-TEST(HoldingOut, ClustersAtRandomFlattersARealGyro) {
+TEST(HoldingOut, UnderestimatesErrorForRandomClusters) {
   const double at_random_reference[] = {0.0758, 0.0145, 0.0261}, blocks_reference[] = {0.2368, 0.1078, 0.1207};
   for (int axis = 0; axis < 3; ++axis) {
     SCOPED_TRACE(axis);

@@ -26,7 +26,7 @@ BudgetRow row_of(double u, double sensitivity, double degrees_of_freedom = kInfi
   return {.standard_uncertainty = u, .sensitivity = sensitivity, .degrees_of_freedom = degrees_of_freedom};
 }
 
-TEST(Budget, IsSummedByHand) {
+TEST(Budget, EqualsManualSum) {
   const CombinedUncertainty sum = combined({row_of(3, 1), row_of(2, -2), row_of(0.5, 24), row_of(7, 0)});
   EXPECT_DOUBLE_EQ(sum.standard_deg_per_h, 13) << "√(3² + 4² + 12²)";
   EXPECT_EQ(sum.degrees_of_freedom, kInfinite);
@@ -34,13 +34,13 @@ TEST(Budget, IsSummedByHand) {
   EXPECT_NEAR(sum.expanded_deg_per_h, 13 * 1.95996, 1e-4);
 }
 
-TEST(Budget, OfNothingIsZero) {
+TEST(Budget, IsZeroWithoutRows) {
   EXPECT_EQ(combined({}).expanded_deg_per_h, 0);
   EXPECT_EQ(combined({row_of(1, 0, 3)}).standard_deg_per_h, 0);
   EXPECT_EQ(combined({row_of(1, 0, 3)}).degrees_of_freedom, kInfinite);
 }
 
-TEST(Budget, IsThatOfTheGuidesEndGauge) {
+TEST(Budget, ReproducesEndGaugeExampleOfGum) {
   // GUM H.1: calibration of the standard, difference, difference of expansion and of temperature; nm.
   const std::vector<BudgetRow> rows{row_of(25, 1, 18), row_of(9.7, 1, 25.6), row_of(2.9, 1, 50), row_of(16.6, 1, 2)};
   const CombinedUncertainty sum = combined(rows, 0.99);
@@ -51,13 +51,13 @@ TEST(Budget, IsThatOfTheGuidesEndGauge) {
   EXPECT_NEAR(sum.expanded_deg_per_h, 93, 1);
 }
 
-TEST(Budget, OfASingleSourceHasItsDegreesOfFreedom) {
+TEST(Budget, KeepsDegreesOfFreedomOfSingleSource) {
   EXPECT_DOUBLE_EQ(combined({row_of(0.3, 2, 7)}).degrees_of_freedom, 7);
   EXPECT_NEAR(combined({row_of(0.3, 2, 7)}).coverage_factor, 2.365, 0.0005);
   EXPECT_NEAR(combined({row_of(1e-100, 1, 7)}).degrees_of_freedom, 7, 1e-9) << "however small";
 }
 
-TEST(Budget, IsWiderOutsideTheTrainedRangeByWhatALineOfThatFormDoes) {
+TEST(Budget, WidensLinearlyOutsideTrainedRange) {
   EXPECT_EQ(widening(0), 0);
   EXPECT_DOUBLE_EQ(widening(0.5), 9) << "3(2² − 1)";
   const Uncertainty known{.budget = {.averaging_s = 3600,
@@ -68,7 +68,7 @@ TEST(Budget, IsWiderOutsideTheTrainedRangeByWhatALineOfThatFormDoes) {
   EXPECT_NEAR(expanded_outside(known, 3600, 0.5), 1.959964 * std::sqrt(25e-6 + 9 * 9e-6), 1e-8);
 }
 
-TEST(Budget, OfALongerMeanHasLessOfWhatIsWhite) {
+TEST(Budget, ReducesWhiteNoiseForLongerMean) {
   const Budget hour{.averaging_s = 3600,
                     .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = 2},
                              {.source = Source::rate_random_walk, .standard_uncertainty = 3},
@@ -82,7 +82,7 @@ TEST(Budget, OfALongerMeanHasLessOfWhatIsWhite) {
   EXPECT_EQ(differing_rows(four.rows).size(), 3u) << "a tilt is the same in training and in use";
 }
 
-TEST(EarthRate, GoesWithItsAnglesAsItsDifferencesSay) {
+TEST(EarthRate, HasDerivativesEqualToDifferences) {
   const auto rate = [](double phi, double az, double el) {
     const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180; };
     return kEarthRateDegPerHour * (std::cos(radians(phi)) * std::cos(radians(az)) * std::cos(radians(el)) +
@@ -133,7 +133,7 @@ class UncertaintyOfAModel : public testing::Test {
   static inline Model model_;
 };
 
-TEST_F(UncertaintyOfAModel, ALinearModelIsAsSensitiveAsItsWeights) {
+TEST_F(UncertaintyOfAModel, LinearSensitivityEqualsWeights) {
   const auto& weights = std::get<methods::LinearModel>(model_.function).weights;
   const Eigen::VectorXd slope =
       // Slopes of A − T_j.
@@ -152,7 +152,7 @@ TEST_F(UncertaintyOfAModel, ALinearModelIsAsSensitiveAsItsWeights) {
   EXPECT_NEAR(all[3].greatest, std::abs(slope(2)), tolerance);
 }
 
-TEST_F(UncertaintyOfAModel, ASumOfGaussiansIsAsSensitiveAsItsDerivative) {
+TEST_F(UncertaintyOfAModel, GaussianSensitivityEqualsDerivative) {
   const Model model = data::small_svr_model();
   const data::Clusters clusters = data::three_clusters();
   const auto& svr = std::get<methods::SvrModel>(model.function);
@@ -172,7 +172,7 @@ TEST_F(UncertaintyOfAModel, ASumOfGaussiansIsAsSensitiveAsItsDerivative) {
   }
 }
 
-TEST_F(UncertaintyOfAModel, AnyMethodIsAsSensitiveAsItsPredictionsMove) {
+TEST_F(UncertaintyOfAModel, SensitivityEqualsChangeOfPrediction) {
   for (const char* method : {"ls-svm", "gp"}) {
     if (!methods::find_method(method)) continue;
     const Model model = with_any_range(trained(method, "three-point"));
@@ -186,13 +186,13 @@ TEST_F(UncertaintyOfAModel, AnyMethodIsAsSensitiveAsItsPredictionsMove) {
   }
 }
 
-TEST_F(UncertaintyOfAModel, APlaneIsAsSensitiveBeyondItsRangeAsInIt) {
+TEST_F(UncertaintyOfAModel, PlaneSensitivityIsEqualOutsideRange) {
   data::Clusters far = clusters_;
   far.temperature_c.col(0).array() += 100;
   EXPECT_TRUE(sensitivities(model_, far)->isApprox(*sensitivities(model_, clusters_), 1e-6));
 }
 
-TEST_F(UncertaintyOfAModel, TheThermometersNoiseIsThatOfTheirSamples) {
+TEST_F(UncertaintyOfAModel, ThermometerNoiseIsThatOfSamples) {
   const Eigen::RowVectorXd noise = thermometer_noise_k(dataset_, clusters_);
   for (Eigen::Index j = 0; j < 8; ++j) EXPECT_NEAR(noise(j), 0.003 / 10, 0.03 * 0.003 / 10) << "of 100 samples";
   double squares = 0;
@@ -200,7 +200,7 @@ TEST_F(UncertaintyOfAModel, TheThermometersNoiseIsThatOfTheirSamples) {
   EXPECT_NEAR(model_.uncertainty->added_noise_deg_per_h, std::sqrt(squares), 0.03 * std::sqrt(squares));
 }
 
-TEST_F(UncertaintyOfAModel, WhatTheTemperatureDoesInAGapIsNoNoise) {
+TEST_F(UncertaintyOfAModel, NoiseEstimateIgnoresGaps) {
   data::Dataset with_gap = dataset_;
   const Eigen::Index after = with_gap.time_s.size() / 2;
   with_gap.time_s.tail(after).array() += 3600;
@@ -209,7 +209,7 @@ TEST_F(UncertaintyOfAModel, WhatTheTemperatureDoesInAGapIsNoNoise) {
   EXPECT_TRUE(noise.isApprox(thermometer_noise_k(dataset_, clusters_), 1e-3)) << noise;
 }
 
-TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown) {
+TEST_F(UncertaintyOfAModel, HysteresisIsHalfTheDifferenceOfDirections) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.002);
   Eigen::VectorXd residual(clusters_.start_s.size()), chance(clusters_.start_s.size());
@@ -224,7 +224,7 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown)
             5 * estimate_hysteresis(chance, clusters_).degrees_of_freedom);
 }
 
-TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
+TEST_F(UncertaintyOfAModel, HysteresisIgnoresValuesMeasuredByGyro) {
   Eigen::VectorXd residual(clusters_.start_s.size());
   for (Eigen::Index k = 0; k < residual.size(); ++k)
     residual(k) = std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
@@ -251,7 +251,7 @@ TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfIt
   EXPECT_EQ(estimate_hysteresis(residual, alone).half_deg_per_h, 0);
 }
 
-TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
+TEST_F(UncertaintyOfAModel, MarksAssumedValues) {
   EXPECT_FALSE(row(model_, Source::latitude).assumed);
   EXPECT_EQ(row(model_, Source::latitude).standard_uncertainty, 0.001);
   EXPECT_TRUE(row(model_, Source::tilt).assumed);
@@ -261,7 +261,7 @@ TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
   EXPECT_DOUBLE_EQ(row(model_, Source::turn_on).sensitivity, std::numbers::sqrt2) << "in training and in use";
 }
 
-TEST_F(UncertaintyOfAModel, OfCountedPulsesAMeanEndsBetweenTwo) {
+TEST_F(UncertaintyOfAModel, IncludesQuantisationOfPulses) {
   EXPECT_TRUE(std::ranges::none_of(model_.uncertainty->budget.rows, [](const BudgetRow& row) {
     return row.source == Source::counting;
   })) << "a rate is read";
@@ -286,7 +286,7 @@ TEST_F(UncertaintyOfAModel, OfCountedPulsesAMeanEndsBetweenTwo) {
 }
 
 /// A slow wave has few effective values. A significance test would reject the model form.
-TEST_F(UncertaintyOfAModel, AModelFormOfFewEffectiveMeansIsCountedWithFewDegreesOfFreedom) {
+TEST_F(UncertaintyOfAModel, ModelFormHasFewDegreesOfFreedomForFewMeans) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   const Eigen::Index count = clusters_.start_s.size();
@@ -305,7 +305,7 @@ TEST_F(UncertaintyOfAModel, AModelFormOfFewEffectiveMeansIsCountedWithFewDegrees
   EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).degrees_of_freedom, 1);
 }
 
-TEST(RobustStandard, IsTheRootMeanSquareUnlessATransientSetsIt) {
+TEST(RobustStandard, EqualsRootMeanSquareWithoutTransient) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal(0, 1);
   Eigen::VectorXd residual = Eigen::VectorXd::NullaryExpr(20000, [&] { return normal(random); });
@@ -318,7 +318,7 @@ TEST(RobustStandard, IsTheRootMeanSquareUnlessATransientSetsIt) {
   EXPECT_EQ(robust_standard_deg_per_h(Eigen::Vector4d(0, 0, 0, 10), 4), 5) << "of four means nobody knows the tails";
 }
 
-TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
+TEST_F(UncertaintyOfAModel, MarksRowsChosenOnTheseFolds) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
@@ -332,7 +332,7 @@ TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
   EXPECT_FALSE(row(*back, Source::turn_on).chosen_on_these_folds);
 }
 
-TEST_F(UncertaintyOfAModel, OfTwoStartsOneIsLeftToLearnFrom) {
+TEST_F(UncertaintyOfAModel, MarksSinglePowerOn) {
   std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
@@ -342,7 +342,7 @@ TEST_F(UncertaintyOfAModel, OfTwoStartsOneIsLeftToLearnFrom) {
   EXPECT_TRUE(remarks(row(model, Source::model_form)).empty());
 }
 
-TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
+TEST_F(UncertaintyOfAModel, DriftGrowsWithRootOfTimeSinceCalibration) {
   data::Dataset dated = dataset_;
   dated.started_utc = std::chrono::sys_days(std::chrono::year(2026) / 4 / 2).time_since_epoch() + std::chrono::hours(6);
   dated.thermometer_uncertainty.assign(8, {.calibration = Kelvins{0.01},
@@ -362,7 +362,7 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
 }
 
 /// A discharge current drifts by 0.0041 mA and not in kelvins.
-TEST_F(UncertaintyOfAModel, AnInputOfTheUnitsOwnDriftsInItsOwnUnit) {
+TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
   data::Dataset dataset = dataset_;
   dataset.thermometers = {"A", "aux:current"};
   dataset.input_units = {"°C", "mA"};
@@ -383,7 +383,7 @@ TEST_F(UncertaintyOfAModel, AnInputOfTheUnitsOwnDriftsInItsOwnUnit) {
   EXPECT_NEAR(rows_in_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither day is known";
 }
 
-TEST_F(UncertaintyOfAModel, HasDriftedOnInARunThatItHasNotSeen) {
+TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
   const auto rows_in = [&](const data::Dataset& run) {
     Model model = model_;
     model.uncertainty->budget.rows = rows_in_run(run, model.uncertainty->budget.rows);
@@ -402,7 +402,7 @@ TEST_F(UncertaintyOfAModel, HasDriftedOnInARunThatItHasNotSeen) {
   EXPECT_FALSE(row(said, Source::turn_on).assumed) << "which has no drift";
 }
 
-TEST_F(UncertaintyOfAModel, AddsTheDriftOfTwoRunsThermometerByThermometer) {
+TEST_F(UncertaintyOfAModel, AddsDriftOfTwoRunsPerThermometer) {
   const auto at_years = [&](double years) {
     data::Dataset run = dataset_;
     run.started_utc = std::chrono::seconds(static_cast<long>(years * 365.25 * 86400));
@@ -419,7 +419,7 @@ TEST_F(UncertaintyOfAModel, AddsTheDriftOfTwoRunsThermometerByThermometer) {
   EXPECT_THAT(drifts_between_k(dataset_, at_years(4)), all(std::hypot(0.05, 0.04))) << "a year passed in the first";
 }
 
-TEST_F(UncertaintyOfAModel, KnowsWhatAYearOfDriftAdds) {
+TEST_F(UncertaintyOfAModel, ComputesEffectOfOneYearOfDrift) {
   double squares = 0;
   for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms, 2);
   EXPECT_NEAR(drift_in_a_year_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "nothing is said";
@@ -446,7 +446,7 @@ data::Clusters first_hold(const data::Clusters& clusters) {
   return pick(clusters, rows);
 }
 
-TEST_F(UncertaintyOfAModel, OfOneHoldIsAsWideElsewhereAsItsCoefficientsAreOpen) {
+TEST_F(UncertaintyOfAModel, WidensWithUncertaintyOfCoefficients) {
   const data::Clusters hold = first_hold(clusters_);
   for (const char* method : {"linear", "lsf", "ridge", "ridge-u", "stepwise", "gp"}) {
     SCOPED_TRACE(method);
@@ -465,7 +465,7 @@ TEST_F(UncertaintyOfAModel, OfOneHoldIsAsWideElsewhereAsItsCoefficientsAreOpen) 
   }
 }
 
-TEST_F(UncertaintyOfAModel, CountsItsVarianceBeyondThatOfItsTrainingOnly) {
+TEST_F(UncertaintyOfAModel, AddsOnlyVarianceAboveTrainingMean) {
   Model without = model_;
   without.variance.reset();
   const Eigen::VectorXd half = *interval_half_widths(model_, *model_.uncertainty, dataset_, clusters_);
@@ -487,7 +487,7 @@ TEST_F(UncertaintyOfAModel, CountsItsVarianceBeyondThatOfItsTrainingOnly) {
   EXPECT_LT(wider, half.size());
 }
 
-TEST_F(UncertaintyOfAModel, OfResidualsThatDependOnEachOtherHasWiderCoefficients) {
+TEST_F(UncertaintyOfAModel, WidensCoefficientsForCorrelatedResiduals) {
   data::Clusters wandering = clusters_;
   double wander = 0;
   const Eigen::VectorXd steps = data::normal_vector(clusters_.bias_deg_per_h.size(), 5);
@@ -507,7 +507,7 @@ TEST_F(UncertaintyOfAModel, OfResidualsThatDependOnEachOtherHasWiderCoefficients
   EXPECT_NEAR(in_training, by_hand, 1e-6 * by_hand) << "two coefficients, each of one part in n of the variance";
 }
 
-TEST_F(UncertaintyOfAModel, TheBudgetIsWhatAMonteCarloGives) {
+TEST_F(UncertaintyOfAModel, BudgetAgreesWithMonteCarlo) {
   const std::vector<BudgetRow>& rows = model_.uncertainty->budget.rows;
   const CombinedUncertainty by_budget = combined(rows);
   const Model model = with_any_range(model_);
@@ -536,13 +536,13 @@ TEST_F(UncertaintyOfAModel, TheBudgetIsWhatAMonteCarloGives) {
   EXPECT_NEAR(magnitudes(kDraws * 95 / 100), by_budget.expanded_deg_per_h, 0.05 * by_budget.expanded_deg_per_h);
 }
 
-TEST_F(UncertaintyOfAModel, TheNoiseIsThatOfTheGyro) {
+TEST_F(UncertaintyOfAModel, NoiseIsThatOfGyro) {
   const BudgetRow& walk = row(model_, Source::angle_random_walk);
   EXPECT_NEAR(walk.standard_uncertainty, 0.02 / std::sqrt(3600), 0.02 / std::sqrt(3600) * 0.05);
   EXPECT_GT(walk.degrees_of_freedom, 100);
 }
 
-TEST_F(UncertaintyOfAModel, StandsInTheModelsFile) {
+TEST_F(UncertaintyOfAModel, RoundTripsThroughModelFile) {
   const auto back = model_from_json(to_json(model_), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   ASSERT_TRUE(back->uncertainty);
@@ -552,7 +552,7 @@ TEST_F(UncertaintyOfAModel, StandsInTheModelsFile) {
   EXPECT_EQ(row(*back, Source::thermometer_drift).degrees_of_freedom, kInfinite);
 }
 
-TEST_F(UncertaintyOfAModel, InAFileComesToWhatItsRowsComeTo) {
+TEST_F(UncertaintyOfAModel, RefusesFileWithInconsistentSum) {
   std::string json = to_json(model_);
   const auto at = json.find("\"U_deg_per_h\": ");
   ASSERT_NE(at, std::string::npos);

@@ -43,7 +43,7 @@ class VerificationOfALinearModel : public testing::Test {
   static inline Model model_;
 };
 
-TEST_F(VerificationOfALinearModel, IsOfARecordItHasNotSeen) {
+TEST_F(VerificationOfALinearModel, EvaluatesUnseenRecord) {
   const Verification result = verified(unseen_run());
   EXPECT_FALSE(result.trained_on_this);
   EXPECT_LT(result.compensated.std, 0.3 * result.raw.std);
@@ -52,7 +52,7 @@ TEST_F(VerificationOfALinearModel, IsOfARecordItHasNotSeen) {
 }
 
 /// The true bias is the prediction less 0.01 °/h, with alternating deviations of 0.003 °/h.
-TEST_F(VerificationOfALinearModel, TellsItsErrorToTheTrueBias) {
+TEST_F(VerificationOfALinearModel, ReportsErrorRelativeToTrueBias) {
   data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
   EXPECT_FALSE(verified(dataset).to_truth) << "of a real gyro nobody knows it";
@@ -69,7 +69,7 @@ TEST_F(VerificationOfALinearModel, TellsItsErrorToTheTrueBias) {
   EXPECT_NEAR(to_truth->figures.rmse, std::hypot(0.01, 0.003), 1e-4);
 }
 
-TEST_F(VerificationOfALinearModel, RemovesTheMeanOfTheErrorToTruthWhereTheZeroIsTheRecordsOwn) {
+TEST_F(VerificationOfALinearModel, RemovesMeanErrorIfReferenceIsMeanOfRecord) {
   data::Dataset dataset = unseen_run();
   dataset.has_own_reference = true;
   data::Clusters clusters = *make_clusters(dataset);
@@ -81,7 +81,7 @@ TEST_F(VerificationOfALinearModel, RemovesTheMeanOfTheErrorToTruthWhereTheZeroIs
   EXPECT_NEAR(to_truth->figures.rmse, 0, 1e-12);
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhenItIsInSample) {
+TEST_F(VerificationOfALinearModel, WarnsIfInSample) {
   const Verification result = verified(data::make_synthetic_run({}));
   EXPECT_TRUE(result.trained_on_this);
   EXPECT_TRUE(says(result, "in-sample"));
@@ -89,7 +89,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsInSample) {
   EXPECT_EQ(result.outside.farthest_term, "");
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherGyro) {
+TEST_F(VerificationOfALinearModel, WarnsOfAnotherGyro) {
   data::Dataset trained = data::make_synthetic_run({}), unseen = unseen_run();
   trained.identity = unseen.identity = "0042";
   TrainingOptions options;
@@ -106,7 +106,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherGyro) {
   EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhenItsBiasIsCountedFromAnotherZero) {
+TEST_F(VerificationOfALinearModel, WarnsOfAnotherBiasReference) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   const auto model = model_from_json(to_json(model_), "model.json");
@@ -117,7 +117,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItsBiasIsCountedFromAnotherZero) {
                    "another bias reference (earth rate removed) than that of this record (nothing removed)"));
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhenItsBiasJumpsByTurningTheUnitAround) {
+TEST_F(VerificationOfALinearModel, WarnsOfStepByTurningUnit) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   const char* jumps = "results over both positions contain a step of twice the Earth rate";
@@ -129,7 +129,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItsBiasJumpsByTurningTheUnitAround) {
   EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps)) << "it is removed with the sign of each position";
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
+TEST_F(VerificationOfALinearModel, WarnsOfAnotherAxis) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   Model model = model_;
@@ -145,7 +145,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
   EXPECT_FALSE(of_another({.unit = "u1"}, {.unit = "u2"})) << "the identity says whether it is another gyro";
 }
 
-TEST_F(VerificationOfALinearModel, TellsRampsHoldsAndCornersApart) {
+TEST_F(VerificationOfALinearModel, SeparatesRampsHoldsAndCorners) {
   const data::Dataset dataset = unseen_run();
   const Verification result = verified(dataset);
   EXPECT_EQ(result.ramps.count + result.holds.count, result.compensated.count);
@@ -166,7 +166,7 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
   EXPECT_TRUE(says(result, "the plane is extrapolated"));
 }
 
-TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
+TEST_F(VerificationOfALinearModel, AppliesPolicyOutsideRange) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
   const data::Clusters clusters = *make_clusters(dataset);
@@ -183,7 +183,7 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
   EXPECT_TRUE(says(extrapolated, "whole model is extrapolated"));
 }
 
-TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
+TEST_F(VerificationOfALinearModel, RefusesRecordEntirelyOutside) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.col(0).array() += 30;
   const auto result = verify(model_, dataset, *make_clusters(dataset), Outside::refuse);
@@ -193,7 +193,7 @@ TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
             "every cluster with all inputs has one outside the trained range, and the model refuses it");
 }
 
-TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMissing) {
+TEST_F(VerificationOfALinearModel, ReportsMissingInputs) {
   TrainingOptions options;
   options.inputs = "rates";
   options.method = "linear";
@@ -209,7 +209,7 @@ TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMiss
   }
 }
 
-TEST_F(VerificationOfALinearModel, SaysHowWellItsFiguresAreKnown) {
+TEST_F(VerificationOfALinearModel, StatesUncertaintyOfFigures) {
   const Verification result = verified(unseen_run());
   for (const data::Figures* figures :
        {&result.raw, &result.compensated, &result.ramps, &result.holds, &result.corners}) {
@@ -221,7 +221,7 @@ TEST_F(VerificationOfALinearModel, SaysHowWellItsFiguresAreKnown) {
   EXPECT_GT(result.compensated.effective.of_std, result.raw.effective.of_std);
 }
 
-TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
+TEST_F(VerificationOfALinearModel, ComputesExpectedInSampleResidual) {
   const Verification in_sample = verified(data::make_synthetic_run({}));
   EXPECT_EQ(in_sample.effective_parameters, 8);
   const double part = 1 - 8.0 / in_sample.compensated.count;
@@ -238,7 +238,7 @@ TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
       << "the parameters were spent on all clusters, and a quarter of them on these";
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhereTheZeroIsFittedToTheRecord) {
+TEST_F(VerificationOfALinearModel, WarnsIfReferenceIsMeanOfRecord) {
   constexpr const char* kWords = "the bias reference is computed from this record";
   data::Dataset dataset = unseen_run();
   EXPECT_FALSE(says(verified(dataset), kWords));
@@ -258,7 +258,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
   EXPECT_TRUE(says(*result, "over-fit"));
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfMeansOverAnotherTime) {
+TEST_F(VerificationOfALinearModel, WarnsOfDifferentClusterLength) {
   const data::Dataset dataset = unseen_run();
   const auto result = verify(model_, dataset, *make_clusters(dataset, 50));
   EXPECT_TRUE(says(*result, "over 50 s"));
@@ -273,7 +273,7 @@ data::Dataset well_known_run(const data::SyntheticRun& run) {
   return dataset;
 }
 
-TEST(Coverage, OfIntervalsWhereTheNoiseIsKnownIsWhatTheyPromise) {
+TEST(Coverage, EqualsNominalShareForKnownNoise) {
   TrainingOptions options;
   options.inputs = "physics";
   options.method = "linear";
@@ -298,7 +298,7 @@ TEST(Coverage, OfIntervalsWhereTheNoiseIsKnownIsWhatTheyPromise) {
   EXPECT_NEAR(within / clusters, 0.96, 0.025);
 }
 
-TEST_F(VerificationOfALinearModel, ThermometersThatMayHaveDriftedMakeItsIntervalsWider) {
+TEST_F(VerificationOfALinearModel, WidensIntervalsForThermometerDrift) {
   data::Dataset dataset = unseen_run();
   dataset.started_utc = std::chrono::days(400);
   const auto half_width = [&](double drift_k, int days_since) {
@@ -314,7 +314,7 @@ TEST_F(VerificationOfALinearModel, ThermometersThatMayHaveDriftedMakeItsInterval
   EXPECT_NEAR(verified(dataset).coverage->mean_half_width_deg_per_h, none, 1e-12) << "not known: one year, and no more";
 }
 
-TEST_F(VerificationOfALinearModel, WithoutABudgetHasNoCoverage) {
+TEST_F(VerificationOfALinearModel, HasNoCoverageWithoutBudget) {
   Model model = model_;
   model.uncertainty.reset();
   const data::Dataset dataset = unseen_run();
@@ -322,7 +322,7 @@ TEST_F(VerificationOfALinearModel, WithoutABudgetHasNoCoverage) {
 }
 
 /// The true bias follows a sine of the temperature. Compares means of the stream with means of the truth.
-TEST(AsStreamed, CountsWhatTheLagCosts) {
+TEST(AsStreamed, ReportsErrorCausedByLag) {
   constexpr Eigen::Index kRows = 20000;
   data::Dataset dataset;
   dataset.thermometers = {"A"};
@@ -351,7 +351,7 @@ TEST(AsStreamed, CountsWhatTheLagCosts) {
   EXPECT_EQ(led.residual.count, lagging.residual.count) << "the same clusters";
 }
 
-TEST(Gain, IsMissingWhereTheStdIsNotBelowTheRawBias) {
+TEST(Gain, IsMissingIfStdIsNotBelowRawBias) {
   const data::Figures raw{.std = 0.5, .count = 100};
   EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.4, .count = 100}, raw));
   EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "one mean has no STD";
@@ -360,7 +360,7 @@ TEST(Gain, IsMissingWhereTheStdIsNotBelowTheRawBias) {
             "no better than no model: compensated std 0.6 °/h, raw bias std 0.5 °/h");
 }
 
-TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
+TEST(BetweenRuns, UsesOnlyUnseenRuns) {
   const auto run = [](const char* id, double mean, bool trained) {
     Verification one;
     one.run_id = id;
@@ -379,7 +379,7 @@ TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
   EXPECT_FALSE(between_runs({run("a", 1, false), run("b", 2, true)}));
 }
 
-TEST(BetweenRuns, AreOfOneGyro) {
+TEST(BetweenRuns, RequiresOneGyro) {
   Verification a, b;
   a.run_id = a.identity = "a";
   b.run_id = b.identity = "b";
@@ -388,7 +388,7 @@ TEST(BetweenRuns, AreOfOneGyro) {
   EXPECT_TRUE(between_runs({a, b})) << "one of which nobody knows may be the same";
 }
 
-TEST(BetweenRuns, CountTheirBiasFromOneZeroThatIsNoMeanOfTheirs) {
+TEST(BetweenRuns, RequiresOneIndependentBiasReference) {
   const auto run = [](const char* id, double mean, const char* zero, bool own) {
     Verification one;
     one.run_id = id;

@@ -159,7 +159,7 @@ TEST(Characterisation, SeparatesSetPointsHalfAKelvinApart) {
   EXPECT_TRUE(turn_on_scatter(starts).empty()) << "two starts each, of three that are wanted";
 }
 
-/// The unit is off in the holds at −20 °C, so that it starts again in those at 50 °C.
+/// The unit is off during the holds at −20 °C and is switched on again in the holds at 50 °C.
 TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
   MadeToOrder run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2, 2}, .hold_s = 7200});
@@ -179,7 +179,7 @@ TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
   EXPECT_NEAR(found[0].std_before_deg_per_h, 1e-3, 1e-8) << "0, 1, 2";
 }
 
-/// The rig file states 10 °/h and the axis has 10.002 °/h, so that the subtraction leaves ±0.002 °/h.
+/// The rig file states 10 °/h and the axis has 10.002 °/h. The subtraction leaves ±0.002 °/h.
 TEST(Characterisation, SeparatesBiasFromEarthRateByTurning) {
   MadeToOrder run;
   run.dataset.earth_rate_deg_per_h = 10;
@@ -223,8 +223,8 @@ TEST(Characterisation, StatesUncertaintyOfTwoPositionBias) {
   EXPECT_TRUE(std::isnan(run.found(run.temperature_c).two_position[1].stated_earth_rate_deg_per_h));
 }
 
-/// Holds of one position before and after the other have 0 and 0.004 °/h, so that their mean has u = 0.002 °/h; half of
-/// it enters the Earth rate.
+/// The holds of one position, before and after the other position, have 0 and 0.004 °/h. Their mean has u = 0.002 °/h;
+/// half of it enters the Earth rate.
 TEST(Characterisation, IncreasesUncertaintyForDriftBetweenTurns) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
@@ -336,7 +336,8 @@ TEST(Characterisation, StatesUncertaintyOfHysteresisWidth) {
   EXPECT_LT(freedom, 0.5 * clusters);
 }
 
-/// A drift during the last hour of a hold counts as little more than one value; white noise counts fully.
+/// A drift during the last hour of a hold has little more than one effective value; with white noise all values are
+/// independent.
 TEST(Characterisation, CountsOnlyIndependentValuesAsDegreesOfFreedom) {
   MadeToOrder run;
   const Characterisation drifting = run.found(1e-6 * run.clusters.start_s);

@@ -14,9 +14,9 @@ namespace {
 
 data::Clusters clusters_of(const data::SyntheticRun& run) { return *make_clusters(make_synthetic_run(run)); }
 
-/// Sets a bias that depends on one thermometer alone.
+/// Sets a bias that depends on a single thermometer.
 void drive_by(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
-  // Another random stream than that of the temperatures.
+  // A random stream that is independent of the temperatures.
   std::mt19937_64 random(1000 + seed);
   std::normal_distribution<double> noise(0, 1e-3);
   const Eigen::VectorXd t = clusters.temperature_c.col(thermometer).array() / 20;
@@ -24,7 +24,7 @@ void drive_by(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t 
   for (double& bias : clusters.bias_deg_per_h) bias += noise(random);
 }
 
-/// Returns the clusters with these thermometers alone; one of them may occur twice.
+/// Returns the clusters with only these thermometers; a thermometer may occur twice.
 data::Clusters reduced(const data::Clusters& from, const std::vector<Eigen::Index>& columns) {
   data::Clusters clusters = from;
   clusters.thermometers.clear();

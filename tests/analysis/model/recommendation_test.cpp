@@ -11,7 +11,7 @@ namespace gyrotherm::model {
 namespace {
 
 TEST(Recommendation, SelectsSimplestWithinOneStandardError) {
-  // The small one is behind by 1, 0 and −0.5: 0.17 ± 0.44. The smallest is behind by 3 on each record.
+  // The MSE of "small" is above the lowest by 1, 0 and −0.5: 0.17 ± 0.44. That of "tiny" is above it by 3 on each.
   const Recommendation found =
       recommend({{"large", 9000, {4, 5, 6}}, {"small", 20, {5, 5, 5.5}}, {"tiny", 5, {7, 8, 9}}});
   EXPECT_EQ(found.lowest, "large");

@@ -28,7 +28,7 @@ Model model_of(std::uint64_t seed) {
   return model;
 }
 
-/// Returns that model as an expansion with lengths.
+/// Returns the model of random vectors as an expansion with lengths.
 Model expansion_of(std::uint64_t seed) {
   Model model = model_of(seed);
   const auto svr = std::get<methods::SvrModel>(model.function);

@@ -52,7 +52,7 @@ data::TrainingSet training_set_of(data::Clusters clusters) {
 data::TrainingSet made_of_two_gradients(std::uint64_t seed) {
   data::Clusters clusters = data::wandering(*data::make_clusters(data::make_synthetic_run({.hold_s = 1000})), seed);
   const data::SampleMatrix x = *evaluate({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, clusters);
-  // Another random stream than that of the temperatures.
+  // A random stream that is independent of the temperatures.
   std::mt19937_64 random(1000 + seed);
   std::normal_distribution<double> noise(0, 1e-3);
   clusters.bias_deg_per_h = 2e-3 * x.col(0) + 1e-4 * x.col(1).cwiseAbs2();

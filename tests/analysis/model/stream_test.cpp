@@ -133,7 +133,8 @@ TEST(CompensationStream, ExtrapolatesByHalfAClusterIfModelIsLed) {
   expect_same(pieces, led);
 }
 
-/// A bias with a sinusoidal course of 2 h: the lag of 50 s costs its slope, the extrapolation its curvature.
+/// A bias that follows a sine with a period of 2 h. The error of the 50 s lag is proportional to its slope, that of the
+/// extrapolation to its curvature.
 TEST(Latency, UsesConsecutiveMeans) {
   data::Clusters clusters;
   clusters.length_s = 100;
@@ -167,7 +168,7 @@ Model lag_model() {
   return model;
 }
 
-/// A random walk with a missing reading, so that a cluster is dropped.
+/// A random walk with a missing reading, which drops one cluster.
 TEST(CompensationStream, EqualsClusterLagsAtClusterEnds) {
   data::Dataset dataset = two_ramps(3000);
   data::SampleMatrix steps = random_temperatures(3000, 5);

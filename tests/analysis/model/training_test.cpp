@@ -141,7 +141,7 @@ TEST(Training, AddsTemperatureToGradients) {
 
 TEST(Training, OmitsClustersWithoutRate) {
   data::Dataset dataset = data::make_synthetic_run({});
-  // Drops cluster 1, so that cluster 2 has no rate.
+  // Drops cluster 1; cluster 2 then has no rate.
   dataset.temperature_c(150, 0) = std::nan("");
   const auto clusters = make_clusters(dataset);
   const auto model = train_on(dataset, linear("A,rate:A"));
@@ -317,7 +317,7 @@ TEST(Training, StopsOnRequest) {
   EXPECT_EQ(model.error().kind, FaultKind::interrupted);
 }
 
-/// "Chooses" the sum of all targets that it receives, in °/h, and predicts it everywhere, so that the predictions show
+/// "Chooses" the sum of all targets that it receives, in °/h, and predicts it everywhere. The predictions thus show
 /// which targets it has received.
 Result<methods::Choice> choose_sum(std::span<const methods::Fold> folds, const methods::MethodOptions&,
                                    const ProgressSink&) {
@@ -418,7 +418,7 @@ data::FoldPlan six_blocks(const data::Clusters& clusters, std::optional<double> 
   return *data::plan_folds({clusters}, {.kind = data::FoldKind::blocks, .blocks = 6, .guard_minutes = guard_minutes});
 }
 
-/// Random folds are not available to users; these are the values of docs/evaluation.md from a real record.
+/// No command-line option selects random folds; these are the values of docs/evaluation.md from a real record.
 TEST(HoldingOut, UnderestimatesErrorForRandomClusters) {
   const double at_random_reference[] = {0.0758, 0.0145, 0.0261}, blocks_reference[] = {0.2368, 0.1078, 0.1207};
   for (int axis = 0; axis < 3; ++axis) {

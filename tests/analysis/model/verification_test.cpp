@@ -51,7 +51,7 @@ TEST_F(VerificationOfALinearModel, EvaluatesUnseenRecord) {
   EXPECT_NEAR(result.floor.deg_per_h, 0.002, 0.0008) << "0.02 °/h of one second";
 }
 
-/// The true bias is the prediction less 0.01 °/h, with alternating deviations of 0.003 °/h.
+/// The true bias is the prediction minus 0.01 °/h, with alternating deviations of 0.003 °/h.
 TEST_F(VerificationOfALinearModel, ReportsErrorRelativeToTrueBias) {
   data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
@@ -286,7 +286,7 @@ TEST(Coverage, EqualsNominalShareForKnownNoise) {
     const Verification result = *verify(model, unseen, *make_clusters(unseen));
     ASSERT_TRUE(result.coverage);
     EXPECT_EQ(result.coverage->nominal, 0.95);
-    // Estimates of flicker, walk and model form stay in the budget although not significant, and add slightly to the
+    // Estimates of flicker, walk and model form stay in the budget although not significant; they add slightly to the
     // noise.
     EXPECT_GT(result.coverage->mean_half_width_deg_per_h, 0.95 * 1.96 * 0.02 / 10);
     EXPECT_LT(result.coverage->mean_half_width_deg_per_h, 1.2 * 1.96 * 0.02 / 10);

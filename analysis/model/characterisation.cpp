@@ -398,8 +398,8 @@ RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const
                        int reach) {
   assert(x.rows() > x.cols() && y.size() == x.rows() && positions.size() == x.rows() && reach >= 0);
   RobustFit fit{.coefficients = x.colPivHouseholderQr().solve(y), .u = {}};
-  const Eigen::VectorXd left = y - x * fit.coefficients;
-  const Eigen::MatrixXd scores = left.asDiagonal() * x;
+  const Eigen::VectorXd residual = y - x * fit.coefficients;
+  const Eigen::MatrixXd scores = residual.asDiagonal() * x;
   Eigen::MatrixXd sum = scores.transpose() * scores;
   for (Eigen::Index k = 0; k < x.rows(); ++k) {
     for (Eigen::Index l = k + 1; l < x.rows() && positions(l) - positions(k) <= reach; ++l) {

@@ -28,7 +28,7 @@ extern "C" {
 #define @name@_SECONDS @seconds@
 @lag_count@
 /* Return value of each function: 0, or a sum of these. */
-#define @name@_OUTSIDE 1 /* an input was outside the trained range: the linear part continues, the rest is bounded */
+#define @name@_OUTSIDE 1 /* an input was outside the trained range: the plane is extrapolated, other parts bounded */
 #define @name@_MISSING 2 /* a reading was not finite: no prediction, the bias is 0 */
 #define @name@_NOT_YET 4 /* too few readings so far: no prediction, the bias is 0 */
 
@@ -130,8 +130,8 @@ void @name@_start(@name@_stream *stream) {
   stream->excess = 0.0;
 @lead_start@}
 @lags_of@
-/* Adds a reading. A window is the end of the previous block and the start of this one. No sum is ever reduced by
-   subtraction, so that sums do not drift and a reading that was not finite has no effect after its window. */
+/* Adds a reading. A window is the end of the previous block and the start of this one. Nothing is ever subtracted
+   from a sum. Sums therefore do not drift, and a non-finite reading has no effect after its window. */
 int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOMETERS], double *bias_deg_per_h) {
   const int at = stream->at;
   double means[@name@_THERMOMETERS];

@@ -53,7 +53,7 @@ void add_noise_row(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data
 }
 
 /// Pools the noise floors of all records, weighted by their number of differences.
-data::NoiseFloor pooled_floor(const TrainedOn& on) {
+data::NoiseFloor pooled_floor(const TrainingBasis& on) {
   data::NoiseFloor all;
   double squares = 0, error_squares = 0;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
@@ -70,7 +70,7 @@ data::NoiseFloor pooled_floor(const TrainedOn& on) {
 }
 
 /// Returns the noise of the compensated holds of the record with the longest total hold time.
-data::HoldNoise longest_hold_noise(const Model& model, const TrainedOn& on) {
+data::HoldNoise longest_hold_noise(const Model& model, const TrainingBasis& on) {
   data::HoldNoise most;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
     const auto predicted = predict(model, on.clusters[i]);
@@ -90,7 +90,7 @@ double quantisation_deg_per_h(const data::Dataset& dataset, double averaging_s) 
   return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangle);
 }
 
-void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on,
+void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const TrainingBasis& on,
                     const data::NoiseFloor& floor) {
   const data::Dataset& first = on.datasets.front();
   const data::HoldNoise noise = longest_hold_noise(model, on);
@@ -141,7 +141,7 @@ int count_starts(const data::Dataset& dataset, const data::Clusters& clusters) {
 }
 
 /// Adds the rows of the model itself: its form and its hysteresis.
-void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainedOn& on,
+void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainingBasis& on,
                     const data::NoiseFloor& floor) {
   const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
@@ -217,7 +217,7 @@ void add_gyro_rows(std::vector<BudgetRow>& rows, const std::vector<data::Dataset
 }
 
 /// Returns √Σ(c_i n_i)² of the mean of one cluster, with the thermometer noise of the first record.
-double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedOn& on) {
+double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainingBasis& on) {
   const std::vector<std::string>& names = on.clusters.front().thermometers;
   const Eigen::RowVectorXd noise_k = thermometer_noise_k(on.datasets.front(), on.clusters.front());
   double squares = 0;
@@ -252,7 +252,7 @@ std::vector<Eigen::Index> temperature_columns(const std::vector<std::string>& in
 
 constexpr int kFewestPerDirection = 3;
 
-/// Residuals of clusters at nearly equal temperature.
+/// Residuals of clusters in one temperature step.
 struct TemperatureStep {
   double rising{}, falling{};  ///< sums
   int rises{}, falls{};
@@ -412,7 +412,7 @@ Hysteresis estimate_hysteresis(const Eigen::VectorXd& residual_deg_per_h, const 
           .degrees_of_freedom = std::max(1.0, freedom)};
 }
 
-Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on) {
+Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainingBasis& on) {
   assert(!on.datasets.empty() && on.datasets.size() == on.clusters.size());
   const auto clusters = concatenate(on.clusters);
   if (!clusters) return failure(clusters.error());

@@ -54,7 +54,7 @@ struct Hysteresis {
 
 /// Training records of a model, the training clusters of each, and the held-out residual of all these clusters, record
 /// by record; NaN where a cluster has no residual.
-struct TrainedOn {
+struct TrainingBasis {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
@@ -85,7 +85,7 @@ struct TrainedOn {
 /// per year, one year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt, elevation, roll and
 /// direction 1′ each; scale factor 10 ppm. The first record describes thermometers and gyro. Fails with usage if the
 /// clusters lack a thermometer that the model needs.
-[[nodiscard]] Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on);
+[[nodiscard]] Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainingBasis& on);
 
 /// Returns the budget row for the scale factor error of a measured rate, °/h.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);

@@ -212,8 +212,8 @@ std::optional<Coverage> find_coverage(const Eigen::VectorXd& residual, const Eig
 
 }  // namespace
 
-std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
-                                           const Eigen::VectorXd& residual) {
+std::optional<ErrorToTruth> compute_true_bias_error(const data::Dataset& dataset, const data::Clusters& clusters,
+                                                    const Eigen::VectorXd& residual) {
   if (clusters.true_bias_deg_per_h.size() == 0) return {};
   Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
   const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
@@ -255,7 +255,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.ramps = part(false);
   result.holds = part(true);
   result.corners = figures_at(residual, clusters, find_corner_rows(find_corners(dataset, stretches), clusters));
-  result.to_truth = error_to_truth(dataset, clusters, residual);
+  result.to_truth = compute_true_bias_error(dataset, clusters, residual);
   result.floor = noise_floor(clusters, dataset);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
   result.expected_in_sample_std =
@@ -290,14 +290,15 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
   if (rows.empty()) return failure(FaultKind::usage, dataset.path, "no cluster has a streamed value in every second");
   return Streamed{.residual = compute_figures(residual(rows), clusters, rows),
                   .aligned = compute_figures(aligned(rows), clusters, rows),
-                  .to_truth = error_to_truth(dataset, clusters, residual),
-                  .aligned_to_truth = error_to_truth(dataset, clusters, aligned)};
+                  .to_truth = compute_true_bias_error(dataset, clusters, residual),
+                  .aligned_to_truth = compute_true_bias_error(dataset, clusters, aligned)};
 }
 
-std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
+std::optional<std::string> no_gain_warning(std::string_view residual_name, const data::Figures& residual,
                                            const data::Figures& raw) {
-  if (left.count <= 1 || left.std < raw.std) return std::nullopt;
-  return fmt::format("no better than no model: {} std {:.5g} °/h, raw bias std {:.5g} °/h", leaves, left.std, raw.std);
+  if (residual.count <= 1 || residual.std < raw.std) return std::nullopt;
+  return fmt::format("no better than no model: {} std {:.5g} °/h, raw bias std {:.5g} °/h", residual_name, residual.std,
+                     raw.std);
 }
 
 std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {

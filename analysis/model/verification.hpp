@@ -117,7 +117,7 @@ struct Verification {
   /// Effective parameters of the model; 0 if unknown.
   double effective_parameters{};
   /// floor·√(1 − p/n), °/h, with n the number of clusters that the model was fitted to in all records: the residual STD
-  /// expected from noise alone. NaN if the model was not trained on this record or p is unknown.
+  /// expected from noise only. NaN if the model was not trained on this record or p is unknown.
   double expected_in_sample_std{};
   /// Residual of each cluster; NaN where the model refuses.
   Eigen::VectorXd residual_deg_per_h;
@@ -133,8 +133,9 @@ struct Verification {
 
 /// Returns the error of predictions relative to the true bias, given the residual of each cluster's mean. Uses the
 /// clusters with a residual. No value if the truth is unknown.
-[[nodiscard]] std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
-                                                         const Eigen::VectorXd& residual_deg_per_h);
+[[nodiscard]] std::optional<ErrorToTruth> compute_true_bias_error(const data::Dataset& dataset,
+                                                                  const data::Clusters& clusters,
+                                                                  const Eigen::VectorXd& residual_deg_per_h);
 
 /// Compensates the record's clusters and evaluates the residual bias. Fails with usage if the clusters lack a
 /// thermometer that the model needs, or if the model refuses every cluster.
@@ -150,9 +151,9 @@ struct Verification {
                                            const Eigen::VectorXd& aligned_residual_deg_per_h,
                                            Outside outside = Outside::continued);
 
-/// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `leaves` names
-/// the residual in the warning, such as "compensated".
-[[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
+/// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `residual_name`
+/// names the residual in the warning, such as "compensated".
+[[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view residual_name, const data::Figures& residual,
                                                          const data::Figures& raw);
 
 /// Scatter of the means of whole runs, which a single run cannot reveal: type A, from two or more runs.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bias of a gyro in a thermal test before and after compensation, each value with its standard uncertainty: the
-/// lists of IEEE Std 647 and 952 as far as a fixed gyro in a chamber can provide them (bias at each stabilised
-/// temperature; sensitivity to temperature, to its ramp rate and to a gradient; hysteresis; retrace; warm-up; turn-on
-/// to turn-on).
+/// Characteristics of a gyro's bias in a thermal test, before and after compensation, each with its standard
+/// uncertainty. They are the quantities of IEEE Std 647 and 952 that a fixed gyro in a chamber can provide (bias at
+/// each stabilised temperature; sensitivity to temperature, to its ramp rate and to a gradient; hysteresis; retrace;
+/// warm-up; turn-on to turn-on).
 #pragma once
 
 #include <Eigen/Core>

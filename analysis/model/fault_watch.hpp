@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Detection of axis and thermometer faults that are too small to be seen in a single second, from consecutive cluster
-/// means.
+/// Detection of axis and thermometer faults from consecutive cluster means. These faults are too small to be detected
+/// in a single second.
 #pragma once
 
 #include <Eigen/Core>
@@ -144,9 +144,9 @@ class HopWatch {
 /// All watches of a set of axes.
 class FaultWatch {
  public:
-  /// `thermometers` was learnt from a record without faults (healthy_thermometers()); without it the thermometers have
-  /// no vote. Axes are compared with each other if there are four or more, and each with its own prediction if the
-  /// attitude is known.
+  /// `thermometers` was learnt from a record without faults (healthy_thermometers()); without it no vote takes place.
+  /// Axes are compared with each other if there are four or more, and each with its own prediction if the attitude is
+  /// known.
   [[nodiscard]] static Result<FaultWatch> make(const FusedAxes& axes, AxisSet set,
                                                const std::optional<fusion::ThermometerParity>& thermometers,
                                                double cluster_s, const WatchOptions& options);

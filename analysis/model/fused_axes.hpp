@@ -90,7 +90,7 @@ struct FusedUncertainty {
 };
 [[nodiscard]] FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s);
 
-/// Returns the axes in a set, in ascending order.
+/// Returns the indices of the axes in a set, in ascending order.
 [[nodiscard]] std::vector<Eigen::Index> members(AxisSet set);
 [[nodiscard]] std::string names_in(const FusedAxes& axes, AxisSet set);
 

@@ -22,8 +22,8 @@ inline constexpr double kFusionCoverage = 2;  ///< k of every U
 
 struct FusionOptions {
   WatchOptions watch;
-  /// Leaves an axis out from the moment when an alarm names it. If the axes of a single second contradict each other,
-  /// the isolated axis is left out of that second regardless of this option.
+  /// Leaves an axis out of all later seconds when an alarm names it. If the axes of a single second contradict each
+  /// other, the isolated axis is left out of that second regardless of this option.
   bool leave_out = true;
   double cluster_s = 100;
   /// Averaging time of the means, s, for which the weights of the axes are optimal.
@@ -190,8 +190,8 @@ struct FusedRun {
   Eigen::VectorXd time_s;
   /// NaN where fewer than three axes are known, or where they lie in a plane.
   Eigen::MatrixX3d rate_deg_per_h;
-  /// U of a one-second value, k = 2, including the errors that training and use share; greater where a fused axis had
-  /// an input outside its trained range.
+  /// U of a one-second value, k = 2, including the errors that training and use share. It is increased where a fused
+  /// axis had an input outside its trained range.
   Eigen::MatrixX3d expanded_deg_per_h;
   /// pᵀp of the axes; NaN with three axes.
   Eigen::VectorXd statistic;

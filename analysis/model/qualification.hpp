@@ -108,13 +108,13 @@ void for_each_trained(Trained& of, Visit visit) {
 [[nodiscard]] Result<void> check_programs(const std::string& rate_profile,
                                           const std::vector<data::RecordedRun>& further);
 
-/// Recommends one of all trained models, judged by records of profiles that it has not seen (recommendation.hpp): each
-/// further record is predicted by the model of the ramp run, and the ramp run is predicted by the same method trained
-/// only on the further records. A model is never judged by data that were used in its scaling, selection, tuning or
-/// fitting. The random run, from which the headline results come, is not used at all. Each squared error includes the
-/// effect of the thermometers' drift in a year (drift_in_a_year_deg_per_h). Without further records nothing is trained
-/// or recommended. The further records must have passed check_apart() and check_programs(). Fails with interrupted, or
-/// like verify().
+/// Recommends one of all trained models, compared on records with profiles that the models have not seen
+/// (recommendation.hpp): each further record is predicted by the model of the ramp run, and the ramp run is predicted
+/// by the same method trained only on the further records. The comparison never uses data that were used in a model's
+/// scaling, selection, tuning or fitting. The random run, from which the headline results come, is not used at all.
+/// Each squared error includes the effect of the thermometers' drift in a year (drift_in_a_year_deg_per_h). Without
+/// further records nothing is trained or recommended. The further records must have passed check_apart() and
+/// check_programs(). Fails with interrupted, or like verify().
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,
                                                        const QualificationOptions& options,

@@ -13,8 +13,8 @@
 namespace gyrotherm::model {
 namespace {
 
-// If the part of a centre's kernel function that the others do not span is below this, squared, the centre adds only
-// rounding errors.
+// If the part of a centre's kernel function that the others do not span is below this, squared, the centre would add
+// only rounding errors.
 constexpr double kSpanned = 1e-9;
 constexpr Eigen::Index kFirstCapacity = 64;
 

@@ -11,8 +11,8 @@
 
 namespace gyrotherm::data {
 
-/// Temperatures of whole runs, one run after the other, one row per cluster. Clusters in which another reading is
-/// missing are included. Lags can thus be computed even if only some of the clusters are used.
+/// Temperatures of whole runs, one run after the other, one row per cluster. Includes clusters with missing readings,
+/// so lags can be computed even if only some of the clusters are used.
 struct TemperatureHistory {
   /// Time since the previous cluster of the same run. Infinite for the first cluster of a run.
   Eigen::VectorXd elapsed_s;

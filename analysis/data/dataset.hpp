@@ -29,7 +29,7 @@ struct AxisChoice {
 };
 /// Returns the name of the choice in messages: "gyro", "x", "u1.x".
 [[nodiscard]] std::string in_words(const AxisChoice& choice);
-/// Returns whether the choice names one of several axes or units, not the only axis of the only unit.
+/// Returns whether the choice names an axis, or a unit other than kOnlyUnit.
 [[nodiscard]] inline bool is_named(const AxisChoice& choice) {
   return !choice.axis.empty() || (!choice.unit.empty() && choice.unit != record::kOnlyUnit);
 }
@@ -41,8 +41,8 @@ struct AxisChoice {
 }
 
 struct Dataset;
-/// Fails with usage if two records name different gyros. The message is "is of another gyro (…) than", followed by
-/// `called`, "(…)" and `so`.
+/// Fails with usage if two records are of different gyros. In the message, `called` is the name of the record `other`,
+/// and `so` is appended to the message.
 [[nodiscard]] Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called,
                                            std::string_view so = "");
 
@@ -51,8 +51,8 @@ struct Dataset;
 inline constexpr std::string_view kOwnReference = "mean of the first hold removed";
 
 /// Fails with usage if the biases of two records have different references, because their difference would be mistaken
-/// for a property of the gyro. Two records also have different references if each refers to its own mean. The message
-/// is "counts its bias from another zero (…) than", followed by `called` and "(…)".
+/// for a property of the gyro. Two records also have different references if each refers to its own mean. In the
+/// message, `called` is the name of the other record.
 [[nodiscard]] Result<void> check_same_reference(const Dataset& one, std::string_view other_zero,
                                                 std::string_view called);
 

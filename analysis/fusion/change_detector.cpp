@@ -67,7 +67,7 @@ double crossing(double low, double high, double target, auto rising) {
 
 double average_run_length(int dimension, double slack, double limit) {
   assert(dimension >= 1 && slack > 0 && limit > 0);
-  // kFarthest is in standard deviations of the length, at least.
+  // Transitions that change the length by more than kFarthest are neglected: at least that many standard deviations.
   constexpr double kNodesOfStep = 3, kFarthest = 12;
   constexpr Eigen::Index kFewestNodes = 24;
   const auto count = kFewestNodes + static_cast<Eigen::Index>(kNodesOfStep * limit);

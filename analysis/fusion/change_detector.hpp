@@ -19,8 +19,8 @@ inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen:
   return length;
 }
 
-/// Returns the average run length, in steps, of Crosier's multivariate cumulative sum of N(0, I) vectors, from 0 to its
-/// first alarm, for dimension p, slack k and limit h, all above 0.
+/// Returns the average run length: the mean number of steps until Crosier's multivariate cumulative sum of N(0, I)
+/// vectors, which starts at 0, raises its first alarm. The dimension p, the slack k and the limit h must be above 0.
 ///
 /// The direction of the sum is uniform and carries no information, so its length r is a Markov chain (Crosier,
 /// Technometrics 30 (1988) 291): before the slack is subtracted, its square is noncentral χ²_p with λ = r². The run
@@ -33,7 +33,7 @@ inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen:
 
 /// Returns the limit with this average run length (above 1, at most 1e9), with a relative error of 1e-7, by false
 /// position in the Illinois form (Dowell and Jarratt, BIT 11 (1971) 168) on the logarithm of the run length, which is
-/// nearly linear. The limit is nearly 0 if the slack alone makes the runs that long.
+/// nearly linear. The limit is nearly 0 if the slack is so large that even the smallest limit gives this run length.
 [[nodiscard]] double limit_for_run_length(int dimension, double slack, double run_length);
 
 /// Smallest number of healthy vectors: ten hours of 100 s clusters.
@@ -83,10 +83,10 @@ struct Change {
 /// by their number (Hinkley, Biometrika 57 (1970) 1); the sum itself does not help, since it is rarely 0 in more than
 /// one dimension.
 ///
-/// The vectors must be independent and N(0, I) as long as there is no change, for example parity vectors or departures
-/// of single seconds from which a known or tracked bias was subtracted (the innovations of tracking::BiasTracker are
-/// white). limit_of_healthy() computes the limit for other vectors. A mean that differs from 0 by less than the slack
-/// does not add up to an alarm, but makes alarms more frequent.
+/// The vectors must be independent and N(0, I) while there is no change. Examples are parity vectors, and departures of
+/// single seconds from which a known or tracked bias was subtracted (the innovations of tracking::BiasTracker are
+/// white). limit_of_healthy() computes the limit for other vectors. A mean below the slack does not cause an alarm on
+/// its own, but it makes false alarms more frequent.
 class ChangeDetector {
  public:
   /// Fails with usage if a number is not above 0, or if false alarms are more than 1e9 or fewer than ten steps apart.

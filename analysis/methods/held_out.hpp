@@ -35,7 +35,8 @@ using Trial = std::function<Result<Eigen::MatrixXd>(const Fold& fold, std::size_
                                                                    const Trial& trial, const MethodOptions& options,
                                                                    const ProgressSink& progress);
 
-/// Position of the lowest error. Among equal errors it is the first, so simple candidates should come first.
+/// Indices of the candidate with the lowest error. Among equal errors the first is chosen, so simple candidates should
+/// come first.
 struct Least {
   std::size_t trial{};
   Eigen::Index candidate{};

@@ -73,9 +73,9 @@ struct Likelihood {
   double log_value{};        ///< log p(y | X)
   Eigen::VectorXd gradient;  ///< one element per logarithm
 };
-/// Computes the marginal likelihood of targets y at inputs x, and its gradient (Rasmussen and Williams, Gaussian
-/// Processes for Machine Learning (2006), eqs. 5.8 and 5.9). Fails with numeric if the covariance is not positive
-/// definite in double precision.
+/// Computes the logarithm of the marginal likelihood of targets y at inputs x, and its gradient (Rasmussen and
+/// Williams, Gaussian Processes for Machine Learning (2006), eqs. 5.8 and 5.9). Fails with numeric if the covariance is
+/// not positive definite in double precision.
 [[nodiscard]] Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data::SampleMatrix& x,
                                                      const Eigen::VectorXd& y);
 

@@ -4,8 +4,9 @@
 ///
 /// A trained network depends on its random start, so ten seeded starts are tried. For each number of hidden units and
 /// of steps, the ten starts have ten held-out errors. Their median is compared, not the lowest. Early stopping chooses
-/// the number of steps with the lowest median. The stored network has the start with the (lower) median error, so its
-/// held-out errors are those of a typical start. Quick: at most 10 hidden units and 40 steps.
+/// the number of steps with the lowest median. The stored network uses the start with the median error (the lower of
+/// the two middle ones), so its held-out errors are those of a typical start. Quick: at most 10 hidden units and 40
+/// steps.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A Gaussian process of several axes: data of one axis improve the prediction of another as far as the two are
+/// A Gaussian process of several axes: data of one axis improve the prediction of another axis if the two are
 /// correlated.
 #pragma once
 

@@ -30,9 +30,9 @@ struct AxisResidual {
   Eigen::VectorXd residual_deg_per_h;
 };
 
-/// Aligns the residuals of one run by the time since its start. Fails with usage: fewer than two axes, different
-/// cluster lengths, a number of residuals that is not that of the clusters, clusters of more than one run, two axes
-/// with one name.
+/// Aligns the residuals of one run by the time since its start. Fails with usage if there are fewer than two axes, if
+/// cluster lengths differ, if an axis has not one residual per cluster or has clusters of several runs, or if two axes
+/// have the same name.
 [[nodiscard]] Result<AxisResiduals> align_residuals(std::span<const AxisResidual> axes);
 
 /// The correlation of each pair of axes, axes × axes, and the probability that it occurs by chance.

@@ -39,7 +39,7 @@ struct TypePriorOptions {
   /// Uncertainty of each thermometer of the clusters in use, K: its certificate and the drift until then. If empty, the
   /// thermometers are exact.
   std::vector<double> thermometer_uncertainty_k = {};
-  /// A quick trial: the correlations of coefficients are not learnt.
+  /// Skips learning the correlations of the coefficients, for a quick trial.
   bool quick = false;
   /// At least one of the units is virtual.
   bool simulated = false;
@@ -85,10 +85,10 @@ struct TypePrior {
 };
 
 /// Learns the prior from at least three units with the same thermometers and cluster length. Terms are scaled over all
-/// clusters together; clusters that lack a value of a term are ignored. The covariance of the coefficients is estimated
-/// in the principal components of the scaled terms: thermometers of one block have nearly equal readings, and the data
-/// do not determine coefficients along their small differences. Components with less than 10⁻⁵ of the greatest spread
-/// are therefore omitted; the coefficients along them are 0.
+/// clusters together; clusters with a missing value of a term are ignored. The covariance of the coefficients is
+/// estimated in the principal components of the scaled terms: thermometers of one block have nearly equal readings, and
+/// the data do not determine coefficients along their small differences. Components with less than 10⁻⁵ of the greatest
+/// spread are therefore omitted; the coefficients along them are 0.
 ///
 /// The variances of the coefficients and the noises (except the turn-on) are estimated alternately, each with the
 /// others held constant, by the restricted likelihood; noise with a correlation time below three clusters is treated as
@@ -112,7 +112,8 @@ struct LearntUnit {
 };
 
 /// Returns the posterior of a unit's coefficients given its own runs, in closed form. `own` may be empty or contain
-/// only the beginning of a run. Fails with usage if clusters lack a thermometer or have another length.
+/// only the beginning of a run. Fails with usage if a thermometer is missing from the clusters or if their length is
+/// not that of the prior.
 [[nodiscard]] Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clusters> own);
 
 /// Returns the constant, °/h, and the slopes, °/h per STD, that give the least error of compensation for readings with
@@ -142,8 +143,8 @@ inline constexpr double kUnitCoverageFactor = 2;
 
 /// Formats the file of a prior.
 [[nodiscard]] std::string to_json(const TypePrior& prior);
-/// Parses the file of a prior. Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not
-/// match, a covariance that is not symmetric or is negative.
+/// Parses the file of a prior. Fails with bad_file if the syntax or the schema is wrong, if a number is missing or not
+/// finite, if lengths do not match, or if a covariance is not symmetric and positive semidefinite.
 [[nodiscard]] Result<TypePrior> type_prior_from_json(std::string_view json, const std::string& file);
 
 }  // namespace gyrotherm::population

@@ -38,8 +38,8 @@ class GaussianSamples {
   /// exactly 1 for equal samples. The relative error is a few 1e-7 where the exponent is small. `out` has
   /// padded_row(size()) elements.
   void single_row(Eigen::Index i, double sigma, float* out) const;
-  /// Computes the same in double precision. The relative error is a few 1e-16 if inputs are independent. If inputs
-  /// depend on each other, the error of an exponent is a few 1e-16 of the largest exponent. `out` has
+  /// Computes the same values in double precision. The relative error is a few 1e-16 if the inputs are independent. If
+  /// inputs depend on each other, the error of an exponent is a few 1e-16 of the largest exponent. `out` has
   /// padded_column(size()) elements.
   void double_column(Eigen::Index i, double sigma, double* out) const;
   /// Computes Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j, using only the non-zero β, with the accuracy of a
@@ -54,7 +54,8 @@ class GaussianSamples {
   Eigen::MatrixXd doubles_;
 };
 
-/// Memory that is reused for several trainings, to avoid an allocation for each. Must not be shared between threads.
+/// Memory that several trainings reuse, which avoids an allocation for each of them. Must not be shared between
+/// threads.
 class KernelMemory {
  public:
   /// Returns uninitialised memory for a matrix of n points in single precision.

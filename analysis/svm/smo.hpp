@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sequential minimal optimisation in n variables, which moves two of them at a time. Fast on easy trainings and a good
-/// start for hard ones. It uses a kernel in single precision, so its result must be certified separately.
+/// Sequential minimal optimisation in n variables, which moves two of them at a time. It solves easy problems quickly
+/// and provides a good start for hard ones. It uses a kernel in single precision, so its result must be certified
+/// separately.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +30,7 @@ struct SmoSteepest {
 
 /// Point that moves together with the point of largest u.
 struct SmoPartner {
-  /// Minimum of v over all points, which may belong to another point.
+  /// Minimum of v over all points. It may belong to a point other than `index`.
   float least_slope;
   int index;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Training problem that the solvers take, points of its dual, and the certificate of a point (errata 2.1 of the paper;
-/// the dual is in svr.hpp).
+/// Training problem for the solvers, points of its dual, and the certificate of a point (errata 2.1 of the paper; the
+/// dual is in svr.hpp).
 #pragma once
 
 #include <Eigen/Core>

@@ -28,7 +28,7 @@ struct SwarmOptions {
   double v_max = 0.2;
   /// The swarm stops early after this many successive iterations without a total gain of more than `stall_gain`.
   int stall_iterations = 10;
-  /// Relative improvement of the best fitness.
+  /// Relative improvement of the best fitness that restarts the count of iterations without a gain.
   double stall_gain = 1e-3;
   std::uint64_t seed = 1;
   /// Number of threads, 0 for all. The result does not depend on it.

@@ -27,8 +27,8 @@ struct TuningFold {
   SampleMatrix test_x;
   Eigen::VectorXd test_y;
   double target_scale{};
-  /// Row numbers of the training rows in the data set that was split. They allow the training of one fold to begin at
-  /// the solution of another. Empty if unknown.
+  /// Row numbers of the training rows in the data set that was split. With them, the training of one fold can start
+  /// from the solution of another fold. Empty if unknown.
   std::vector<Eigen::Index> train_rows = {};
 };
 
@@ -75,9 +75,9 @@ void describe(auto& form, Like<TuningOptions> auto& options) {
 struct TuningSummary {
   /// Parameters chosen by the rule.
   SvrParameters best;
-  /// Mean squared error of `best` in (°/h)² over all held-out rows, as returned by cross_validation_error, where no
-  /// training begins at the solution of another position. The value found by the swarm may differ from it within the
-  /// certificate.
+  /// Mean squared error of `best` in (°/h)² over all held-out rows, as returned by cross_validation_error, which starts
+  /// no training from the solution of another position. The value found by the swarm may differ from it within the
+  /// accuracy of the certificate.
   double cross_validation_mse{};
   /// Number of positions with a training that missed its certificate. Such a position never becomes the best.
   int uncertified{};

@@ -157,10 +157,10 @@ void describe(auto& form, Like<Assessment> auto& assessment) {
 /// Assesses the denoisers on a residual. The residual is a sequence of means over equal intervals, NaN where one is
 /// missing. `true_bias_deg_per_h` is the true bias of each interval, or empty if unknown.
 ///
-/// A forecast of the following hour is made at the end of every interval from the second hour on. Only hours without a
-/// gap are counted. The mean of the residual is removed, and the values are shuffled eight times with different seeds.
-/// Shuffled values have no temporal order, so any gain on them is due to chance or to a flaw of this assessment. The
-/// residual rate is the residual minus the bias estimate of the previous interval.
+/// A forecast of the following hour is made at the end of every interval from the second hour on. Only forecasts of
+/// hours without a gap are assessed. The mean of the residual is removed, and the values are shuffled eight times with
+/// different seeds. Shuffled values have no temporal order, so any gain on them is due to chance or to a flaw of this
+/// assessment. The residual rate is the residual minus the bias estimate of the previous interval.
 [[nodiscard]] Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
                                const Eigen::VectorXd& true_bias_deg_per_h = {});
 

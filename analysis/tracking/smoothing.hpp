@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Smoothing of the bias from earlier and later rates, for plots and as an off-line reference. No result uses it,
-/// because a smoother knows the values that a tracker must predict.
+/// Smoothing of the bias from earlier and later rates, for plots and as an off-line reference. It is not used for any
+/// result, because a smoother uses the very values that a tracker must predict.
 #pragma once
 
 #include <Eigen/Core>

@@ -39,7 +39,7 @@ Result<Record> load(const std::string& path) {
   return Record{std::move(*dataset), std::move(*clusters)};
 }
 
-/// Returns the clusters from … end − 1.
+/// Returns the clusters in rows from … end − 1.
 Record stretch(const Record& record, Eigen::Index from, Eigen::Index end) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - from));
   std::iota(rows.begin(), rows.end(), from);

@@ -29,7 +29,7 @@ struct Judged {
   double error{};                                              ///< true error, root mean square
   /// True error without its mean, root mean square.
   double shape{};
-  /// Share of means with an error within U.
+  /// Fraction of means with an error within U.
   double held = std::numeric_limits<double>::quiet_NaN();
   /// Added uncertainty from the thermometers' errors after a year, k = 1.
   double drift{};
@@ -106,7 +106,7 @@ Result<Judged> judge_ridge(const population::TypePrior& type, const data::Cluste
   return judged;
 }
 
-/// Judges predictions with the mean slopes of the type and a constant from the unit's own clusters.
+/// Assesses predictions made with the mean slopes of the type and a constant from the unit's own clusters.
 Result<Judged> judge_mean(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
   const auto none = learn_unit(type, {});
   if (!none) return failure(none.error());
@@ -128,7 +128,7 @@ Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUn
     if (!with || !mean) return failure(with ? mean.error() : with.error());
     judged[kWithPrior] = *with;
     judged[kTypeMean] = *mean;
-    // These two ways compensate nothing without data.
+    // Without data these two ways apply no compensation.
     if (hours == 0) {
       judged[kAlone] = judged[kRidgeU] =
           judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
@@ -214,7 +214,7 @@ int first_hour_with(const ByHour& unit, double wanted) {
 }
 
 /// Additional hours, averaged over the units, that a unit needs without the prior to reach the U that it has with the
-/// prior after some hours. A unit that never reaches that U is counted with the hour after the last.
+/// prior after some hours. For a unit that never reaches that U, the hour after the last is used.
 struct SavedHours {
   MeanWithError hours;
   int never{};  ///< units

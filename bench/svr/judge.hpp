@@ -31,7 +31,7 @@ struct Verdict {
   int support_vectors{};
 };
 
-/// Judges a solution; β is as long as y, and f(x) = Σ β_i K(x_i, x) + b.
+/// Assesses a solution. β has one element per target, and f(x) = Σ β_i K(x_i, x) + b.
 [[nodiscard]] Verdict verdict_of(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
                                  const Eigen::VectorXd& beta, double b);
 

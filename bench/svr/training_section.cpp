@@ -72,7 +72,7 @@ PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, cons
 
 constexpr double kWorse = 1e-4;
 
-/// Returns the relative excess of D over that of the peer; negative if `own` is better.
+/// Returns the relative excess of the own dual objective D over the peer's; negative if `own` is better.
 double worse(const Verdict& own, const Verdict& peer) { return (own.dual - peer.dual) / std::abs(peer.dual); }
 
 /// Returns true if the results are equal, the condition for comparing times.

@@ -65,7 +65,7 @@ std::string missing_throughout(const Dataset& dataset) {
     if (!is_own_value(name) && !dataset.temperature_c.col(column).array().isFinite().any()) missing.push_back(name);
   }
   if (!dataset.bias_deg_per_h.array().isFinite().any()) missing.emplace_back("the bias");
-  return missing.empty() ? "" : fmt::format(": in no row is there a value of {}", fmt::join(missing, ", "));
+  return missing.empty() ? "" : fmt::format("; no row has a value of {}", fmt::join(missing, ", "));
 }
 
 Clusters allocate_clusters(Eigen::Index rows, const std::vector<std::string>& thermometers, double length_s) {
@@ -165,7 +165,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   assert(length_s >= 1);
   const auto none = [&] {
     return failure(FaultKind::usage, dataset.path,
-                   fmt::format("holds no whole cluster of {} s{}", length_s,
+                   fmt::format("contains no complete cluster of {} s{}", length_s,
                                dataset.time_s.size() == 0 ? "" : missing_throughout(dataset)));
   };
   if (dataset.time_s.size() == 0) return none();

@@ -105,7 +105,7 @@ class TermReader {
       const auto first = text.substr(0, dash), second = text.substr(dash + 1);
       if (!contains(thermometers_, first) || !contains(thermometers_, second)) continue;
       if (first != second) return gradient_term(std::string(first), std::string(second));
-      return failure(FaultKind::usage, input_location(whole_), "a thermometer differs from itself by nothing");
+      return failure(FaultKind::usage, input_location(whole_), "a gradient needs two different thermometers");
     }
     const auto dash = text.find('-');
     if (dash == text.npos) return unknown(text);
@@ -316,7 +316,7 @@ int polynomial_rank(const std::vector<Term>& terms) {
 
 Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>& terms) {
   assert(values.cols() == static_cast<Eigen::Index>(terms.size()));
-  if (values.rows() < 2) return failure(FaultKind::usage, "scaling", "fewer than two clusters to scale by");
+  if (values.rows() < 2) return failure(FaultKind::usage, "scaling", "at least two clusters are needed");
   Scaling scaling;
   scaling.mean = values.colwise().mean();
   scaling.std =

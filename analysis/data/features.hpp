@@ -48,11 +48,11 @@ void describe(auto& form, Like<Factor> auto& factor) {
   form("first", factor.first);
   form.if_there("second", factor.kind == FactorKind::gradient, factor.second);
   form.expect("second", (factor.kind == FactorKind::gradient) == !factor.second.empty(),
-              "expected of a gradient, and of nothing else");
+              "expected for a gradient and only for a gradient");
   form.if_there("time_constant_s", factor.kind == FactorKind::lag,
                 positive(factor.time_constant_s, kLongestTimeConstantS));
   form.expect("time_constant_s", (factor.kind == FactorKind::lag) == (factor.time_constant_s > 0),
-              "expected of a lag, and of nothing else");
+              "expected for a lag and only for a lag");
 }
 
 [[nodiscard]] Term temperature_term(std::string thermometer);
@@ -93,7 +93,7 @@ void describe(auto& form, Like<Term> auto& term) {
   form("factors", term.factors);
   form.expect("factors", !term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(term)>>) std::ranges::sort(term.factors);
-  form.expect("term", text == to_string(term), "does not say the same as its factors");
+  form.expect("term", text == to_string(term), "does not match its factors");
 }
 
 /// Row-major matrix with one sample per row, so that a sample is contiguous.

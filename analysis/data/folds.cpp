@@ -161,7 +161,7 @@ Result<FoldPlan> hold_out_programs(const std::vector<Clusters>& records, const s
   }
   if (distinct.size() < 2) {
     return failure(FaultKind::usage, "folds",
-                   fmt::format("by programs: all records are of \"{}\"; one of another program is needed",
+                   fmt::format("by programs: all records are of program \"{}\"; add a record of another program",
                                distinct.empty() ? "" : distinct.front()));
   }
   FoldPlan plan{.folds = std::vector<Fold>(distinct.size()),

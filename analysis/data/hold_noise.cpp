@@ -116,7 +116,7 @@ Eigen::VectorXd at_samples(const Dataset& dataset, const Clusters& clusters, con
 }
 
 std::string summarise(const HoldNoise& noise, const char* bias, const char* caution) {
-  if (noise.curve.empty()) return "no hold has samples enough without a gap";
+  if (noise.curve.empty()) return "no hold has enough samples without a gap";
   return fmt::format(
       "{} bias, one sample each {:g} s, in the last hour of {} hold{}: {} stretch{} without a gap, {:.0f} "
       "s in all{}",
@@ -229,7 +229,7 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
   if (!(residual.std < floor.deg_per_h - bar)) return std::nullopt;
   std::string text = fmt::format(
       "over-fit: the residual STD, {:.4g} °/h, is below the noise floor, {:.4g} °/h, by "
-      "more than their error bar, {:.2g} °/h",
+      "more than two standard errors of the difference, {:.2g} °/h",
       residual.std, floor.deg_per_h, bar);
   const double expected = expected_in_sample_std(floor, effective_parameters, residual.count);
   if (std::isfinite(expected)) {

@@ -67,7 +67,7 @@ double crossing(double low, double high, double target, auto rising) {
 
 double average_run_length(int dimension, double slack, double limit) {
   assert(dimension >= 1 && slack > 0 && limit > 0);
-  // Transitions that change the length by more than kFarthest are neglected: at least that many standard deviations.
+  // Nodes further than kFarthest from the expected length are neglected. Its standard deviation is at most 1.
   constexpr double kNodesOfStep = 3, kFarthest = 12;
   constexpr Eigen::Index kFewestNodes = 24;
   const auto count = kFewestNodes + static_cast<Eigen::Index>(kNodesOfStep * limit);
@@ -153,7 +153,8 @@ Result<ChangeDetector> ChangeDetector::make(const ChangeOptions& options) {
   const auto refuse = [](std::string what) {
     return failure(FaultKind::usage, "detection of changes", std::move(what));
   };
-  if (options.dimension < 1) return refuse(fmt::format("vectors of {} numbers", options.dimension));
+  if (options.dimension < 1)
+    return refuse(fmt::format("vectors have the dimension {}, expected at least 1", options.dimension));
   if (!(options.shift > 0 && options.false_alarms_per_h > 0 && options.interval_s > 0))
     return refuse(fmt::format("a shift of {}, {} false alarms per hour and steps of {} s: each must be above 0",
                               options.shift, options.false_alarms_per_h, options.interval_s));

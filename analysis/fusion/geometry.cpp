@@ -24,7 +24,7 @@ Result<void> check_axis(const InputAxis& axis, std::size_t shared) {
   if (!std::isfinite(axis.independent_deg_per_h) || axis.independent_deg_per_h <= 0)
     return refuse(where, fmt::format("its own uncertainty is {} °/h, not above 0", axis.independent_deg_per_h));
   if (axis.shared_deg_per_h.size() != shared)
-    return refuse(where, fmt::format("it has {} shared uncertainties, and the first axis {}",
+    return refuse(where, fmt::format("it has {} shared uncertainties, but the first axis has {}",
                                      axis.shared_deg_per_h.size(), shared));
   if (!std::ranges::all_of(axis.shared_deg_per_h, [](double value) { return std::isfinite(value); }))
     return refuse(where, "a shared uncertainty is not finite");
@@ -33,7 +33,7 @@ Result<void> check_axis(const InputAxis& axis, std::size_t shared) {
 
 Result<void> check_span(const Eigen::MatrixX3d& directions) {
   if (directions.rows() < 3)
-    return refuse("axes", fmt::format("{} of them, and a rate vector needs at least 3", directions.rows()));
+    return refuse("axes", fmt::format("{} given, a rate vector needs at least 3", directions.rows()));
   const Eigen::Vector3d values = Eigen::JacobiSVD<Eigen::MatrixXd>(directions).singularValues();
   if (values(2) < kLeastSingularShare * values(0))
     return refuse("axes", fmt::format("they lie in a plane: the singular values of their directions are {:.3g}, "
@@ -53,7 +53,7 @@ Result<Geometry> make_geometry(const std::vector<InputAxis>& axes) {
   for (Eigen::Index i = 0; i < count; ++i) {
     const InputAxis& axis = axes[static_cast<std::size_t>(i)];
     if (axis.name.empty()) return refuse("axes", fmt::format("number {} has no name", i + 1));
-    if (std::ranges::count(geometry.names, axis.name) > 0) return refuse("axis " + axis.name, "it is there twice");
+    if (std::ranges::count(geometry.names, axis.name) > 0) return refuse("axis " + axis.name, "duplicate name");
     if (auto checked = check_axis(axis, shared); !checked) return failure(checked.error());
     geometry.names.push_back(axis.name);
     geometry.directions.row(i) = axis.direction;

@@ -41,10 +41,11 @@ Result<void> check(const Geometry& geometry, const Attitude& attitude, const Bia
   const auto refuse = [](std::string what) { return failure(FaultKind::usage, "axes at rest", std::move(what)); };
   const Eigen::Index axes = geometry.axes();
   if (prior.mean_deg_per_h.size() != axes || prior.covariance.rows() != axes || prior.covariance.cols() != axes)
-    return refuse(fmt::format("biases of {} axes are expected, not of {}", axes, prior.mean_deg_per_h.size()));
+    return refuse(fmt::format("expected biases of {} axes, got {}", axes, prior.mean_deg_per_h.size()));
   if (!prior.mean_deg_per_h.allFinite() || !prior.covariance.allFinite()) return refuse("a bias is not finite");
   for (const double std : {attitude.tilt_std_deg, attitude.azimuth_std_deg, attitude.latitude_std_deg})
-    if (!std::isfinite(std) || std < 0) return refuse(fmt::format("an angle's uncertainty is {}°", std));
+    if (!std::isfinite(std) || std < 0)
+      return refuse(fmt::format("an uncertainty of an angle is {}°, expected at least 0", std));
   if (!attitude.turn_covariance_deg2.allFinite()) return refuse("a covariance of angles is not finite");
   constexpr double kPole = 90;
   if (!(std::abs(attitude.latitude_deg) <= kPole))
@@ -144,8 +145,8 @@ Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt&
   constexpr double kDegrees = 180 / std::numbers::pi, kPole_deg = 90, kEnough = 10, kCoverage = 0.95;
   if (!(std::abs(latitude_deg) <= kPole_deg) || !(tilt.about_north_deg >= 0) || !(tilt.about_east_deg >= 0))
     return failure(FaultKind::usage, kWhere,
-                   fmt::format("a latitude of {}° and a tilt known to {}° about north and {}° about east", latitude_deg,
-                               tilt.about_north_deg, tilt.about_east_deg));
+                   fmt::format("the latitude is {}°, the uncertainty of the tilt {}° about north and {}° about east",
+                               latitude_deg, tilt.about_north_deg, tilt.about_east_deg));
   const double latitude = latitude_deg / kDegrees;
   const double horizontal = kEarthRateDegPerHour * std::cos(latitude);
   const double vertical = kEarthRateDegPerHour * std::sin(latitude);
@@ -156,13 +157,15 @@ Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt&
   const double north_std =
       std::sqrt(north.dot(rate.covariance * north) + std::pow(tilt.about_east_deg / kDegrees * vertical, 2));
   if (!(horizontal > kEnough * east_std))
-    return failure(FaultKind::numeric, kWhere,
-                   fmt::format("the Earth turns by {:.3g} °/h about north, and east is known to {:.3g} °/h", horizontal,
-                               east_std));
+    return failure(
+        FaultKind::numeric, kWhere,
+        fmt::format(
+            "the horizontal Earth rate of {:.3g} °/h is too small for an uncertainty of {:.3g} °/h towards east",
+            horizontal, east_std));
   const double seen = rate.deg_per_h.head<2>().norm();
   if (!(std::abs(seen - horizontal) <= kEnough * north_std))
     return failure(FaultKind::numeric, kWhere,
-                   fmt::format("{:.6g} °/h measured about the horizontal, {:.6g} °/h expected", seen, horizontal));
+                   fmt::format("the horizontal rate is {:.6g} °/h, expected {:.6g} °/h", seen, horizontal));
   const double standard = east_std / horizontal * kDegrees;
   return North{.heading_deg = heading * kDegrees,
                .standard_deg = standard,

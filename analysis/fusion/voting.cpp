@@ -13,11 +13,11 @@
 namespace gyrotherm::fusion {
 namespace {
 
-/// Formats a finding: "in accord (χ² 3.1 of 5, limit 36.2)".
+/// Formats a finding: "consistent (χ² 3.1 of 5, limit 36.2)".
 std::string describe(const Finding& finding) {
-  if (finding.freedom == 0) return "not seen against each other";
-  return fmt::format("{} (χ² {:.3g} of {}, limit {:.3g})", finding.fault ? "at odds" : "in accord", finding.statistic,
-                     finding.freedom, finding.limit);
+  if (finding.freedom == 0) return "not tested";
+  return fmt::format("{} (χ² {:.3g} of {}, limit {:.3g})", finding.fault ? "inconsistent" : "consistent",
+                     finding.statistic, finding.freedom, finding.limit);
 }
 
 std::string candidate_names(const FaultTest& test, const Isolation& isolation) {
@@ -55,14 +55,15 @@ Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen:
                                                    const Eigen::Ref<const Eigen::VectorXd>& uncertainty_k, int modes) {
   constexpr int kRowsOfEach = 10, kLeastLeft = 2;
   const auto refuse = [](std::string what) {
-    return failure(FaultKind::usage, "accord of thermometers", std::move(what));
+    return failure(FaultKind::usage, "agreement of thermometers", std::move(what));
   };
   const Eigen::Index count = temperature_c.cols();
   if (static_cast<Eigen::Index>(names.size()) != count || uncertainty_k.size() != count)
     return refuse(
         fmt::format("{} names and {} uncertainties for {} thermometers", names.size(), uncertainty_k.size(), count));
   if (modes < 1 || count - modes < kLeastLeft)
-    return refuse(fmt::format("{} thermometers with {} common modes: {} more are needed", count, modes, kLeastLeft));
+    return refuse(fmt::format("{} thermometers with {} common modes, expected at least {} more thermometers than modes",
+                              count, modes, kLeastLeft));
   if (!(uncertainty_k.minCoeff() > 0) || !uncertainty_k.allFinite())
     return refuse("the uncertainty of a thermometer is not above 0");
   const std::vector<Eigen::Index> rows = data::finite_rows(temperature_c);

@@ -90,8 +90,8 @@ std::string describe_fit(const Covariance& covariance, const std::vector<data::T
   std::ranges::sort(sorted);
   return fmt::format(
       "predictive standard deviation, in the target's STD: {:.3g} in the median and {:.3g} at most over the training "
-      "clusters beside a noise of {:.3g}, {:.3g} far from them beside the plane's; lengths, in each input's STD: {}; "
-      "likelihood of {} clusters",
+      "clusters plus a noise of {:.3g}, {:.3g} far from them plus that of the plane; lengths, in each input's STD: {}; "
+      "likelihood from {} clusters",
       sorted(sorted.size() / 2), sorted(sorted.size() - 1), covariance.noise, covariance.signal,
       fmt::join(lengths, ", "), samples);
 }

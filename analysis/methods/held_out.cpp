@@ -81,7 +81,7 @@ Result<void> check_set(const FitInput& set, Eigen::Index fewest) {
   if (set.x.rows() < fewest) {
     return training_fault(fmt::format("{} clusters are too few, at least {} are needed", set.x.rows(), fewest));
   }
-  if (!set.x.allFinite() || !set.y.allFinite()) return training_fault("a value that is not finite");
+  if (!set.x.allFinite() || !set.y.allFinite()) return training_fault("a value is not finite");
   return {};
 }
 

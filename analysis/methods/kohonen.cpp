@@ -191,7 +191,7 @@ Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters, 
   const auto count = static_cast<Eigen::Index>(path.order.size());
   return Fit{.function = make_expansion(*map, factor, path, count),
              .effective_parameters = static_cast<double>(count) + 1,
-             .particulars = fmt::format("{} of {} nodes taken as centres", count, map->nodes.rows())};
+             .particulars = fmt::format("{} of {} nodes used as centres", count, map->nodes.rows())};
 }
 
 }  // namespace gyrotherm::methods

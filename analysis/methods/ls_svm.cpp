@@ -130,15 +130,16 @@ Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, c
   const Eigen::VectorXd diagonal = bordered_inverse_diagonal(*machine);
   const auto samples = static_cast<double>(set.y.size());
   const double left_out = std::sqrt((machine->alpha.array() / diagonal.array()).square().mean());
-  return Fit{.function = ExpansionModel{.centres = set.x,
-                                        .lengths = Eigen::RowVectorXd::Ones(set.x.cols()),
-                                        .widths = Eigen::VectorXd::Constant(set.x.rows(), sigma),
-                                        .weights = machine->alpha,
-                                        .b = machine->b},
-             .effective_parameters = samples - diagonal.sum() / gamma,
-             .particulars = fmt::format("leave-one-out RMSE, closed form: {:.3g} of the target's STD; a cluster's "
-                                        "neighbours stay in the training set, which makes it too small",
-                                        left_out)};
+  return Fit{
+      .function = ExpansionModel{.centres = set.x,
+                                 .lengths = Eigen::RowVectorXd::Ones(set.x.cols()),
+                                 .widths = Eigen::VectorXd::Constant(set.x.rows(), sigma),
+                                 .weights = machine->alpha,
+                                 .b = machine->b},
+      .effective_parameters = samples - diagonal.sum() / gamma,
+      .particulars = fmt::format("leave-one-out RMSE, closed form: {:.3g} of the target's STD; too small, because "
+                                 "the neighbours of a cluster remain in the training set",
+                                 left_out)};
 }
 
 }  // namespace gyrotherm::methods

@@ -183,8 +183,8 @@ Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters, 
   const int weights = numbers_in(network);
   return Fit{.function = network,
              .effective_parameters = static_cast<double>(std::min<Eigen::Index>(weights, set.x.rows())),
-             .particulars = fmt::format("stopped after {} steps, the median of {} starts; {} weights, which stopping "
-                                        "early makes fewer in effect",
+             .particulars = fmt::format("stopped after {} steps, the median of {} starts; {} weights, "
+                                        "effectively fewer because of early stopping",
                                         steps, kStarts, weights)};
 }
 

@@ -35,7 +35,7 @@ Result<data::SampleMatrix> draw_centres(const Eigen::MatrixXd& samples, int coun
     double remainder = uniform(generator) * nearest.sum();
     if (!(nearest.maxCoeff() > 0)) {
       return failure(FaultKind::usage, "k-means",
-                     fmt::format("{} centres of {} different samples cannot be told apart", count, k + 1));
+                     fmt::format("{} centres need as many different samples, got {}", count, k + 1));
     }
     for (chosen = 0; chosen + 1 < nearest.size() && (remainder -= nearest(chosen)) >= 0;) ++chosen;
     while (!(nearest(chosen) > 0)) chosen = chosen > 0 ? chosen - 1 : nearest.size() - 1;  // rounding at the end
@@ -112,7 +112,8 @@ Result<KMeans> k_means(const data::SampleMatrix& samples, int count, std::uint64
   std::mt19937_64 generator(seed);
   const Eigen::MatrixXd columns = samples;
   if (samples.rows() < count) {
-    return failure(FaultKind::usage, "k-means", fmt::format("{} centres of {} samples", count, samples.rows()));
+    return failure(FaultKind::usage, "k-means",
+                   fmt::format("{} centres need as many samples, got {}", count, samples.rows()));
   }
   auto centres = draw_centres(columns, count, generator);
   if (!centres) return failure(centres.error());

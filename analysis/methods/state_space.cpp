@@ -55,7 +55,8 @@ Result<Choice> choose_state_space(std::span<const Fold> folds, const MethodOptio
                                   const ProgressSink& progress) {
   if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
   const TimeConstants bank = time_constants_in(folds.front().terms);
-  if (bank.empty()) return Choice{.parameters = {}, .tuning = {}, .warnings = {"no input is a lag: it has no state"}};
+  if (bank.empty())
+    return Choice{.parameters = {}, .tuning = {}, .warnings = {"no input is a lag, so the model has no state"}};
   std::vector<HyperParameters> sets;
   TimeConstants partial;
   for (std::size_t states = 1; states <= std::min(kMostStates, bank.size()); ++states)

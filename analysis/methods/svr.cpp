@@ -106,7 +106,7 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
   // Keeps the total weight of the losses relative to the norm term of the objective.
   tuned->best.C /= static_cast<double>(kth);
   if (auto& rule = tuned->one_standard_error) rule->best.C /= static_cast<double>(kth);
-  if (kth > 1) tuned->warnings.push_back(fmt::format("the quick search learnt from one row in {} of its folds", kth));
+  if (kth > 1) tuned->warnings.push_back(fmt::format("the quick search trained on one row in {} of each fold", kth));
   Choice choice;
   choice.parameters = {{"C", tuned->best.C}, {"sigma", tuned->best.sigma}, {"epsilon", tuned->best.epsilon}};
   choice.warnings = tuned->warnings;

@@ -44,7 +44,8 @@ Result<Diagonals> diagonalised(const OutputCovariances& between, Eigen::Index ou
       return refuse_outputs(FaultKind::numeric, "a covariance that is not positive definite");
   }
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(between.noise, between.slopes);
-  if (eigen.info() != Eigen::Success) return refuse_outputs(FaultKind::numeric, "the covariances have no common axes");
+  if (eigen.info() != Eigen::Success)
+    return refuse_outputs(FaultKind::numeric, "the covariances cannot be diagonalised together");
   return Diagonals{eigen.eigenvectors(), eigen.eigenvalues()};
 }
 

@@ -25,7 +25,7 @@ Result<void> check_axes(std::span<const AxisResidual> axes) {
   const auto refuse = [](const std::string& axis, std::string what) {
     return failure(FaultKind::usage, fmt::format("axis \"{}\"", axis), std::move(what));
   };
-  if (axes.size() < 2) return failure(FaultKind::usage, "residuals", "one axis correlates with nothing: give two");
+  if (axes.size() < 2) return failure(FaultKind::usage, "residuals", "at least two axes are needed");
   std::set<std::string> names;
   for (const AxisResidual& axis : axes) {
     const data::Clusters& clusters = axis.clusters;

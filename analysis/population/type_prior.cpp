@@ -74,7 +74,8 @@ std::vector<data::Term> terms_or_default(const TypePriorOptions& options, const 
 
 Result<void> check_units(std::span<const UnitClusters> units) {
   constexpr std::size_t kFewest = 3;
-  if (units.size() < kFewest) return refuse_units(fmt::format("{} units are too few: give {}", units.size(), kFewest));
+  if (units.size() < kFewest)
+    return refuse_units(fmt::format("{} units are too few, at least {} are needed", units.size(), kFewest));
   std::set<std::string> names;
   for (const UnitClusters& unit : units) {
     if (!names.insert(unit.unit).second) return refuse_units(fmt::format("unit \"{}\" is given twice", unit.unit));
@@ -300,7 +301,7 @@ struct Learnt {
 Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const TypePriorOptions& options) {
   constexpr int kRounds = 4;
   const double left = least_squares_rms(units) / std::sqrt(2.0);
-  if (!(left > 0)) return refuse_units("the residual of least squares is zero: no noise, no prior");
+  if (!(left > 0)) return refuse_units("the least-squares residual is zero, so the noise cannot be estimated");
   constexpr double kFirstClusters = 36;
   UnexplainedNoise noise{left, left, kFirstClusters * cluster_length_s, options.turn_on_deg_per_h};
   const Eigen::Index coefficients = units.front().front().design_and_bias.cols() - 1;
@@ -356,7 +357,7 @@ Result<Eigen::MatrixXd> term_error_covariance(std::span<const UnitClusters> unit
 Result<void> check_own(const TypePrior& prior, const data::Clusters& clusters) {
   if (clusters.length_s == prior.cluster_length_s) return {};
   return refuse_units(
-      fmt::format("clusters of {} s, and the prior is of {} s", clusters.length_s, prior.cluster_length_s));
+      fmt::format("the clusters have {} s, but those of the prior {} s", clusters.length_s, prior.cluster_length_s));
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memo
   if (!(certificate.relative_gap <= options.relative_gap)) {
     return failure(
         FaultKind::numeric, "support vector regression",
-        fmt::format("relative duality gap {:.2g} after {} Newton steps, wanted {:.2g}; C = {}, epsilon = {}",
+        fmt::format("relative duality gap {:.2g} after {} Newton steps, required {:.2g}; C = {}, epsilon = {}",
                     certificate.relative_gap, optimum.steps, options.relative_gap, parameters.C, parameters.epsilon));
   }
   SvrSolution solution;

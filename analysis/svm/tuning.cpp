@@ -229,7 +229,7 @@ std::vector<std::string> collect_warnings(const std::vector<double>& taken, cons
     warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", names[k], taken[k]));
   }
   if (uncertified > 0) {
-    warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were passed over",
+    warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were skipped",
                                    uncertified, evaluations));
   }
   return warnings;

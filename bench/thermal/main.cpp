@@ -132,8 +132,8 @@ Result<thermal::GyroModel> read_gyro(const ThermalBench& bench) {
   return thermal::parse_gyro(*text, bench.gyro);
 }
 
-/// Measures one linear steady state: time, memory, energy balance and the temperature difference between the gain side
-/// and the other side. Must run in a separate process, because the peak memory is that of the whole process.
+/// Measures one linear steady state: time, memory, energy balance and the temperature difference between gain and
+/// non-gain areas. Must run in a separate process, because the peak memory is that of the whole process.
 Result<void> measure_steady(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());

@@ -142,7 +142,7 @@ def _missing_throughout(axis: AxisColumns) -> str:
                if name != "self" and not name.startswith("aux:") and not np.isfinite(values).any()]
     if not np.isfinite(axis.bias_deg_per_h).any():
         missing.append("the bias")
-    return f": in no row is there a value of {', '.join(missing)}" if missing else ""
+    return f"; no row has a value of {', '.join(missing)}" if missing else ""
 
 
 def make_clusters(axis: AxisColumns, length_s: float, run_id: str, profile_name: str, simulated: bool) -> Clusters:
@@ -151,7 +151,7 @@ def make_clusters(axis: AxisColumns, length_s: float, run_id: str, profile_name:
     their own time. What the unit tells of itself may be missing."""
     time = axis.time_s
     if time.size == 0:
-        raise RecordError(f"holds no whole cluster of {length_s:g} s")
+        raise RecordError(f"contains no complete cluster of {length_s:g} s")
     step = float(np.sort(np.diff(time))[(time.size - 1) // 2]) if axis.imported and time.size > 1 else 1.0
     number = np.floor((time - time[0]) / length_s + _TIME_SLACK).astype(np.int64)
     complete = int(np.floor((time[-1] - time[0] + step) / length_s + _TIME_SLACK))
@@ -170,7 +170,7 @@ def make_clusters(axis: AxisColumns, length_s: float, run_id: str, profile_name:
         if name != "self" and not name.startswith("aux:"):
             whole &= np.isfinite(values)
     if not whole.any():
-        raise RecordError(f"holds no whole cluster of {length_s:g} s{_missing_throughout(axis)}")
+        raise RecordError(f"contains no complete cluster of {length_s:g} s{_missing_throughout(axis)}")
     remembered = numbers[each_second]
     return Clusters(
         label=axis.axis.label, run_id=run_id, profile_name=profile_name, simulated=simulated, length_s=length_s,

@@ -91,7 +91,7 @@ def _factor(text: str, names: Sequence[str], whole: str) -> Factor:
     for at, letter in enumerate(text):  # a name may hold a '-'
         if letter == "-" and text[:at] in names and text[at + 1:] in names:
             if text[:at] == text[at + 1:]:
-                raise ModelError(f'input "{whole}": a thermometer differs from itself by nothing')
+                raise ModelError(f'input "{whole}": a gradient needs two different thermometers')
             return Factor("gradient", text[:at], text[at + 1:])
     first, _, second = text.partition("-")
     raise ModelError(f'input "{whole}": no thermometer "{second if first in names else first}"; there are '

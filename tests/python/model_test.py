@@ -126,7 +126,7 @@ class Predictions(InAFolder):
         database.execute("UPDATE sample SET B = NULL")
         database.commit()
         database.close()
-        with self.assertRaisesRegex(module.RecordError, "no whole cluster of 100 s: in no row is there a value of B$"):
+        with self.assertRaisesRegex(module.RecordError, "no complete cluster of 100 s; no row has a value of B$"):
             module.open(path).clusters()
 
     def test_predicts_with_values_of_unit(self):

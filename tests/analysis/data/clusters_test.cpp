@@ -92,8 +92,8 @@ TEST(Clusters, NameDeadThermometerInFault) {
   dataset.thermometers = {"A", "B", "self"};
   dataset.temperature_c = dataset.temperature_c.col(0).replicate(1, 3).eval();
   dataset.temperature_c.rightCols(2).setConstant(std::nan(""));
-  EXPECT_EQ(make_clusters(dataset).error().what, "holds no whole cluster of 100 s: in no row is there a value of B");
-  EXPECT_EQ(make_clusters(ramp(99)).error().what, "holds no whole cluster of 100 s");
+  EXPECT_EQ(make_clusters(dataset).error().what, "contains no complete cluster of 100 s; no row has a value of B");
+  EXPECT_EQ(make_clusters(ramp(99)).error().what, "contains no complete cluster of 100 s");
   dataset.bias_deg_per_h.setConstant(std::nan(""));
   EXPECT_TRUE(make_clusters(dataset).error().what.ends_with("of B, the bias"));
 }

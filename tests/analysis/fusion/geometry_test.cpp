@@ -44,7 +44,7 @@ std::vector<Broken> broken_fixtures() {
   return {
       {"at least 3", {}},
       {"at least 3", {axis("x", 1, 0, 0, 1), axis("y", 0, 1, 0, 1)}},
-      {"axis y: it is there twice", changed([](auto& axes) { axes[3].name = "y"; })},
+      {"axis y: duplicate name", changed([](auto& axes) { axes[3].name = "y"; })},
       {"number 2 has no name", changed([](auto& axes) { axes[1].name = ""; })},
       {"axis z: its direction is not finite", changed([&](auto& axes) { axes[2].direction(0) = nan; })},
       {"length 1.01", changed([](auto& axes) { axes[0].direction *= 1.01; })},

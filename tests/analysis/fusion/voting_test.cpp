@@ -61,7 +61,7 @@ TEST(ThermometerParity, RefusesWhatIsNotEnough) {
     return !parity && parity.error().kind == FaultKind::usage && text(parity.error()).find(what) != std::string::npos;
   };
   EXPECT_TRUE(learn_thermometer_parity(record, names, uncertainty, 2));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 3), "2 more are needed"));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 3), "at least 2 more thermometers than modes"));
   EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 0), "0 common modes"));
   EXPECT_TRUE(says(learn_thermometer_parity(record, {"A"}, uncertainty, 2), "1 names"));
   EXPECT_TRUE(says(learn_thermometer_parity(record, names, 0 * uncertainty, 2), "not above 0"));
@@ -172,16 +172,16 @@ TEST(Voting, SaysWhy) {
   EXPECT_NEAR(hop.size, 0.05, 5 * hop.size_std);
   EXPECT_NE(hop.reason.find("y is off by"), std::string::npos) << hop.reason;
   EXPECT_NE(hop.reason.find("°/h (k = 1)"), std::string::npos) << hop.reason;
-  EXPECT_NE(hop.reason.find("axes at odds"), std::string::npos) << hop.reason;
-  EXPECT_NE(hop.reason.find("thermometers in accord"), std::string::npos) << hop.reason;
+  EXPECT_NE(hop.reason.find("axes inconsistent"), std::string::npos) << hop.reason;
+  EXPECT_NE(hop.reason.find("thermometers consistent"), std::string::npos) << hop.reason;
   const Verdict broken = rests.judged(draws, 6, 0.3);
   EXPECT_NE(broken.reason.find("C is off by"), std::string::npos) << broken.reason;
-  EXPECT_NE(broken.reason.find("thermometers at odds"), std::string::npos) << broken.reason;
+  EXPECT_NE(broken.reason.find("thermometers inconsistent"), std::string::npos) << broken.reason;
   const Verdict nobody = moves.judged(draws, 1, 0.05);
   EXPECT_EQ(nobody.who, "");
   EXPECT_NE(nobody.reason.find("not distinguishable"), std::string::npos) << nobody.reason;
   const Verdict none = rests.judged(draws, -1, 0);
-  EXPECT_EQ(none.reason.find("axes in accord"), 0u) << none.reason;
+  EXPECT_EQ(none.reason.find("axes consistent"), 0u) << none.reason;
 }
 
 TEST(Voting, OfAHopAndABrokenThermometerTogetherIsUndecided) {

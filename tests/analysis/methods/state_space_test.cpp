@@ -64,7 +64,7 @@ TEST(StateSpace, HasNoStateWithoutLag) {
   const auto model = train({dataset}, {*make_clusters(dataset)}, options);
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_TRUE(model->hyper_parameters.empty());
-  EXPECT_EQ(std::ranges::count(model->warnings, "no input is a lag: it has no state"), 1);
+  EXPECT_EQ(std::ranges::count(model->warnings, "no input is a lag, so the model has no state"), 1);
 }
 
 }  // namespace

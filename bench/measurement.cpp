@@ -65,7 +65,7 @@ double peak_memory() {
   return 0;
 }
 
-void say_progress(const std::string& text) {
+void print_progress(const std::string& text) {
   double load = 0;
   getloadavg(&load, 1);
   fmt::print(stderr, "[load {:.2f}] {}\n", load, text);

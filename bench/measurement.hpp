@@ -39,6 +39,6 @@ void print_figure(const std::string& name, std::optional<double> value, Goal goa
 [[nodiscard]] double peak_memory();
 
 /// Prints one line of progress on stderr, with the load average of the last minute.
-void say_progress(const std::string& text);
+void print_progress(const std::string& text);
 
 }  // namespace gyrotherm::bench

@@ -117,7 +117,7 @@ std::string format_guard(const std::vector<double>& guards_s) {
 }
 
 /// Returns the requested kind of folds. If the kind is automatic, chooses one for the records.
-FoldKind kind_for(const std::vector<Clusters>& records, const FoldOptions& options) {
+FoldKind choose_kind(const std::vector<Clusters>& records, const FoldOptions& options) {
   if (options.kind != FoldKind::automatic) return options.kind;
   const bool without_cycles =
       std::ranges::all_of(records, [](const Clusters& record) { return number_cycles(record).empty(); });
@@ -180,7 +180,8 @@ Result<FoldPlan> hold_out_programs(const std::vector<Clusters>& records, const s
 }
 
 /// Translates row numbers and removes the rows whose new number is −1.
-std::vector<Eigen::Index> renumbered(const std::vector<Eigen::Index>& rows, const std::vector<Eigen::Index>& number) {
+std::vector<Eigen::Index> renumber_rows(const std::vector<Eigen::Index>& rows,
+                                        const std::vector<Eigen::Index>& number) {
   std::vector<Eigen::Index> left;
   for (const Eigen::Index row : rows) {
     if (number[row] >= 0) left.push_back(number[row]);
@@ -221,7 +222,7 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
     cycles_in_all += number_cycles(record).size();
     all += record.cycle.size();
   }
-  const FoldKind kind = kind_for(records, options);
+  const FoldKind kind = choose_kind(records, options);
   if (kind == FoldKind::records && records.size() < 2) {
     return failure(
         FaultKind::usage, "folds",
@@ -254,7 +255,7 @@ TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Ind
   TrainingSet left{.clusters = pick(training_set.clusters, rows),
                    .folds = {.folds = {}, .statement = training_set.folds.statement}};
   for (const Fold& fold : training_set.folds.folds) {
-    Fold kept{.held_out = renumbered(fold.held_out, number), .training = renumbered(fold.training, number)};
+    Fold kept{.held_out = renumber_rows(fold.held_out, number), .training = renumber_rows(fold.training, number)};
     if (!kept.held_out.empty() && !kept.training.empty()) left.folds.folds.push_back(std::move(kept));
   }
   return left;

@@ -100,7 +100,8 @@ Rows last_hour(const Dataset& dataset, const Rows& hold, double interval_s) {
 }
 
 /// Interpolates the prediction at each sample linearly between the middles of neighbouring clusters. NaN elsewhere.
-Eigen::VectorXd at_samples(const Dataset& dataset, const Clusters& clusters, const Eigen::VectorXd& predicted) {
+Eigen::VectorXd interpolate_at_samples(const Dataset& dataset, const Clusters& clusters,
+                                       const Eigen::VectorXd& predicted) {
   Eigen::VectorXd at = Eigen::VectorXd::Constant(dataset.time_s.size(), std::numeric_limits<double>::quiet_NaN());
   Eigen::Index k = 0;
   for (Eigen::Index i = 0; i < at.size(); ++i) {
@@ -170,7 +171,7 @@ HoldNoise measure_raw_noise(const Dataset& dataset, const Eigen::VectorXd& bias_
 }
 
 /// Returns the bias of the samples in one of the clusters and NaN elsewhere.
-Eigen::VectorXd within(const Dataset& dataset, const Clusters& clusters) {
+Eigen::VectorXd bias_in_clusters(const Dataset& dataset, const Clusters& clusters) {
   Eigen::VectorXd bias = Eigen::VectorXd::Constant(dataset.time_s.size(), kUnknown);
   Eigen::Index k = 0;
   for (Eigen::Index i = 0; i < bias.size(); ++i) {
@@ -191,12 +192,12 @@ std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
 NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments,
                        double step_deg_per_h) {
   assert(clusters.last_segment.size() == clusters.segment.size());
-  const auto wholly_inside = [&](Eigen::Index k) {
+  const auto is_wholly_inside = [&](Eigen::Index k) {
     return clusters.last_segment(k) == clusters.segment(k) ? clusters.segment(k) : -1;
   };
   SecondDifferences all;
   int used = 0;
-  for (const Rows& hold : find_holds(clusters.start_s.size(), segments, wholly_inside)) {
+  for (const Rows& hold : find_holds(clusters.start_s.size(), segments, is_wholly_inside)) {
     const int before = all.overlaps.differences;
     add_second_differences(all, clusters, hold);
     used += all.overlaps.differences > before ? 1 : 0;
@@ -242,14 +243,15 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
 HoldNoise measure_hold_noise(const Dataset& dataset) { return measure_raw_noise(dataset, dataset.bias_deg_per_h); }
 
 HoldNoise measure_hold_noise(const Dataset& dataset, const Clusters& clusters) {
-  return measure_raw_noise(dataset, within(dataset, clusters));
+  return measure_raw_noise(dataset, bias_in_clusters(dataset, clusters));
 }
 
 HoldNoise measure_compensated_hold_noise(const Dataset& dataset, const Clusters& clusters,
                                          const Eigen::VectorXd& residual_deg_per_h) {
   assert(residual_deg_per_h.size() == clusters.bias_deg_per_h.size());
   const Eigen::VectorXd predicted = clusters.bias_deg_per_h - residual_deg_per_h;
-  HoldNoise noise = measure_noise(dataset, dataset.bias_deg_per_h - at_samples(dataset, clusters, predicted));
+  HoldNoise noise =
+      measure_noise(dataset, dataset.bias_deg_per_h - interpolate_at_samples(dataset, clusters, predicted));
   noise.statement = summarise(dataset, noise, "compensated", "");
   return noise;
 }

@@ -23,7 +23,7 @@ double median(std::span<double> values) {
 }
 
 /// Text list of values with their times: "-1000 °/h at 120 s".
-class Listed {
+class ValueList {
  public:
   void add(double value_deg_per_h, double time_s) {
     if (count_++ < kShown)
@@ -78,14 +78,14 @@ void remove(Dataset& dataset, const std::vector<Spike>& spikes) {
 }
 
 std::string describe(const std::vector<Spike>& spikes) {
-  Listed list;
+  ValueList list;
   for (const Spike& spike : spikes) list.add(spike.size_deg_per_h, spike.time_s);
   return fmt::format("{} samples of the bias are outliers: {}", spikes.size(), list.text());
 }
 
 std::string describe_outlying_clusters(const Clusters& clusters,
                                        const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h) {
-  Listed list;
+  ValueList list;
   const auto rows = find_outliers(residual_deg_per_h);
   for (const Eigen::Index row : rows) list.add(residual_deg_per_h(row), clusters.start_s(row));
   if (rows.empty()) return "";

@@ -34,7 +34,7 @@ Quadrature gauss_legendre(Eigen::Index count, double end) {
 
 /// Returns the mean run length over random blocks of the healthy vectors, in steps; above `steps` if there was no
 /// alarm.
-double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack, double limit, double steps) {
+double simulate_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack, double limit, double steps) {
   constexpr std::uint64_t kSeed = 1;
   constexpr Eigen::Index kBlock = 36;  // one hour of 100 s
   std::mt19937_64 random(kSeed);
@@ -54,7 +54,7 @@ double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double
 }
 
 /// Returns the greatest argument in `low` … `high` at which a rising function is below `target`.
-double crossing(double low, double high, double target, auto rising) {
+double find_crossing(double low, double high, double target, auto rising) {
   constexpr int kHalvings = 16;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (low + high) / 2;
@@ -133,11 +133,12 @@ std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& 
   const double white_limit = limit_for_run_length(dimension, slack, run_length);
   const double shown = std::min(run_length, static_cast<double>(healthy.cols()));
   const double least = limit_for_run_length(dimension, slack, shown);
-  const double drawn = crossing(least, kFarthest * least, shown,
-                                [&](double limit) { return drawn_run_length(healthy, slack, limit, kRuns * shown); });
+  const double drawn = find_crossing(least, kFarthest * least, shown, [&](double limit) {
+    return simulate_run_length(healthy, slack, limit, kRuns * shown);
+  });
   if (drawn <= least) return white_limit;
   if (shown == run_length) return drawn;
-  const double deviation = 1 / crossing(1 / kFarthest, 1, shown, [&](double part) {
+  const double deviation = 1 / find_crossing(1 / kFarthest, 1, shown, [&](double part) {
                              return average_run_length(dimension, slack * part, drawn * part);
                            });
   return std::max(white_limit, deviation * limit_for_run_length(dimension, slack / deviation, run_length));

@@ -17,7 +17,7 @@ namespace gyrotherm::methods {
 namespace {
 
 /// Limits the logarithms, which prevents a search from diverging.
-Eigen::VectorXd clamped(const Eigen::VectorXd& logarithms) {
+Eigen::VectorXd clamp_logarithms(const Eigen::VectorXd& logarithms) {
   const Eigen::Index inputs = logarithms.size() - 2;
   Eigen::VectorXd out = logarithms;
   const auto clamp = [](double value, double low, double high) {
@@ -40,7 +40,7 @@ tl::unexpected<Fault> not_definite() {
   return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
 }
 
-double between(double low, double high, std::mt19937_64& generator) {
+double draw_between(double low, double high, std::mt19937_64& generator) {
   return low * std::pow(high / low, uniform(generator));
 }
 
@@ -51,9 +51,9 @@ Covariance make_start(std::size_t start, Eigen::Index inputs, std::uint64_t seed
   if (start == 0) return {.lengths = Eigen::RowVectorXd::Constant(inputs, middle), .signal = 1, .noise = 0.1};
   std::mt19937_64 generator(seed * kAscents + start);
   Covariance covariance{.lengths = Eigen::RowVectorXd(inputs), .signal = 0, .noise = 0};
-  for (double& length : covariance.lengths) length = between(0.3 * middle, 5 * middle, generator);
-  covariance.signal = between(0.5, 5, generator);
-  covariance.noise = between(0.02, 0.5, generator);
+  for (double& length : covariance.lengths) length = draw_between(0.3 * middle, 5 * middle, generator);
+  covariance.signal = draw_between(0.5, 5, generator);
+  covariance.noise = draw_between(0.02, 0.5, generator);
   return covariance;
 }
 
@@ -73,7 +73,7 @@ Result<Ascent> best_ascent(const data::SampleMatrix& x, const Eigen::VectorXd& y
 }
 
 /// Returns every k-th row, with the smallest k that gives at most `most` rows.
-std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
+std::vector<Eigen::Index> every_kth_row(Eigen::Index rows, Eigen::Index most) {
   const Eigen::Index step = (rows + most - 1) / most;
   std::vector<Eigen::Index> kept;
   for (Eigen::Index row = 0; row < rows; row += step) kept.push_back(row);
@@ -106,7 +106,7 @@ Eigen::MatrixXd lower_covariance(const Covariance& covariance, const data::Sampl
 
 Result<PredictiveVariance> compute_variance(const FitInput& set, const Covariance& covariance,
                                             const Eigen::MatrixXd& slope_precision) {
-  PredictiveVariance stored{.centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all),
+  PredictiveVariance stored{.centres = set.x(every_kth_row(set.x.rows(), kVarianceCentres), Eigen::all),
                             .lengths = covariance.lengths,
                             .signal = covariance.signal,
                             .noise = covariance.noise};
@@ -207,13 +207,13 @@ Eigen::VectorXd RpropSteps::next(Eigen::VectorXd gradient) {
 Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x, const Eigen::VectorXd& y,
                                 int most) {
   constexpr double kFlat = 0.05;  // nats per unit of a logarithm
-  Eigen::VectorXd at = clamped(to_logarithms(start));
+  Eigen::VectorXd at = clamp_logarithms(to_logarithms(start));
   auto likelihood = marginal_likelihood(from_logarithms(at), x, y);
   if (!likelihood) return failure(likelihood.error());
   Ascent best{.covariance = from_logarithms(at), .log_likelihood = likelihood->log_value, .evaluations = 1};
   RpropSteps steps(at.size());
   while (best.evaluations < most && likelihood->gradient.cwiseAbs().maxCoeff() > kFlat) {
-    at = clamped(at + steps.next(likelihood->gradient));
+    at = clamp_logarithms(at + steps.next(likelihood->gradient));
     likelihood = marginal_likelihood(from_logarithms(at), x, y);
     ++best.evaluations;
     if (!likelihood) break;
@@ -228,7 +228,7 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double mean = set.y.mean();
   const Eigen::VectorXd y = set.y.array() - mean;
-  const auto kept = thinned(set.x.rows(), kMostSamples);
+  const auto kept = every_kth_row(set.x.rows(), kMostSamples);
   const auto ascent = best_ascent(set.x(kept, Eigen::all), plane_residual(set)(kept), options);
   if (!ascent) return failure(ascent.error());
   const Covariance& covariance = ascent->covariance;

@@ -17,7 +17,7 @@ namespace gyrotherm::methods {
 namespace {
 
 /// Returns 0 … count − 1 in random order.
-std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generator) {
+std::vector<Eigen::Index> random_order(Eigen::Index count, std::mt19937_64& generator) {
   std::vector<Eigen::Index> order(count);
   std::iota(order.begin(), order.end(), 0);
   for (Eigen::Index i = count - 1; i > 0; --i) std::swap(order[i], order[draw_index(i + 1, generator)]);
@@ -84,7 +84,7 @@ data::SampleMatrix self_organising_map(const data::SampleMatrix& samples, std::u
   const double last = std::max(1.0, static_cast<double>(options.rounds) * static_cast<double>(samples.rows()) - 1);
   double presented = 0;
   for (int round = 0; round < options.rounds; ++round) {
-    for (const Eigen::Index i : shuffled(samples.rows(), generator)) {
+    for (const Eigen::Index i : random_order(samples.rows(), generator)) {
       const double progress_made = presented++ / last;
       present_sample(samples.row(i), std::lerp(options.first_rate, options.last_rate, progress_made),
                      std::lerp(options.first_radius, options.last_radius, progress_made), options.side, nodes);

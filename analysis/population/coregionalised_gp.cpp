@@ -175,7 +175,7 @@ struct Standardised {
   Eigen::VectorXd deviation;
 };
 
-Result<Standardised> standardised(const OutputSamples& samples) {
+Result<Standardised> standardise(const OutputSamples& samples) {
   const Eigen::VectorXd mean = output_means(samples);
   Standardised all{samples, output_variances(samples, mean).cwiseSqrt()};
   for (Eigen::Index j = 0; j < samples.outputs; ++j) {
@@ -297,7 +297,7 @@ Result<CoregionalisedGp> condition(const Coregionalisation& model, OutputSamples
 
 Result<CoregionalisedGp> learn_coregionalised(OutputSamples samples, int most_evaluations) {
   if (const auto checked = check_samples(samples); !checked) return failure(checked.error());
-  const auto unit = standardised(samples);
+  const auto unit = standardise(samples);
   if (!unit) return failure(unit.error());
   auto optimum = climb(unit->samples, most_evaluations);
   if (!optimum) return failure(optimum.error());

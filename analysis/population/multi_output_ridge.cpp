@@ -35,7 +35,7 @@ struct Diagonals {
   Eigen::VectorXd noise;
 };
 
-Result<Diagonals> diagonalised(const OutputCovariances& between, Eigen::Index outputs) {
+Result<Diagonals> diagonalise(const OutputCovariances& between, Eigen::Index outputs) {
   for (const Eigen::MatrixXd* covariance : {&between.noise, &between.slopes}) {
     if (covariance->rows() != outputs || covariance->cols() != outputs)
       return refuse_outputs(FaultKind::usage, "a covariance is not outputs × outputs");
@@ -54,7 +54,7 @@ Result<Diagonals> diagonalised(const OutputCovariances& between, Eigen::Index ou
 Result<MultiOutputPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                              const Eigen::MatrixXd& penalty, const OutputCovariances& between) {
   if (const auto checked = check_outputs(z, y, penalty); !checked) return failure(checked.error());
-  const auto diagonals = diagonalised(between, y.cols());
+  const auto diagonals = diagonalise(between, y.cols());
   if (!diagonals) return failure(diagonals.error());
   const Eigen::MatrixXd combined = y * diagonals->combinations;
   MultiOutputPlanes planes{.weights = Eigen::MatrixXd(z.cols(), y.cols()),

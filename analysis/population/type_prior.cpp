@@ -150,8 +150,8 @@ struct DesignedRun {
 };
 using DesignedUnits = std::vector<std::vector<DesignedRun>>;
 
-DesignedUnits designed(const std::vector<UnitValues>& units, const data::Scaling& scaling,
-                       const Eigen::MatrixXd& components) {
+DesignedUnits make_designs(const std::vector<UnitValues>& units, const data::Scaling& scaling,
+                           const Eigen::MatrixXd& components) {
   DesignedUnits all;
   for (const UnitValues& unit : units) {
     all.emplace_back();
@@ -253,8 +253,8 @@ Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const Desig
 
 /// Returns the sum over all units of the log predictive density of the unit given the other units; no value if a fit
 /// fails.
-std::optional<double> predicted_by_others(const std::vector<UnitInformation>& units, const Eigen::MatrixXd& start,
-                                          const PopulationOptions& options) {
+std::optional<double> leave_one_out_density(const std::vector<UnitInformation>& units, const Eigen::MatrixXd& start,
+                                            const PopulationOptions& options) {
   double sum = 0;
   for (std::size_t left_out = 0; left_out < units.size(); ++left_out) {
     std::vector<UnitInformation> others = units;
@@ -279,10 +279,10 @@ Result<Chosen> with_correlations(const std::vector<UnitInformation>& units, cons
   const Eigen::MatrixXd& start = independent.population.covariance;
   Chosen chosen{independent, 0};
   if (quick || units.size() < kFewestToLeaveOneOut) return chosen;
-  auto best = predicted_by_others(units, start, {.independent = true});
+  auto best = leave_one_out_density(units, start, {.independent = true});
   for (const double worth : kWorth) {
     const PopulationOptions options{.shrinkage = Shrinkage{start.diagonal(), worth}};
-    const auto predicted = predicted_by_others(units, start, options);
+    const auto predicted = leave_one_out_density(units, start, options);
     if (!predicted || (best && !(*predicted > *best))) continue;
     const auto fit = fit_population(units, start, options);
     if (!fit) return failure(fit.error());
@@ -384,7 +384,7 @@ Result<TypePrior> learn_type_prior(std::span<const UnitClusters> units, const Ty
   if (!errors) return failure(errors.error());
   prior.error_covariance = std::move(*errors);
   const Eigen::MatrixXd components = find_components(scaled);
-  const auto learnt = learn(designed(*values, prior.scaling, components), prior.cluster_length_s, options);
+  const auto learnt = learn(make_designs(*values, prior.scaling, components), prior.cluster_length_s, options);
   if (!learnt) return failure(learnt.error());
   prior.noise = learnt->noise;
   prior.correlations_worth_units = learnt->chosen.worth_units;

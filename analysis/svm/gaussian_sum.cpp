@@ -29,7 +29,7 @@ using Columns = Eigen::Array<double, kPointsTogether, Eigen::Dynamic>;
 
 // Computes u = Bᵀx for a basis B, inputs × rank, and leaves the residual x − Bu in x.
 GYROTHERM_CLONES
-void turn(const double* basis, Eigen::Index inputs, Eigen::Index rank, double* x, double* u) {
+void project_to_basis(const double* basis, Eigen::Index inputs, Eigen::Index rank, double* x, double* u) {
   for (Eigen::Index l = 0; l < rank; ++l) {
     double* to = u + l * kPointsTogether;
     for (Eigen::Index i = 0; i < kPointsTogether; ++i) to[i] = 0;
@@ -133,7 +133,7 @@ void GaussianSum::project(const Eigen::Ref<const SampleMatrix>& points, PointSta
   if (rank_ == inputs_) {
     u = state.outside;
   } else {
-    turn(basis_.data(), inputs_, rank_, state.outside.data(), u.data());
+    project_to_basis(basis_.data(), inputs_, rank_, state.outside.data(), u.data());
     state.columns.rightCols<1>() = state.outside.square().rowwise().sum().sqrt();
   }
   state.columns.col(0) = state.columns.rightCols(rank_ + 1).square().rowwise().sum();
@@ -258,7 +258,7 @@ Eigen::Index count_groups(Eigen::Index count) { return (count + kGroup - 1) / kG
 
 // Returns the indices of the non-zero β, ordered in blocks of alternating sign. The positive and negative β of a
 // support vector machine cancel, so this order keeps the sums small.
-std::vector<Eigen::Index> balanced(const Eigen::VectorXd& beta) {
+std::vector<Eigen::Index> alternate_signs(const Eigen::VectorXd& beta) {
   std::vector<Eigen::Index> positive, negative, order;
   for (Eigen::Index i = 0; i < beta.size(); ++i)
     if (beta(i) != 0) (beta(i) > 0 ? positive : negative).push_back(i);
@@ -282,7 +282,7 @@ std::vector<Eigen::Index> balanced(const Eigen::VectorXd& beta) {
 class Pairs {
  public:
   Pairs(const Eigen::MatrixXd& centred, double scale, const Eigen::VectorXd& beta)
-      : order_(balanced(beta)),
+      : order_(alternate_signs(beta)),
         support_groups_(count_groups(static_cast<Eigen::Index>(order_.size()))),
         support_(static_cast<Eigen::Index>(order_.size())),
         dimensions_(centred.cols()) {

@@ -70,13 +70,13 @@ GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size
   lay_out(coordinates_, doubles_, singles_);
 }
 
-void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const {
+void GaussianSamples::compute_float_row(Eigen::Index i, double sigma, float* out) const {
   assert(0 <= i && i < size_);
   make_row(singles_.data(), singles_.rows(), singles_.cols(), i, static_cast<float>(-0.5 / (sigma * sigma)),
            static_cast<int>(singles_.rows()), out);
 }
 
-void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out) const {
+void GaussianSamples::compute_double_column(Eigen::Index i, double sigma, double* out) const {
   assert(0 <= i && i < size_);
   make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma),
               static_cast<int>(doubles_.rows()), out);
@@ -123,7 +123,7 @@ Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memor
 const float* Kernel::row(Eigen::Index i) {
   float* row = singles_ + static_cast<std::size_t>(i) * row_stride_;
   if (has_row_[i] != 0) return row;
-  samples_.single_row(i, sigma_, row);
+  samples_.compute_float_row(i, sigma_, row);
   has_row_[i] = 1;
   return row;
 }
@@ -132,11 +132,11 @@ const double* Kernel::column(Eigen::Index i) {
   if (columns_[i] != nullptr) return columns_[i];
   if (made_ < most_) {
     double* made = memory_.column(size(), kSpare + made_++);
-    samples_.double_column(i, sigma_, made);
+    samples_.compute_double_column(i, sigma_, made);
     return columns_[i] = made;
   }
   double* spare = memory_.column(size(), spare_++ % kSpare);
-  samples_.double_column(i, sigma_, spare);
+  samples_.compute_double_column(i, sigma_, spare);
   return spare;
 }
 

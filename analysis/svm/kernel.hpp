@@ -37,11 +37,11 @@ class GaussianSamples {
   /// Computes exp(−‖x_i − x_j‖²/(2σ²)) for all j in single precision. Uses the differences x_i − x_j, so the result is
   /// exactly 1 for equal samples. The relative error is a few 1e-7 where the exponent is small. `out` has
   /// padded_row(size()) elements.
-  void single_row(Eigen::Index i, double sigma, float* out) const;
+  void compute_float_row(Eigen::Index i, double sigma, float* out) const;
   /// Computes the same values in double precision. The relative error is a few 1e-16 if the inputs are independent. If
   /// inputs depend on each other, the error of an exponent is a few 1e-16 of the largest exponent. `out` has
   /// padded_column(size()) elements.
-  void double_column(Eigen::Index i, double sigma, double* out) const;
+  void compute_double_column(Eigen::Index i, double sigma, double* out) const;
   /// Computes Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j, using only the non-zero β, with the accuracy of a
   /// GaussianSum.
   [[nodiscard]] Eigen::VectorXd response(double sigma, const Eigen::VectorXd& beta) const;

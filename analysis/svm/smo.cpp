@@ -219,7 +219,7 @@ class Decomposition {
   void take_steepest(int count);
   void keep(bool free);
   SmoRun optimise(double tolerance, int most);
-  void follow();
+  void update_errors();
 
   const SvrProblem& problem_;
   SmoState& all_;
@@ -306,7 +306,7 @@ SmoRun Decomposition::optimise(double tolerance, int most) {
 }
 
 // Updates the errors of all points for the new β of the working set.
-void Decomposition::follow() {
+void Decomposition::update_errors() {
   std::array<const float*, kRowsAtOnce> rows{};
   std::array<float, kRowsAtOnce> weights{};
   int filled = 0;
@@ -335,7 +335,7 @@ void Decomposition::run(double tolerance, int most, SmoRun& run) {
     const SmoRun inner = optimise(tolerance, most - run.iterations);
     if (inner.iterations == 0) return;
     run.iterations += inner.iterations;
-    follow();
+    update_errors();
     if (run.iterations >= kIterationsBeforeFew * n_ && few_are_free()) return;
   }
 }

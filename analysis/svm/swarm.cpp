@@ -75,7 +75,8 @@ class Swarm {
   void compare();
   void move(int iteration);
   [[nodiscard]] double fraction(int iteration, int done) const;
-  [[nodiscard]] bool stalled();
+  // Counts iterations without a gain. Returns true if the swarm should stop.
+  [[nodiscard]] bool update_stall_count();
   [[nodiscard]] std::vector<int> edges() const;
 
   const Fitness& fitness_;
@@ -178,7 +179,7 @@ void Swarm::move(int iteration) {
   }
 }
 
-bool Swarm::stalled() {
+bool Swarm::update_stall_count() {
   const bool gained = summary_.best_fitness < stall_reference_ - options_.stall_gain * std::abs(stall_reference_) ||
                       (stall_reference_ == kNothingYet && summary_.best_fitness < kNothingYet);
   if (gained) {
@@ -204,7 +205,7 @@ Result<SwarmSummary> Swarm::run() {
   for (int iteration = 1; iteration <= options_.iterations; ++iteration) {
     move(iteration);
     if (auto ok = evaluate(iteration); !ok) return failure(ok.error());
-    if (!stalled()) continue;
+    if (!update_stall_count()) continue;
     summary_.end = SwarmEnd::stalled;
     break;
   }

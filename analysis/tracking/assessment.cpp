@@ -67,7 +67,7 @@ double standard_error(const RootMeanSquare& errors, Eigen::Index hour) {
 }
 
 /// Shuffles the values that are not missing and subtracts their mean.
-Eigen::VectorXd shuffled(const Eigen::VectorXd& values, std::uint64_t seed) {
+Eigen::VectorXd shuffle_values(const Eigen::VectorXd& values, std::uint64_t seed) {
   std::vector<Eigen::Index> indices;
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     if (std::isfinite(values(k))) indices.push_back(k);
@@ -86,7 +86,7 @@ double shuffled_gain(const Denoiser& denoiser, const Eigen::VectorXd& residual, 
   constexpr std::uint64_t kShuffles = 8;
   RootMeanSquare denoised_errors, none;
   for (std::uint64_t seed = 1; seed <= kShuffles; ++seed) {
-    const Eigen::VectorXd values = shuffled(residual, seed);
+    const Eigen::VectorXd values = shuffle_values(residual, seed);
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(values.size());
     denoised_errors.add(forecast_errors(denoiser.denoise(values), values, hour));
     none.add(forecast_errors({zero, zero}, values, hour));

@@ -28,12 +28,12 @@ Eigen::VectorXd predict_by_least_mean_squares(const Eigen::VectorXd& values) {
   return next;
 }
 
-Denoised held(const Eigen::VectorXd& bias) { return {bias, bias}; }
-Denoised without_forecast(const Eigen::VectorXd& bias) {
+Denoised use_as_forecast(const Eigen::VectorXd& bias) { return {bias, bias}; }
+Denoised omit_forecast(const Eigen::VectorXd& bias) {
   return {bias, Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN())};
 }
 
-Denoised tracked(const StateSpace& space, const Eigen::VectorXd& rates) {
+Denoised run_kalman_filter(const StateSpace& space, const Eigen::VectorXd& rates) {
   const auto hour = static_cast<int>(intervals_per_hour(space.interval_s));
   BiasTracker tracker(space);
   Denoised denoised{Eigen::VectorXd(rates.size()), Eigen::VectorXd(rates.size())};
@@ -53,7 +53,7 @@ constexpr std::array<double, kTaps> kLow = {0.48296291314453414, 0.8365163037378
 constexpr std::array<double, kTaps> kHigh = {kLow[3], -kLow[2], kLow[1], -kLow[0]};
 
 /// Maps index `i` of the repeated mirror extension of `count` values to an index of these values.
-Eigen::Index mirrored(Eigen::Index i, Eigen::Index count) {
+Eigen::Index mirror_index(Eigen::Index i, Eigen::Index count) {
   const Eigen::Index there = i % (2 * count);
   return there < count ? there : 2 * count - 1 - there;
 }
@@ -153,7 +153,7 @@ Eigen::VectorXd wavelet_denoised(const Eigen::Ref<const Eigen::VectorXd>& values
   const Eigen::Index count = values.size(), held = power_of_two(count);
   assert(count >= 1 && values.allFinite());
   Eigen::VectorXd all(2 * held);
-  for (Eigen::Index i = 0; i < all.size(); ++i) all(i) = values(mirrored(mirrored(i, held), count));
+  for (Eigen::Index i = 0; i < all.size(); ++i) all(i) = values(mirror_index(mirror_index(i, held), count));
   double threshold = 0;
   for (Eigen::Index length = all.size(); length > kKept; length /= 2) {
     all.head(length) = wavelet_step(all.head(length));
@@ -186,27 +186,27 @@ std::vector<Denoiser> denoisers(const StateSpace& space) {
   const auto wavelet = [](Eigen::Index delay) {
     return [delay](const Eigen::VectorXd& rates) {
       const Eigen::VectorXd bias = wavelet_denoised_in_windows(without_gaps(rates), kWindow, delay);
-      return delay > 0 ? without_forecast(bias) : held(bias);
+      return delay > 0 ? omit_forecast(bias) : use_as_forecast(bias);
     };
   };
   std::vector<Denoiser> all;
   all.push_back({"thermal model alone", 0,
-                 [](const Eigen::VectorXd& rates) { return held(Eigen::VectorXd::Zero(rates.size())); }});
+                 [](const Eigen::VectorXd& rates) { return use_as_forecast(Eigen::VectorXd::Zero(rates.size())); }});
   all.push_back({"mean so far", 0, [](const Eigen::VectorXd& rates) {
-                   return held(trailing_means(rates, std::max<Eigen::Index>(1, rates.size())));
+                   return use_as_forecast(trailing_means(rates, std::max<Eigen::Index>(1, rates.size())));
                  }});
-  all.push_back(
-      {"mean of the last hour", 0, [hour](const Eigen::VectorXd& rates) { return held(trailing_means(rates, hour)); }});
+  all.push_back({"mean of the last hour", 0,
+                 [hour](const Eigen::VectorXd& rates) { return use_as_forecast(trailing_means(rates, hour)); }});
   all.push_back({"linear prediction, LMS", 0, [](const Eigen::VectorXd& rates) {
-                   return held(predict_by_least_mean_squares(without_gaps(rates)));
+                   return use_as_forecast(predict_by_least_mean_squares(without_gaps(rates)));
                  }});
   all.push_back({"linear prediction, RLS", 0,
-                 [](const Eigen::VectorXd& rates) { return held(predicted_next(without_gaps(rates))); }});
+                 [](const Eigen::VectorXd& rates) { return use_as_forecast(predicted_next(without_gaps(rates))); }});
   all.push_back({"wavelet, at once", 0, wavelet(0)});
   if (hour < kWindow) all.push_back({"wavelet, an hour late", hour, wavelet(hour)});
-  all.push_back({"Kalman", 0, [space](const Eigen::VectorXd& rates) { return tracked(space, rates); }});
+  all.push_back({"Kalman", 0, [space](const Eigen::VectorXd& rates) { return run_kalman_filter(space, rates); }});
   all.push_back({"Kalman, an hour late", hour, [space, hour](const Eigen::VectorXd& rates) {
-                   return without_forecast(smooth_with_lag(space, rates, hour));
+                   return omit_forecast(smooth_with_lag(space, rates, hour));
                  }});
   return all;
 }

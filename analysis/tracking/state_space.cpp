@@ -14,7 +14,7 @@ namespace gyrotherm::tracking {
 namespace {
 
 /// Draws from the standard normal distribution (Box and Muller 1958).
-double normal(std::mt19937_64& random) {
+double draw_normal(std::mt19937_64& random) {
   const double radius = std::sqrt(-2 * std::log(1 - uniform(random)));
   return radius * std::cos(2 * std::numbers::pi * uniform(random));
 }
@@ -28,8 +28,8 @@ double faster_flicker(double instability, double fastest_h, double interval_h) {
   return instability * instability / std::numbers::pi * integral;
 }
 
-State drawn(const State& variances, std::mt19937_64& random) {
-  return variances.unaryExpr([&](double variance) { return std::sqrt(variance) * normal(random); });
+State draw_state(const State& variances, std::mt19937_64& random) {
+  return variances.unaryExpr([&](double variance) { return std::sqrt(variance) * draw_normal(random); });
 }
 
 }  // namespace
@@ -63,11 +63,11 @@ StateSpace state_space(const BiasNoise& noise, double interval_s) {
 
 DrawnBias draw(const StateSpace& space, Eigen::Index intervals, std::mt19937_64& random) {
   DrawnBias drawn_bias{Eigen::VectorXd(intervals), Eigen::VectorXd(intervals)};
-  State state = drawn(space.start, random);
+  State state = draw_state(space.start, random);
   for (Eigen::Index k = 0; k < intervals; ++k) {
-    if (k > 0) state = state.cwiseProduct(space.memory) + drawn(space.fresh, random);
+    if (k > 0) state = state.cwiseProduct(space.memory) + draw_state(space.fresh, random);
     drawn_bias.bias_deg_per_h(k) = state.sum();
-    drawn_bias.measured_deg_per_h(k) = state.sum() + std::sqrt(space.white) * normal(random);
+    drawn_bias.measured_deg_per_h(k) = state.sum() + std::sqrt(space.white) * draw_normal(random);
   }
   return drawn_bias;
 }

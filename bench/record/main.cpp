@@ -49,7 +49,7 @@ void execute(const Database& database, const std::string& words) {
 }
 
 /// Returns the processor seconds of reading every value of every row.
-double read_alone(const Database& database) {
+double measure_reading(const Database& database) {
   const auto rows = prepare(database, "SELECT * FROM sample");
   const double began_s = thread_seconds();
   while (sqlite3_step(rows.get()) == SQLITE_ROW)
@@ -59,7 +59,7 @@ double read_alone(const Database& database) {
 }
 
 /// Returns the processor seconds of reading every row and writing it again, one insertion each, in one transaction.
-double copy_alone(const Database& database, const std::string& into) {
+double measure_copying(const Database& database, const std::string& into) {
   execute(database, fmt::format("ATTACH '{}' AS peer; PRAGMA peer.journal_mode = WAL; "
                                 "CREATE TABLE peer.sample AS SELECT * FROM main.sample WHERE 0; BEGIN",
                                 into));
@@ -111,8 +111,8 @@ int run(const std::filesystem::path& folder) {
   const auto peer = (folder / "peer.db").string();
   std::filesystem::remove(peer);
   const auto database = open_alone(path);
-  const double alone_read_s = read_alone(database);
-  const double alone_write_s = copy_alone(database, peer) - alone_read_s;
+  const double alone_read_s = measure_reading(database);
+  const double alone_write_s = measure_copying(database, peer) - alone_read_s;
   print_figure("append, µs a row", appended_s * 1e6 / kSlots, at_most(5), whole);
   print_figure("read, s", read_s, at_most(1), whole);
   print_figure("append, over SQLite alone", appended_s / alone_write_s, at_most(4), whole);

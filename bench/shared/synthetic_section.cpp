@@ -26,7 +26,7 @@ Eigen::MatrixXd normal_draws(Eigen::Index rows, Eigen::Index columns, std::mt199
 }
 
 /// Returns a matrix of equal correlations.
-Eigen::MatrixXd alike(double correlation) {
+Eigen::MatrixXd equal_correlations(double correlation) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Constant(kAxes, kAxes, correlation);
   all.diagonal().setOnes();
   return all;
@@ -48,7 +48,7 @@ Result<GapDraw> draw_gap(double correlation, std::uint64_t seed) {
   for (Eigen::Index i = 0; i < kRows; ++i)
     for (Eigen::Index j = 0; j < kRows; ++j)
       covariance(i, j) = std::exp(-0.5 * std::pow(time(i, 0) - time(j, 0), 2)) + (i == j ? 1e-9 : 0);
-  const Eigen::MatrixXd of_time = covariance.llt().matrixL(), of_axes = alike(correlation).llt().matrixL();
+  const Eigen::MatrixXd of_time = covariance.llt().matrixL(), of_axes = equal_correlations(correlation).llt().matrixL();
   const Eigen::MatrixXd truth = of_time * normal_draws(kRows, kAxes, random) * of_axes.transpose();
   const Eigen::MatrixXd seen = truth + kNoise * normal_draws(kRows, kAxes, random);
   GapDraw draw;
@@ -109,7 +109,7 @@ Result<PlaneDraw> draw_planes(double correlation, Eigen::Index rows, std::uint64
   std::mt19937_64 random(seed);
   const Eigen::MatrixXd z = normal_draws(rows, kInputs, random);
   const Eigen::MatrixXd slopes = normal_draws(kInputs, kAxes, random);
-  const Eigen::MatrixXd noise = kNoise * kNoise * alike(correlation);
+  const Eigen::MatrixXd noise = kNoise * kNoise * equal_correlations(correlation);
   const Eigen::MatrixXd y =
       z * slopes + normal_draws(rows, kAxes, random) * Eigen::MatrixXd(noise.llt().matrixL()).transpose();
   const Eigen::MatrixXd penalty = Eigen::MatrixXd::Identity(kInputs, kInputs) / static_cast<double>(rows);

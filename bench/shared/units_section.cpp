@@ -61,7 +61,7 @@ data::Clusters first_hours(const data::Clusters& clusters, int hours) {
 
 /// Returns a prior without knowledge of the type: the constant and each slope per STD are within a few °/h of 0, which
 /// is about fifty times their real size. The noises are those of the type, as if they were known.
-population::TypePrior nothing_known(const population::TypePrior& type) {
+population::TypePrior uninformed_prior(const population::TypePrior& type) {
   population::TypePrior nothing = type;
   nothing.next_unit.mean.setZero();
   nothing.next_unit.covariance.setIdentity();
@@ -70,7 +70,8 @@ population::TypePrior nothing_known(const population::TypePrior& type) {
 
 /// Returns √(wᵀCw), with w the slopes of the unscaled terms and C their covariance from the thermometers' uncertainty
 /// in use.
-Result<double> drift_of(const std::vector<data::Term>& terms, const Eigen::VectorXd& slopes, const VirtualUnit& unit) {
+Result<double> compute_drift(const std::vector<data::Term>& terms, const Eigen::VectorXd& slopes,
+                             const VirtualUnit& unit) {
   const auto uncertainty = model::thermometers_in_use(unit.random.dataset).uncertainty_k;
   const auto covariance = data::input_covariance(terms, unit.random.clusters, uncertainty);
   if (!covariance) return failure(covariance.error());
@@ -87,7 +88,7 @@ Result<Judged> judge_prior(const population::TypePrior& prior, const data::Clust
   if (!predicted) return failure(predicted.error());
   auto judged = judge(predicted->bias_deg_per_h, predicted->expanded_deg_per_h, unit.random_truth_deg_per_h);
   const Eigen::VectorXd slopes = careful_coefficients(prior, *coefficients).tail(prior.scaling.std.size());
-  const auto drift = drift_of(prior.terms, slopes.cwiseQuotient(prior.scaling.std.transpose()), unit);
+  const auto drift = compute_drift(prior.terms, slopes.cwiseQuotient(prior.scaling.std.transpose()), unit);
   if (!drift) return failure(drift.error());
   judged.drift = *drift;
   return judged;
@@ -100,7 +101,7 @@ Result<Judged> judge_ridge(const population::TypePrior& type, const data::Cluste
   if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "lacks an input");
   const auto plane = methods::penalised_plane(*inputs, own.bias_deg_per_h, *covariance);
   auto judged = judge((*used * plane.weights).array() + plane.b, {}, unit.random_truth_deg_per_h);
-  const auto drift = drift_of(type.terms, plane.weights, unit);
+  const auto drift = compute_drift(type.terms, plane.weights, unit);
   if (!drift) return failure(drift.error());
   judged.drift = *drift;
   return judged;
@@ -134,7 +135,7 @@ Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUn
           judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
       continue;
     }
-    const auto alone = judge_prior(nothing_known(type), own, unit);
+    const auto alone = judge_prior(uninformed_prior(type), own, unit);
     const auto ridge = judge_ridge(type, own, unit, uncertainty);
     if (!alone || !ridge) return failure(alone ? ridge.error() : alone.error());
     judged[kAlone] = *alone;

@@ -60,7 +60,7 @@ Result<Recorded> read(const std::string& path) {
 }
 
 /// Returns the rows of a run from `first` to `last`.
-RowBatch batch_of(const Recorded& recorded, int first, int last) {
+RowBatch make_batch(const Recorded& recorded, int first, int last) {
   RowBatch batch{.after = first - 1, .last = last};
   for (int slot = first; slot <= last; ++slot) {
     const char* comma = slot == first ? "" : ",";
@@ -114,7 +114,7 @@ void send_all(const Options& options, const Recorded& recorded, int number, cons
         next = std::min(next, kSecond * (rig.sent + 2) - since);
         continue;
       }
-      const auto sent = store->send_rows(rig.run, batch_of(recorded, rig.sent + 1, due)).and_then([&] {
+      const auto sent = store->send_rows(rig.run, make_batch(recorded, rig.sent + 1, due)).and_then([&] {
         return store->await_rows();
       });
       if (!sent) return lags.fail(sent.error());

@@ -31,8 +31,8 @@ Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::Vector
   return out;
 }
 
-Verdict verdict_of(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
-                   const Eigen::VectorXd& beta, double b) {
+Verdict assess_solution(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
+                        const Eigen::VectorXd& beta, double b) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const double C = parameters.C;
   const double epsilon = parameters.epsilon;

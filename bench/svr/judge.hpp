@@ -32,8 +32,8 @@ struct Verdict {
 };
 
 /// Assesses a solution. β has one element per target, and f(x) = Σ β_i K(x_i, x) + b.
-[[nodiscard]] Verdict verdict_of(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
-                                 const Eigen::VectorXd& beta, double b);
+[[nodiscard]] Verdict assess_solution(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
+                                      const PeerParameters& parameters, const Eigen::VectorXd& beta, double b);
 
 /// Computes f of each row of `at` by a plain loop.
 [[nodiscard]] Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::VectorXd& beta, double b,

@@ -38,7 +38,7 @@ Result<LibsvmPeer> fastest_peer(const Options& options) {
     if (!set) return failure(set.error());
     std::vector<double> times;
     for (int i = 0; i < 3; ++i) times.push_back(peer->train(set->x, set->y, {100, 0.1, 0.01}).seconds);
-    say_progress(fmt::format("LIBSVM {} of {}: {:.4f} s", peer->version(), library, median(times)));
+    print_progress(fmt::format("LIBSVM {} of {}: {:.4f} s", peer->version(), library, median(times)));
     if (median(times) >= least) continue;
     least = median(times);
     best = *peer;

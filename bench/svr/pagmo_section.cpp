@@ -84,7 +84,7 @@ Result<void> measure_pagmo_job(const Bench& bench, const std::string& name) {
   const double best = std::ranges::min_element(positions, {}, &TracePosition::error)->error;
   double seconds = 0;
   for (const TracePosition& position : positions) seconds += position.seconds;
-  say_progress(
+  print_progress(
       material->name(fmt::format("our fitness in pagmo's job: {:.1f} s, each evaluation prepared anew; best "
                                  "error {:.6g}, the trace's {:.6g}; {} not certified",
                                  seconds, best, material->best().error, failures)));

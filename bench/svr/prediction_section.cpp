@@ -56,7 +56,7 @@ Result<void> measure_prediction(const Bench& bench) {
   // A tiny ε makes nearly every sample a support vector. Both solvers therefore predict with the same number of them.
   const double peer = bench.peer.predictions_per_second(few, targets, {.C = 1, .gamma = kGamma, .epsilon = 1e-6});
   const double rate = static_cast<double>(kPoints) / seconds;
-  say_progress(
+  print_progress(
       fmt::format("prediction with {} support vectors: {:.4g} points/s, LIBSVM {:.4g}; against a plain loop "
                   "{:.1e} of the sum of |beta|",
                   kSupportVectors, rate, peer, worst));

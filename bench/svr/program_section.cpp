@@ -117,10 +117,10 @@ Result<void> measure_compensation(const std::string& program, const std::string&
   }
   const auto counted = read_text_file(count_path);
   const bool complete = counted && std::atoi(counted->c_str()) == rows + 1;
-  if (!complete) say_progress("compensate did not answer each row");
+  if (!complete) print_progress("compensate did not answer each row");
   const auto& function = std::get<methods::SvrModel>(model->function);
-  say_progress(fmt::format("compensate: {} rows in {:.2f} s by the wall, {} support vectors", rows, median(times),
-                           function.beta.size()));
+  print_progress(fmt::format("compensate: {} rows in {:.2f} s by the wall, {} support vectors", rows, median(times),
+                             function.beta.size()));
   print_figure("compensate as text, rows/s", rows / median(times), at_least(3e5), complete);
   return {};
 }
@@ -132,7 +132,7 @@ Result<void> measure_qualification(const std::string& program, const std::string
     return failure(FaultKind::refused, "qualify", "did not succeed");
   const auto timings = read_text_file(folder + "/timings.json");
   if (!timings) return failure(timings.error());
-  say_progress("timings of qualify: " + std::regex_replace(*timings, std::regex(R"(\s+)"), " "));
+  print_progress("timings of qualify: " + std::regex_replace(*timings, std::regex(R"(\s+)"), " "));
   print_figure("qualify, training stage (three models, full swarm), s", training_seconds(*timings), at_most(15));
   return {};
 }

@@ -16,14 +16,14 @@ namespace {
 constexpr std::uint64_t kSeed = 20151;
 
 /// Returns true if both the solver and the judge certify the solution.
-bool certified(const SampleSet& set, const svm::GaussianSamples& samples, svm::KernelMemory& memory,
-               const PeerParameters& parameters, std::string& why) {
+bool is_certified(const SampleSet& set, const svm::GaussianSamples& samples, svm::KernelMemory& memory,
+                  const PeerParameters& parameters, std::string& why) {
   const auto solution = solve_svr(samples, memory, set.y, own_parameters(parameters), {.relative_gap = kGap});
   if (!solution) {
     why = text(solution.error());
     return false;
   }
-  const Verdict verdict = verdict_of(set.x, set.y, parameters, solution->beta, solution->b);
+  const Verdict verdict = assess_solution(set.x, set.y, parameters, solution->beta, solution->b);
   // The judge's kernel differs from the solver's in the last digits.
   if (verdict.feasible && verdict.gap <= kGap * (1 + 1e-6)) return true;
   why = fmt::format("the judge finds a relative gap of {:.3g}{}", verdict.gap, verdict.feasible ? "" : ", infeasible");
@@ -47,13 +47,13 @@ Result<void> measure_search_box(const Bench& bench, int positions) {
     at.log2_gamma = draw(-8, 3);
     at.log2_epsilon = draw(-8, -1);
     std::string why;
-    if (!certified(*set, samples, memory, at.parameters(), why)) {
+    if (!is_certified(*set, samples, memory, at.parameters(), why)) {
       ++failures;
-      say_progress(fmt::format("not certified: C 2^{:.6f} gamma 2^{:.6f} epsilon 2^{:.6f}: {}", at.log2_c,
-                               at.log2_gamma, at.log2_epsilon, why));
+      print_progress(fmt::format("not certified: C 2^{:.6f} gamma 2^{:.6f} epsilon 2^{:.6f}: {}", at.log2_c,
+                                 at.log2_gamma, at.log2_epsilon, why));
     }
     if (i % 1000 == 0)
-      say_progress(fmt::format("{} positions of the box, {:.1f} s with judging", i, thread_seconds() - start));
+      print_progress(fmt::format("{} positions of the box, {:.1f} s with judging", i, thread_seconds() - start));
   }
   print_figure(fmt::format("n={}: {} random positions of the search box (seed {}), not certified", set->y.size(),
                            positions, kSeed),

@@ -183,7 +183,7 @@ Result<double> reference_error(std::span<const svm::TuningFold> folds, const Pee
     const auto solution =
         solve_svr(fold.train_x, fold.train_y, own_parameters(parameters), {.relative_gap = 0.9 * kReferenceGap});
     if (!solution) return failure(solution.error());
-    const Verdict verdict = verdict_of(fold.train_x, fold.train_y, parameters, solution->beta, solution->b);
+    const Verdict verdict = assess_solution(fold.train_x, fold.train_y, parameters, solution->beta, solution->b);
     if (!verdict.feasible || !(verdict.gap <= kReferenceGap))
       return failure(FaultKind::numeric, "reference", fmt::format("relative gap {:.2g}", verdict.gap));
     squared +=

@@ -49,8 +49,8 @@ Result<OwnTraining> train_own(const SampleSet& set, const PeerParameters& parame
   OwnTraining out;
   out.alone_s = median_seconds(3, [&] { alone = solve_svr(samples, memory, set.y, own, options); });
   out.with_set_up_s = median_seconds(3, [&] { whole = solve_svr(set.x, set.y, own, options); });
-  const Verdict first = verdict_of(set.x, set.y, parameters, alone->beta, alone->b);
-  const Verdict second = verdict_of(set.x, set.y, parameters, whole->beta, whole->b);
+  const Verdict first = assess_solution(set.x, set.y, parameters, alone->beta, alone->b);
+  const Verdict second = assess_solution(set.x, set.y, parameters, whole->beta, whole->b);
   out.verdict = first.gap >= second.gap ? first : second;
   return out;
 }
@@ -67,17 +67,17 @@ PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, cons
     solution = peer.train(set.x, set.y, what.parameters);
     times.push_back(solution.seconds);
   }
-  return {median(times), verdict_of(set.x, set.y, what.parameters, solution.beta, solution.b)};
+  return {median(times), assess_solution(set.x, set.y, what.parameters, solution.beta, solution.b)};
 }
 
 constexpr double kWorse = 1e-4;
 
 /// Returns the relative excess of the own dual objective D over the peer's; negative if `own` is better.
-double worse(const Verdict& own, const Verdict& peer) { return (own.dual - peer.dual) / std::abs(peer.dual); }
+double relative_excess(const Verdict& own, const Verdict& peer) { return (own.dual - peer.dual) / std::abs(peer.dual); }
 
 /// Returns true if the results are equal, the condition for comparing times.
 bool equal(const Verdict& own, const Verdict& peer) {
-  return own.feasible && worse(own, peer) <= kWorse && own.gap <= kGap;
+  return own.feasible && relative_excess(own, peer) <= kWorse && own.gap <= kGap;
 }
 
 std::string describe(const char* who, double seconds, const Verdict& v) {
@@ -93,17 +93,17 @@ Result<void> measure_training(const Bench& bench, const std::string& name) {
   for (const TrainingCase& what : cases_of(*set)) {
     const std::string prefix = fmt::format("n={}: training {}", set->y.size(), what.name);
     const auto own = train_own(*set, what.parameters);
-    if (!own) say_progress(prefix + ": ours: " + text(own.error()));
+    if (!own) print_progress(prefix + ": ours: " + text(own.error()));
     if (own)
-      say_progress(fmt::format("{}: {}, with kernel set-up {:.5f} s", prefix,
-                               describe("ours", own->alone_s, own->verdict), own->with_set_up_s));
+      print_progress(fmt::format("{}: {}, with kernel set-up {:.5f} s", prefix,
+                                 describe("ours", own->alone_s, own->verdict), own->with_set_up_s));
     const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
-    say_progress(fmt::format("{}: {}", prefix, describe("LIBSVM", peer.seconds, peer.verdict)));
+    print_progress(fmt::format("{}: {}", prefix, describe("LIBSVM", peer.seconds, peer.verdict)));
     std::optional<double> alone, with_set_up, gap, behind;
     if (own) alone = peer.seconds / own->alone_s;
     if (own) with_set_up = peer.seconds / own->with_set_up_s;
     if (own) gap = own->verdict.gap;
-    if (own) behind = worse(own->verdict, peer.verdict);
+    if (own) behind = relative_excess(own->verdict, peer.verdict);
     const bool same = own && equal(own->verdict, peer.verdict);
     print_figure(prefix + ", gain over LIBSVM", alone, at_least(what.goal_alone), same);
     print_figure(prefix + ", gain with kernel set-up", with_set_up, at_least(what.goal_with_set_up), same);
@@ -112,9 +112,9 @@ Result<void> measure_training(const Bench& bench, const std::string& name) {
   }
   const PeerParameters hardest = cases_of(*set).back().parameters;
   const auto tight = solve_svr(set->x, set->y, own_parameters(hardest), {.relative_gap = 0.99 * kReferenceGap});
-  if (!tight) say_progress("on request: " + text(tight.error()));
+  if (!tight) print_progress("on request: " + text(tight.error()));
   std::optional<double> gap;
-  if (tight) gap = verdict_of(set->x, set->y, hardest, tight->beta, tight->b).gap;
+  if (tight) gap = assess_solution(set->x, set->y, hardest, tight->beta, tight->b).gap;
   print_figure(fmt::format("n={}: training very hard, relative gap where 1e-6 is asked", set->y.size()), gap,
                at_most(kReferenceGap));
   return {};
@@ -128,9 +128,9 @@ Result<void> measure_public_set(const Bench& bench, const std::string& name) {
     const std::string prefix = fmt::format("{} (n={}): training {}", name, set->y.size(), what.name);
     const auto own = train_own(*set, what.parameters);
     const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
-    if (!own) say_progress(prefix + ": ours: " + text(own.error()));
-    if (own) say_progress(prefix + ": " + describe("ours", own->alone_s, own->verdict));
-    say_progress(prefix + ": " + describe("LIBSVM", peer.seconds, peer.verdict));
+    if (!own) print_progress(prefix + ": ours: " + text(own.error()));
+    if (own) print_progress(prefix + ": " + describe("ours", own->alone_s, own->verdict));
+    print_progress(prefix + ": " + describe("LIBSVM", peer.seconds, peer.verdict));
     std::optional<double> gain;
     if (own) gain = peer.seconds / own->with_set_up_s;
     print_figure(prefix + ", gain with kernel set-up", gain, at_least(what.goal_with_set_up),
@@ -149,13 +149,13 @@ Result<void> measure_memory(const Bench& bench) {
   const double bytes = peak_memory();
   const std::string name = fmt::format("n={}: training hard, most memory, GB", set->y.size());
   if (!solution) {
-    say_progress(name + ": " + text(solution.error()));
+    print_progress(name + ": " + text(solution.error()));
     print_figure(name, {}, at_most(2));
     return {};
   }
-  const Verdict verdict = verdict_of(set->x, set->y, hard, solution->beta, solution->b);
-  say_progress(fmt::format("n={}: training hard, {:.2f} s of processor, D {:.8g}, gap {:.2e}, {} support vectors",
-                           set->y.size(), seconds, verdict.dual, verdict.gap, verdict.support_vectors));
+  const Verdict verdict = assess_solution(set->x, set->y, hard, solution->beta, solution->b);
+  print_progress(fmt::format("n={}: training hard, {:.2f} s of processor, D {:.8g}, gap {:.2e}, {} support vectors",
+                             set->y.size(), seconds, verdict.dual, verdict.gap, verdict.support_vectors));
   print_figure(name, bytes / 1e9, at_most(2), verdict.feasible && verdict.gap <= kGap * (1 + 1e-6));
   return {};
 }

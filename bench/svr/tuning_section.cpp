@@ -79,7 +79,7 @@ void say(const ReplayedPosition& p) {
     text += fmt::format("; reference: LIBSVM {:+.3f} %", 100 * (p.peer.error / *p.reference - 1));
     if (p.own) text += fmt::format(", ours {:+.3f} %", 100 * (p.own->error / *p.reference - 1));
   }
-  say_progress(text);
+  print_progress(text);
 }
 
 /// Replays the positions. Without a peer, the trace replaces it; this is useful for examining this project's solver,
@@ -94,7 +94,7 @@ Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosit
     if (p.own && !near(p.own->error, p.peer.error)) {
       const auto reference = reference_error(folds, position.parameters());
       if (reference) p.reference = *reference;
-      if (!reference) say_progress("no reference: " + text(reference.error()));
+      if (!reference) print_progress("no reference: " + text(reference.error()));
     }
     say(p);
     out.positions.push_back(std::move(p));
@@ -114,7 +114,7 @@ Result<MeasuredJob> run_own_job(const TuningMaterial& material, int threads) {
   auto summary = tune_svr(material.folds, whole_job(threads));
   if (!summary) return failure(summary.error());
   MeasuredJob job{thread_seconds() - processor, wall_seconds() - wall, std::move(*summary)};
-  say_progress(material.name(
+  print_progress(material.name(
       fmt::format("our job, {} thread{}: {:.2f} s of processor, {:.2f} s by the wall, {} "
                   "evaluations, best error {:.6g}, {} not certified",
                   threads, threads == 1 ? "" : "s", job.processor_s, job.wall_s, job.summary.swarm.evaluations,
@@ -128,7 +128,7 @@ Result<void> compare_threads(const TuningMaterial& material, const MeasuredJob& 
   if (!two) return failure(two.error());
   const bool same =
       one.summary.swarm.history == two->summary.swarm.history && one.summary.swarm.best == two->summary.swarm.best;
-  if (!same) say_progress(material.name("one thread and two end differently"));
+  if (!same) print_progress(material.name("one thread and two end differently"));
   print_figure(material.name("whole job, two threads over one, wall clock"), one.wall_s / two->wall_s, at_least(1.8),
                same);
   return {};
@@ -136,7 +136,7 @@ Result<void> compare_threads(const TuningMaterial& material, const MeasuredJob& 
 
 void say(const TuningMaterial& material, const Replay& replayed) {
   const auto n = static_cast<double>(replayed.positions.size());
-  say_progress(material.name(fmt::format(
+  print_progress(material.name(fmt::format(
       "replay of {} positions: LIBSVM {:.2f} s, ours {:.2f} s, gain {:.1f}; LIBSVM's job would take {:.0f} s (standard "
       "error {:.0f} s), the trace's own sum is {:.0f} s",
       n, replayed.peer_seconds(), replayed.own_seconds(), replayed.peer_seconds() / replayed.own_seconds(),

@@ -147,7 +147,7 @@ Result<void> measure_steady(const ThermalBench& bench) {
   auto whole = steady_state(*model, timed->mesh);
   if (!whole) return failure(whole.error());
   const double difference_k = thermal::gain_difference_k(whole->outputs_c);
-  say_progress(fmt::format("{}: gain less non-gain areas {:.4f} K", nodes(*timed), difference_k));
+  print_progress(fmt::format("{}: gain less non-gain areas {:.4f} K", nodes(*timed), difference_k));
   print_figure(nodes(*timed) + ": gain less non-gain areas, from 3.5 K", std::abs(difference_k - 3.5),
                at_most(bench.mesh == thermal::MeshSize::coarse ? 0.1 : 0.02));
   return {};
@@ -170,13 +170,13 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
     const auto name = fmt::format("{}: gain over CalculiX's {} solver", nodes(*ours), peer.name);
     const auto theirs = run_calculix(*model, ours->mesh, ours->coefficients, peer.solver, bench.scratch);
     if (!theirs) {
-      say_progress(name + ": " + text(theirs.error()));
+      print_progress(name + ": " + text(theirs.error()));
       print_figure(name, {}, at_least(peer.goal));
       continue;
     }
     const double apart_k = (theirs->field_c - ours->state.field_c).cwiseAbs().maxCoeff();
-    say_progress(fmt::format("{}: ours {:.2f} s, CalculiX {} {:.2f} s, {:.2f} GB", nodes(*ours), ours->seconds,
-                             peer.name, theirs->user_s, theirs->peak_bytes / 1e9));
+    print_progress(fmt::format("{}: ours {:.2f} s, CalculiX {} {:.2f} s, {:.2f} GB", nodes(*ours), ours->seconds,
+                               peer.name, theirs->user_s, theirs->peak_bytes / 1e9));
     print_figure(fmt::format("{}: most apart from CalculiX ({}), K", nodes(*ours), peer.name), apart_k, at_most(1e-4));
     print_figure(name, theirs->user_s / ours->seconds, at_least(peer.goal), apart_k <= 1e-4);
   }
@@ -221,7 +221,7 @@ Result<void> measure_block(const ThermalBench& bench) {
     most_k = std::max(most_k, std::abs(state->outputs_c[k] - kTetrahedra_c[k]));
   const double difference_k = thermal::gain_difference_k(state->outputs_c);
   const auto block = fmt::format("block alone, {} nodes", state->unknowns);
-  say_progress(
+  print_progress(
       fmt::format("{}: gain less non-gain areas {:.4f} K, tetrahedra {:.4f} K", block, difference_k, kDifference_k));
   print_figure(block + ": gain less non-gain areas, from body-fitted tetrahedra, %",
                100 * std::abs(difference_k / kDifference_k - 1), at_most(0.5));
@@ -267,13 +267,13 @@ Result<void> measure_reduced(const ThermalBench& bench) {
   const auto model = thermal::parse_reduced_model(*text, bench.reduced);
   if (!model) return failure(model.error());
   const auto air_c = programme_c();
-  say_progress(fmt::format("the programme has {} s, the paper's {}", air_c.size(), kProgrammeSeconds));
+  print_progress(fmt::format("the programme has {} s, the paper's {}", air_c.size(), kProgrammeSeconds));
   double coldest_c = 0;
   const auto states = fmt::format("twin of {} states", model->conduction.rows());
   print_figure(states + ": whole programme, linear, s", seconds_of(*model, air_c, true, coldest_c), at_most(0.1));
   print_figure(states + ": whole programme, air following its temperature, s",
                seconds_of(*model, air_c, false, coldest_c), at_most(5));
-  say_progress(fmt::format("thermometer A comes down to {:.2f} °C", coldest_c));
+  print_progress(fmt::format("thermometer A comes down to {:.2f} °C", coldest_c));
   print_figure(states + ": most apart from the full model on ramps, K", model->error.ramp_k, at_most(1e-3));
   print_figure(states + ": most apart from the full model when switched on, K", model->error.switch_on_k,
                at_most(1e-2));

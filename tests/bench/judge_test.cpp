@@ -22,7 +22,7 @@ struct TwoPoints {
 
 TEST(Judge, FindsNoGapAtAKnownOptimum) {
   const TwoPoints two;
-  const Verdict verdict = verdict_of(two.x, two.y, two.parameters, two.beta(), 0);
+  const Verdict verdict = assess_solution(two.x, two.y, two.parameters, two.beta(), 0);
   const double size = two.beta()[0];
   EXPECT_TRUE(verdict.feasible);
   EXPECT_EQ(verdict.support_vectors, 2);
@@ -34,15 +34,15 @@ TEST(Judge, FindsNoGapAtAKnownOptimum) {
 TEST(Judge, FindsAGapAwayFromTheOptimum) {
   const TwoPoints two;
   for (const double factor : {0.5, 0.99, 1.01, 1.5})
-    EXPECT_GT(verdict_of(two.x, two.y, two.parameters, two.beta(factor), 0).gap, 1e-5) << factor;
+    EXPECT_GT(assess_solution(two.x, two.y, two.parameters, two.beta(factor), 0).gap, 1e-5) << factor;
 }
 
 TEST(Judge, CallsWhatLeavesTheBoxOrTheBalanceInfeasible) {
   const TwoPoints two;
-  EXPECT_FALSE(verdict_of(two.x, two.y, two.parameters, two.beta(100), 0).feasible);
+  EXPECT_FALSE(assess_solution(two.x, two.y, two.parameters, two.beta(100), 0).feasible);
   Eigen::VectorXd unbalanced = two.beta();
   unbalanced[0] += 1e-6;
-  EXPECT_FALSE(verdict_of(two.x, two.y, two.parameters, unbalanced, 0).feasible);
+  EXPECT_FALSE(assess_solution(two.x, two.y, two.parameters, unbalanced, 0).feasible);
 }
 
 TEST(Judge, BoundsTheSolversDistanceFromTheOptimumAsTheSolverDoes) {
@@ -58,8 +58,8 @@ TEST(Judge, BoundsTheSolversDistanceFromTheOptimumAsTheSolverDoes) {
     const auto loose = solve_svr(x, y, own_parameters(parameters), {.relative_gap = 1e-3});
     const auto tight = solve_svr(x, y, own_parameters(parameters), {.relative_gap = 1e-8});
     ASSERT_TRUE(loose && tight) << "seed " << seed;
-    const Verdict first = verdict_of(x, y, parameters, loose->beta, loose->b);
-    const Verdict second = verdict_of(x, y, parameters, tight->beta, tight->b);
+    const Verdict first = assess_solution(x, y, parameters, loose->beta, loose->b);
+    const Verdict second = assess_solution(x, y, parameters, tight->beta, tight->b);
     EXPECT_TRUE(first.feasible) << "seed " << seed;
     EXPECT_LE(first.dual - second.dual, first.gap * std::abs(first.dual) * (1 + 1e-9)) << "seed " << seed;
     EXPECT_NEAR(first.gap, loose->relative_gap, 1e-9) << "seed " << seed;

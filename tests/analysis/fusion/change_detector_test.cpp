@@ -14,7 +14,7 @@ namespace {
 
 /// Returns the mean number of steps to an alarm for drawn vectors. Run lengths are nearly exponential, so that the
 /// standard error is the mean over the root of their number.
-double drawn_run_length(int dimension, double slack, double limit, int runs) {
+double simulated_run_length(int dimension, double slack, double limit, int runs) {
   double steps = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(seed));
@@ -38,7 +38,8 @@ TEST(RunLength, IsThatOfVectorsThatAreDrawn) {
   };
   for (const Chart& chart : {Chart{1, 0.5, 4}, {2, 0.5, 5.5}, {3, 0.2, 12}, {10, 0.5, 15}}) {
     const double expected = average_run_length(chart.dimension, chart.slack, chart.limit);
-    EXPECT_NEAR(drawn_run_length(chart.dimension, chart.slack, chart.limit, kRuns) / expected, 1, 4 / std::sqrt(kRuns))
+    EXPECT_NEAR(simulated_run_length(chart.dimension, chart.slack, chart.limit, kRuns) / expected, 1,
+                4 / std::sqrt(kRuns))
         << chart.dimension;
   }
 }

@@ -32,8 +32,8 @@ TEST(GaussianSamples, ComputeKernelInBothPrecisions) {
     std::vector<float> row(padded_row(n));
     std::vector<double> column(padded_column(n));
     for (const double sigma : {0.05, 0.7, 12.0}) {
-      samples.single_row(n / 2, sigma, row.data());
-      samples.double_column(n / 2, sigma, column.data());
+      samples.compute_float_row(n / 2, sigma, row.data());
+      samples.compute_double_column(n / 2, sigma, column.data());
       for (Eigen::Index j = 0; j < n; ++j) {
         const double expected = by_definition(x, n / 2, j, sigma);
         EXPECT_NEAR(column[j], expected, 1e-15 + 3e-13 * expected) << "n " << n << " sigma " << sigma;
@@ -51,8 +51,8 @@ TEST(GaussianSamples, GiveOneForEqualSamples) {
   const GaussianSamples samples(x);
   std::vector<float> row(padded_row(20));
   std::vector<double> column(padded_column(20));
-  samples.single_row(7, 0.01, row.data());
-  samples.double_column(7, 0.01, column.data());
+  samples.compute_float_row(7, 0.01, row.data());
+  samples.compute_double_column(7, 0.01, column.data());
   EXPECT_EQ(row[11], 1.0F);
   EXPECT_EQ(column[11], 1);
 }
@@ -114,7 +114,7 @@ TEST(Smo, KeepsBoundsBalanceAndErrors) {
     state.resize(n);
     std::vector<std::vector<float>> rows(n, std::vector<float>(state.stride()));
     for (int i = 0; i < n; ++i) {
-      samples.single_row(i, 1.5, rows[i].data());
+      samples.compute_float_row(i, 1.5, rows[i].data());
       state.set_point(i, 0, static_cast<float>(y[i]));
     }
     const SmoRun run = state.run([&](int i) { return rows[i].data(); }, 1e-3, 0, 200 * n);

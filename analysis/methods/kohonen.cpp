@@ -135,7 +135,7 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
   return path;
 }
 
-Eigen::Index count_taken(const OrthogonalPath& path, double tolerance) {
+Eigen::Index count_selected(const OrthogonalPath& path, double tolerance) {
   double unexplained = 1;
   Eigen::Index count = 0;
   for (const double ratio : path.ratios) {
@@ -168,7 +168,7 @@ Result<Choice> choose_kohonen(std::span<const Fold> folds, const MethodOptions& 
     for (std::size_t i = 0; i < kWidthFactors.size(); ++i) {
       const auto path = compute_path(*map, kWidthFactors[i], fold.train_x, fold.train_y, tolerance_at(kToleranceSteps));
       for (Eigen::Index step = 0; step < kSteps; ++step) {
-        const auto function = make_expansion(*map, kWidthFactors[i], path, count_taken(path, tolerance_at(step)));
+        const auto function = make_expansion(*map, kWidthFactors[i], path, count_selected(path, tolerance_at(step)));
         predicted.col(static_cast<Eigen::Index>(i) * kSteps + step) = value_of(function, fold.test_x);
       }
     }

@@ -89,7 +89,7 @@ struct OrthogonalPath {
 
 /// Returns the number of candidates after which 1 − Σ ratios is below the tolerance, or the number of all candidates of
 /// the path.
-[[nodiscard]] Eigen::Index count_taken(const OrthogonalPath& path, double tolerance);
+[[nodiscard]] Eigen::Index count_selected(const OrthogonalPath& path, double tolerance);
 
 /// Computes the weights of the first `count` candidates of the path by back substitution.
 [[nodiscard]] Eigen::VectorXd path_weights(const OrthogonalPath& path, Eigen::Index count);

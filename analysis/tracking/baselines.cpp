@@ -100,7 +100,7 @@ Eigen::VectorXd trailing_means(const Eigen::Ref<const Eigen::VectorXd>& rates_de
   return means;
 }
 
-Eigen::VectorXd predicted_next(const Eigen::Ref<const Eigen::VectorXd>& values, const RecursivePrediction& options) {
+Eigen::VectorXd predict_next(const Eigen::Ref<const Eigen::VectorXd>& values, const RecursivePrediction& options) {
   assert(options.order >= 1 && options.forgetting > 0 && options.forgetting <= 1 && values.allFinite());
   const Eigen::Index order = options.order;
   Eigen::VectorXd next = trailing_means(values, order);
@@ -201,7 +201,7 @@ std::vector<Denoiser> denoisers(const StateSpace& space) {
                    return use_as_forecast(predict_by_least_mean_squares(without_gaps(rates)));
                  }});
   all.push_back({"linear prediction, RLS", 0,
-                 [](const Eigen::VectorXd& rates) { return use_as_forecast(predicted_next(without_gaps(rates))); }});
+                 [](const Eigen::VectorXd& rates) { return use_as_forecast(predict_next(without_gaps(rates))); }});
   all.push_back({"wavelet, at once", 0, wavelet(0)});
   if (hour < kWindow) all.push_back({"wavelet, an hour late", hour, wavelet(hour)});
   all.push_back({"Kalman", 0, [space](const Eigen::VectorXd& rates) { return run_kalman_filter(space, rates); }});

@@ -31,8 +31,8 @@ struct RecursivePrediction {
 /// While fewer than p values are known, the prediction is their mean. All weights start at 1/p, which predicts the mean
 /// of the last p values. The initial weights count as much as p values whose mean square is that of the first p values.
 /// All values must be finite.
-[[nodiscard]] Eigen::VectorXd predicted_next(const Eigen::Ref<const Eigen::VectorXd>& values,
-                                             const RecursivePrediction& options = {});
+[[nodiscard]] Eigen::VectorXd predict_next(const Eigen::Ref<const Eigen::VectorXd>& values,
+                                           const RecursivePrediction& options = {});
 
 // Wavelet shrinkage with the four-tap filter of Daubechies, for whole sequences and for windows of past values.
 

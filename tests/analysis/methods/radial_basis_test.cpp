@@ -117,9 +117,9 @@ TEST(OrthogonalLeastSquares, TakesLargestRatioFirstAndStopsAtTolerance) {
   const auto path = orthogonal_least_squares(candidates, y, 0.01, 6);
   EXPECT_EQ(path.order, (std::vector<Eigen::Index>{4, 1}));
   const auto whole = orthogonal_least_squares(candidates, y, 0, 6);
-  EXPECT_EQ(count_taken(whole, 0.01), 2);
-  EXPECT_EQ(count_taken(whole, 0), 6);
-  EXPECT_EQ(count_taken(whole, 2), 0);
+  EXPECT_EQ(count_selected(whole, 0.01), 2);
+  EXPECT_EQ(count_selected(whole, 0), 6);
+  EXPECT_EQ(count_selected(whole, 2), 0);
 }
 
 TEST(OrthogonalLeastSquares, SkipsCopiedCandidate) {

@@ -22,7 +22,7 @@ TEST(TrailingMeans, AverageAvailableRates) {
 TEST(RecursivePrediction, MatchesWeightedLeastSquares) {
   const Eigen::VectorXd values = white_noise(60, 1);
   const RecursivePrediction options{.order = 3, .forgetting = 0.95};
-  const Eigen::VectorXd next = predicted_next(values, options);
+  const Eigen::VectorXd next = predict_next(values, options);
   Eigen::MatrixXd normal = values.head(3).squaredNorm() * Eigen::MatrixXd::Identity(3, 3);
   Eigen::VectorXd right = normal * Eigen::VectorXd::Constant(3, 1.0 / 3);
   for (Eigen::Index k = 3; k < 60; ++k) {
@@ -37,7 +37,7 @@ TEST(RecursivePrediction, MatchesWeightedLeastSquares) {
 TEST(RecursivePrediction, PredictsSineAfterAdaptation) {
   const Eigen::VectorXd sine =
       Eigen::VectorXd::NullaryExpr(400, [](Eigen::Index k) { return std::sin(0.3 * static_cast<double>(k)); });
-  const Eigen::VectorXd next = predicted_next(sine, {.order = 2, .forgetting = 0.9});
+  const Eigen::VectorXd next = predict_next(sine, {.order = 2, .forgetting = 0.9});
   for (Eigen::Index k = 300; k + 1 < 400; ++k) EXPECT_NEAR(next(k), sine(k + 1), 1e-9);
 }
 

@@ -26,7 +26,7 @@ Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console,
   if (arguments.noise.empty()) {
     if (model.residual_noise) return model.residual_noise;
     return failure(FaultKind::usage, "--track",
-                   "the model contains no noise of its residual; name a record of the gyro with --noise");
+                   "the model does not contain the noise of its residual bias; name a record of the gyro with --noise");
   }
   const auto recorded = load_recorded_run(console, arguments.noise,
                                           {.unverified = options.unverified,
@@ -36,8 +36,9 @@ Result<std::optional<tracking::BiasNoise>> find_tracking_noise(Console& console,
   const auto verification = verify(model, recorded->dataset, recorded->clusters);
   if (!verification) return failure(verification.error());
   if (verification->trained_on_this) {
-    console.print_message(fmt::format(
-        "warning: {}: the model was trained on it, so that its residual wanders too little", arguments.noise));
+    console.print_message(
+        fmt::format("warning: {}: the model was trained on this record, so its residual understates the bias drift",
+                    arguments.noise));
   }
   const auto noise = tracking::estimate_bias_noise(verification->residual_deg_per_h, recorded->clusters,
                                                    verification->floor.deg_per_h);

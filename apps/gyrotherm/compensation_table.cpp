@@ -114,9 +114,9 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
     if (bias < 1 || bias >= header.size() || name_in(header[bias]) != kBias)
       return failure(
           FaultKind::bad_file, "stdin:1:1",
-          fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or what "
-                      "export makes of a record",
-                      tracked ? " and, if you like, \"at_rest\"" : ""));
+          fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or "
+                      "a table written by export",
+                      tracked ? " and optionally \"at_rest\"" : ""));
     if (auto checked = check_units(header, bias); !checked) return failure(checked.error());
     for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
     for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_in(header[k]));
@@ -126,14 +126,14 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   for (const std::string& input : list_inputs(model)) {
     const bool is_own = data::is_own_value(input);
     const auto column = is_own ? find(header, own_title(input, axis)) : find(header, input, true);
-    if (!column) return failure(FaultKind::usage, "stdin", fmt::format("has no column for \"{}\"", input));
+    if (!column) return failure(FaultKind::usage, "stdin", fmt::format("contains no column \"{}\"", input));
     table.columns_.push_back(*column);
     table.thermometers_.push_back(input);
     table.calibrations_.push_back(is_own ? record::Channel{} : parse_calibration(comments, input));
   }
   const std::string label = is_named(axis) ? in_words(axis) : record::kOnlyUnit;
   const auto rotation = find(header, label, false);
-  if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("has no axis \"{}\"", label));
+  if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("contains no axis \"{}\"", label));
   const std::string_view comment = find_comment(comments, "axis " + label);
   const auto scale = number_after(comment, "scale "), earth_rate = number_after(comment, "earth rate ");
   if (!scale || !earth_rate)

@@ -86,7 +86,7 @@ std::string hid_access_command(const Node& node) {
       has_rules() || shipped.empty()
           ? ""
           : fmt::format("sudo install -m 644 {} {} && ", std::filesystem::absolute(shipped).string(), kRulesFolder);
-  return fmt::format("{}{}   # and, not sitting at the machine: {}, log in again", install, kReload, kJoin);
+  return fmt::format("{}{}   # for remote sessions also: {}, then log in again", install, kReload, kJoin);
 }
 
 std::vector<Device> all_devices() {

@@ -63,13 +63,11 @@ Finding check_file_system(const std::string& folder, const struct statfs& disk) 
   Finding finding{"file system", FindingState::ok, fmt::format("{}, blocks of {} bytes", name, disk.f_bsize), ""};
   switch (known == kFileSystems.end() ? DiskKind::local : known->kind) {
     case DiskKind::local: return finding;
-    case DiskKind::in_memory:
-      finding.found += ": it is in memory, and a record there does not outlive the machine's power";
-      break;
+    case DiskKind::in_memory: finding.found += ": it is in memory, and a power cut erases its records"; break;
     case DiskKind::network:
-      finding.found += ": it may be another machine's, whose locks and syncs are not this one's to promise";
+      finding.found += ": it may be on another machine, and this machine cannot guarantee its locks and syncs";
       break;
-    case DiskKind::simple: finding.found += ": it has no journal, and a power cut may take the whole of it"; break;
+    case DiskKind::simple: finding.found += ": it has no journal, and a power cut may destroy all files on it"; break;
   }
   finding.state = FindingState::warning;
   finding.fix =
@@ -88,8 +86,8 @@ Finding check_space(const std::string& folder, const struct statvfs& disk) {
   else if (bytes < kScarceBytes || (has_inodes && disk.f_favail < kScarceInodes))
     finding.state = FindingState::warning;
   if (finding.state != FindingState::ok)
-    finding.fix =
-        fmt::format("make room (du -x {0} | sort -n | tail), or record in another folder: --folder FOLDER", folder);
+    finding.fix = fmt::format(
+        "free disk space (du -x {0} | sort -n | tail), or record in another folder: --folder FOLDER", folder);
   return finding;
 }
 
@@ -131,7 +129,7 @@ Finding check_memory() {
   Finding finding{"memory", FindingState::ok, in_words(limit, "bytes"), ""};
   if (limit >= kEnoughMemory) return finding;
   finding.state = FindingState::warning;
-  finding.found += ": rows wait in memory while a disk hangs";
+  finding.found += ": rows are buffered in memory while a disk hangs";
   finding.fix = "ulimit -v unlimited; ulimit -d unlimited";
   return finding;
 }
@@ -149,11 +147,11 @@ Finding check_priority() {
   Finding finding{"priority", FindingState::ok, fmt::format("nice {}, no real-time priority is needed", nice), ""};
   if (policy != SCHED_IDLE && policy != SCHED_BATCH && nice <= 0) return finding;
   finding.state = FindingState::warning;
-  finding.found = fmt::format("nice {}{}: a busy machine may delay a second", nice,
-                              policy == SCHED_IDLE    ? ", only when nothing else is done"
+  finding.found = fmt::format("nice {}{}: on a busy machine a second may be delayed", nice,
+                              policy == SCHED_IDLE    ? ", idle class"
                               : policy == SCHED_BATCH ? ", as a batch job"
                                                       : "");
-  finding.fix = "start it without nice, batch or chrt --idle";
+  finding.fix = "start gyrotherm without nice, batch or chrt --idle";
   return finding;
 }
 
@@ -163,7 +161,7 @@ Finding check_program(const char* name, FindingState missing, const char* why) {
   const auto path = sibling_program_path(name);
   if (is_executable(path)) return {name, FindingState::ok, path, ""};
   return {name, missing, fmt::format("{} cannot be started: {}", path, why),
-          "install the whole of it: cmake --install, or the package gyrotherm", FaultKind::bad_file};
+          "install the complete program: cmake --install, or the package gyrotherm", FaultKind::bad_file};
 }
 
 // ---- programs and settings that disturb serial adapters
@@ -203,7 +201,7 @@ Finding check_modem_manager(const std::vector<Device>& adapters, const std::stri
   std::vector<std::string> probed;
   for (const auto& device : adapters)
     if (!is_ignored_by_modem_manager(device, root)) probed.push_back(device.node.path);
-  if (probed.empty()) return {kName, FindingState::ok, "leaves the serial adapters alone", ""};
+  if (probed.empty()) return {kName, FindingState::ok, "ignores the serial adapters", ""};
   return {kName, FindingState::warning,
           fmt::format("is active and sends AT commands to {} when it is plugged in", fmt::join(probed, ", ")),
           fmt::format("{}; or: sudo systemctl disable --now ModemManager", kInstallRules)};
@@ -230,11 +228,12 @@ Finding check_brltty(const std::string& root) {
   constexpr const char* kName = "brltty";
   constexpr const char* kFix = "without a braille display: sudo apt-get remove brltty";
   if (is_running(kName, root))
-    return {kName, FindingState::warning, "is active and may take serial adapters for braille displays", kFix};
+    return {kName, FindingState::warning, "is active and may claim serial adapters as braille displays", kFix};
   if (const auto rules = find_brltty_rules(root); !rules.empty())
     return {kName, FindingState::warning,
-            fmt::format("takes common serial adapters for braille displays ({}): their ports disappear", rules), kFix};
-  return {kName, FindingState::ok, "takes no serial adapter", ""};
+            fmt::format("claims common serial adapters as braille displays ({}), and their ports disappear", rules),
+            kFix};
+  return {kName, FindingState::ok, "claims no serial adapter", ""};
 }
 
 /// Returns the folder of a port's USB device in /sys, or an empty path.
@@ -268,13 +267,13 @@ std::vector<Finding> check_installation() {
   const auto names = shipped_names(kShippedRig);
   if (names.empty())
     findings.push_back({"shipped files", FindingState::warning,
-                        fmt::format("none was found; looked in {}", fmt::join(shipped_folders(), ", ")),
-                        "install the whole of it: cmake --install, or the package gyrotherm"});
+                        fmt::format("none found in {}", fmt::join(shipped_folders(), ", ")),
+                        "install the complete program: cmake --install, or the package gyrotherm"});
   else
     findings.push_back({"shipped files", FindingState::ok, shipped_file(kShippedProfile.folder), ""});
   findings.push_back(check_program("gyrotherm-make-safe", FindingState::fault,
-                                   "nobody would make the chamber safe if a run dies, and a run on a real rig does "
-                                   "not begin"));
+                                   "if a run dies, the chamber is not made safe; runs on a real rig therefore do "
+                                   "not start"));
   findings.push_back(check_program("gyrotherm-pdf", FindingState::warning, "reports have no PDF"));
   return findings;
 }
@@ -287,17 +286,17 @@ std::vector<Finding> check_disk(const std::string& folder) {
              fmt::format("mkdir -p {}", folder), FaultKind::storage}};
   std::vector<Finding> findings;
   if (std::error_code error; !fs::is_directory(folder, error))
-    findings.push_back(
-        {"folder", FindingState::fault, folder + " is no folder", "name one: --folder FOLDER", FaultKind::storage});
+    findings.push_back({"folder", FindingState::fault, folder + " is not a folder", "name a folder: --folder FOLDER",
+                        FaultKind::storage});
   else if ((space.f_flag & ST_RDONLY) != 0)
-    findings.push_back({"folder", FindingState::fault, folder + " is on a disk that is mounted to be read alone",
+    findings.push_back({"folder", FindingState::fault, folder + " is on a disk that is mounted read-only",
                         "record in another folder, or mount it with rw", FaultKind::storage});
   else if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
     findings.push_back(
-        {"folder", FindingState::fault, fmt::format("{} may not be written by {}", folder, describe_user(::geteuid())),
+        {"folder", FindingState::fault, fmt::format("{} is not writable by {}", folder, describe_user(::geteuid())),
          fmt::format("record in a folder of your own, or: sudo chown \"$USER\" {}", folder), FaultKind::storage});
   else
-    findings.push_back({"folder", FindingState::ok, folder + " may be written", ""});
+    findings.push_back({"folder", FindingState::ok, folder + " is writable", ""});
   findings.push_back(check_space(folder, space));
   findings.push_back(check_file_system(folder, kind));
   return findings;
@@ -308,20 +307,19 @@ Finding check_clock() {
   const int state = ::adjtimex(&clock);
   Finding finding{"clock", FindingState::ok, "", ""};
   if (state >= 0 && state != TIME_ERROR && (clock.status & STA_UNSYNC) == 0) {
-    finding.found =
-        fmt::format("synchronised with UTC, to within {:.1f} ms", static_cast<double>(clock.maxerror) / 1e3);
+    finding.found = fmt::format("synchronised with UTC to within {:.1f} ms", static_cast<double>(clock.maxerror) / 1e3);
     return finding;
   }
   finding.state = FindingState::warning;
-  finding.found = "is not synchronised: the UTC in records may be wrong; their seconds are not";
+  finding.found = "is not synchronised: UTC times in records may be wrong, but durations are correct";
   finding.fix = "sudo timedatectl set-ntp true, or sudo apt-get install chrony";
   return finding;
 }
 
 std::vector<Finding> check_limits() {
   return {check_files(),
-          check_unlimited("file size", RLIMIT_FSIZE, "bytes", "f", "a record would end there"),
-          check_unlimited("processor time", RLIMIT_CPU, "s", "t", "a run would be killed then"),
+          check_unlimited("file size", RLIMIT_FSIZE, "bytes", "f", "a record would end at this size"),
+          check_unlimited("processor time", RLIMIT_CPU, "s", "t", "a run would be killed after this time"),
           check_memory(),
           check_locked_memory(),
           check_priority()};

@@ -35,7 +35,7 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
     if (last.ec == std::errc{} && last.ptr == end && range.first >= 0 && *range.end > range.first) return range;
   }
   return failure(FaultKind::usage, "--clusters",
-                 fmt::format("\"{}\" is no range, expected FIRST:END like 0:14, or FIRST:", text));
+                 fmt::format("\"{}\" is not a range, expected FIRST:END like 0:14, or FIRST:", text));
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
 Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
     console.print_message(
-        fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
+        fmt::format("warning: {}: the integrity of the record was not verified (--unverified)", path));
     return record::find_files_to_read(path).map(
         [](record::RecordFiles files) { return CheckedRun{.files = std::move(files), .verified = {}}; });
   }
@@ -81,7 +81,7 @@ Result<data::Clusters> select_clusters(const data::Dataset& dataset, const Recor
   const auto end = (*range)->end.value_or(available);
   if (end > available || first >= available)
     return failure(FaultKind::usage, dataset.path,
-                   fmt::format("has {} clusters, {} were asked for", available, std::max(end, first + 1)));
+                   fmt::format("contains {} clusters, but {} were requested", available, std::max(end, first + 1)));
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - first));
   std::iota(rows.begin(), rows.end(), first);
   return data::pick(*clusters, rows);
@@ -111,8 +111,8 @@ Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std:
     if (const auto spikes = data::find_spikes(dataset); !spikes.empty()) {
       records.outliers.push_back(fmt::format("{}: {}{}", path, describe(spikes),
                                              options.leaves_out_outliers
-                                                 ? "; the clusters that they lie in were left out"
-                                                 : "; --outliers leave-out does without them"));
+                                                 ? "; their clusters were left out"
+                                                 : "; --outliers leave-out excludes their clusters"));
       if (options.leaves_out_outliers) {
         data::remove(dataset, spikes);
         auto without = select_clusters(dataset, options);

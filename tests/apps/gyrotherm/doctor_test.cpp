@@ -61,7 +61,7 @@ TEST(Doctor, FindsUnsuitableDisks) {
   EXPECT_EQ(parse_findings(nowhere).at("disk").at("state"), "fault");
   EXPECT_EQ(nowhere.exit_code, 4);
   const auto file = gyrotherm_with("doctor --json --folder README.md");
-  EXPECT_EQ(parse_findings(file).at("folder").at("found"), "README.md is no folder");
+  EXPECT_EQ(parse_findings(file).at("folder").at("found"), "README.md is not a folder");
   EXPECT_EQ(file.exit_code, 4);
   const auto kernel = gyrotherm_with("doctor --json --folder /proc/self");
   EXPECT_EQ(kernel.exit_code, 4) << kernel.out;

@@ -32,7 +32,9 @@ TEST(RecordedRun, IsRefusedWithPositionWhenChangedUnlessUnverified) {
     EXPECT_EQ(refused.out, "") << command;
     const auto taken = gyrotherm_with(command + " --unverified");
     EXPECT_EQ(taken.exit_code, 0) << command << ": " << taken.err;
-    EXPECT_NE(taken.err.find("warning: " + record + ": not looked at"), std::string::npos) << command << taken.err;
+    EXPECT_NE(taken.err.find("warning: " + record + ": the integrity of the record was not verified"),
+              std::string::npos)
+        << command << taken.err;
   }
   EXPECT_TRUE(std::filesystem::exists(folder / "x.csv")) << "unverified";
 }

@@ -110,7 +110,8 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   // Read by apps/site/site_file.hpp.
   for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);
   Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
-  if (root->has("live")) root->mistake("live", "[live] is no longer read: the store has the live state; remove it");
+  if (root->has("live"))
+    root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
   const auto notify = root->table("notify");
   for (const auto& table : notify.tables("address")) site.addresses.push_back(address_of(table));
   for (const auto& table : notify.tables("rule")) site.rules.push_back(rule_of(table));

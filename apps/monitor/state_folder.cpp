@@ -38,7 +38,7 @@ Result<std::optional<std::string>> read_private_file(const std::string& path) {
   if (facts.st_uid != ::geteuid() && facts.st_uid != 0)
     return failure(FaultKind::bad_file, path, "belongs to another user");
   if ((facts.st_mode & 077) != 0)
-    return failure(FaultKind::bad_file, path, "others than its owner may read or write it, expected mode 0600");
+    return failure(FaultKind::bad_file, path, "is accessible to other users, expected mode 0600");
   return read_whole(*opened, path).map([](std::string text) { return std::optional(std::move(text)); });
 }
 

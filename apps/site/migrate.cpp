@@ -33,14 +33,15 @@ Result<void> check_seen(Postgres& store, std::span<const Migration> known) {
     const auto step = std::ranges::find(known, number, [](const Migration& one) { return std::int64_t{one.number}; });
     if (step == known.end())
       return failure(FaultKind::refused, kStore,
-                     fmt::format("has migration {}, and this version knows {}: a newer version made it; migrate with "
-                                 "that version",
+                     fmt::format("has migration {}, but this version ends at {}: a newer version migrated it; use that "
+                                 "version",
                                  number, known.back().number));
     if (seen->text(row, 1) != sha256(step->sql()))
-      return failure(FaultKind::refused, kStore,
-                     fmt::format("has a migration {} that differs from this version's: another version made the store; "
-                                 "make a new store and publish again, the records are the source",
-                                 number));
+      return failure(
+          FaultKind::refused, kStore,
+          fmt::format("has a migration {} that differs from this version's: another version created the store; "
+                      "create a new store and publish the records again",
+                      number));
   }
   return {};
 }

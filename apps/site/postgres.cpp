@@ -36,9 +36,9 @@ FaultKind fault_kind(std::string_view state) {
 Result<void> check_passfile(const std::string& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, path, std::strerror(errno));
-  if (!S_ISREG(facts.st_mode)) return failure(FaultKind::bad_file, path, "is no regular file");
+  if (!S_ISREG(facts.st_mode)) return failure(FaultKind::bad_file, path, "is not a regular file");
   if ((facts.st_mode & 077) != 0)
-    return failure(FaultKind::bad_file, path, "others than its owner may read or write it, expected mode 0600");
+    return failure(FaultKind::bad_file, path, "is accessible to other users, expected mode 0600");
   return {};
 }
 
@@ -49,12 +49,13 @@ Result<void> check_conninfo(const std::string& conninfo) {
   const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> options(PQconninfoParse(conninfo.c_str(), &why),
                                                                              PQconninfoFree);
   const std::unique_ptr<char, decltype(&PQfreemem)> message(why, PQfreemem);
-  if (!options) return failure(FaultKind::usage, {}, why != nullptr ? in_one_line(why) : "is no conninfo");
+  if (!options)
+    return failure(FaultKind::usage, {}, why != nullptr ? in_one_line(why) : "is not a libpq connection string");
   for (const auto* option = options.get(); option->keyword != nullptr; ++option)
     if (option->val != nullptr && std::string_view(option->keyword).ends_with("password"))
       return failure(
           FaultKind::usage, {},
-          fmt::format("\"{}\" stands in it, where others can read it; expected a passfile", option->keyword));
+          fmt::format("contains \"{}\", which other users can read; expected a passfile instead", option->keyword));
   return {};
 }
 
@@ -85,7 +86,7 @@ void Postgres::Finish::operator()(pg_conn* connection) const { PQfinish(connecti
 
 tl::unexpected<Fault> Postgres::lost() const {
   const auto why = in_one_line(PQerrorMessage(connection_.get()));
-  return failure(FaultKind::disconnected, kStore, why.empty() ? "the connection is gone" : why);
+  return failure(FaultKind::disconnected, kStore, why.empty() ? "the connection is lost" : why);
 }
 
 Result<void> Postgres::wait(short events, Duration within) {

@@ -33,9 +33,9 @@ std::string in_lines(const std::vector<RunLag>& lags) {
   std::string lines;
   for (const auto& lag : lags) {
     const auto where = !lag.trouble.empty()    ? lag.trouble
-                       : lag.finished_in_store ? "is in the store"
+                       : lag.finished_in_store ? "complete in the store"
                        : lag.in_store < 0      ? "not in the store yet"
-                                               : fmt::format("{} s behind", lag.seconds());
+                                               : fmt::format("{} s behind the rig", lag.seconds());
     lines += fmt::format("{}: {}\n", lag.name, plain(where));
   }
   return lines;
@@ -74,7 +74,7 @@ int run_publish(int argc, char** argv) {
   cli.set_version_flag("--version", std::string("gyrotherm-publish ") + GYROTHERM_VERSION);
   PublishOptions options;
   cli.add_option("--site", options.site, "the site file")->required();
-  auto* once = cli.add_flag("--once", options.once, "send all present data and exit");
+  auto* once = cli.add_flag("--once", options.once, "send all data that exist now and exit");
   auto* status = cli.add_flag("--status", options.status, "print the lag of the store and exit");
   status->excludes(once);
   cli.add_flag("--json", options.json, "print the status as JSON")->needs(status);

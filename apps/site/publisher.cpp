@@ -120,7 +120,7 @@ bool Publisher::set_aside(const Fault& fault, const std::string& path, std::stri
   if (!first_trouble_) first_trouble_ = fault;
   if (auto line = text(fault); line != reported) {
     reported = std::move(line);
-    complain_({fault.kind, path, is_store_fault(fault) ? "the store refuses it: " + fault.what : reported});
+    complain_({fault.kind, path, is_store_fault(fault) ? "refused by the store: " + fault.what : reported});
   }
   return true;
 }
@@ -197,7 +197,7 @@ Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
   if (auto same = check_unchanged(files, run.states); !same) return same;
   if (auto finished = store_->finish_run(run.info.id, end_as_json(*end, digests)); !finished) return finished;
   run.position->finished = true;
-  report_(fmt::format("{}: {} rows are in the store", files.path, end->rows));
+  report_(fmt::format("{}: complete in the store, {} rows", files.path, end->rows));
   return {};
 }
 
@@ -268,7 +268,7 @@ Result<void> Publisher::send_document(const std::string& path) {
     if (!there) return failure(there.error());
     if (!*there) {
       if (auto added = store_->add_document(settings_.rig, **document); !added) return added;
-      report_(fmt::format("{}: is in the store", path));
+      report_(fmt::format("{}: stored", path));
     }
   }
   documents_.insert_or_assign(path, state);
@@ -296,7 +296,7 @@ Result<Publisher::Backlog> Publisher::round() {
     if (!set_aside(sent.error(), path, reported)) return failure(sent.error());
     documents_.insert_or_assign(path, read_file_state(path));
   }
-  if (!store_trouble_.empty() || !has_sent_) report_("the store takes what is sent: " + store_->place());
+  if (!store_trouble_.empty() || !has_sent_) report_("sending to the store: " + store_->place());
   store_trouble_.clear();
   has_sent_ = true;
   return backlog;

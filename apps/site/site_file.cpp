@@ -19,7 +19,8 @@ std::string name_at(const TomlTable& table, const char* key) {
   auto name = table.text(key);
   const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7F; };
   if (name.empty() || name.size() > kLongestRigName || std::ranges::any_of(name, is_control))
-    table.mistake(key, fmt::format("\"{}\" is no name, expected 1 to {} characters", key, kLongestRigName));
+    table.mistake(key, fmt::format("\"{}\" is not a name, expected 1 to {} bytes without control characters", key,
+                                   kLongestRigName));
   return name;
 }
 
@@ -32,10 +33,10 @@ std::string path_from(const std::string& file, const std::string& path) {
 /// empty if it has neither.
 std::string passfile_at(const TomlTable& table, const std::string& file, const std::string& credentials) {
   if (table.has("passfile") && table.has("credential"))
-    table.mistake("credential", "has one of passfile and credential");
+    table.mistake("credential", "expected only one of passfile and credential");
   if (table.has("credential")) {
     if (credentials.empty())
-      table.mistake("credential", "there is no $CREDENTIALS_DIRECTORY: LoadCredential= of systemd makes it");
+      table.mistake("credential", "$CREDENTIALS_DIRECTORY is not set; set LoadCredential= in the systemd unit");
     return credentials + "/" + table.text("credential");
   }
   return table.has("passfile") ? path_from(file, table.text("passfile")) : "";
@@ -51,7 +52,7 @@ StoreAddress read_store_address(const TomlTable& table, const std::string& file,
 
 ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
   ArchiveSettings archive;
-  if (table.has("folder") == table.has("command")) table.mistake("folder", "has one of folder and command");
+  if (table.has("folder") == table.has("command")) table.mistake("folder", "expected one of folder and command");
   if (table.has("folder")) archive.folder = path_from(file, table.text("folder"));
   if (table.has("command")) {
     archive.command = table.texts("command");
@@ -60,7 +61,7 @@ ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
                                  [&](const auto& word) { return word.find(what) != std::string::npos; });
     };
     if (!names("{file}") || !names("{sha256}"))
-      table.mistake("command", "expected words among which {file} and {sha256} stand");
+      table.mistake("command", "expected arguments that contain {file} and {sha256}");
   }
   archive.within = table.duration("within", archive.within);
   return archive;
@@ -76,7 +77,7 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   root->ignore("notify");
   SiteSettings site{.rig = name_at(*root, "rig")};
   for (const auto& folder : root->texts("folders")) site.folders.push_back(path_from(file, folder));
-  if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders with records");
+  if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders of records");
   const auto store = root->table("store");
   site.store = read_store_address(store, file, credentials);
   site.longest_wait = store.duration("longest_wait", site.longest_wait);
@@ -84,7 +85,8 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   constexpr Duration kLeast = std::chrono::milliseconds(100);
   if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
   if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
-  if (root->has("live")) root->mistake("live", "[live] is no longer read: the store has the live state; remove it");
+  if (root->has("live"))
+    root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
   if (root->has("archive")) site.archive = read_archive(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;

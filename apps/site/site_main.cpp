@@ -32,7 +32,8 @@ struct SiteOptions {
 Result<Postgres> connect_store(const SiteOptions& options) {
   if (!options.store.empty()) return Postgres::connect({options.store, options.passfile}, {});
   if (options.site_file.empty())
-    return failure(FaultKind::usage, {}, "expected --store ADDRESS or --site FILE: where the store is");
+    return failure(FaultKind::usage, {},
+                   "the address of the store is missing, expected --store ADDRESS or --site FILE");
   return read_site(options.site_file).and_then([](const SiteSettings& site) {
     return Postgres::connect(site.store, {});
   });
@@ -47,8 +48,8 @@ Result<void> warn_of_unbounded_roles(Postgres& store) {
   if (!able) return failure(able.error());
   if (!able->boolean(0, 0))
     write_to_stderr(
-        "warning: the owner cannot end sessions of rigs that keep locks; "
-        "GRANT pg_signal_backend, pg_read_all_stats TO it\n");
+        "warning: the owner of the store cannot end sessions of rigs that hold locks; "
+        "GRANT pg_signal_backend, pg_read_all_stats TO the owner\n");
   const auto unbounded = store.ask(
       "SELECT string_agg(rolname, ', ' ORDER BY rolname) FROM pg_roles"
       " WHERE rolcanlogin AND NOT rolsuper AND rolconnlimit < 0 AND pg_has_role(oid, 'gyrotherm_rig', 'MEMBER')");
@@ -77,7 +78,7 @@ Result<int> bring_up_to_date(const SiteOptions& options) {
 Result<int> show(const SiteOptions& options, const Answer& answer) {
   if (answer.rows() == 0 && !options.json) write_to_stderr("none\n");
   if (options.asked.most > 0 && static_cast<std::size_t>(answer.rows()) == options.asked.most)
-    write_to_stderr("There may be more: --most 0 shows all.\n");
+    write_to_stderr("there may be more rows; --most 0 prints all\n");
   return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
 }
 
@@ -96,9 +97,9 @@ Result<int> show_status(const SiteOptions& options) {
 
 void add_common_options(CLI::App& command, SiteOptions& options) {
   command.add_option("--store", options.store,
-                     "address of the store in the form of libpq: \"host=db dbname=gyrotherm\"");
-  command.add_option("--passfile", options.passfile, "the file with the password (default: ~/.pgpass)");
-  command.add_option("--site", options.site_file, "a site file whose [store] contains both");
+                     "address of the store as a libpq connection string, such as \"host=db dbname=gyrotherm\"");
+  command.add_option("--passfile", options.passfile, "a file with the password (default: ~/.pgpass)");
+  command.add_option("--site", options.site_file, "a site file, whose [store] table contains address and passfile");
 }
 
 void add_question(CLI::App& cli, const Question& question, SiteOptions& options, Action& action) {
@@ -106,10 +107,9 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
       question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
   add_common_options(command, options);
   command.add_flag("--json", options.json, "print JSON");
-  command.add_flag("--all", options.asked.all, "all rows of the view");
+  command.add_flag("--all", options.asked.all, "print all rows of the view");
   command.add_option("--most", options.asked.most, "largest number of rows; 0: all")->capture_default_str();
-  if (has_units(question))
-    command.add_option("--unit", options.asked.unit, "only rows of the unit with this serial number");
+  if (has_units(question)) command.add_option("--unit", options.asked.unit, "serial number of the only unit to print");
   command.callback([&options, &question, &action] {
     action = [&options, &question]() -> Result<int> {
       auto store = connect_store(options);
@@ -148,8 +148,9 @@ int run_site(int argc, char** argv) {
   add_common_options(migrating, options);
   migrating.add_option("--to", options.to, "last migration to apply")->capture_default_str();
   migrating.callback([&] { action = [&] { return bring_up_to_date(options); }; });
-  auto& status = *cli.add_subcommand(
-      "status", "Example: gyrotherm-site status --site site.toml\n\nPrints the contents of the store.");
+  auto& status = *cli.add_subcommand("status",
+                                     "Example: gyrotherm-site status --site site.toml\n\nPrints the number of rigs, "
+                                     "runs, rows and calibrations in the store, and its size.");
   add_common_options(status, options);
   status.add_flag("--json", options.json, "print JSON");
   status.callback([&] { action = [&] { return show_status(options); }; });

@@ -40,18 +40,20 @@ Result<Spreading> make_spreading(const JobOptions& options) {
   const bool has_slurm = !find_program_in_path("sbatch").empty();
   how.by = options.by == name(By::slurm) || (options.by.empty() && has_slurm) ? By::slurm : By::parallel;
   if (how.by == By::slurm && !has_slurm)
-    return failure(FaultKind::usage, "--by slurm", "there is no sbatch here; install slurm-client, or --by parallel");
+    return failure(FaultKind::usage, "--by slurm",
+                   "sbatch is not installed; install slurm-client or use --by parallel");
   if (how.by == By::parallel && find_program_in_path("parallel").empty())
-    return failure(FaultKind::usage, "--by parallel", "there is no parallel here; install parallel, or slurm-client");
+    return failure(FaultKind::usage, "--by parallel",
+                   "GNU parallel is not installed; install parallel or slurm-client");
   if (options.detach && how.by == By::parallel)
-    return failure(FaultKind::usage, "--detach", "parallel ends with this program; Slurm goes on without it");
+    return failure(FaultKind::usage, "--detach", "requires --by slurm: parallel ends with this program");
   return how;
 }
 
-/// Prints the time and the progress, such as "7 of 24 tasks are done, 1 failed".
+/// Prints the time and the progress, such as "7 of 24 tasks done, 1 failed".
 void print_progress(const Progress& progress) {
   const std::string failed = progress.bad > 0 ? fmt::format(", {} failed", progress.bad) : "";
-  write_to_stderr(fmt::format("{} {} of {} tasks are done{}\n", civil_time(SteadyClock().now().utc), progress.good,
+  write_to_stderr(fmt::format("{} {} of {} tasks done{}\n", civil_time(SteadyClock().now().utc), progress.good,
                               progress.all, failed));
 }
 
@@ -67,7 +69,7 @@ Result<int> report_failures(const Job& job, const std::string& folder) {
     failed.push_back(fmt::format("{} (exit code {})", task.name, (*end)->exit_code));
   }
   if (!failed.empty())
-    write_to_stderr(fmt::format("{} of {} tasks failed: {}; {}/tasks/ has what each said\n", failed.size(),
+    write_to_stderr(fmt::format("{} of {} tasks failed: {}; see their logs in {}/tasks\n", failed.size(),
                                 job.tasks.size(), fmt::join(failed, ", "), folder));
   return code;
 }
@@ -89,10 +91,10 @@ Result<int> distribute(const Job& job, const std::string& folder, const JobOptio
   });
   pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);
   if (!progress && progress.error().kind == FaultKind::interrupted && how->by == By::slurm)
-    write_to_stderr(fmt::format("The tasks go on; gyrotherm site job {} --wait goes on with waiting.\n", folder));
+    write_to_stderr(fmt::format("the tasks continue; wait for them with: gyrotherm site job {} --wait\n", folder));
   if (!progress) return failure(progress.error());
   if (!how->waits) {
-    write_to_stderr(fmt::format("handed out; gyrotherm site job {} says how far it is\n", folder));
+    write_to_stderr(fmt::format("submitted; print the progress with: gyrotherm site job {}\n", folder));
     return 0;
   }
   int code = 0;
@@ -150,9 +152,9 @@ Result<int> run_task(const JobOptions& options) {
 void add_distribution_options(CLI::App& command, JobOptions& options) {
   command
       .add_option("--by", options.by,
-                  "scheduler of the tasks: slurm or GNU parallel (default: slurm if sbatch is installed)")
+                  "scheduler of the tasks: slurm or parallel (GNU parallel; default: slurm if sbatch is installed)")
       ->check(CLI::IsMember({name(By::slurm), name(By::parallel)}));
-  command.add_option("--with", options.for_by, "an argument for sbatch or parallel, like --with=--partition=lab")
+  command.add_option("--with", options.for_by, "an argument for sbatch or parallel, such as --with=--partition=lab")
       ->allow_extra_args(false);
 }
 
@@ -178,7 +180,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   auto& train =
       add("train",
           "Example: gyrotherm-site train --rig lot.toml --lot lot --by slurm -- --seed 3\n\n"
-          "Trains the models of every axis of a lot, one task per axis, then writes the summary that qualify writes.",
+          "Trains the models of every axis of a lot, one task per axis, and writes the summary as qualify does.",
           train_lot);
   train.add_option("--rig", options->rig, "the rig")->required();
   train.add_option("--lot", options->lot, "the folder of the experiment (qualify --out)")->required();
@@ -200,13 +202,15 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   seeds.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(seeds, *options);
 
-  auto& units = add(
-      "leave-one-out",
-      "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
-      "Learns the prior of a type without each unit in turn, and verifies a model of that unit's first hours with it.",
-      [](const JobOptions& o) { return begin(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
+  auto& units =
+      add("leave-one-out",
+          "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
+          "Leaves out each unit in turn: learns the type prior from the others, trains a model on the first hours of "
+          "the unit with this prior, and verifies it on the remaining hours.",
+          [](const JobOptions& o) { return begin(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
   units.add_option("records", options->records, "one record of each unit")->required();
-  units.add_option("--hours", options->hours, "hours of its own record from which a unit's model is trained")
+  units
+      .add_option("--hours", options->hours, "length of the part of each record that trains the unit's model, in hours")
       ->capture_default_str();
   units.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(units, *options);

@@ -71,7 +71,8 @@ void describe(auto& form, Like<Step> auto& step) {
 void describe(auto& form, Like<Task> auto& task) {
   form("name", task.name);
   form("steps", task.steps);
-  form.expect("name", !task.name.empty() && task.name.find('/') == std::string::npos, "expected the name of a file");
+  form.expect("name", !task.name.empty() && task.name.find('/') == std::string::npos,
+              "expected a file name without '/'");
   form.expect("steps", !task.steps.empty(), "expected a command");
 }
 
@@ -94,11 +95,11 @@ Result<void> write_job(const Job& job, const std::string& folder) {
   const auto text = text_of(make_json(job), 1) + "\n";
   std::error_code error;
   fs::create_directories(folder + "/tasks", error);
-  if (error) return failure(FaultKind::storage, folder, "cannot be made: " + error.message());
+  if (error) return failure(FaultKind::storage, folder, "cannot be created: " + error.message());
   const auto before = read_text_file_if_any(job_path(folder), kLargestTable);
   if (!before) return failure(before.error());
   if (*before && **before != text)
-    return failure(FaultKind::usage, folder, "has another job; choose another folder, or remove this one");
+    return failure(FaultKind::usage, folder, "contains another job; choose another folder or remove this one");
   return *before ? Result<void>() : replace_text_file(job_path(folder), text);
 }
 
@@ -133,7 +134,9 @@ void forget_end(const std::string& folder, const Task& task) { ::unlink(task_fil
 
 Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t index) {
   if (index >= job.tasks.size())
-    return failure(FaultKind::usage, folder, fmt::format("has {} tasks, and no number {}", job.tasks.size(), index));
+    return failure(
+        FaultKind::usage, folder,
+        fmt::format("task {} does not exist; the job has {} tasks, numbered from 0", index, job.tasks.size()));
   const Task& task = job.tasks[index];
   const auto before = read_task_end(folder, task);
   if (!before) return failure(before.error());
@@ -144,7 +147,7 @@ Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t
     const auto code = carry_out(job, step, fs::absolute(task_file(folder, task, ".log")));
     if (!code) return failure(code.error());
     if (*code == kInterruptedExitCode || *code >= kFirstSignal)
-      return failure(FaultKind::interrupted, task.name, fmt::format("was stopped: exit code {}", *code));
+      return failure(FaultKind::interrupted, task.name, fmt::format("stopped with exit code {}", *code));
     end.exit_code = *code;
     if (!end.is_good()) break;
   }
@@ -205,7 +208,7 @@ Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanO
   const auto info = record::read_info(lot + "/rate.db");
   if (!info) return failure(info.error());
   const auto axes = list_axes(*info);
-  if (axes.size() < 2) return failure(FaultKind::usage, rig, "has one axis; gyrotherm qualify trains it");
+  if (axes.size() < 2) return failure(FaultKind::usage, rig, "has only one axis; run gyrotherm qualify instead");
   auto job = empty_job("every axis of " + lot, options);
   for (const Axis& axis : axes)
     job.tasks.push_back({.name = axis.label,
@@ -243,14 +246,16 @@ Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double h
   constexpr std::size_t kFewest = 4;        // leaves three for the prior
   constexpr double kClustersOfAnHour = 36;  // clusters of 100 s
   if (records.size() < kFewest)
-    return failure(FaultKind::usage, {}, fmt::format("{} units, expected {} or more", records.size(), kFewest));
+    return failure(FaultKind::usage, {},
+                   fmt::format("{} records, expected {} or more, one per unit", records.size(), kFewest));
   const auto clusters = std::lround(hours * kClustersOfAnHour);
   std::set<std::string> names;
   auto job = empty_job(fmt::format("{} units, each left out", records.size()), options);
   for (const auto& record : records) {
     const auto name = fs::path(record).stem().string();
     if (!names.insert(name).second)
-      return failure(FaultKind::usage, record, "another record has this name; what is left of each goes by it");
+      return failure(FaultKind::usage, record,
+                     "another record has this file name; results are named after the record, so rename one");
     Words others;
     for (const auto& other : records)
       if (other != record) others.push_back(fmt::format("{}={}", fs::path(other).stem().string(), other));

@@ -48,7 +48,7 @@ Result<std::string> parse_array_number(const std::string& output) {
   const bool is_one = !number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
   if (is_one) return number;
   return failure(FaultKind::refused, "sbatch",
-                 fmt::format("expected the number of a job, found \"{}\"", trimmed(output, " \n")));
+                 fmt::format("expected a job number, found \"{}\"", trimmed(output, " \n")));
 }
 
 /// Escapes a file name for Slurm.
@@ -250,11 +250,11 @@ Result<Progress> spread(const Job& job, const std::string& folder, const Spreadi
       report(*progress);
       if (progress->left() == 0) return progress;
       if (!finished && ready(how.stop, POLLIN, Deadline(kPollEvery)))
-        return failure(FaultKind::interrupted, folder, "is not waited for any more");
+        return failure(FaultKind::interrupted, folder, "interrupted while waiting for the tasks");
     }
   }
   return failure(FaultKind::refused, folder,
-                 fmt::format("tasks have died {} times; {}/tasks and {} have their last words", kAttempts, folder,
+                 fmt::format("tasks have died {} times; see the logs in {}/tasks and {}", kAttempts, folder,
                              how.by == By::slurm ? "slurm.log" : "parallel.log"));
 }
 

@@ -113,11 +113,11 @@ class ByParallel(Spread):
         os.kill(at_work[0], signal.SIGKILL)
         out, said = training.communicate()
         self.assertEqual(training.returncode, 0, said)
-        self.assertIn("3 of 3 tasks are done", said)
+        self.assertIn("3 of 3 tasks done", said)
         self.assertTrue(out.startswith("SIMULATED"), out)
         self.expect_the_same()
         again = self.run_in("spread", *command)
-        self.assertNotIn("tasks are done", again.stderr, "there is nothing to do")
+        self.assertNotIn("tasks done", again.stderr, "there is nothing to do")
         full = subprocess.run(f"'{SITE}' job lot/job > /dev/full", shell=True, cwd=self.folder / "spread",
                               capture_output=True, text=True)
         self.assertEqual((full.returncode, full.stderr), (4, "gyrotherm-site: stdout: cannot be written\n"))
@@ -141,7 +141,7 @@ class ByParallel(Spread):
         self.assertIn("nonsense", (self.folder / "spread/placement/job/tasks/x.log").read_text())
         other = self.run_in("spread", SITE, "placement", "lot/random.db", "--out", "placement", "--by", "parallel",
                             expect=2)
-        self.assertIn("has another job", other.stderr)
+        self.assertIn("contains another job", other.stderr)
 
 
 class WithoutSlurm(Spread):
@@ -186,7 +186,7 @@ class WithoutSlurm(Spread):
         sbatch.write_text(sbatch.read_text().replace("echo \"$((", "echo \"Submitted $(("))
         failed = self.run_in("spread", SITE, "seeds", "rate.db", "--last", "2", "--out", "seeds", "--by", "slurm",
                              expect=4)
-        self.assertIn('sbatch: expected the number of a job, found "Submitted 101;lab"', failed.stderr)
+        self.assertIn('sbatch: expected a job number, found "Submitted 101;lab"', failed.stderr)
         self.assertEqual(len(self.arrays()), 1)
 
 

@@ -64,7 +64,7 @@ TEST(SiteFile, TellsWhatIsWrong) {
   EXPECT_NE(mistakes_of(without(whole, "{sha256}")).find("{sha256}"), std::string::npos);
   EXPECT_NE(mistakes_of(without(whole, "\"5 s\"", "\"5 ms\"")).find("100 ms"), std::string::npos);
   EXPECT_NE(mistakes_of(without(whole, "[\"runs\", \"/var/lib/gyrotherm\"]", "[]")).find("folders"), std::string::npos);
-  EXPECT_NE(mistakes_of(without(whole, "\"chamber-3\"", "\"\"")).find("is no name"), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "\"chamber-3\"", "\"\"")).find("is not a name"), std::string::npos);
 }
 
 /// A rig of version 0.1.0 with a broker.
@@ -72,7 +72,7 @@ TEST(SiteFile, RefusesLiveTableWithRemedy) {
   const auto read = parse_site(std::string(kWhole) + "[live]\nbroker = \"mqtts://b\"\n", "site.toml", "");
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().kind, FaultKind::bad_file);
-  EXPECT_EQ(read.error().what, "[live] is no longer read: the store has the live state; remove it");
+  EXPECT_EQ(read.error().what, "[live] is no longer used, because the store contains the live state; remove it");
 }
 
 TEST(SiteFile, TakesACredentialFromTheFolderOfSystemd) {

@@ -299,7 +299,7 @@ class Store(unittest.TestCase):
             words = [SITE, "migrate", "--store", self.store.address("gyrotherm_owner")]
             done = subprocess.run(words, capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 4)
-            self.assertIn("a newer version made it", done.stderr)
+            self.assertIn("a newer version migrated it", done.stderr)
             self.assertEqual(self.rig.once().returncode, 0, "rigs of two versions share a store")
         finally:
             self.store.sql("DELETE FROM gyrotherm.migration WHERE number = 99")
@@ -313,7 +313,7 @@ class Store(unittest.TestCase):
             done = subprocess.run(words, capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 4)
             self.assertIn("migration 1 that differs", done.stderr)
-            self.assertIn("make a new store and publish again", done.stderr)
+            self.assertIn("create a new store and publish the records again", done.stderr)
         finally:
             self.store.sql("DELETE FROM gyrotherm.migration WHERE number = 8")
             self.store.sql("UPDATE gyrotherm.migration SET sha256 = substr(sha256, 6)")
@@ -738,7 +738,7 @@ class ManyRigs(unittest.TestCase):
             asked = [SITE, "rigs", "--store", store.address("ada"), "--json"]
             some = subprocess.run(asked, capture_output=True, text=True, check=True)
             self.assertEqual(len(json.loads(some.stdout)), 100)
-            self.assertIn("There may be more", some.stderr)
+            self.assertIn("there may be more", some.stderr)
 
 
 class Bounded(unittest.TestCase):

@@ -76,6 +76,11 @@ std::optional<PartName> part_name(const std::string& path) {
   return std::nullopt;
 }
 
+std::string ramp_record_path(const std::string& folder) {
+  const auto path = folder + "/ramp.db", former = folder + "/rate.db";
+  return !is_there(path) && is_there(former) ? former : path;
+}
+
 std::string live_copy_path(const std::string& record_path) {
   constexpr std::string_view kEnding = ".db";
   const auto stem =

@@ -55,6 +55,10 @@ struct PartName {
 /// "RUN.20261127.db" is a record. Does not look at the file.
 [[nodiscard]] std::optional<PartName> part_name(const std::string& path);
 
+/// Returns the path of the ramp run in a folder of `qualify`: "ramp.db", or "rate.db" if only that exists. Version
+/// 0.1.0 used the second name.
+[[nodiscard]] std::string ramp_record_path(const std::string& folder);
+
 /// Returns the path of the live copy: "RUN.live.db" for "RUN.db".
 [[nodiscard]] std::string live_copy_path(const std::string& record_path);
 /// Returns whether a file is a live copy: it has the name of a live copy and is a link to one of the numbered files.

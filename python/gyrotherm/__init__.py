@@ -3,7 +3,7 @@
 
     import gyrotherm
 
-    run = gyrotherm.open("rate.db")
+    run = gyrotherm.open("ramp.db")
     run.to_pandas()                              # every second, NaN in gaps, temperatures calibrated, bias in °/h
     model = gyrotherm.load_model("model.json")
     residual = run.clusters().bias_deg_per_h - model.predict(run.clusters())

@@ -34,8 +34,8 @@ _FIRST_LOCKED_BYTE, _LOCKED_BYTES = 0x40000002, 510  # where SQLite keeps its sh
 def live_path(path: str | os.PathLike[str]) -> Path:
     """The live copy that stands beside a record while it is being written.
 
-    >>> live_path("data/rate.db").as_posix()
-    'data/rate.live.db'
+    >>> live_path("data/ramp.db").as_posix()
+    'data/ramp.live.db'
     """
     record = Path(path)
     return record.with_name(record.name.removesuffix(".db") + _LIVE)
@@ -44,8 +44,8 @@ def live_path(path: str | os.PathLike[str]) -> Path:
 def record_of_copy(path: str | os.PathLike[str]) -> Path:
     """The record beside which a live copy stands; another path as it is.
 
-    >>> record_of_copy("data/rate.live.db").as_posix()
-    'data/rate.db'
+    >>> record_of_copy("data/ramp.live.db").as_posix()
+    'data/ramp.db'
     """
     copy = Path(path)
     return copy.with_name(copy.name.removesuffix(_LIVE) + ".db") if copy.name.endswith(_LIVE) else copy

@@ -131,8 +131,8 @@ def record_of(database: sqlite3.Connection, first: int = 0) -> Record:
 
 def part_path(path: Path, part: int) -> Path:
     """
-    >>> part_path(Path("rate.db"), 2).name
-    'rate.2.db'
+    >>> part_path(Path("ramp.db"), 2).name
+    'ramp.2.db'
     """
     return path if part == 1 else path.with_name(f"{path.stem}.{part}{path.suffix}")
 

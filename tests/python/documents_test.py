@@ -25,11 +25,11 @@ class Documents(InAFolder):
         self.assertGreater(attempted, 10)
 
     def test_examples_of_the_guide(self):
-        """Works in a folder with rate.db, random.db and model.json, as after `qualify`."""
-        record(self.folder / "rate.db")
+        """Works in a folder with ramp.db, random.db and model.json, as after `qualify`."""
+        record(self.folder / "ramp.db")
         gyrotherm("run", HERE / "two_cycles.toml", "--rig", "profiles/rigs/virtual.toml", "--days-later", 30, "--out",
                   self.folder / "random.db", "--quiet")
-        gyrotherm("train", self.folder / "rate.db", "--method", "ridge-u", "--out", self.folder / "model.json")
+        gyrotherm("train", self.folder / "ramp.db", "--method", "ridge-u", "--out", self.folder / "model.json")
         text = (SOURCE / "docs/python.md").read_text(encoding="utf-8")
         blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
         self.assertGreater(len(blocks), 3)

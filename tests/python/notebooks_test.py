@@ -20,10 +20,10 @@ class Notebooks(InAFolder):
         super().setUpClass()
         os.environ.update(PYTHONPATH=str(SOURCE / "python"), PYTHONDONTWRITEBYTECODE="1", MPLBACKEND="Agg",
                           IPYTHONDIR=str(cls.folder / "ipython"))
-        record(cls.folder / "rate.db")
+        record(cls.folder / "ramp.db")
         gyrotherm("run", HERE / "two_cycles.toml", "--rig", "profiles/rigs/virtual.toml", "--days-later", 30, "--out",
                   cls.folder / "random.db", "--quiet")
-        gyrotherm("train", cls.folder / "rate.db", "--method", "ridge-u", "--out", cls.folder / "model.json")
+        gyrotherm("train", cls.folder / "ramp.db", "--method", "ridge-u", "--out", cls.folder / "model.json")
 
     def executed(self, name):
         """Returns the texts of all cells, joined."""

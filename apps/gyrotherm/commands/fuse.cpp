@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "analysis/fusion/voting.hpp"
 #include "analysis/model/fused_axes.hpp"
 #include "analysis/model/fused_run.hpp"
@@ -116,7 +117,7 @@ struct Healthy {
 Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {
-    path = options.folder + "/rate.db";
+    path = record::ramp_record_path(options.folder);
     if (options.folder.empty() || !std::filesystem::exists(path)) {
       console.print_message("the thermometers have no vote: name a record without faults with --healthy");
       return Healthy{};
@@ -324,7 +325,7 @@ void add_fuse(Program& program) {
   command
       .add_option("--healthy", options.healthy,
                   "a record without faults, from which the agreement of the thermometers and the scatter of the axes "
-                  "are estimated (default: rate.db in the folder of the models, for the thermometers only)")
+                  "are estimated (default: ramp.db in the folder of the models, for the thermometers only)")
       ->type_name(value::kRecord);
   command.add_option("--out", options.out, "table of the fused rate, one line per second; - for standard output")
       ->type_name(value::kTable);

@@ -188,7 +188,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
 void add_placement(Program& program) {
   auto [command, options] =
       add_command(program, "placement", "Ranks thermometers by the increase of the held-out STD when each is left out.",
-                  "gyrotherm placement rate.db --verify random.db", study);
+                  "gyrotherm placement ramp.db --verify random.db", study);
   options.training.quick = true;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command.add_option("--verify", options.unseen, "further records to report on; they do not influence the ranking")

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/status.hpp"
 #include "analysis/model/qualification.hpp"
@@ -86,7 +87,7 @@ class Timings {
 
 /// Run of the experiment: its plan and, once it exists, its record.
 struct Run {
-  std::string stage;  ///< "rate", "random", "30 days later"
+  std::string stage;  ///< "ramp", "random", "30 days later"
   std::string path;
   profile::Profile profile{};
   std::uint64_t days_later{};
@@ -166,15 +167,12 @@ std::string common_unit(const std::vector<data::AxisChoice>& axes) {
   return is_one ? axes.front().unit : "";
 }
 
-Result<Run> plan_run(const std::string& stage, const std::string& profile, const rig::RigFile& rig,
-                     const QualifyArguments& options) {
+Result<Run> plan_run(const std::string& stage, const std::string& path, const std::string& profile,
+                     const rig::RigFile& rig, const QualifyArguments& options) {
   auto read = read_profile(profile, &rig);
   if (!read) return failure(read.error());
   if (auto checked = check_accept(*read, profile); !checked) return failure(checked.error());
-  return Run{.stage = stage,
-             .path = fmt::format("{}/{}.db", options.out, stage),
-             .profile = std::move(*read),
-             .days_later = options.days_later};
+  return Run{.stage = stage, .path = path, .profile = std::move(*read), .days_later = options.days_later};
 }
 
 /// Reads the records that are used to recommend a model. Called before anything moves: a run takes days, and a wrong
@@ -227,11 +225,11 @@ Result<AxisExperiment> single_axis_experiment(const Runs& runs, std::vector<data
 std::string result_table(const report::Report& report, const model::Qualification& qualification) {
   const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
                       const std::string& random, const std::string& size, const std::string& training) {
-    return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>7} {:>11}\n", what, rate, cycle, random, size, training);
+    return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>10} {:>11}\n", what, rate, cycle, random, size, training);
   };
   const auto number = [](double std) { return fmt::format("{:.5f}", std); };
   auto text = std::string(report.rig.is_virtual ? "SIMULATED\n" : "");
-  text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)", "numbers", "training, s");
+  text += row("STD, °/h", "ramp (fitted)", "held-out cycle", "random (unseen)", "parameters", "training, s");
   text += row("raw", number(report.rate.raw.std), "", number(report.random.raw.std), "", "");
   const auto add = [&](const model::TrainedModel& trained) {
     const model::Model& model = trained.model;
@@ -268,7 +266,7 @@ Result<void> write_calibration_report(Console& console, const QualifyArguments& 
   if (options.report.laboratory.empty() && options.report.order.empty()) return {};
   timings.begin("calibration report");
   CalibrationArguments report = options.report;
-  report.runs = {options.out + "/rate.db", options.out + "/random.db"};
+  report.runs = {record::ramp_record_path(options.out), options.out + "/random.db"};
   report.left_folder = options.out;
   report.out = options.out + "/calibration";
   if (auto written = calibrate(console, report); !written) return failure(written.error());
@@ -369,9 +367,9 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
 }
 
 Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig) {
-  auto rate = plan_run("rate", options.rate_profile, rig, options);
+  auto rate = plan_run("ramp", record::ramp_record_path(options.out), options.rate_profile, rig, options);
   if (!rate) return failure(rate.error());
-  auto random = plan_run("random", options.random_profile, rig, options);
+  auto random = plan_run("random", options.out + "/random.db", options.random_profile, rig, options);
   if (!random) return failure(random.error());
   Runs runs{.rate = std::move(*rate), .random = std::move(*random), .later = {}};
   for (const std::string& what : options.later) {

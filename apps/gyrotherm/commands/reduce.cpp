@@ -59,7 +59,7 @@ void add_reduce(Program& program) {
   auto [command, options] =
       add_command(program, "reduce",
                   "Reduces the number of support vectors of a model and prints the effect on its training records.",
-                  "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
+                  "gyrotherm reduce model.json ramp.db --within 0.0001 --out small.json", reduce_and_write);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("runs", options.runs, "its training records")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the smaller model")

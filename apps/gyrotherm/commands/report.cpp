@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration.hpp"
@@ -44,7 +45,7 @@ Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
   if (!is_folder) return calibrate(console, options);
   CalibrationArguments folder_options = options;
   const std::string folder = options.runs.front();
-  folder_options.runs = {folder + "/rate.db", folder + "/random.db"};
+  folder_options.runs = {record::ramp_record_path(folder), folder + "/random.db"};
   if (folder_options.left.empty() && folder_options.left_folder.empty()) folder_options.left_folder = folder;
   return calibrate(console, folder_options);
 }

@@ -157,7 +157,7 @@ void add_prior(CLI::App& command, TrainArguments& options) {
 void add_train(Program& program) {
   auto [command, options] =
       add_command(program, "train", "Trains a compensation model on one or more records.",
-                  "gyrotherm train rate.db --inputs multi-point-t --out model.json", train_and_write);
+                  "gyrotherm train ramp.db --inputs multi-point-t --out model.json", train_and_write);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the model")->check(not_a_dash())->type_name(value::kModel)->required();

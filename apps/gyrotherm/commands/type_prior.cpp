@@ -24,7 +24,7 @@ struct TypePriorArguments {
   model::PriorOptions prior;
 };
 
-/// Record with an optional unit name: "u7=rate.db".
+/// Record with an optional unit name: "u7=ramp.db".
 struct NamedRecord {
   std::string unit;  ///< empty: taken from the record
   std::string path;
@@ -162,7 +162,7 @@ void add_type_prior(Program& program) {
   auto [command, options] = add_command(
       program, "type-prior",
       "Learns a prior from units of one type, so that a few hours of the next unit suffice (train --prior).",
-      "gyrotherm type-prior u1/rate.db u1/random.db u2/rate.db u3/rate.db --out prior.json", learn_and_write);
+      "gyrotherm type-prior u1/ramp.db u1/random.db u2/ramp.db u3/ramp.db --out prior.json", learn_and_write);
   command
       .add_option("records", options.records,
                   "records of at least three units, each as RECORD or UNIT=RECORD. Without UNIT, records are grouped "

@@ -20,7 +20,7 @@ namespace gyrotherm::app {
 
 /// Run of the experiment with the data of one axis.
 struct ExperimentRun {
-  std::string stage;  ///< "rate", "random", "30 days later"
+  std::string stage;  ///< "ramp", "random", "30 days later"
   profile::Profile profile;
   std::uint64_t days_later{};
   data::RecordedRun recorded;

@@ -188,7 +188,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
 
   auto& seeds = add(
       "seeds",
-      "Example: gyrotherm-site seeds rate.db --verify random.db --last 50 --out seeds -- --inputs "
+      "Example: gyrotherm-site seeds ramp.db --verify random.db --last 50 --out seeds -- --inputs "
       "multi-point-t\n\nTrains one model per seed of the swarm and verifies each.",
       [](const JobOptions& o) {
         return begin(plan_seeds({.records = o.records, .verify = o.verify, .first = o.first_seed, .last = o.last_seed},
@@ -216,7 +216,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   add_plan_options(units, *options);
 
   auto& placement = add("placement",
-                        "Example: gyrotherm-site placement rate.db --out placement -- --confirm\n\n"
+                        "Example: gyrotherm-site placement ramp.db --out placement -- --confirm\n\n"
                         "Ranks the thermometers for each axis of the records.",
                         [](const JobOptions& o) { return begin(plan_placement(o.records, o.out, o.plan), o.out, o); });
   placement.add_option("records", options->records, "the records")->required();

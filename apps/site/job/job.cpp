@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "core/child_process.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -205,7 +206,7 @@ Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOp
 }
 
 Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanOptions& options) {
-  const auto info = record::read_info(lot + "/rate.db");
+  const auto info = record::read_info(record::ramp_record_path(lot));
   if (!info) return failure(info.error());
   const auto axes = list_axes(*info);
   if (axes.size() < 2) return failure(FaultKind::usage, rig, "has only one axis; run gyrotherm qualify instead");

@@ -48,6 +48,16 @@ void make_three_files(const std::string& path) {
   add_part(path, 3, 2, 20, 30);
 }
 
+TEST(RecordFilesInFolder, NamesRampRunAsThisVersionDoesUnlessOnlyFormerNameExists) {
+  const Folder in;
+  const std::string folder = in / "";
+  EXPECT_EQ(ramp_record_path(folder), folder + "/ramp.db") << "neither exists";
+  std::ofstream(folder + "/rate.db") << "0.1.0";
+  EXPECT_EQ(ramp_record_path(folder), folder + "/rate.db");
+  std::ofstream(folder + "/ramp.db") << "this version";
+  EXPECT_EQ(ramp_record_path(folder), folder + "/ramp.db");
+}
+
 TEST(RunParts, AreDetectedByName) {
   EXPECT_EQ(part_path("/a/run.db", 2), "/a/run.2.db");
   for (const auto& [path, record] : {std::pair("/a/run.12.db", "/a/run.db"), std::pair("run.12.db", "run.db"),

@@ -77,11 +77,11 @@ class CalibrationOfAUnit : public testing::Test {
     folder() = std::make_unique<Folder>();
     std::ofstream(in("laboratory.toml")) << kLaboratory;
     std::ofstream(in("order.toml")) << kOrder;
-    for (const auto& [profile, name] : {std::pair{"short-rate", "rate.db"}, std::pair{"short-random", "random.db"}})
+    for (const auto& [profile, name] : {std::pair{"short-rate", "ramp.db"}, std::pair{"short-random", "random.db"}})
       run("run tests/profiles/" + std::string(profile) + ".toml --rig profiles/rigs/virtual.toml --seed 3 --out " +
           in(name));
-    run("train " + in("rate.db") + " --inputs seven-point,A --method ridge-u --out " + in("model.json"));
-    run("report " + in("rate.db") + " " + in("random.db") + " --model " + in("model.json") + files("order.toml") +
+    run("train " + in("ramp.db") + " --inputs seven-point,A --method ridge-u --out " + in("model.json"));
+    run("report " + in("ramp.db") + " " + in("random.db") + " --model " + in("model.json") + files("order.toml") +
         " --language en,de --out " + in("report"));
   }
   static void TearDownTestSuite() { folder().reset(); }
@@ -180,10 +180,10 @@ TEST_F(CalibrationOfAUnit, GivesNoiseDegreesOfFreedomOfBudget) {
 
 TEST_F(CalibrationOfAUnit, RefusesRecordsOfTwoGyros) {
   run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 4 --out " + in("other.db"));
-  const auto refused = gyrotherm_with("report " + in("rate.db") + " " + in("other.db") + " --out " + in("mixed"));
+  const auto refused = gyrotherm_with("report " + in("ramp.db") + " " + in("other.db") + " --out " + in("mixed"));
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("is of another gyro (seed 4)"), std::string::npos) << refused.err;
-  EXPECT_EQ(gyrotherm_with("train " + in("rate.db") + " " + in("other.db") + " --out " + in("none.json")).exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("train " + in("ramp.db") + " " + in("other.db") + " --out " + in("none.json")).exit_code, 2);
   run("report " + in("other.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("of_other"));
   const auto missing = filed("of_other").missing;
   EXPECT_NE(std::ranges::find(missing, "models: one that was trained on this unit"), missing.end());
@@ -219,7 +219,7 @@ TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
     auto record = record::Database::open(in("anew.db"), record::Access::read_write, 0).value();
     ASSERT_TRUE(record.execute("UPDATE channel SET calibrated = '2025-12-30', calibration_uncertainty_k = 0.1"));
   }
-  run("report " + in("rate.db") + " " + in("anew.db") + " --unverified --out " + in("anew"));
+  run("report " + in("ramp.db") + " " + in("anew.db") + " --unverified --out " + in("anew"));
   std::vector<double> of_a;
   for (const report::Equipment& one : filed("anew").equipment)
     if (one.channel == "A") of_a.push_back(one.standard_uncertainty_k);
@@ -297,7 +297,7 @@ TEST_F(CalibrationOfAUnit, RemainsDraftWhenViewCannotBeWritten) {
 }
 
 TEST_F(CalibrationOfAUnit, IsDraftThatListsMissingTextsWithoutOrder) {
-  run("report " + in("rate.db") + " --model " + in("model.json") + " --out " + in("draft"));
+  run("report " + in("ramp.db") + " --model " + in("model.json") + " --out " + in("draft"));
   const auto report = filed("draft");
   EXPECT_NE(std::ranges::find(report.missing, "order.toml: customer.name"), report.missing.end());
   EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),

@@ -38,7 +38,7 @@ class DefaultRigOracle : public testing::TestWithParam<GyroOracle> {};
 
 TEST_P(DefaultRigOracle, KeepsAccuracyOnUnseenRun) {
   const Folder folder;
-  const auto rate = folder / "rate.db", random = folder / "random.db", model = folder / "model.json";
+  const auto rate = folder / "ramp.db", random = folder / "random.db", model = folder / "model.json";
   ASSERT_NO_FATAL_FAILURE(record("qualification", GetParam().seed, rate));
   ASSERT_NO_FATAL_FAILURE(record("random", GetParam().seed, random));
   for (const Oracle& oracle : GetParam().models) {

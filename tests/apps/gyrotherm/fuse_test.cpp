@@ -29,14 +29,14 @@ class Fuse : public testing::Test {
     folder() = std::make_unique<Folder>();
     const Folder& in = *folder();
     const std::string rig = " --rig profiles/rigs/virtual-tetrad.toml --seed 3 --out ";
-    for (const auto& [profile, name] : {std::pair{"short-rate", "rate.db"}, std::pair{"short-random", "random.db"}}) {
+    for (const auto& [profile, name] : {std::pair{"short-rate", "ramp.db"}, std::pair{"short-random", "random.db"}}) {
       const auto ran = gyrotherm_with("run tests/profiles/" + std::string(profile) + ".toml" + rig + (in / name));
       ASSERT_EQ(ran.exit_code, 0) << ran.err;
     }
     for (const std::string axis : {"a", "b", "c", "d"}) {
       std::filesystem::create_directories(in / ("tetrad/" + axis));
       const auto trained =
-          gyrotherm_with("train " + (in / "rate.db") + " --unit tetrad --axis " + axis +
+          gyrotherm_with("train " + (in / "ramp.db") + " --unit tetrad --axis " + axis +
                          " --method ridge-u --quick --out " + (in / ("tetrad/" + axis + "/model-multi-point-t.json")));
       ASSERT_EQ(trained.exit_code, 0) << trained.err;
     }
@@ -57,7 +57,7 @@ class Fuse : public testing::Test {
 };
 
 TEST_F(Fuse, PrintsLinePerRecordAsJson) {
-  const auto ran = gyrotherm_with("fuse " + in("random.db") + " " + in("rate.db") + " " + models() + " --json");
+  const auto ran = gyrotherm_with("fuse " + in("random.db") + " " + in("ramp.db") + " " + models() + " --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   std::istringstream lines(ran.out);
   std::vector<std::string> profiles;
@@ -71,7 +71,7 @@ TEST_F(Fuse, FindsEarthRateAndNorth) {
   const auto summary = nlohmann::json::parse(ran.out);
   EXPECT_EQ(summary["schema"], "gyrotherm-fusion/1");
   EXPECT_TRUE(summary["simulated"]);
-  EXPECT_TRUE(summary["thermometers_vote"]) << "rate.db stands beside the models";
+  EXPECT_TRUE(summary["thermometers_vote"]) << "ramp.db stands beside the models";
   EXPECT_EQ(summary["axes"].size(), 4u);
   EXPECT_EQ(summary["fused"].get<int>() + 99, summary["seconds"].get<int>()) << "the first mean is of 100 s";
   EXPECT_NEAR(summary["said_heading_deg"].get<double>(), 30, 1e-9);
@@ -137,7 +137,7 @@ TEST_F(Fuse, TakesModelsByAxisName) {
   std::string all;
   for (const std::string axis : {"a", "b", "c", "d"})
     all += " --model tetrad." + axis + "=" + in("tetrad/" + axis + "/model-multi-point-t.json");
-  const auto named = fuse(all + " --healthy " + in("rate.db"));
+  const auto named = fuse(all + " --healthy " + in("ramp.db"));
   EXPECT_EQ(named.exit_code, 0) << named.err;
   EXPECT_EQ(fuse("--model tetrad.a").exit_code, 2);
   const auto nobody = fuse(models() + " --model tetrad.e=" + model);

@@ -27,7 +27,7 @@ TEST(Qualify, WritesAllPromisedFiles) {
   const auto ran = gyrotherm_with("qualify --out " + out + kSmall);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_TRUE(ran.out.starts_with("SIMULATED")) << ran.out;
-  for (const auto* name : {"rate.db", "random.db", "model-three-point.json", "model-multi-point.json",
+  for (const auto* name : {"ramp.db", "random.db", "model-three-point.json", "model-multi-point.json",
                            "model-multi-point-t.json", "report/report.json", "report/report.html", "timings.json"})
     EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
   const auto report = report_in(out);
@@ -129,12 +129,12 @@ TEST(Qualify, RecommendsOnlyOnFurtherRecords) {
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto found = report_in(out)["recommendation"];
   EXPECT_NE(found["recommended"], "");
-  EXPECT_EQ(found["records"], 2) << "the further record, and the rate run by models of the further one";
+  EXPECT_EQ(found["records"], 2) << "the further record, and the ramp run by models of the further one";
   EXPECT_NE(ran.out.find("recommended: " + found["recommended"].get<std::string>()), std::string::npos) << ran.out;
   const auto other = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "other.db"));
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_NE(other.err.find("is of another gyro (seed 5)"), std::string::npos) << other.err;
-  for (const auto* quoted : {"random.db", "rate.db"})
+  for (const auto* quoted : {"random.db", "ramp.db"})
     EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --further " + out + "/" + quoted).exit_code, 2);
 }
 

@@ -127,15 +127,15 @@ class ByParallel(Spread):
     def test_seeds_are_trained_and_verified_and_a_failure_is_named(self) -> None:
         self.records("virtual-triad", SMALL)
         words = ["--quick", "--inputs", "multi-point", "--unit", "x"]
-        self.run_in("spread", SITE, "seeds", "lot/rate.db", "--verify", "lot/random.db", "--last", "2", "--out",
+        self.run_in("spread", SITE, "seeds", "lot/ramp.db", "--verify", "lot/random.db", "--last", "2", "--out",
                     "seeds", "--by", "parallel", "--", *words)
         for seed in (1, 2):
             folder = self.folder / f"spread/seeds/seed-{seed}"
             self.assertIn("compensated", json.loads((folder / "verify.json").read_text()))
-            self.run_in("alone", GYROTHERM, "train", "lot/rate.db", *words, "--seed", str(seed), "--out",
+            self.run_in("alone", GYROTHERM, "train", "lot/ramp.db", *words, "--seed", str(seed), "--out",
                         f"{seed}.json")
             self.assertEqual((folder / "model.json").read_bytes(), (self.folder / f"alone/{seed}.json").read_bytes())
-        failed = self.run_in("spread", SITE, "placement", "lot/rate.db", "--out", "placement", "--by", "parallel", "--",
+        failed = self.run_in("spread", SITE, "placement", "lot/ramp.db", "--out", "placement", "--by", "parallel", "--",
                              "--folds", "nonsense", expect=2)
         self.assertIn("3 of 3 tasks failed: x (exit code 2)", failed.stderr)
         self.assertIn("nonsense", (self.folder / "spread/placement/job/tasks/x.log").read_text())
@@ -164,8 +164,8 @@ class WithoutSlurm(Spread):
 
     def test_an_array_that_is_at_it_is_waited_for(self) -> None:
         self.run_in("spread", GYROTHERM, "run", str(PROFILES / "short-rate.toml"), "--rig", "virtual", "--out",
-                    "rate.db", "--quiet")
-        self.run_in("spread", SITE, "seeds", "rate.db", "--last", "3", "--out", "100 % of seeds", "--by", "slurm",
+                    "ramp.db", "--quiet")
+        self.run_in("spread", SITE, "seeds", "ramp.db", "--last", "3", "--out", "100 % of seeds", "--by", "slurm",
                     "--detach")
         self.assertEqual(len(self.arrays()), 1)
         job = self.folder / "spread/100 % of seeds/job"
@@ -181,10 +181,10 @@ class WithoutSlurm(Spread):
 
     def test_an_sbatch_that_says_no_number_is_an_error_at_once(self) -> None:
         self.run_in("spread", GYROTHERM, "run", str(PROFILES / "short-rate.toml"), "--rig", "virtual", "--out",
-                    "rate.db", "--quiet")
+                    "ramp.db", "--quiet")
         sbatch = self.folder / "programs/sbatch"
         sbatch.write_text(sbatch.read_text().replace("echo \"$((", "echo \"Submitted $(("))
-        failed = self.run_in("spread", SITE, "seeds", "rate.db", "--last", "2", "--out", "seeds", "--by", "slurm",
+        failed = self.run_in("spread", SITE, "seeds", "ramp.db", "--last", "2", "--out", "seeds", "--by", "slurm",
                              expect=4)
         self.assertIn('sbatch: expected a job number, found "Submitted 101;lab"', failed.stderr)
         self.assertEqual(len(self.arrays()), 1)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Child processes: functions of this program that may hang or crash without harming it, and other programs that are
-/// started and awaited. All functions may be called from any thread.
+/// Child processes. ChildProcess runs a function of this program that may hang or crash. The functions below it start
+/// other programs and wait for them. All functions may be called from any thread.
 #pragma once
 
 #include <sys/types.h>
@@ -18,17 +18,17 @@
 
 namespace gyrotherm {
 
-/// A pipe whose ends are closed in every program that this process starts. Both descriptors are closed if no pipe can
-/// be made.
+/// The read end (`from`) and the write end (`to`) of a pipe. Programs that this process starts do not inherit them.
 struct Pipe {
   Descriptor from, to;
 };
+/// Creates a pipe. On failure both descriptors are closed and errno is set.
 [[nodiscard]] Pipe new_pipe();
 
-/// Redirects standard input to /dev/null, so that a child process does not share its parent's input.
+/// Redirects standard input to /dev/null. A child calls this because it must not share its parent's input.
 void detach_standard_input();
 
-/// Waits for a child to end. Returns false if it does not end in time; sets `status` as waitpid() does.
+/// Waits for a child to end and sets `status` as waitpid() does. Returns false if the child does not end in time.
 [[nodiscard]] bool reap(pid_t pid, Duration within, int* status = nullptr);
 
 /// Describes how a child ended: "ended with exit code 3", "was ended by signal 11 (Segmentation fault)".
@@ -51,7 +51,7 @@ class ChildProcess {
   /// not take a lock that they use.
   explicit ChildProcess(const std::function<void(int to_parent)>& work,
                         const std::optional<Confinement>& confinement = std::nullopt);
-  /// Kills the child if it is still running. A child that hangs in the kernel remains.
+  /// Kills the child if it is still running. A child that is blocked in the kernel may outlive this object.
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -67,7 +67,7 @@ class ChildProcess {
   Descriptor output_;
 };
 
-/// Limits the processor time of this process to `more` seconds from now on; SIGXCPU then ends it.
+/// Allows this process `more` seconds of further processor time. SIGXCPU then ends the process.
 void limit_processor_time(std::chrono::seconds more);
 
 /// Working directory and output files of a program that is started. An empty member keeps the setting of this process.
@@ -79,18 +79,19 @@ struct LaunchSettings {
   std::string log{};
 };
 
-/// Starts a program without a shell. A name without a slash is searched in PATH. The program gets an empty standard
-/// input and no blocked signals. Fails with refused.
+/// Starts a program without a shell. A name without a slash is searched in PATH. Its standard input
+/// is empty and no signal is blocked. Fails with refused if the program cannot be started.
 [[nodiscard]] Result<pid_t> start(const std::vector<std::string>& command, const LaunchSettings& in = {});
 
 /// Waits for a child to end. Returns its exit code, or 128 plus the number of the signal that ended it.
 [[nodiscard]] int wait_for(pid_t child);
 
-/// Starts a program, waits for it to end, and returns as wait_for() does. Fails with refused.
+/// Starts a program, waits for it to end, and returns its exit code as wait_for() does. Fails with refused if the
+/// program cannot be started.
 [[nodiscard]] Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSettings& in = {});
 
-/// Runs a program and returns its stdout. Fails with refused if its exit code is not 0, and reports its stderr, or its
-/// stdout if stderr is empty. Fails with timeout if the program does not end `within` that time, after killing it.
+/// Runs a program and returns its stdout. Fails with refused if its exit code is not 0; the message contains its
+/// stderr, or its stdout if stderr is empty. Kills the program and fails with timeout if it does not end in time.
 [[nodiscard]] Result<std::string> read_program_output(const std::vector<std::string>& command, Duration within);
 
 }  // namespace gyrotherm

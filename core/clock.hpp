@@ -27,17 +27,17 @@ class Clock {
 /// The machine's monotonic clock; each instant is paired with the system's UTC at the same moment.
 class SteadyClock final : public Clock {
  public:
-  /// Starts the clock at `elapsed`: the time that a resumed run has lasted so far.
+  /// Starts the clock at `elapsed`, the duration of a resumed run so far.
   explicit SteadyClock(Duration elapsed = {});
   [[nodiscard]] Instant now() const override;
 
  private:
-  /// Start of the run, as time since the machine was started.
+  /// Start of the run, as time since boot.
   Duration origin_;
 };
 
-/// A clock that moves only when advance() is called. Its UTC starts at kVirtualEpoch plus `epoch_offset`, so that dry
-/// runs are reproducible.
+/// A clock that moves only when advance() is called. Its UTC starts at kVirtualEpoch plus `epoch_offset`; dry runs are
+/// therefore reproducible.
 class VirtualClock final : public Clock {
  public:
   explicit VirtualClock(Duration elapsed = {}, Duration epoch_offset = {})
@@ -52,15 +52,16 @@ class VirtualClock final : public Clock {
 /// UTC at the start of every virtual clock: 2026-01-01T00:00:00Z.
 inline constexpr Duration kVirtualEpoch = std::chrono::seconds(1767225600);
 
-/// Return the time since the machine was started, including suspended time, and an identifier of that start. Two
-/// processes with the same identifier can compare their times even if the system clock is changed.
+/// Returns the time since the machine was booted, including suspended time.
 [[nodiscard]] Duration since_boot();
+/// Returns an identifier of the current boot. Two processes that read the same identifier can compare their times since
+/// boot, even if the system clock is changed.
 [[nodiscard]] std::string boot_id();
 
 /// Formats a UTC in whole seconds: "2026-01-01T00:00:00Z".
 [[nodiscard]] std::string civil_time(Duration utc);
 
-/// Formats a duration for people: "18 h 40 min 00 s".
+/// Formats a duration, rounded to seconds: "18 h 40 min 00 s", "40 min 00 s", "5 s".
 [[nodiscard]] std::string spoken(Duration d);
 
 }  // namespace gyrotherm

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Deadlines for waits. A deadline uses the steady clock, as the kernel's waits do, unless another clock is given: an
-/// in-memory connection advances its own clock.
+/// Deadlines for waits. By default a deadline uses the steady clock, as the kernel's waits do. An in-memory connection
+/// passes its own clock, which it advances itself.
 #pragma once
 
 #include <poll.h>
@@ -34,10 +34,8 @@ class Deadline {
   Duration end_;
 };
 
-// Waits for open file descriptors.
-
-/// Waits until `descriptor` is ready for `events` or has an error, and returns true. Returns false at the deadline. A
-/// signal does not end the wait.
+/// Waits until `descriptor` is ready for `events` (poll(2)) or has an error, and returns true. Returns false at the
+/// deadline. A signal does not end the wait.
 [[nodiscard]] inline bool ready(int descriptor, short events, const Deadline& deadline) {
   pollfd line{descriptor, events, 0};
   while (true) {
@@ -49,7 +47,7 @@ class Deadline {
   }
 }
 
-/// Returns whether errno is a reason to repeat the call once the descriptor is ready.
+/// Returns whether errno means that the call can be repeated once the descriptor is ready.
 [[nodiscard]] inline bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
 
 }  // namespace gyrotherm

@@ -111,7 +111,7 @@ constexpr mode_t kModeForAll = 0644;
 constexpr mode_t kModeForGroup = 0640;
 constexpr mode_t kModeForOwner = 0600;
 constexpr int kMostAttempts = 100;  ///< attempts to find a free name
-/// Number of bytes of the old name that are kept; a name may have 255 bytes.
+/// Number of bytes of the old name in the temporary name. A file name may have 255 bytes.
 constexpr std::size_t kKeptNameBytes = 200;
 
 /// A path split into its open folder and the name in it.
@@ -120,7 +120,7 @@ struct SplitPath {
   std::string name;
 };
 
-/// Opens the folder of a path. Fails with storage and the text of errno.
+/// Opens the folder of a path. Fails with storage if it cannot be opened or the path names a folder.
 Result<SplitPath> split_path(const std::string& path) {
   const std::filesystem::path whole(path);
   SplitPath split{.folder = Descriptor(::open(folder_of(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
@@ -140,7 +140,8 @@ std::string temporary_name(const std::string& name) {
   return fmt::format("{}.{:016x}.part", name.substr(0, kKeptNameBytes), drawn);
 }
 
-/// Creates a file under a new name and opens it for writing. Returns a closed descriptor with errno set on failure.
+/// Creates a temporary file, opens it for writing and sets `name`. On failure returns a closed descriptor and sets
+/// errno.
 Descriptor create_new_file(const SplitPath& split, std::string& name, mode_t mode) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
   for (int i = 0; i < kMostAttempts; ++i) {
@@ -156,7 +157,8 @@ void sync_folder(const SplitPath& split) {
   if (folder.is_open()) ::fsync(folder.number());
 }
 
-/// Blocks the signals of this thread for the lifetime of the object, so that none ends the program.
+/// Blocks the signals of this thread for the lifetime of the object. A signal that ended the program meanwhile would
+/// leave a temporary file.
 class SignalBlock {
  public:
   SignalBlock() {
@@ -178,14 +180,14 @@ struct ReplaceOptions {
   Syncing syncing{};
 };
 
-/// Sets the mode of a new file regardless of the umask, except that the group gets no access if the umask excludes it.
+/// Sets the mode of a new file regardless of the umask, but denies the group access if the umask does.
 bool set_mode(int file, mode_t mode) {
   struct stat made {};
   if (::fstat(file, &made) != 0) return false;
   return ::fchmod(file, (made.st_mode & S_IRGRP) != 0 ? mode : mode & S_IRWXU) == 0;
 }
 
-/// Writes a new file and renames it. On failure, removes the new file and returns false with errno set.
+/// Writes a temporary file and renames it. On failure, removes the temporary file and returns false with errno set.
 bool replace_in(const SplitPath& split, std::string_view text, const ReplaceOptions& options) {
   const SignalBlock until_renamed;
   std::string name;

@@ -62,7 +62,7 @@ enum class Links { followed, refused };
 /// A regular file, open for reading.
 struct RegularFile {
   Descriptor descriptor;
-  std::uint64_t size{};  ///< bytes at opening
+  std::uint64_t size{};  ///< bytes when it was opened
 };
 
 /// Opens a regular file for reading without blocking. Fails with bad_file if it does not exist, cannot be read, or is a
@@ -78,23 +78,23 @@ struct RegularFile {
 /// Opens a regular file and reads all of it. Fails as open_regular_file() and read_whole() do.
 [[nodiscard]] Result<std::string> read_text_file(const std::string& path, std::size_t most = kLargestText);
 
-/// Reads as read_text_file() does, but returns an empty optional if no file of that name exists. A dangling link counts
-/// as a file that cannot be read.
+/// Reads as read_text_file() does, but returns an empty optional if no file of that name exists. Fails with bad_file
+/// for a dangling link.
 [[nodiscard]] Result<std::optional<std::string>> read_text_file_if_any(const std::string& path,
                                                                        std::size_t most = kLargestText,
                                                                        Links links = Links::followed);
 
 /// Replaces a file that the user named: writes `text` to a new file in the same folder, syncs it and renames it.
-/// Readers see either the old or the new content. Signals to this thread are blocked meanwhile. If the path is a link,
-/// its target is replaced and the link remains. The mode is 0644, restricted by the umask. Fails with storage, also if
-/// the path is a device, a pipe or a folder.
+/// Readers see either the old or the new content. Signals to this thread are blocked while the file is replaced. If the
+/// path is a link, its target is replaced and the link remains. The mode is 0644, restricted by the umask. Fails with
+/// storage, also if the path is a device, a pipe or a folder.
 [[nodiscard]] Result<void> replace_text_file(const std::string& path, std::string_view text);
 
 enum class Syncing { awaited, not_awaited };
 
 enum class Readers { owner_and_group, owner };
 
-/// Replaces a file that the program itself owns, such as those next to a record, in the same way. If the path is a
+/// Replaces a file that belongs to the program itself, such as one next to a record, in the same way. If the path is a
 /// link, the link itself is replaced and never followed. The mode is 0640, or 0600 with Readers::owner or if the umask
 /// excludes the group; the umask has no other effect. With Syncing::awaited, file and folder are synced before this
 /// returns. Fails with storage.
@@ -102,8 +102,8 @@ enum class Readers { owner_and_group, owner };
                                             Syncing syncing = Syncing::awaited,
                                             Readers readers = Readers::owner_and_group);
 
-/// Distinguishes two states of a file. File times are coarse: a file and its replacement may have the same time, but
-/// they have different inodes.
+/// State of a file, for detecting changes. The inode is part of it because file times are coarse: a file and its
+/// replacement may have the same time, but they have different inodes. `size` is -1 if there is no file.
 struct FileState {
   std::uint64_t device{}, inode{};
   std::int64_t changed_ns{-1}, size{-1};
@@ -113,14 +113,14 @@ struct FileState {
 
 /// Returns the state of the file at `path`, following links. Returns an empty state if the file does not exist.
 [[nodiscard]] FileState read_file_state(const std::string& path);
-/// Returns the state without time and size. The result remains equal while the file grows.
+/// Returns the state with time and size set to 0. It remains the same while the file grows.
 [[nodiscard]] FileState read_file_identity(const std::string& path);
 
 /// Returns the folder that contains `path`: "." for "rig.toml".
 [[nodiscard]] std::string folder_of(const std::filesystem::path& path);
 
 /// Returns the paths of the entries of a folder, unsorted. An error ends the list without an exception: the list is
-/// empty if the folder cannot be read, and may be incomplete if the folder changes meanwhile.
+/// empty if the folder cannot be read, and may be incomplete if the folder changes during the call.
 [[nodiscard]] std::vector<std::filesystem::path> list_folder(const std::filesystem::path& folder);
 
 }  // namespace gyrotherm

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Descriptions of structs that are stored in files. A function `describe` next to the struct lists its members with
-/// their keys, in the order of the file. The same function writes the struct and reads it back:
+/// Descriptions of structs that are stored in files. A function `describe` next to the struct lists its members and
+/// their keys in the order of the file. The same function serves to write the struct and to read it:
 ///
 ///     void describe(auto& form, Like<Point> auto& point) {
 ///       form("x_m", point.x_m);
@@ -13,23 +13,24 @@
 /// form(key, value)
 ///     Writes the value, or reads it. When reading, a missing key is an error.
 /// form.derived(key, value)
-///     Writes a value that can be computed from others, for readers of the file. It is not read, and may be missing.
+///     Writes a value that can be computed from others, for people and programs that read the file. Ignored when
+///     reading; the key may be missing.
 /// form.if_there(key, there, value)
-///     Writes the value if `there` is true. Reads it if the file has the key; otherwise the member keeps its value.
+///     Writes the value only if `there` is true. When reading, a member whose key is missing keeps its value.
 /// form.object(key, describe_members)
-///     Puts members of the struct into an object of their own in the file: describe_members(form) describes them.
+///     Stores some members of the struct in a nested object; describe_members(form) lists them.
 /// form.object_if_there(key, there, describe_members)
 ///     Does the same under the conditions of if_there().
 /// form.expect(key, holds, what)
-///     When reading, notes the error `what` at `key` if `holds` is false. Call it after the members on which
-///     `holds` depends. Does nothing when writing.
+///     When reading, notes the error `what` at `key` if `holds` is false. Call it after the members that `holds`
+///     depends on. Does nothing when writing.
 ///
 /// Values are double (NaN is null), int, std::int64_t, std::uint64_t, bool, std::string, Celsius, Duration (whole
 /// nanoseconds), std::pair of doubles (an array of two), std::vector, std::optional (null if empty) and described
-/// structs. The functions below wrap a value that has another form, or a narrower range, in the file. A range is
-/// checked when the value is read, and not when it is written.
+/// structs. The functions below wrap values that are stored in another form or have a narrower range. A range is
+/// checked only when the value is read.
 ///
-/// An error does not end the reading: the first one is kept with its path, and JsonNode::verdict() returns it.
+/// Reading continues after an error. JsonNode::verdict() returns the first error with its path.
 #pragma once
 
 #include <concepts>
@@ -41,11 +42,11 @@
 
 namespace gyrotherm {
 
-/// Matches `Described`, which is read, and `const Described`, which is written.
+/// Matches `Described` for reading and `const Described` for writing.
 template <class T, class Described>
 concept Like = std::same_as<std::remove_const_t<T>, Described>;
 
-/// A number above 0, or 0 for an unknown value, which is null in the file.
+/// A number above 0. An unknown value is 0 in the program and null in the file.
 template <class T>
 struct Known {
   T& value;
@@ -55,7 +56,7 @@ Known<T> known(T& value) {
   return {value};
 }
 
-/// A number from `low` to `high`. Any other number, or null, is reported as the error `expected`.
+/// A number from `low` to `high`. `expected` is the error message for any other number and for null.
 template <class T>
 struct InRange {
   T& value;
@@ -72,7 +73,7 @@ InRange<T> not_negative(T& value) {
   return {value, 0, 1e300, false, "expected 0 or more"};
 }
 
-/// One of the enumerators `all`, stored by its name(). Any other text is an error.
+/// An enumerator, stored as the text that name() returns. A text other than those of `all` is an error.
 template <class T>
 struct OneOf {
   T& value;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Conversion of described structs (core/form.hpp) to and from JSON: make_json() and read_json(). This header includes
-/// nlohmann's JSON; include it only in sources that read or write files.
+/// Conversion of described structs (core/form.hpp) to and from JSON: make_json() and read_json(). Include this header
+/// only in sources that read or write files, because it includes nlohmann's JSON.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,17 +22,18 @@ namespace gyrotherm {
 
 using Json = nlohmann::ordered_json;
 
-/// Returns the text of a document: on one line, or indented by `indent` blanks per level. NaN is written as null. Bytes
-/// that are not UTF-8 are replaced by U+FFFD.
+/// Returns a document as text, on one line or with `indent` blanks per level. NaN is written as null. Bytes that are
+/// not UTF-8 are replaced by U+FFFD.
 [[nodiscard]] inline std::string text_of(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
-/// Returns the text of a document on one line, with characters outside ASCII escaped.
+
+/// Returns a document on one line, with characters outside ASCII escaped.
 [[nodiscard]] inline std::string ascii_of(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 
-/// Writes (`write`) and reads (`read`) values of one type. Specialised for every type that is not a described struct.
+/// Writes and reads values of one type. Specialised for every type that is not a described struct.
 template <class T>
 struct JsonValue;
 
@@ -40,7 +41,7 @@ template <class T>
 [[nodiscard]] Json make_json(const T& value) {
   return JsonValue<T>::write(value);
 }
-/// Reads the value at `place`; an error is noted there.
+/// Reads the value at `place`. Notes an error in the document if the value is wrong.
 template <class T>
 void read_json(const JsonNode& place, T& value) {
   JsonValue<T>::read(place, value);
@@ -123,7 +124,7 @@ struct JsonValue {
   }
 };
 
-/// A type that nlohmann's JSON writes itself, and that the member function `Read` of JsonNode reads.
+/// A type that nlohmann's JSON can write; `Read` is the member function of JsonNode that reads it.
 template <class T, auto Read>
 struct PlainJsonValue {
   static Json write(const T& value) { return value; }
@@ -157,7 +158,7 @@ struct JsonValue<std::vector<T>> {
   }
 };
 
-/// Null if the optional is empty.
+/// An empty optional is stored as null.
 template <class T>
 struct JsonValue<std::optional<T>> {
   static Json write(const std::optional<T>& value) { return value ? make_json(*value) : Json(nullptr); }

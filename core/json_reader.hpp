@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads a JSON document key by key. On an error the reader keeps the first error with its path and returns a neutral
-/// value. A parser therefore reads to its end and calls verdict() once.
+/// Reads a JSON document key by key. A getter that finds an error returns a neutral value, and the document keeps the
+/// first error with its path. A parser therefore reads all keys and then calls verdict().
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class JsonNode {
   /// Returns whether this is an object with that key.
   [[nodiscard]] bool has(std::string_view key) const;
 
-  /// Returns the value of a key of an object. A missing key is an error.
+  /// Returns the value at a key of an object. A missing key is an error.
   [[nodiscard]] JsonNode operator[](std::string_view key) const;
   /// Returns the elements of an array.
   [[nodiscard]] std::vector<JsonNode> elements() const;
@@ -45,7 +45,7 @@ class JsonNode {
 
   /// Notes an error that the parser found at this position.
   void mistake(const std::string& what) const;
-  /// Fails with bad_file and the first error that was noted in the document.
+  /// Fails with bad_file if an error was noted in the document; the message describes the first one.
   [[nodiscard]] Result<void> verdict() const;
 
  private:

@@ -43,7 +43,8 @@ std::string find_program_in_path(const std::string& name, const std::string& fol
   return {};
 }
 
-/// Reads passwd(5): each line has name, password, number and other fields, separated by colons.
+/// Reads /etc/passwd (passwd(5)). The first fields of each line are name, password and user number, separated by
+/// colons.
 std::string user_name(std::int64_t uid) {
   std::ifstream users("/etc/passwd");
   const auto number = ":" + std::to_string(uid) + ":";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Functions for this process and its environment: they block signals, end the process on a broken safety invariant,
-/// find installed programs and describe users.
+/// Functions for this process and its environment: blocking signals, ending the process on a broken safety invariant,
+/// finding installed programs and describing users.
 #pragma once
 
 #include <csignal>
@@ -9,17 +9,17 @@
 
 namespace gyrotherm {
 
-/// Blocks all signals in the calling thread. Every thread except the main thread calls this first. The main thread
-/// handles signals. In another thread a signal would interrupt poll() in an instrument's library, and the library would
-/// report an unplugged device.
+/// Blocks all signals in the calling thread. Every thread except the main thread, which handles signals, calls this
+/// first. In another thread a signal would interrupt poll() in an instrument's library, and the library would report an
+/// unplugged device.
 inline void block_signals() {
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
-/// Ends the process with SIGABRT in every build if `holds` is false, and names the invariant on stderr. A program with
-/// a broken safety invariant must not command a chamber any longer; the watchdog then makes the chamber safe.
+/// If `holds` is false, prints the invariant to stderr and ends the process with SIGABRT, in every build type. A
+/// program with a broken safety invariant must no longer command a chamber; the watchdog then makes the chamber safe.
 void ensure(bool holds, const char* invariant);
 
 /// Returns the path of the program `name` in the folder of the running program. The file need not exist.
@@ -27,8 +27,8 @@ void ensure(bool holds, const char* invariant);
 
 /// Returns whether `path` is a regular file that this user may execute.
 [[nodiscard]] bool is_executable(const std::string& path);
-/// Searches the folders of PATH, or /usr/bin and /bin without it, for an executable file of that name. Relative folders
-/// of PATH are relative to `folder`. Returns the path of the first one, or an empty string.
+/// Searches the folders of PATH (/usr/bin and /bin if PATH is not set) for an executable file with this name. Relative
+/// folders of PATH are relative to `folder`. Returns the path of the first match, or an empty string.
 [[nodiscard]] std::string find_program_in_path(const std::string& name, const std::string& folder = ".");
 
 /// Returns the name of a user of this machine, or "unknown" if /etc/passwd does not list it. Directory services are not

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The start of a program: opens the standard descriptors, checks the values of the command line, and writes to stdout
-/// and stderr without failing when the reader is gone.
+/// Start of a program: opening the standard descriptors, checking the command line, and writing to stdout and stderr
+/// without failing when the reader has closed the pipe.
 #pragma once
 
 #include <span>
@@ -12,9 +12,9 @@
 
 namespace gyrotherm {
 
-/// Opens each of stdin, stdout and stderr that is closed at the start of the program. Otherwise a file or socket of the
-/// program would get its number. Afterwards, reading such a stdin returns end of file, writing to such a stdout fails,
-/// and such a stderr discards its text. Every main() calls this first.
+/// Opens each of stdin, stdout and stderr that is closed. Otherwise the program's first files or sockets would get
+/// their numbers. Reading a stdin opened here returns end of file, writing to such a stdout fails, and such a stderr
+/// discards its text. Every main() calls this first.
 void open_standard_descriptors();
 
 /// Writes to stderr. The text is lost if it cannot be written, for example on a full disk.
@@ -30,8 +30,8 @@ void write_to_stderr(std::string_view text);
 /// decimal number that fits in 64 bits: no blank, no "0x", no plus sign, no NaN and no infinity.
 [[nodiscard]] std::string objection_to(std::string_view value, std::string_view kind);
 
-/// Returns the reason for refusing `word` as the first argument of a program that has the commands `known`, or an empty
-/// string. Accepts every option.
+/// Returns the reason for refusing `word` as the name of a command, or an empty string if it is an option or one of the
+/// commands `known`.
 [[nodiscard]] std::string command_refusal_reason(std::string_view word, std::span<const std::string> known);
 
 /// Returns the reason for refusing the option `word`, which `command` does not have. Suggests the nearest option of
@@ -43,8 +43,8 @@ void write_to_stderr(std::string_view text);
 /// number.
 [[nodiscard]] std::string plain_error_message(const std::string& refusal);
 
-/// Returns the cause of an error of CLI11: the first unknown command or unknown option if there is one, otherwise the
-/// message `refusal`. CLI11 itself may report only a consequence of it.
+/// Returns the message for a CLI11 error. It names the first unknown command or option if there is one; CLI11 may
+/// report only a consequence of that. Otherwise it is CLI11's own message `refusal`.
 template <class App>
 std::string cause_of(const std::string& refusal, const App& program, std::span<char* const> words) {
   std::string cause;
@@ -77,9 +77,9 @@ std::string cause_of(const std::string& refusal, const App& program, std::span<c
   return cause.empty() ? plain_error_message(refusal) : cause;
 }
 
-/// Makes every option of the program and of its commands refuse the values that objection_to() refuses. CLI11 alone
-/// would accept "" as 0, "0x10" as 16, and a number above the maximum as the maximum. Call this once, after all options
-/// were added.
+/// Makes every option of the program and its commands refuse the values that objection_to() refuses. CLI11 itself
+/// accepts "" as 0, "0x10" as 16, and a number above the maximum as the maximum. Call this once, after all options have
+/// been added.
 template <class App>
 void refuse_invalid_values(App& app) {
   for (auto* option : app.get_options()) {

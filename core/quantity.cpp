@@ -20,7 +20,7 @@ struct Quantity {
   std::string unit;
 };
 
-/// Takes a number and its unit from the start of `text`; the unit extends to the next digit or the end.
+/// Removes a number and its unit from the start of `text`. The unit extends to the next number or the end.
 std::optional<Quantity> take_quantity(std::string_view& text) {
   text = trimmed(text);
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);

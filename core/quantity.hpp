@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Quantities with a type: temperatures, temperature differences, rates and durations, and the parsing of their
-/// notation. Two temperatures cannot be added; a difference can be added to a temperature.
+/// Types for temperatures, temperature differences, rates and durations, and parsers for their notation. Two
+/// temperatures cannot be added; a difference can be added to a temperature.
 #pragma once
 
 #include <chrono>
@@ -65,10 +65,11 @@ struct DegreesPerHour {
 [[nodiscard]] constexpr DegreesPerHour operator-(DegreesPerHour a, DegreesPerHour b) { return {a.value - b.value}; }
 [[nodiscard]] constexpr DegreesPerHour operator*(DegreesPerHour a, double k) { return {a.value * k}; }
 
-/// Reads a duration: "2 h", "90 s", "1 h 30 min", "250 ms". Fails with bad_file, naming the text.
+/// Parses a duration: "2 h", "90 s", "1 h 30 min", "250 ms". Fails with bad_file; the message contains the text.
 [[nodiscard]] Result<Duration> parse_duration(std::string_view text);
 
-/// Returns the number before one of `units`, as in "-40 °C". Returns nothing if the text has any other form.
+/// Parses a number and its unit, as in "-40 °C", and returns the number. Returns nothing if the text has another form
+/// or the unit is not one of `units`.
 [[nodiscard]] std::optional<double> parse_quantity(std::string_view text, std::span<const std::string_view> units);
 
 }  // namespace gyrotherm

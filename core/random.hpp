@@ -9,12 +9,12 @@
 
 namespace gyrotherm {
 
-/// Draws a number that is uniform in [0, 1), from the upper 53 bits.
+/// Draws a uniform number from [0, 1), using the upper 53 bits of one generator output.
 [[nodiscard]] inline double uniform(std::mt19937_64& generator) {
   return static_cast<double>(generator() >> 11U) * 0x1p-53;
 }
 
-/// Draws a whole number that is uniform in 0 … count − 1.
+/// Draws a uniform whole number from 0 to count − 1.
 [[nodiscard]] inline std::int64_t draw_index(std::int64_t count, std::mt19937_64& generator) {
   return static_cast<std::int64_t>(uniform(generator) * static_cast<double>(count));
 }
@@ -61,14 +61,14 @@ enum class RandomPurpose : std::uint64_t {
   own_values = 29,
 };
 
-/// The random numbers of one purpose under one seed. Each purpose has its own stream. A new purpose therefore does not
-/// change the numbers of existing purposes.
+/// The stream of random numbers for one seed and one purpose. Because each purpose has its own stream, a new purpose
+/// does not change the numbers of existing ones.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, RandomPurpose purpose)
       : bits_(splitmix64(splitmix64(seed) + static_cast<std::uint64_t>(purpose))) {}
 
-  /// Draws a number that is uniform in [0, 1), of 53 bits.
+  /// Draws a uniform number from [0, 1) with a resolution of 53 bits.
   [[nodiscard]] double uniform() { return gyrotherm::uniform(bits_); }
 
   /// Draws from the normal distribution of mean 0 and standard deviation 1 by Marsaglia's polar method.

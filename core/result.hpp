@@ -26,7 +26,7 @@ enum class FaultKind {
   out_of_range,
   /// The value read back differs from the value written.
   mismatch,
-  /// The run passed a limit of the rig and was ended.
+  /// A limit of the rig was exceeded, and the run was ended.
   interlock,
   /// The content of a file is wrong; `where` is file:line:column.
   bad_file,
@@ -40,8 +40,8 @@ enum class FaultKind {
   usage,
 };
 
-/// Returns the text of an enumerator. The array has one text for each enumerator up to `Last`; any other value returns
-/// "unknown".
+/// Returns the text of an enumerator, or "unknown" for any other value. The array has one text for each enumerator up
+/// to `Last`.
 template <auto Last, std::size_t N>
 [[nodiscard]] constexpr const char* enumerator_text(const char* const (&words)[N], decltype(Last) value) {
   static_assert(N == static_cast<std::size_t>(Last) + 1);

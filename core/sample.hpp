@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The data of one second of the rig, as plain structs. One function makes each struct; it is not modified afterwards.
+/// Data that the rig produces in one second, as plain structs. A struct is not modified after it has been filled.
 #pragma once
 
 #include <cstdint>
@@ -52,14 +52,15 @@ void describe(auto& form, Like<FrameCount> auto& frames) {
   form("bad", frames.bad);
 }
 
-/// Activity that a controller reports. From `program` to `holding` it executes a program of its own.
+/// Activity that a controller reports. The enumerators from `program` to `holding` mean that it executes a program
+/// stored in the controller.
 enum class ChamberActivity {
   off,
   /// Controls the chamber at its set point.
   running,
   /// Controls the chamber without following its set point: manual output or open loop.
   not_following,
-  /// Executes a program of its own.
+  /// Executes a stored program.
   program,
   ramping,
   soaking,
@@ -77,7 +78,7 @@ enum class ChamberActivity {
   unknown,
 };
 
-/// Returns whether the controller executes a program of its own, which overrules a set point.
+/// Returns whether the controller executes a stored program, which overrules a set point.
 [[nodiscard]] constexpr bool carries_out_program(ChamberActivity activity) {
   return activity >= ChamberActivity::program && activity <= ChamberActivity::holding;
 }
@@ -95,10 +96,10 @@ struct ChamberState {
   auto operator<=>(const ChamberState&) const = default;
 };
 
-/// Position in the profile. Together with the profile it is enough to resume the run.
 enum class Phase { ramping, holding, waiting_for_soak, overdue, complete };
 inline constexpr std::initializer_list<Phase> kPhases = {Phase::ramping, Phase::holding, Phase::waiting_for_soak,
                                                          Phase::overdue, Phase::complete};
+/// Position in the profile. A run can be resumed from its position and the profile.
 struct ProfilePosition {
   /// Index into the expanded profile.
   int segment{};
@@ -141,11 +142,11 @@ inline constexpr std::initializer_list<RunState> kRunStates = {
     RunState::execute, RunState::suspended, RunState::held,    RunState::aborting,
     RunState::aborted, RunState::stopped,   RunState::complete};
 
-/// Readings of one unit under test in one second. One instrument sends the pulses of all axes and the housekeeping
-/// values, so they succeed or fail together. Values from analogue inputs succeed or fail independently.
+/// Readings of one unit under test in one second. The pulses of all axes and the housekeeping values come from one
+/// instrument and succeed or fail together. Values from analogue inputs succeed or fail independently.
 struct UnitReading {
   Reading<GyroCount> count;
-  /// Values from analogue inputs; in the record they follow the values that the unit sends.
+  /// Values from analogue inputs. The record stores them after the values that the unit sends.
   std::vector<Reading<double>> analogue{};
   FrameCount frames{};  ///< since the rig was assembled
   /// True bias of each axis in this second; only a virtual unit has it.
@@ -164,10 +165,10 @@ struct Sample {
   RunState state{};  ///< after evaluating this sample
 };
 
-/// Status of a run for its displays.
+/// Status of a run, for programs and pages that display it.
 struct RunOverview {
   RunState state{};
-  /// Reason for a state other than execute; otherwise empty.
+  /// Reason for the state; empty in the state execute.
   std::string cause{};
   /// Time to the end of the run, assuming that no soak is interrupted from now on.
   std::optional<Duration> time_left{};

@@ -9,7 +9,8 @@
 namespace gyrotherm {
 namespace {
 
-/// Returns OpenSSL's SHA-256. It is fetched once, because fetching takes longer than the digest of a row.
+/// Returns OpenSSL's SHA-256. The algorithm is fetched only once, because fetching it takes longer than computing the
+/// digest of a database row.
 const EVP_MD* openssl_sha256() {
   static const EVP_MD* const found = EVP_MD_fetch(nullptr, "SHA256", nullptr);
   return found;

@@ -14,13 +14,13 @@ namespace gyrotherm {
 
 using Digest = std::array<std::uint8_t, 32>;
 
-/// Computes digests of bytes that arrive in pieces; the division into pieces has no effect. Reuse one object for many
-/// digests: making a new one takes longer than the digest of a row.
+/// Computes digests of bytes that arrive in pieces. Reuse one object for many digests: creating an object takes longer
+/// than computing the digest of a database row.
 class Sha256 {
  public:
   Sha256();
   void add(std::string_view bytes);
-  /// Returns the digest of the bytes added since construction or since the previous digest, and starts the next one.
+  /// Returns the digest of the bytes added since construction or since the previous call, and starts the next digest.
   [[nodiscard]] Digest digest();
 
  private:

@@ -29,7 +29,7 @@ std::string relative_to_working_folder(const fs::path& path) {
   return error || relative.empty() || *relative.begin() == ".." ? whole.string() : relative.string();
 }
 
-/// Returns the noun for a shipped file of that name of another kind, or null if there is none.
+/// Searches the other kinds for a shipped file with this name. Returns the noun for its kind, or null if there is none.
 const char* find_other_kind(const std::string& given, const ShippedKind& kind) {
   for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
                             kShippedAnalogueMap, kShippedGyroStream})

@@ -10,7 +10,7 @@
 
 namespace gyrotherm {
 
-/// A kind of shipped file: its folder below the program's data, and the noun for one file in messages.
+/// A kind of shipped file: its folder in the program's data, and the noun for one file in messages.
 struct ShippedKind {
   const char* folder;  ///< such as "profiles/rigs"
   const char* what;    ///< such as "rig"
@@ -26,14 +26,14 @@ inline constexpr ShippedKind kShippedProfile{"profiles", "profile"}, kShippedRig
 /// D/../share/gyrotherm, D/share/gyrotherm (in a build tree), /usr/local/share/gyrotherm, /usr/share/gyrotherm.
 [[nodiscard]] std::vector<std::string> shipped_folders();
 
-/// Returns the first file `path`, such as "profiles/rigs/virtual.toml", in one of shipped_folders(). The result is
-/// relative to the working directory if the file lies in it. Returns an empty string if there is none.
+/// Searches shipped_folders() for the file `path`, such as "profiles/rigs/virtual.toml". Returns the path of the first
+/// match, relative to the working directory if the file lies in it, or an empty string.
 [[nodiscard]] std::string shipped_file(const std::string& path);
 
 /// Returns the names of the shipped files of a kind, sorted: "random" for profiles/random.toml.
 [[nodiscard]] std::vector<std::string> shipped_names(const ShippedKind& kind);
 
-/// Returns whether `given` is a path, and not the name of a shipped file: it contains a / or ends in .toml.
+/// Returns whether `given` is a path: it contains a / or ends in .toml. Otherwise it is the name of a shipped file.
 [[nodiscard]] bool is_path(std::string_view given);
 
 /// Returns the path that `given` refers to: itself if it is a path, otherwise the path of the shipped file of that

@@ -22,9 +22,9 @@ namespace gyrotherm {
 /// Selects whether plain() escapes or keeps line ends and tabs.
 enum class Blanks { escaped, kept };
 
-/// Returns the text in UTF-8 without characters that could control a terminal or fake another line. Control characters
-/// and bytes that are not UTF-8 are escaped as "\x1b"; control characters outside ASCII and marks of writing direction
-/// (UAX #9) are escaped as "\u202e". Other text is unchanged.
+/// Returns the text in UTF-8 without characters that could control a terminal or imitate the start of a line. Control
+/// characters and bytes that are not UTF-8 are escaped as "\x1b"; control characters outside ASCII and marks of writing
+/// direction (UAX #9) are escaped as "\u202e". Other text is unchanged.
 [[nodiscard]] std::string plain(std::string_view text, Blanks blanks = Blanks::escaped);
 
 /// Detects a file of another format by its first bytes. Returns "an SQLite file, as records are", "JSON", or "" for any

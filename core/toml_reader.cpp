@@ -29,7 +29,7 @@ std::string missing_key(std::string_view key) { return fmt::format("missing key 
 }  // namespace
 
 struct TomlTable::Document {
-  /// Order of the list: errors in the text come before missing keys, because a missing key is often their consequence.
+  /// Order of the list. Errors at keys of the file come before missing keys, which are often their consequence.
   enum class Rank { key_error, missing_error };
 
   struct Mistake {
@@ -39,7 +39,7 @@ struct TomlTable::Document {
     bool operator==(const Mistake&) const = default;
   };
 
-  /// The first kMostMistakes errors, and a flag for further ones.
+  /// The first kMostMistakes errors, and whether there were more.
   class Mistakes {
    public:
     void note(Mistake mistake) {
@@ -50,7 +50,7 @@ struct TomlTable::Document {
     [[nodiscard]] bool is_full() const { return noted_.size() == kMostMistakes; }
     [[nodiscard]] bool more() const { return more_; }
     [[nodiscard]] bool empty() const { return noted_.empty(); }
-    /// Removes the error about a missing key. Called when a misspelt form of the key was found.
+    /// Removes the error about a missing key, because a misspelt form of the key was found.
     void drop_missing(toml::source_position table, std::string_view key) {
       const auto start = missing_key(key);
       std::erase_if(noted_, [&](const Mistake& one) { return one.at == table && one.what.starts_with(start); });
@@ -86,9 +86,9 @@ struct TomlTable::Document {
 struct TomlTable::Node {
   const toml::table* table = nullptr;  ///< null for an absent table
   toml::source_position at{};
-  /// "chamber". If an absent table is inside another absent table, both have the path of the outer one.
+  /// Dotted path, such as "chamber". An absent table in an absent table has the path of the outer one.
   std::string path{};
-  /// The absence of this table is noted already; further errors in it are dropped.
+  /// The absence of this table, or its wrong type, has been noted; further errors in it are dropped.
   bool is_reported{};
   std::set<std::string, std::less<>> read_keys;
 
@@ -178,7 +178,7 @@ constexpr const char* kExpectKelvins = "expected a temperature difference like 2
 constexpr const char* kExpectRate = "expected a rate like 5 or \"5 °C/min\"";
 constexpr const char* kExpectArray = "expected an array";
 
-/// Returns a value for an error message: short values as written in the file, others by their type.
+/// Describes a value for an error message: tables and lists by their type, others by their text if it is short.
 std::string shown(const toml::node& node) {
   constexpr std::size_t kShort = 40;
   if (node.is_table()) return "a table";

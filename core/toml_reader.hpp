@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reads TOML and reports all errors of a file together, each with file:line:column. TomlTable reads values. The
-/// functions below it read keywords, bounded whole numbers, and files named in the text.
+/// functions below it read keywords, whole numbers with bounds, and files named in the text.
 #pragma once
 
 #include <fmt/format.h>
@@ -23,7 +23,7 @@
 namespace gyrotherm {
 
 /// One table of a TOML file. If a key is missing or has a wrong type or unit, a getter notes the error and returns a
-/// neutral value. A parser therefore reads to its end and calls verdict() once. A key that no getter read is an error
+/// neutral value. A parser therefore reads all keys and then calls verdict(). A key that no getter read is an error
 /// too ("unknown key, did you mean …"). Copies share one list of errors.
 class TomlTable {
  public:
@@ -70,13 +70,13 @@ class TomlTable {
   [[nodiscard]] std::vector<TomlTable> tables(std::string_view key) const;
   /// Returns every key of this table in the order of the file, and marks all of them as read.
   [[nodiscard]] std::vector<std::string> keys() const;
-  /// Marks a key as read, for a key that another parser reads.
+  /// Marks a key as read, because another parser reads it.
   void ignore(std::string_view key) const;
 
   /// Returns "file:line:column" of a key, or of this table if the key is absent or empty.
   [[nodiscard]] std::string place(std::string_view key = {}) const;
-  /// Notes an error that the parser found at a key. Repeated errors are noted once. In an absent table, only its
-  /// absence is noted.
+  /// Notes an error that the parser found at a key. The same error is noted only once. If this table is absent, only
+  /// its absence is noted.
   void mistake(std::string_view key, std::string what) const;
 
   /// Fails with bad_file if any table of the file has an error. `where` is the location of the first error. `what`
@@ -100,7 +100,7 @@ class TomlTable {
 template <class T, std::size_t N>
 using Vocabulary = std::array<std::pair<const char*, T>, N>;
 
-/// Makes a vocabulary of one keyword per enumerator from `First` to `Last`, in their order.
+/// Makes a vocabulary with one keyword per enumerator, in the order from `First` to `Last`.
 template <auto First, auto Last, class... Words>
 [[nodiscard]] constexpr auto make_vocabulary(Words... words) {
   using T = decltype(First);
@@ -117,7 +117,8 @@ template <class T, std::size_t N>
   return "";
 }
 
-/// Reads a keyword at `key` and returns its value; any other text is an error. Without `fallback` the key is required.
+/// Reads a keyword at `key` and returns its value. A text that is not a keyword is an error. Without `fallback` the key
+/// is required.
 template <class T, std::size_t N>
 [[nodiscard]] T one_of(const Vocabulary<T, N>& words, const TomlTable& table, const char* key,
                        const char* fallback = "") {
@@ -158,7 +159,7 @@ template <class T>
   return whole<std::uint32_t>(table, key, 0, 0xFFFFFFFF, fallback);
 }
 
-/// Byte orders; true if the most significant byte comes first.
+/// Byte orders. The value is true if the most significant byte comes first.
 inline constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
 
 /// A file that another file names: its path and content.

@@ -73,7 +73,7 @@ class Scanner {
   char quote_{};
   /// The last character was a backslash.
   bool escaped_{};
-  /// The scanner is within the blanks after a backslash at the end of a line.
+  /// The scanner is in the blanks that follow a backslash at the end of a line.
   bool continued_{};
   bool unterminated_{};
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Character-level checks and quoting for TOML. A file's characters are checked before its grammar is parsed, so that
-/// toml++ 3.3.0 never sees input that it cannot handle safely.
+/// Character-level checks and quoting for TOML. The characters of a file are checked before its grammar is parsed,
+/// because toml++ 3.3.0 cannot handle every input safely.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct TomlBounds {
   static constexpr std::size_t kWord = 1'024;      ///< bytes, bare key or number
 };
 
-/// A character that is not allowed at its position, or the first one that exceeds a limit. The position is the one of
+/// A character that is not allowed at its position, or the first one that exceeds a limit. The position is that of
 /// the character's first byte; columns are counted in characters.
 struct TextFlaw {
   unsigned line = 1, column = 1;
@@ -34,8 +34,8 @@ struct TextFlaw {
 /// - a character outside ASCII that is not in a quoted text or a comment (TOML 1.0.0, "Keys");
 /// - a character outside ASCII at the start of a line that continues a text after a backslash, for which the behaviour
 ///   of toml++ 3.3.0 is undefined;
-/// - a character that exceeds one of the limits. The check ends at a line whose closing quote is missing. The parser
-///   fails there and reads nothing after it.
+/// - a character that exceeds one of the limits.
+/// The check ends at a line whose closing quote is missing, because the parser fails there.
 [[nodiscard]] std::optional<TextFlaw> find_flaw(std::string_view text);
 
 /// Returns the text as a TOML basic string on one line, with quotation marks. The text must be UTF-8.

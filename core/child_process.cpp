@@ -31,15 +31,15 @@ namespace gyrotherm {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kTakesAllAddresses = true;
+constexpr bool kIsSanitizerBuild = true;
 #else
-constexpr bool kTakesAllAddresses = false;
+constexpr bool kIsSanitizerBuild = false;
 #endif
 
-void set_limit(int resource, rlim_t most) {
+void set_limit(int resource, rlim_t maximum) {
   rlimit limit{};
   if (::getrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) return;
-  limit.rlim_cur = std::min(most, limit.rlim_max);
+  limit.rlim_cur = std::min(maximum, limit.rlim_max);
   limit.rlim_max = limit.rlim_cur;
   ::setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
@@ -54,13 +54,13 @@ std::uint64_t address_space() {
 
 /// Closes every descriptor of the child except its pipe to the parent, which it moves to a new number. Redirects the
 /// standard streams to /dev/null. Returns the new number.
-int keep_only_pipe(int to_parent) {
-  constexpr int kLine = STDERR_FILENO + 1;
+int close_all_but_pipe(int to_parent) {
+  constexpr int kPipeNumber = STDERR_FILENO + 1;
   if (const Descriptor nothing(::open("/dev/null", O_RDWR)); nothing.is_open())
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing.number(), stream);
-  if (to_parent != kLine) ::dup2(to_parent, kLine);
-  ::close_range(kLine + 1, ~0U, 0);
-  return kLine;
+  if (to_parent != kPipeNumber) ::dup2(to_parent, kPipeNumber);
+  ::close_range(kPipeNumber + 1, ~0U, 0);
+  return kPipeNumber;
 }
 
 /// Unblocks all signals and restores the default action of the signals that this program may ignore.
@@ -74,12 +74,12 @@ void reset_signals() {
 int confine(const Confinement& confinement, int to_parent) {
   reset_signals();
   std::set_new_handler([] { ::_exit(kOutOfMemoryExitCode); });
-  if (!kTakesAllAddresses && confinement.memory_bytes > 0)
+  if (!kIsSanitizerBuild && confinement.memory_bytes > 0)
     set_limit(RLIMIT_AS, address_space() + confinement.memory_bytes);
-  const int line = keep_only_pipe(to_parent);
+  const int pipe_number = close_all_but_pipe(to_parent);
   set_limit(RLIMIT_FSIZE, 0);
   set_limit(RLIMIT_CORE, 0);
-  return line;
+  return pipe_number;
 }
 
 }  // namespace
@@ -143,7 +143,7 @@ void limit_processor_time(std::chrono::seconds more) {
 
 namespace {
 
-constexpr mode_t kForOwnerAndGroup = 0640;
+constexpr mode_t kLogFileMode = 0640;
 
 class FileActions {
  public:
@@ -152,8 +152,8 @@ class FileActions {
   FileActions& operator=(const FileActions&) = delete;
   ~FileActions() { posix_spawn_file_actions_destroy(&actions_); }
 
-  void open(int number, const char* path, int how) {
-    posix_spawn_file_actions_addopen(&actions_, number, path, how, kForOwnerAndGroup);
+  void open(int number, const char* path, int flags) {
+    posix_spawn_file_actions_addopen(&actions_, number, path, flags, kLogFileMode);
   }
   void copy(int from, int to) { posix_spawn_file_actions_adddup2(&actions_, from, to); }
   void change_folder(const std::string& folder) { posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str()); }
@@ -224,11 +224,11 @@ Result<pid_t> start(const std::vector<std::string>& command, const LaunchSetting
 }
 
 int wait_for(pid_t child) {
-  constexpr int kSignals = 128;  // the convention of shells
+  constexpr int kSignalOffset = 128;  // the convention of shells
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignals + WTERMSIG(status);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalOffset + WTERMSIG(status);
 }
 
 Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSettings& in) {

@@ -15,7 +15,7 @@
 namespace gyrotherm {
 namespace {
 
-tl::unexpected<Fault> unreadable(const std::string& path, const std::string& why) {
+tl::unexpected<Fault> read_failure(const std::string& path, const std::string& why) {
   return failure(FaultKind::bad_file, path, "cannot be read: " + why);
 }
 
@@ -27,7 +27,7 @@ const char* file_type_name(mode_t mode) {
   return "a device";
 }
 
-tl::unexpected<Fault> not_regular(const std::string& path, mode_t mode) {
+tl::unexpected<Fault> wrong_type_failure(const std::string& path, mode_t mode) {
   return failure(FaultKind::bad_file, path, fmt::format("is {}, expected a regular file", file_type_name(mode)));
 }
 
@@ -65,17 +65,17 @@ bool write_all(int descriptor, std::string_view bytes) {
 
 Result<RegularFile> open_regular_file(const std::string& path, Links links) {
   const bool follows = links == Links::followed;
-  struct stat facts {};
+  struct stat info {};
   // Check before opening: opening some devices has side effects.
-  if (::fstatat(AT_FDCWD, path.c_str(), &facts, follows ? 0 : AT_SYMLINK_NOFOLLOW) != 0)
-    return unreadable(path, std::strerror(errno));
-  if (!S_ISREG(facts.st_mode)) return not_regular(path, facts.st_mode);
+  if (::fstatat(AT_FDCWD, path.c_str(), &info, follows ? 0 : AT_SYMLINK_NOFOLLOW) != 0)
+    return read_failure(path, std::strerror(errno));
+  if (!S_ISREG(info.st_mode)) return wrong_type_failure(path, info.st_mode);
   const int flags = O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC | (follows ? 0 : O_NOFOLLOW);
   RegularFile file{.descriptor = Descriptor(::open(path.c_str(), flags))};
-  if (!file.descriptor.is_open() || ::fstat(file.descriptor.number(), &facts) != 0)
-    return unreadable(path, std::strerror(errno));
-  if (!S_ISREG(facts.st_mode)) return not_regular(path, facts.st_mode);
-  file.size = static_cast<std::uint64_t>(facts.st_size);
+  if (!file.descriptor.is_open() || ::fstat(file.descriptor.number(), &info) != 0)
+    return read_failure(path, std::strerror(errno));
+  if (!S_ISREG(info.st_mode)) return wrong_type_failure(path, info.st_mode);
+  file.size = static_cast<std::uint64_t>(info.st_size);
   return file;
 }
 
@@ -85,9 +85,9 @@ Result<std::string> read_whole(const RegularFile& file, const std::string& path,
                    fmt::format("the file has {} bytes, expected at most {}", file.size, most));
   std::string text;
   const auto size = static_cast<std::size_t>(file.size);
-  if (!read_up_to(file.descriptor.number(), text, size + 1)) return unreadable(path, std::strerror(errno));
+  if (!read_up_to(file.descriptor.number(), text, size + 1)) return read_failure(path, std::strerror(errno));
   if (text.size() == size) return text;
-  return unreadable(
+  return read_failure(
       path, fmt::format("its size was {} bytes, but {} bytes were read; expected a file that does not change", size,
                         text.size() > size ? "more" : std::to_string(text.size())));
 }
@@ -97,8 +97,8 @@ Result<std::string> read_text_file(const std::string& path, std::size_t most) {
 }
 
 Result<std::optional<std::string>> read_text_file_if_any(const std::string& path, std::size_t most, Links links) {
-  struct stat facts {};
-  if (::lstat(path.c_str(), &facts) != 0 && errno == ENOENT) return std::nullopt;
+  struct stat info {};
+  if (::lstat(path.c_str(), &info) != 0 && errno == ENOENT) return std::nullopt;
   auto text =
       open_regular_file(path, links).and_then([&](const RegularFile& file) { return read_whole(file, path, most); });
   if (!text) return failure(std::move(text.error()));
@@ -110,7 +110,7 @@ namespace {
 constexpr mode_t kModeForAll = 0644;
 constexpr mode_t kModeForGroup = 0640;
 constexpr mode_t kModeForOwner = 0600;
-constexpr int kMostAttempts = 100;  ///< attempts to find a free name
+constexpr int kMaxAttempts = 100;  ///< attempts to find a free name
 /// Number of bytes of the old name in the temporary name. A file name may have 255 bytes.
 constexpr std::size_t kKeptNameBytes = 200;
 
@@ -144,7 +144,7 @@ std::string temporary_name(const std::string& name) {
 /// errno.
 Descriptor create_new_file(const SplitPath& split, std::string& name, mode_t mode) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-  for (int i = 0; i < kMostAttempts; ++i) {
+  for (int i = 0; i < kMaxAttempts; ++i) {
     name = temporary_name(split.name);
     Descriptor file(::openat(split.folder.number(), name.c_str(), kFlags, mode));
     if (file.is_open() || errno != EEXIST) return file;
@@ -188,7 +188,7 @@ bool set_mode(int file, mode_t mode) {
 }
 
 /// Writes a temporary file and renames it. On failure, removes the temporary file and returns false with errno set.
-bool replace_in(const SplitPath& split, std::string_view text, const ReplaceOptions& options) {
+bool write_and_rename(const SplitPath& split, std::string_view text, const ReplaceOptions& options) {
   const SignalBlock until_renamed;
   std::string name;
   const auto file = create_new_file(split, name, options.mode);
@@ -204,11 +204,11 @@ bool replace_in(const SplitPath& split, std::string_view text, const ReplaceOpti
   return false;
 }
 
-Result<void> replace(const std::string& path, const std::string& target, std::string_view text,
-                     const ReplaceOptions& options) {
+Result<void> replace_file(const std::string& path, const std::string& target, std::string_view text,
+                          const ReplaceOptions& options) {
   const auto split = split_path(target);
   if (!split) return failure(split.error().kind, path, split.error().what);
-  if (!replace_in(*split, text, options))
+  if (!write_and_rename(*split, text, options))
     return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(errno));
   if (options.syncing == Syncing::awaited) sync_folder(*split);
   return {};
@@ -222,23 +222,23 @@ Result<void> replace_text_file(const std::string& path, std::string_view text) {
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     return failure(FaultKind::storage, path, "exists and is not a regular file; it is not replaced");
   const auto target = std::filesystem::weakly_canonical(path, error).string();
-  return replace(path, target.empty() ? path : target, text,
-                 {.mode = kModeForAll, .ignores_umask = false, .syncing = Syncing::awaited});
+  return replace_file(path, target.empty() ? path : target, text,
+                      {.mode = kModeForAll, .ignores_umask = false, .syncing = Syncing::awaited});
 }
 
 Result<void> replace_own_file(const std::string& path, std::string_view text, Syncing syncing, Readers readers) {
   const mode_t mode = readers == Readers::owner ? kModeForOwner : kModeForGroup;
-  return replace(path, path, text, {.mode = mode, .ignores_umask = true, .syncing = syncing});
+  return replace_file(path, path, text, {.mode = mode, .ignores_umask = true, .syncing = syncing});
 }
 
 FileState read_file_state(const std::string& path) {
   constexpr std::int64_t kNanoseconds = 1'000'000'000;
-  struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0) return {};
-  return {.device = facts.st_dev,
-          .inode = facts.st_ino,
-          .changed_ns = std::int64_t{facts.st_mtim.tv_sec} * kNanoseconds + facts.st_mtim.tv_nsec,
-          .size = facts.st_size};
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0) return {};
+  return {.device = info.st_dev,
+          .inode = info.st_ino,
+          .changed_ns = std::int64_t{info.st_mtim.tv_sec} * kNanoseconds + info.st_mtim.tv_nsec,
+          .size = info.st_size};
 }
 
 FileState read_file_identity(const std::string& path) {

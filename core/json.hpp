@@ -41,10 +41,10 @@ template <class T>
 [[nodiscard]] Json make_json(const T& value) {
   return JsonValue<T>::write(value);
 }
-/// Reads the value at `place`. Notes an error in the document if the value is wrong.
+/// Reads the value at `node`. Notes an error in the document if the value is wrong.
 template <class T>
-void read_json(const JsonNode& place, T& value) {
-  JsonValue<T>::read(place, value);
+void read_json(const JsonNode& node, T& value) {
+  JsonValue<T>::read(node, value);
 }
 
 class JsonWriter {
@@ -81,33 +81,33 @@ class JsonWriter {
 
 class JsonReader {
  public:
-  explicit JsonReader(JsonNode place) : place_(std::move(place)) {}
+  explicit JsonReader(JsonNode node) : node_(std::move(node)) {}
 
   template <class T>
   void operator()(const char* key, T&& value) {
-    JsonValue<std::remove_cvref_t<T>>::read(place_[key], value);
+    JsonValue<std::remove_cvref_t<T>>::read(node_[key], value);
   }
   template <class T>
   void derived(const char*, const T&) {}
   template <class T>
   void if_there(const char* key, bool, T&& value) {
-    if (place_.has(key)) (*this)(key, value);
+    if (node_.has(key)) (*this)(key, value);
   }
   template <class DescribeMembers>
   void object(const char* key, DescribeMembers describe_members) {
-    JsonReader inside(place_[key]);
+    JsonReader inside(node_[key]);
     describe_members(inside);
   }
   template <class DescribeMembers>
   void object_if_there(const char* key, bool, DescribeMembers describe_members) {
-    if (place_.has(key)) object(key, describe_members);
+    if (node_.has(key)) object(key, describe_members);
   }
   void expect(const char* key, bool holds, const char* what) {
-    if (!holds) place_[key].mistake(what);
+    if (!holds) node_[key].mistake(what);
   }
 
  private:
-  JsonNode place_;
+  JsonNode node_;
 };
 
 /// The general case: a described struct.
@@ -118,8 +118,8 @@ struct JsonValue {
     describe(form, value);
     return std::move(form).json();
   }
-  static void read(const JsonNode& place, T& value) {
-    JsonReader form(place);
+  static void read(const JsonNode& node, T& value) {
+    JsonReader form(node);
     describe(form, value);
   }
 };
@@ -128,7 +128,7 @@ struct JsonValue {
 template <class T, auto Read>
 struct PlainJsonValue {
   static Json write(const T& value) { return value; }
-  static void read(const JsonNode& place, T& value) { value = (place.*Read)(); }
+  static void read(const JsonNode& node, T& value) { value = (node.*Read)(); }
 };
 template <>
 struct JsonValue<double> : PlainJsonValue<double, &JsonNode::number> {};
@@ -152,9 +152,9 @@ struct JsonValue<std::vector<T>> {
     for (const T& value : values) array.push_back(make_json(value));
     return array;
   }
-  static void read(const JsonNode& place, std::vector<T>& values) {
+  static void read(const JsonNode& node, std::vector<T>& values) {
     values.clear();
-    for (const JsonNode& element : place.elements()) read_json(element, values.emplace_back());
+    for (const JsonNode& element : node.elements()) read_json(element, values.emplace_back());
   }
 };
 
@@ -162,32 +162,32 @@ struct JsonValue<std::vector<T>> {
 template <class T>
 struct JsonValue<std::optional<T>> {
   static Json write(const std::optional<T>& value) { return value ? make_json(*value) : Json(nullptr); }
-  static void read(const JsonNode& place, std::optional<T>& value) {
+  static void read(const JsonNode& node, std::optional<T>& value) {
     value.reset();
-    if (!place.is_null()) read_json(place, value.emplace());
+    if (!node.is_null()) read_json(node, value.emplace());
   }
 };
 
 template <>
 struct JsonValue<Celsius> {
   static Json write(Celsius temperature) { return temperature.value; }
-  static void read(const JsonNode& place, Celsius& temperature) { temperature.value = place.number(); }
+  static void read(const JsonNode& node, Celsius& temperature) { temperature.value = node.number(); }
 };
 
 /// A duration in whole nanoseconds.
 template <>
 struct JsonValue<Duration> {
   static Json write(Duration time) { return time.count(); }
-  static void read(const JsonNode& place, Duration& time) { time = Duration(place.long_integer()); }
+  static void read(const JsonNode& node, Duration& time) { time = Duration(node.long_integer()); }
 };
 
 /// The lower and the upper bound of a range, as an array of two numbers.
 template <>
 struct JsonValue<std::pair<double, double>> {
   static Json write(const std::pair<double, double>& ends) { return Json::array({ends.first, ends.second}); }
-  static void read(const JsonNode& place, std::pair<double, double>& ends) {
-    const std::vector<double> both = place.numbers();
-    if (both.size() != 2) return place.mistake("wrong length, expected a lower and an upper bound");
+  static void read(const JsonNode& node, std::pair<double, double>& ends) {
+    const std::vector<double> both = node.numbers();
+    if (both.size() != 2) return node.mistake("wrong length, expected a lower and an upper bound");
     ends = {both[0], both[1]};
   }
 };
@@ -195,42 +195,42 @@ struct JsonValue<std::pair<double, double>> {
 template <class T>
 struct JsonValue<Known<T>> {
   static Json write(const Known<T>& known) { return known.value > 0 ? Json(known.value) : Json(nullptr); }
-  static void read(const JsonNode& place, const Known<T>& known) {
+  static void read(const JsonNode& node, const Known<T>& known) {
     known.value = 0;
-    if (!place.is_null()) read_json(place, known.value);
+    if (!node.is_null()) read_json(node, known.value);
   }
 };
 
 template <class T>
 struct JsonValue<InRange<T>> {
   static Json write(const InRange<T>& in) { return make_json(in.value); }
-  static void read(const JsonNode& place, const InRange<T>& in) {
-    read_json(place, in.value);
+  static void read(const JsonNode& node, const InRange<T>& in) {
+    read_json(node, in.value);
     const bool holds = (in.low_excluded ? in.value > in.low : in.value >= in.low) && in.value <= in.high;
-    if (!holds) place.mistake(in.expected);
+    if (!holds) node.mistake(in.expected);
   }
 };
 
 template <class T>
 struct JsonValue<InSeconds<T>> {
   static Json write(const InSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
-  static void read(const JsonNode& place, const InSeconds<T>& in) {
+  static void read(const JsonNode& node, const InSeconds<T>& in) {
     in.time.reset();
-    if (!place.is_null()) in.time = from_seconds(place.number());
+    if (!node.is_null()) in.time = from_seconds(node.number());
   }
 };
 
 template <class T>
 struct JsonValue<OneOf<T>> {
   static Json write(const OneOf<T>& word) { return name(word.value); }
-  static void read(const JsonNode& place, const OneOf<T>& word) {
-    const std::string text = place.text();
+  static void read(const JsonNode& node, const OneOf<T>& word) {
+    const std::string text = node.text();
     std::vector<std::string> names;
     for (const auto value : word.all) {
       names.emplace_back(name(value));
       if (text == names.back()) return void(word.value = value);
     }
-    place.mistake(fmt::format("\"{}\", expected {}", text, fmt::join(names, " or ")));
+    node.mistake(fmt::format("\"{}\", expected {}", text, fmt::join(names, " or ")));
   }
 };
 
@@ -241,9 +241,9 @@ struct JsonValue<ByName<T>> {
     for (const auto& [name, value] : named.values) object[name] = make_json(value);
     return object;
   }
-  static void read(const JsonNode& place, const ByName<T>& named) {
+  static void read(const JsonNode& node, const ByName<T>& named) {
     named.values.clear();
-    for (const auto& [name, value] : place.members()) {
+    for (const auto& [name, value] : node.members()) {
       named.values.emplace_back().first = name;
       read_json(value, named.values.back().second);
     }

@@ -31,7 +31,7 @@ struct JsonNode::Document {
   std::string file;
   Nulls nulls;
   Json root;
-  std::optional<Fault> mistake;
+  std::optional<Fault> first_error;
 };
 
 JsonNode::JsonNode(std::shared_ptr<Document> document, const void* node, std::string path)
@@ -57,13 +57,13 @@ Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls 
 }
 
 void JsonNode::mistake(const std::string& what) const {
-  if (document_->mistake) return;
+  if (document_->first_error) return;
   const std::string where = path_.empty() ? document_->file : document_->file + ": " + path_;
-  document_->mistake = Fault{FaultKind::bad_file, where, what};
+  document_->first_error = Fault{FaultKind::bad_file, where, what};
 }
 
 Result<void> JsonNode::verdict() const {
-  if (document_->mistake) return failure(*document_->mistake);
+  if (document_->first_error) return failure(*document_->first_error);
   return {};
 }
 

@@ -19,17 +19,17 @@ namespace gyrotherm {
 namespace {
 
 template <class Number>
-bool parses_whole(std::string_view text, Number& number) {
+bool can_parse(std::string_view text, Number& number) {
   const char* end = text.data() + text.size();
   const auto [behind, error] = std::from_chars(text.data(), end, number);
   return error == std::errc() && behind == end;
 }
 
 bool is_number(std::string_view text, std::string_view kind) {
-  if (std::int64_t whole = 0; kind == "INT") return parses_whole(text, whole);
-  if (std::uint64_t natural = 0; kind == "UINT") return parses_whole(text, natural);
+  if (std::int64_t whole = 0; kind == "INT") return can_parse(text, whole);
+  if (std::uint64_t natural = 0; kind == "UINT") return can_parse(text, natural);
   double number = 0;
-  return parses_whole(text, number) && std::isfinite(number);
+  return can_parse(text, number) && std::isfinite(number);
 }
 
 }  // namespace
@@ -56,8 +56,8 @@ bool is_stdout_closed() {
 }
 
 std::string objection_to(std::string_view value, std::string_view kind) {
-  const bool wants_number = kind == "INT" || kind == "UINT" || kind == "FLOAT";
-  if (wants_number && !is_number(value, kind)) return fmt::format("\"{}\" is not an accepted number", value);
+  const bool is_numeric = kind == "INT" || kind == "UINT" || kind == "FLOAT";
+  if (is_numeric && !is_number(value, kind)) return fmt::format("\"{}\" is not an accepted number", value);
   return value.empty() ? "its value is empty" : "";
 }
 

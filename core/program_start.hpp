@@ -52,8 +52,9 @@ std::string cause_of(const std::string& refusal, const App& program, std::span<c
     std::vector<std::string> known;
     for (const auto* below : command.get_subcommands([](const App* each) { return !each->get_group().empty(); }))
       known.push_back(below->get_name());
-    const bool takes_words = !command.get_options([](const auto* option) { return option->get_positional(); }).empty();
-    if (cause.empty() && next < words.size() && !known.empty() && !takes_words)
+    const bool has_positionals =
+        !command.get_options([](const auto* option) { return option->get_positional(); }).empty();
+    if (cause.empty() && next < words.size() && !known.empty() && !has_positionals)
       cause = command_refusal_reason(words[next], known);
   };
   const auto* command = &program;  // innermost command named so far

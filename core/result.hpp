@@ -43,10 +43,10 @@ enum class FaultKind {
 /// Returns the text of an enumerator, or "unknown" for any other value. The array has one text for each enumerator up
 /// to `Last`.
 template <auto Last, std::size_t N>
-[[nodiscard]] constexpr const char* enumerator_text(const char* const (&words)[N], decltype(Last) value) {
+[[nodiscard]] constexpr const char* enumerator_text(const char* const (&texts)[N], decltype(Last) value) {
   static_assert(N == static_cast<std::size_t>(Last) + 1);
-  const auto place = static_cast<std::size_t>(value);
-  return place < N ? words[place] : "unknown";
+  const auto index = static_cast<std::size_t>(value);
+  return index < N ? texts[index] : "unknown";
 }
 
 /// Returns the kind as the record and JSON spell it: "timeout", "bad_file", …

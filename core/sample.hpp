@@ -193,13 +193,13 @@ struct RunOverview {
       {"execute", "suspended", "held", "aborting", "aborted", "stopped", "complete"}, state);
 }
 
-void describe(auto& form, Like<RunOverview> auto& standing) {
-  form("state", one_of(standing.state, kRunStates));
-  form("cause", standing.cause);
-  form("time_left_s", in_seconds(standing.time_left));
-  form("behind_plan_s", in_seconds(standing.behind_plan));
-  form("missed_set_points", standing.missed_set_points);
-  form("faults_now", standing.faults_now);
+void describe(auto& form, Like<RunOverview> auto& overview) {
+  form("state", one_of(overview.state, kRunStates));
+  form("cause", overview.cause);
+  form("time_left_s", in_seconds(overview.time_left));
+  form("behind_plan_s", in_seconds(overview.behind_plan));
+  form("missed_set_points", overview.missed_set_points);
+  form("faults_now", overview.faults_now);
 }
 
 enum class EventKind {

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kEnding = ".toml";
+constexpr const char* kExtension = ".toml";
 
 /// Resolves links and makes the path relative if it lies in the working directory.
 std::string relative_to_working_folder(const fs::path& path) {
@@ -34,7 +34,7 @@ const char* find_other_kind(const std::string& given, const ShippedKind& kind) {
   for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
                             kShippedAnalogueMap, kShippedGyroStream})
     if (std::string_view(other.folder) != kind.folder &&
-        !shipped_file(fmt::format("{}/{}{}", other.folder, given, kEnding)).empty())
+        !shipped_file(fmt::format("{}/{}{}", other.folder, given, kExtension)).empty())
       return other.what;
   return nullptr;
 }
@@ -62,15 +62,17 @@ std::vector<std::string> shipped_names(const ShippedKind& kind) {
   std::set<std::string> names;
   for (const auto& folder : shipped_folders())
     for (const auto& path : list_folder(fs::path(folder) / kind.folder))
-      if (path.extension() == kEnding) names.insert(path.stem().string());
+      if (path.extension() == kExtension) names.insert(path.stem().string());
   return {names.begin(), names.end()};
 }
 
-bool is_path(std::string_view given) { return given.find('/') != std::string_view::npos || given.ends_with(kEnding); }
+bool is_path(std::string_view given) {
+  return given.find('/') != std::string_view::npos || given.ends_with(kExtension);
+}
 
 Result<std::string> path_of(const std::string& given, const ShippedKind& kind) {
   if (is_path(given)) return given;
-  if (auto found = given.empty() ? "" : shipped_file(fmt::format("{}/{}{}", kind.folder, given, kEnding));
+  if (auto found = given.empty() ? "" : shipped_file(fmt::format("{}/{}{}", kind.folder, given, kExtension));
       !found.empty())
     return found;
   const auto names = shipped_names(kind);

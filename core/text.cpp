@@ -75,22 +75,22 @@ std::string_view trimmed(std::string_view text, std::string_view blanks) {
 }
 
 std::string plain(std::string_view text, Blanks blanks) {
-  std::string shown;
-  shown.reserve(text.size());
+  std::string escaped;
+  escaped.reserve(text.size());
   while (!text.empty()) {
     const auto size = std::max<std::size_t>(character_size(text), 1);
     const auto character = text.substr(0, size);
     const bool whole = character_size(text) != 0;
     const auto point = whole ? decode_code_point(character) : char32_t{};
     if (!whole || (point < 0x80 && is_control(point) && !(blanks == Blanks::kept && (point == '\n' || point == '\t'))))
-      fmt::format_to(std::back_inserter(shown), "\\x{:02x}", static_cast<unsigned char>(character[0]));
+      fmt::format_to(std::back_inserter(escaped), "\\x{:02x}", static_cast<unsigned char>(character[0]));
     else if (point >= 0x80 && (is_control(point) || is_direction_mark(point)))
-      fmt::format_to(std::back_inserter(shown), "\\u{:04x}", static_cast<std::uint32_t>(point));
+      fmt::format_to(std::back_inserter(escaped), "\\u{:04x}", static_cast<std::uint32_t>(point));
     else
-      shown += character;
+      escaped += character;
     text.remove_prefix(size);
   }
-  return shown;
+  return escaped;
 }
 
 std::string_view detect_other_format(std::string_view bytes) {

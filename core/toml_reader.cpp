@@ -22,7 +22,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::size_t kMostMistakes = 100;  ///< listed per file
+constexpr std::size_t kMaxErrors = 100;  ///< listed per file
 
 std::string missing_key(std::string_view key) { return fmt::format("missing key \"{}\"", key); }
 
@@ -32,47 +32,47 @@ struct TomlTable::Document {
   /// Order of the list. Errors at keys of the file come before missing keys, which are often their consequence.
   enum class Rank { key_error, missing_error };
 
-  struct Mistake {
+  struct TomlError {
     Rank rank;
     toml::source_position at;
     std::string what;
-    bool operator==(const Mistake&) const = default;
+    bool operator==(const TomlError&) const = default;
   };
 
-  /// The first kMostMistakes errors, and whether there were more.
-  class Mistakes {
+  /// The first kMaxErrors errors, and whether there were more.
+  class ErrorList {
    public:
-    void note(Mistake mistake) {
-      if (std::find(noted_.begin(), noted_.end(), mistake) != noted_.end()) return;
+    void note(TomlError error) {
+      if (std::find(noted_.begin(), noted_.end(), error) != noted_.end()) return;
       more_ = more_ || is_full();
-      if (!is_full()) noted_.push_back(std::move(mistake));
+      if (!is_full()) noted_.push_back(std::move(error));
     }
-    [[nodiscard]] bool is_full() const { return noted_.size() == kMostMistakes; }
-    [[nodiscard]] bool more() const { return more_; }
+    [[nodiscard]] bool is_full() const { return noted_.size() == kMaxErrors; }
+    [[nodiscard]] bool has_more() const { return more_; }
     [[nodiscard]] bool empty() const { return noted_.empty(); }
     /// Removes the error about a missing key, because a misspelt form of the key was found.
     void drop_missing(toml::source_position table, std::string_view key) {
       const auto start = missing_key(key);
-      std::erase_if(noted_, [&](const Mistake& one) { return one.at == table && one.what.starts_with(start); });
+      std::erase_if(noted_, [&](const TomlError& one) { return one.at == table && one.what.starts_with(start); });
     }
-    [[nodiscard]] std::vector<Mistake> in_order() const {
+    [[nodiscard]] std::vector<TomlError> sorted_errors() const {
       auto sorted = noted_;
-      std::stable_sort(sorted.begin(), sorted.end(), [](const Mistake& a, const Mistake& b) {
+      std::stable_sort(sorted.begin(), sorted.end(), [](const TomlError& a, const TomlError& b) {
         return a.rank != b.rank ? a.rank < b.rank : a.at < b.at;
       });
       return sorted;
     }
 
    private:
-    std::vector<Mistake> noted_;
+    std::vector<TomlError> noted_;
     bool more_ = false;
   };
 
   std::string file;
   toml::table root;
-  Mistakes mistakes;
+  ErrorList errors;
   /// If set, it is the only error reported.
-  std::optional<Mistake> other_kind{};
+  std::optional<TomlError> other_kind{};
   std::vector<std::shared_ptr<Node>> nodes;                                     ///< one per table that was read
   std::unordered_map<const toml::table*, std::shared_ptr<Node>> known_nodes{};  ///< nodes by table
 
@@ -80,7 +80,7 @@ struct TomlTable::Document {
     return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
   }
   /// Returns the noted errors and one for each key that was never read.
-  [[nodiscard]] Mistakes all_mistakes() const;
+  [[nodiscard]] ErrorList collect_errors() const;
 };
 
 struct TomlTable::Node {
@@ -99,8 +99,8 @@ struct TomlTable::Node {
   }
 };
 
-TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
-  auto all = mistakes;
+TomlTable::Document::ErrorList TomlTable::Document::collect_errors() const {
+  auto all = errors;
   for (const auto& node : nodes)
     for (const auto& [key, value] : *node->table) {
       if (node->read_keys.contains(key.str())) continue;
@@ -109,7 +109,7 @@ TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
       const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
       if (!near.empty()) all.drop_missing(node->at, near);
       all.note({Rank::key_error, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
-      if (all.more()) return all;
+      if (all.has_more()) return all;
     }
   return all;
 }
@@ -399,22 +399,22 @@ void TomlTable::mistake(std::string_view key, std::string what) const {
   using Rank = Document::Rank;
   if (node_->is_reported) return;
   if (!node_->table)
-    return document_->mistakes.note({Rank::missing_error, node_->at, fmt::format("missing [{}]", node_->path)});
+    return document_->errors.note({Rank::missing_error, node_->at, fmt::format("missing [{}]", node_->path)});
   const auto rank = find(node_->table, key) ? Rank::key_error : Rank::missing_error;
-  document_->mistakes.note({rank, node_->at_key(key), std::move(what)});
+  document_->errors.note({rank, node_->at_key(key), std::move(what)});
 }
 
 Result<void> TomlTable::verdict() const {
   if (const auto& other = document_->other_kind)
     return failure(FaultKind::bad_file, document_->place(other->at), other->what);
-  const auto all = document_->all_mistakes();
-  const auto mistakes = all.in_order();
-  if (mistakes.empty()) return {};
-  std::string what = mistakes.front().what;
-  for (std::size_t i = 1; i < mistakes.size(); ++i)
-    what += fmt::format("\n{}: {}", document_->place(mistakes[i].at), mistakes[i].what);
-  if (all.more()) what += fmt::format("\n{}: more errors than the {} reported here", document_->file, kMostMistakes);
-  return failure(FaultKind::bad_file, document_->place(mistakes.front().at), std::move(what));
+  const auto all = document_->collect_errors();
+  const auto errors = all.sorted_errors();
+  if (errors.empty()) return {};
+  std::string what = errors.front().what;
+  for (std::size_t i = 1; i < errors.size(); ++i)
+    what += fmt::format("\n{}: {}", document_->place(errors[i].at), errors[i].what);
+  if (all.has_more()) what += fmt::format("\n{}: more errors than the {} reported here", document_->file, kMaxErrors);
+  return failure(FaultKind::bad_file, document_->place(errors.front().at), std::move(what));
 }
 
 Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file, const ShippedKind& kind,

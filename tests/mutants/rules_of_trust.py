@@ -56,7 +56,7 @@ MUTANTS = [
      "  set_limit(RLIMIT_FSIZE, 0);\n", "",
      "exchange_test", "ConfinedRows.PreventReaderFromWritingFiles"),
     ("a library keeps the program's files", "core/child_process.cpp",
-     "  ::close_range(kLine + 1, ~0U, 0);\n", "",
+     "  ::close_range(kPipeNumber + 1, ~0U, 0);\n", "",
      "exchange_test", "ConfinedRows.PreventReaderFromWritingFiles"),
     ("what a library overwrote is believed", "acquisition/exchange/confined_rows.cpp",
      "if (content_.empty() || content_.size() % row_size != 0) return malformed_message();", "",

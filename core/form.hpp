@@ -66,7 +66,7 @@ struct InRange {
 };
 template <class T>
 InRange<T> positive(T& value, double at_most = 1e300) {
-  return {value, 0, at_most, true, "expected a number above 0, of a plausible size"};
+  return {value, 0, at_most, true, "expected a number above 0 that is not implausibly large"};
 }
 template <class T>
 InRange<T> not_negative(T& value) {

@@ -303,7 +303,7 @@ void TomlTable::expect(std::string_view key, std::string_view value) const {
   if (found.empty() || kind(found) == kind(value))
     return mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
   document_->other_kind = {Document::Rank::key_error, node_->at_key(key),
-                           fmt::format("this is a file of {}, expected one of {}", found, value)};
+                           fmt::format("the schema of this file is {}, expected {}", found, value)};
 }
 
 Duration TomlTable::duration(std::string_view key, std::optional<Duration> fallback) const {

@@ -163,7 +163,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
         continue;
       }
       if (pauses_->now() - began >= kLongestLook) {
-        lost.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for one reading a second"});
+        lost.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for one reading per second"});
         silent = true;
         continue;
       }

@@ -395,7 +395,7 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
   if (holders.rightful) return driven_by(place, *holders.rightful);
   if (!name && !file.is_open())
     return failure(FaultKind::storage, "chamber " + place,
-                   fmt::format("its lock cannot be made: {}", std::strerror(name.error())));
+                   fmt::format("cannot create its lock: {}", std::strerror(name.error())));
   if (file.is_open()) {
     if (::flock(file.number(), LOCK_EX | LOCK_NB) != 0)
       return driven_by(place, holder_of(file.number()).value_or(in_words({}, {})));

@@ -26,7 +26,7 @@ bool is_pattern(std::string_view pattern) {
 std::string read_pattern(const TomlTable& table) {
   auto pattern = table.text("pattern");
   if (!is_pattern(pattern))
-    table.mistake("pattern", fmt::format("\"{}\" has a class without characters or end", pattern));
+    table.mistake("pattern", fmt::format("\"{}\" has a character class that is empty or not closed", pattern));
   return pattern;
 }
 

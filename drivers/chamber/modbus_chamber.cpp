@@ -246,7 +246,7 @@ class ModbusChamber final : public Chamber {
   Result<std::string> upload(const ChamberProgram& program) override {
     if (!map_.sequences.contains("start_program") || !map_.sequences.contains("stop_program"))
       return failure(FaultKind::refused, "chamber upload",
-                     "its register map does not say how a program is started and ended");
+                     "its register map must have the commands \"start_program\" and \"stop_program\"");
     for (const auto& step : program.steps)
       for (const auto target : {step.start, step.target})
         if (auto allowed = check_limits(target); !allowed) return failure(allowed.error());
@@ -303,7 +303,7 @@ class ModbusChamber final : public Chamber {
       const auto before = pauses_->now();
       if (before - began >= kLongestReading && !unhurried_)
         return failure(FaultKind::timeout, place(air_),
-                       "the line is too slow, or loses too much, for one reading a second");
+                       "the line is too slow or too unreliable for one reading per second");
       auto words = registers_->read(span.function, span.first, span.count);
       if (!words && items_.may_skip(span)) continue;
       if (!words) return failure(std::move(words.error()));
@@ -324,7 +324,7 @@ class ModbusChamber final : public Chamber {
     const bool follows = std::abs(*air - last_air_c_) <= kNearZeroK;
     if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMostStrayZeros) {
       ++zeros_;
-      return failure(FaultKind::out_of_range, place(air_), "a stray zero of this unit, without a value");
+      return failure(FaultKind::out_of_range, place(air_), "the unit returned a stray zero instead of a value");
     }
     zeros_ = 0;
     last_air_c_ = *air;
@@ -352,10 +352,10 @@ class ModbusChamber final : public Chamber {
       return failure(FaultKind::out_of_range, place(air_), fmt::format("reads {:g} °C, {}", air_c, why));
     };
     if (!(air_c >= kColdestAirC && air_c <= kWarmestAirC))
-      return refuse("impossible for a chamber; compare word order and unit");
+      return refuse("which is impossible for a chamber; check word order and unit");
     const double moved = std::abs(air_c - last_air_c_);
     if (air_c != 0 && std::abs(air_c) < kNextToNothingC && !(moved <= kNearZeroK))
-      return refuse("almost zero, as from a wrong word order");
+      return refuse("which is almost zero; check the word order");
     const double reach = kJumpK + kFastestKPerS * to_seconds(pauses_->now() - last_air_at_);
     if (std::isnan(last_air_c_) || moved <= reach || (air_.stray_zeros && air_c == 0)) {
       jumps_ = 0;
@@ -363,7 +363,7 @@ class ModbusChamber final : public Chamber {
     }
     jumps_ = jumps_ > 0 && std::abs(air_c - jumped_to_c_) <= kJumpK ? jumps_ + 1 : 1;
     jumped_to_c_ = air_c;
-    if (jumps_ < kSensorsOwn) return refuse("a change too fast for air since the last reading");
+    if (jumps_ < kSensorsOwn) return refuse("which is too fast a change for air since the last reading");
     jumps_ = 0;
     return {};
   }
@@ -452,10 +452,11 @@ class ModbusChamber final : public Chamber {
     constexpr double kRounding = 1.001;
     const double kept = finest_step(*as_set), expected = set_point_tolerance(map_).value;
     if (kept <= kRounding * expected) return {};
-    return failure(FaultKind::mismatch, place(set_point_),
-                   fmt::format("the controller keeps steps of {:g} K, expected {:g} K: set it to more decimals, or its "
-                               "map to that resolution",
-                               kept, expected));
+    return failure(
+        FaultKind::mismatch, place(set_point_),
+        fmt::format("the controller stores steps of {:g} K, expected {:g} K: set it to more decimals, or set "
+                    "the resolution in its map",
+                    kept, expected));
   }
 
   /// Verifies the word order. In some controllers it is a setting that can only be inferred from the values.

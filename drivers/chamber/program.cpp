@@ -217,7 +217,8 @@ Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
   if (found.kind.empty()) return step;
   const bool is_ramp = found.kind == word(StepKind::ramp);
   if (!is_ramp && found.kind != word(StepKind::soak) && found.kind != word(StepKind::end))
-    return failure(FaultKind::corrupted, fmt::format("step {} of the program", index + 1), "is of kind " + found.kind);
+    return failure(FaultKind::corrupted, fmt::format("step {} of the program", index + 1),
+                   "has the unknown kind " + found.kind);
   step.kind = is_ramp ? StepKind::ramp : StepKind::soak;
   return step;
 }
@@ -287,7 +288,7 @@ class Upload {
       for (std::size_t i = 0; i < one.words.size(); ++i)
         if ((*found)[i] != one.words[i])
           return failure(FaultKind::mismatch, place_of(one),
-                         fmt::format("register {} holds {:04X}h after {:04X}h was written", one.address + i,
+                         fmt::format("register {} contains {:04X}h after {:04X}h was written", one.address + i,
                                      (*found)[i], one.words[i]));
       ++report_.compared;
     }
@@ -356,15 +357,15 @@ Result<std::vector<ProgramStep>> steps_in_memory(const ProfileMemory& memory, co
     if (step.guaranteed_soak && !soaks) return cannot(i, "this controller has no guaranteed soak");
     append_parts(memory, step, parts);
   }
-  if (parts.empty()) return cannot(0, "there is none");
+  if (parts.empty()) return cannot(0, "is missing: the program is empty");
   if (memory.end_step) {
     const auto last = parts.back().target;
     parts.push_back({StepKind::end, last, last, memory.end_time, false});
   }
   if (parts.size() > static_cast<std::size_t>(memory.steps_at_most))
     return cannot(static_cast<std::size_t>(memory.steps_at_most),
-                  fmt::format("is one too many: this controller keeps {}, and {} are needed", memory.steps_at_most,
-                              parts.size()));
+                  fmt::format("is one too many: this controller stores {} steps, and the program needs {}",
+                              memory.steps_at_most, parts.size()));
   return parts;
 }
 
@@ -434,10 +435,9 @@ Result<UploadReport> upload_program(const RegisterMap& map, ItemExchange& items,
 }
 
 std::string in_words(const UploadReport& report) {
-  return fmt::format(
-      "{} steps as program {}, {} writes, {} read back and the same{}", report.steps, report.program, report.written,
-      report.compared,
-      report.not_readable > 0 ? fmt::format(", {} that this controller does not give back", report.not_readable) : "");
+  return fmt::format("{} steps as program {}, {} writes, {} read back and equal{}", report.steps, report.program,
+                     report.written, report.compared,
+                     report.not_readable > 0 ? fmt::format(", {} that cannot be read back", report.not_readable) : "");
 }
 
 }  // namespace gyrotherm::drivers

@@ -197,7 +197,8 @@ Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> w
   const double value = from_unit(item, raw * item.scale + item.offset);
   if (!std::isfinite(value)) return failure(FaultKind::corrupted, item.name, in_hex(words) + " is not a finite number");
   if ((item.lowest && value < *item.lowest) || (item.highest && value > *item.highest))
-    return failure(FaultKind::out_of_range, item.name, fmt::format("{:g} ({}) cannot be", value, in_hex(words)));
+    return failure(FaultKind::out_of_range, item.name,
+                   fmt::format("{:g} ({}) is an impossible value", value, in_hex(words)));
   return value;
 }
 

@@ -76,7 +76,7 @@ Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings)
     if (const auto size = std::max(item.read_count, word_count(item)); item.readable && size > linked.read_at_most)
       return failure(
           FaultKind::usage, "read_at_most",
-          fmt::format("register \"{}\" takes {} in one exchange, expected at least as many", item.name, size));
+          fmt::format("register \"{}\" requires {} in one exchange, expected at least that number", item.name, size));
   map.link.modbus = std::move(linked);
   return map;
 }
@@ -216,7 +216,7 @@ std::string in_words(const std::vector<OrderFinding>& findings) {
   for (const auto& one : findings)
     if (one.plausible) fitting.push_back(found(one));
   if (fitting.empty())
-    return fmt::format("no word order gives plausible air and set point, nor does the map's {}",
+    return fmt::format("no word order gives a plausible air temperature and set point; the map's order gives {}",
                        found(findings.front()));
   if (!findings.front().plausible)
     return fmt::format("the map's word order does not fit: {}; set word_order to {}", found(findings.front()),

@@ -138,7 +138,7 @@ void read_access(const TomlTable& table, RegisterItem& item) {
   item.seen_within = table.duration("within", Duration{});
   item.seen_later = table.boolean("seen_later", false);
   if (item.seen_later && item.name != "set_point")
-    table.mistake("seen_later", "only the set point is read again by itself");
+    table.mistake("seen_later", "allowed only for the register \"set_point\"");
   item.also = table.texts("also");
   if (!table.has("together_with")) return;
   const auto other = table.table("together_with");
@@ -150,7 +150,7 @@ void read_limits_of_value(const TomlTable& table, RegisterItem& item) {
   for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
   item.stray_zeros = table.boolean("stray_zeros", false);
   if (item.stray_zeros && item.name != "air_temperature")
-    table.mistake("stray_zeros", "only the air temperature is compared with the last reading");
+    table.mistake("stray_zeros", "allowed only for the register \"air_temperature\"");
   if (table.has("lowest")) item.lowest = table.number("lowest");
   if (table.has("highest")) item.highest = table.number("highest");
   if (item.lowest && item.highest && *item.lowest > *item.highest)
@@ -293,10 +293,10 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory) {
     });
   };
   if (!has(CellSource::target) && !has(CellSource::start))
-    table.mistake("step", "no cell of a step holds its target or its start");
+    table.mistake("step", "no cell of a step contains its target or its start");
   const bool timed = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
-  if (!timed) table.mistake("step", "the cells of a step do not hold its time");
-  if (memory.ramps_by_rate && !has(CellSource::rate)) table.mistake("step", "no cell of a step holds the rate");
+  if (!timed) table.mistake("step", "the cells of a step do not contain its time");
+  if (memory.ramps_by_rate && !has(CellSource::rate)) table.mistake("step", "no cell of a step contains the rate");
   for (const auto& block : memory.step)
     if (block.address + (memory.steps_at_most - 1) * memory.stride + block.count > 0x10000)
       table.mistake("steps_at_most", "the last step does not fit below address 65536");
@@ -411,8 +411,7 @@ Sequence read_steps(const TomlTable& table, const char* key, const RegisterMap& 
 void read_power_switches(const TomlTable& file, RegisterMap& map) {
   for (const auto& table : file.tables("power")) {
     if (!map.sequences.contains("start") || !map.sequences.contains("stop"))
-      table.mistake("name",
-                    "a power switch is a part of the commands \"start\" and \"stop\", and one of them is missing");
+      table.mistake("name", "a power switch requires the commands \"start\" and \"stop\"");
     map.power_switches.push_back({.name = table.text("name"),
                                   .is_on = read_condition(table, map),
                                   .on = read_steps(table, "on", map),
@@ -526,7 +525,7 @@ std::vector<std::string> one_or_more(const TomlTable& table, const char* key) {
 void read_numbers(const TomlTable& table, Condition& condition) {
   for (const double bit : table.numbers("bits")) {
     if (bit < 0 || bit > 31)
-      table.mistake("bits", fmt::format("bit {} is none of 0 to 31", bit));
+      table.mistake("bits", fmt::format("bit {} is outside 0 to 31", bit));
     else
       condition.bits |= 1U << static_cast<unsigned>(bit);
   }
@@ -639,7 +638,7 @@ void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const R
     if (last < first) table.mistake("last", "\"last\" is below \"first\"");
     for (const auto& item : map.items)
       if (item.writable && item.address <= last && item.address + word_count(item) > first)
-        table.mistake("first", fmt::format("register \"{}\" lies here and is writable", item.name));
+        table.mistake("first", fmt::format("register \"{}\" lies in this range and is writable", item.name));
   }
 }
 

@@ -21,7 +21,7 @@ std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char
   std::vector<std::uint32_t> found;
   for (const double value : table.numbers(key)) {
     if (!(value >= 0 && value <= highest) || value != std::floor(value))
-      table.mistake(key, fmt::format("\"{}\" holds {}, expected {} 0 to {:.0f}", key, value, what, highest));
+      table.mistake(key, fmt::format("\"{}\" contains {}, expected {} from 0 to {:.0f}", key, value, what, highest));
     else
       found.push_back(static_cast<std::uint32_t>(value));
   }
@@ -79,9 +79,9 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
   if (format.head_size() > format.length) table.mistake("length", "the frame is shorter than its head");
   format.lock_frames = whole<std::size_t>(table, "lock_frames", 0, 1000, 0);
   if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
-    table.mistake("sync", "\"sync\" has 0 bytes: expected some, message ids, or \"lock_frames\"");
+    table.mistake("sync", "\"sync\" is empty, expected sync bytes, message ids or \"lock_frames\"");
   if (format.length_at && format.lock_frames > 0)
-    table.mistake("lock_frames", "consecutive frames are for frames of fixed length");
+    table.mistake("lock_frames", "allowed only for frames of fixed length");
 }
 
 std::size_t shortest_frame(const FrameFormat& format) {
@@ -143,7 +143,7 @@ void read_presence(const TomlTable& table, const FrameFormat& format, FrameField
   field.when_value = read_uint32(when, "value", 0);
   const auto held = static_cast<unsigned>(std::min<std::size_t>(64, field.bits_per_byte * field.bytes));
   if (field.when_mask == 0 || (field.when_value & ~field.when_mask) != 0 || (held < 32 && field.when_mask >> held != 0))
-    when.mistake("mask", "the mask is empty, holds bits that the field's bytes do not, or does not hold the value");
+    when.mistake("mask", "the mask is empty, has bits outside the field, or does not contain the value");
 }
 
 void check_place(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
@@ -189,7 +189,7 @@ void read_status(const TomlTable& table, FrameField& field) {
     field.rules.push_back(std::move(rule));
   }
   if ((field.good & ~field.mask) != 0)
-    table.mistake("good", "\"good\" has bits that \"mask\" does not hold: no frame would be good");
+    table.mistake("good", "\"good\" has bits outside \"mask\": no frame would be good");
 }
 
 /// Reads the number of values of a counter before it wraps.
@@ -206,7 +206,7 @@ void read_time(const TomlTable& table, FrameField& field) {
     field.scale.denominator = 1;
     field.unit_s = 1e-9;
     field.range = read_range(table, field, unit_s / field.unit_s);
-    if (unit_s != 1) table.mistake("unit", "a time of floating point is in seconds, expected \"s\"");
+    if (unit_s != 1) table.mistake("unit", "a floating-point time must be in seconds, expected \"s\"");
     return;
   }
   field.unit_s = field.scale.of(unit_s);
@@ -230,13 +230,14 @@ void read_gyro_field(const TomlTable& table, FrameField& field) {
   }
   if (field.role != FieldRole::integrated_angle) return;
   field.wraps_at = table.number("wraps_at", is_real(field.type) ? 0 : field.scale.of(static_cast<double>(field.range)));
-  if (!(field.wraps_at > 0)) table.mistake("wraps_at", "expected the angle, in its unit, after which it starts again");
+  if (!(field.wraps_at > 0))
+    table.mistake("wraps_at", "expected the angle at which it wraps around, in the field's unit");
 }
 
 /// Reads the step of a sequence between frames: `step`, or `ticks_hz` divided by the frame rate.
 std::uint64_t read_step(const TomlTable& table, double rate_hz) {
   if (!table.has("ticks_hz")) return whole<std::uint64_t>(table, "step", 1, 65536, 1);
-  if (table.has("step")) table.mistake("step", "follows from \"ticks_hz\", expected one of the two");
+  if (table.has("step")) table.mistake("step", "\"step\" follows from \"ticks_hz\", expected only one of them");
   const double steps = table.number("ticks_hz") / rate_hz;
   if (steps >= 1 && steps <= 65536 && steps == std::floor(steps)) return static_cast<std::uint64_t>(steps);
   table.mistake("ticks_hz", fmt::format("expected a whole multiple of the frames' rate, {:g} Hz", rate_hz));
@@ -329,7 +330,7 @@ FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::str
   if (table.has("check"))
     format.check = read_frame_check(table.table("check"), shortest_frame(format), format.line.has_value());
   if (format.line && (format.check.kind == CheckKind::none) != format.line->mark.empty())
-    table.mistake("line", "a check and the mark before it belong together");
+    table.mistake("line", "a check and the mark before it require each other");
   settle_roles(table, fields, axes, format);
   return format;
 }

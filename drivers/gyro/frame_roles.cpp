@@ -138,7 +138,7 @@ void check_axes(const TomlTable& table, const FrameFormat& format) {
                   "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
                   "\"integrated_angle\"");
   if (format.clocked_by_sequence && (!format.find(FieldRole::sequence) || format.rate_hz <= 0))
-    table.mistake("clock", "the clock is the sequence, expected a field with that role and \"rate_hz\"");
+    table.mistake("clock", "\"clock\" is \"sequence\", expected a field with that role and \"rate_hz\"");
 }
 
 bool is_a_name(const std::string& name) {
@@ -156,7 +156,7 @@ void check_name(const TomlTable& table, const FrameField& field) {
                   fmt::format("\"{}\" is the name of a count in every record, expected another name", field.name));
   const bool celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
   if (field.role == FieldRole::temperature && !celsius)
-    table.mistake("unit", "a temperature is in °C after its scale and zero, expected \"degC\"");
+    table.mistake("unit", "after scale and zero a temperature must be in °C, expected \"degC\"");
 }
 
 /// Returns the first field of each slot.

@@ -317,13 +317,14 @@ class FramedGyro final : public Gyro {
   [[nodiscard]] std::string without_frames(std::uint64_t frames) const {
     const auto wait_s = to_seconds(within_);
     if (frames > 0)
-      return fmt::format("{} frames came in {:.1f} s, and none with all axes: is another message selected?", frames,
+      return fmt::format("{} frames received in {:.1f} s, but none with all axes: is another message selected?", frames,
                          wait_s);
     const auto rejected = decoder_.rejected_bytes() - rejected_before_;
     if (rejected == 0 && heard_.size() < format_.length) return {};
     return fmt::format(
-        "{} bytes came in {:.1f} s, and no frame of this stream ({} bytes rejected, the first that came: {}): another "
-        "baud rate, or another stream?",
+        "{} bytes received in {:.1f} s, but no frame of this stream ({} bytes rejected; first bytes: {}): check the "
+        "baud "
+        "rate and the stream file",
         heard_.size(), wait_s, rejected, heard_.first());
   }
 
@@ -421,8 +422,8 @@ class FramedGyro final : public Gyro {
     if (!found.other_rate.empty()) return fault(FaultKind::mismatch, found.other_rate);
     if (found.is_disordered)
       return fault(FaultKind::corrupted,
-                   "a frame came twice, or its frame counter restarted; the number of lost frames is unknown");
-    if (found.time_jumped) return fault(FaultKind::corrupted, "its time jumped: it was set, or restarted");
+                   "a frame was received twice, or its frame counter restarted; the number of lost frames is unknown");
+    if (found.time_jumped) return fault(FaultKind::corrupted, "its clock jumped: it was set or restarted");
     if (found.lost > 0)
       return fault(FaultKind::corrupted,
                    fmt::format("{} frames lost{}", found.lost,
@@ -466,7 +467,7 @@ class FramedGyro final : public Gyro {
     if (!pace || !sum_.has_clock()) return {};
     if (format_.clocked_by_sequence) return other_rate(*pace * format_.rate_hz);
     if (std::max(*pace, 1 / *pace) < kOtherUnit) return {};
-    return fmt::format("{:.3g} s of its time stamps pass in one second; check their unit in the stream file", *pace);
+    return fmt::format("{:.3g} s of its time stamps pass per second; check their unit in the stream file", *pace);
   }
 
   [[nodiscard]] Result<MaybeCount> by_the_host(const FrameTally& tally) {
@@ -474,7 +475,7 @@ class FramedGyro final : public Gyro {
     begin_anew();
     return failure(
         FaultKind::corrupted, place(),
-        fmt::format("{} frames do not fit the time in which they came: some were lost, or came late", tally.rounds));
+        fmt::format("{} frames do not match the time in which they arrived: some were lost or late", tally.rounds));
   }
 
   [[nodiscard]] GyroCount count_of(const FrameTally& tally, Duration interval) const {

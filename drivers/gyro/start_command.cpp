@@ -205,7 +205,7 @@ StreamSetting read_setting(const TomlTable& table, const std::vector<GyroCommand
       table.mistake("command", fmt::format("no [[start]] sends \"{}\" and requires an answer", command));
   }
   if (setting.evidence == SettingEvidence::message && !has_settings_message(format))
-    table.mistake("verified_by", "no field has a rule of the verdict \"mismatch\"");
+    table.mistake("verified_by", "no field has a rule with the verdict \"mismatch\"");
   if (setting.evidence == SettingEvidence::pace && format.rate_hz <= 0)
     table.mistake("verified_by", "the frames have no \"rate_hz\"");
   if (setting.evidence == SettingEvidence::nothing && setting.note.empty())

@@ -91,7 +91,7 @@ class TcpStream final : public DescriptorStream {
         backoff_.succeeded();
         return static_cast<std::size_t>(size);
       }
-      if (size == 0) return broken("the other end closed the line");
+      if (size == 0) return broken("the peer closed the connection");
       if (!would_block()) return broken(std::strerror(errno));
       if (deadline.over() || !ready(line_.number(), POLLIN, deadline))
         return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));

@@ -125,9 +125,10 @@ class OpenedHid final : public HidReports {
     }
     if (fitting.size() == 1) return std::move(fitting.front());
     const auto which = serial_.empty() ? std::string() : fmt::format(" with serial number {}", serial_);
-    if (fitting.empty()) return failure(FaultKind::disconnected, "", fmt::format("no {}{} is there", names(), which));
+    if (fitting.empty())
+      return failure(FaultKind::disconnected, "", fmt::format("no {}{} is connected", names(), which));
     return failure(FaultKind::disconnected, "",
-                   fmt::format("{} of {}{} are there ({}); expected one", fitting.size(), names(), which, serials));
+                   fmt::format("{} of {}{} are connected ({}); expected one", fitting.size(), names(), which, serials));
   }
 
   [[nodiscard]] std::string names() const {

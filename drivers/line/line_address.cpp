@@ -51,7 +51,7 @@ tl::unexpected<Fault> wrong_host(std::string_view text, std::string_view host, s
     return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:{}\"", text));
   if (text.starts_with("tty"))
     return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:/dev/{}\"", text));
-  if (is_windows_port(text)) return wrong(text, "a port has this name on Windows only", kPortsAreListed);
+  if (is_windows_port(text)) return wrong(text, "ports have such names only on Windows", kPortsAreListed);
   const bool has_scheme = text.find("://") != std::string_view::npos && !text.starts_with(kTcp);
   const auto is_of_a_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.'; };
   if (!has_scheme && std::ranges::all_of(host, is_of_a_name) &&
@@ -80,7 +80,7 @@ Result<Line> parse_serial(std::string_view text) {
   const auto rest = text.substr(kSerial.size());
   const auto question = rest.find('?');
   SerialLine line{std::string(rest.substr(0, question)), {}};
-  if (is_windows_port(line.device)) return wrong(text, "a port has this name on Windows only", kPortsAreListed);
+  if (is_windows_port(line.device)) return wrong(text, "ports have such names only on Windows", kPortsAreListed);
   if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
     return wrong(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
   if (question == std::string_view::npos) return line;
@@ -102,12 +102,12 @@ Result<SerialFormat> parse_serial_format(std::string_view text) {
   if (format.rtscts) text.remove_suffix(kHandshake.size());
   const auto comma = text.find(',');
   const auto frame = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
-  if (frame.size() != 3) return wrong(whole, "no serial format", kExpected);
+  if (frame.size() != 3) return wrong(whole, "not a serial format", kExpected);
   if (!take_number(text.substr(0, comma), format.baud) || std::ranges::count(kBaudRates, format.baud) == 0)
     return wrong(whole, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
   const auto parity = kParityLetters.find(frame[1]);
   if ((frame[0] != '7' && frame[0] != '8') || parity == std::string_view::npos || (frame[2] != '1' && frame[2] != '2'))
-    return wrong(whole, "no serial format", kExpected);
+    return wrong(whole, "not a serial format", kExpected);
   format.data_bits = frame[0] - '0';
   format.parity = static_cast<SerialParity>(parity);
   format.stop_bits = frame[2] - '0';

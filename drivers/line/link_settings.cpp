@@ -71,12 +71,12 @@ Result<void> check_framing(const ModbusLink& link, const LinkSettings& settings)
                      "Modbus TCP has no echo, expected a serial line or framing \"rtu_over_tcp\"");
     return {};
   }
-  constexpr const char* kTcpAlone = "RTU frames have no such field, expected it on a link with framing \"tcp\"";
+  constexpr const char* kTcpAlone = "RTU frames have no such field; set it only on a link with framing \"tcp\"";
   if (settings.returns_other_transaction.value_or(false))
     return failure(FaultKind::usage, "returns_other_transaction", kTcpAlone);
   if (settings.returns_other_unit.value_or(false))
     return failure(FaultKind::usage, "returns_other_unit",
-                   "RTU distinguishes units by this number alone, expected the unit's own in \"unit\"");
+                   "RTU identifies a reply only by its unit number; set \"unit\" to the number of the replies");
   if (settings.miscounts_write_replies.value_or(false))
     return failure(FaultKind::usage, "miscounts_write_replies", kTcpAlone);
   return {};

@@ -134,7 +134,7 @@ class ProcessStream::Child {
     listen();
     const auto said = last_line();
     return (dead ? how_it_ended(status) : "the program was killed but has not ended yet") +
-           (said.empty() ? said : fmt::format("; it said \"{}\"", said));
+           (said.empty() ? said : fmt::format("; its last output was \"{}\"", said));
   }
   /// Waits for output of the program and returns true, or returns false at the deadline. Reads the program's stderr
   /// while waiting.
@@ -246,13 +246,13 @@ Result<void> ProcessStream::write(std::span<const std::byte> bytes, Duration wit
     }
     if (sent < 0 && !would_block()) return broken({});
     if (deadline.over() || !ready(inside_->child->line(), POLLOUT, deadline))
-      return broken(fmt::format("the program read nothing in {:.3f} s, and was ended", to_seconds(within)));
+      return broken(fmt::format("the program read nothing in {:.3f} s and was stopped", to_seconds(within)));
   }
   return {};
 }
 
 void ProcessStream::kill() {
-  if (inside_->child) (void)broken("the program gave no valid answer and was ended");
+  if (inside_->child) (void)broken("the program gave no valid answer and was stopped");
 }
 
 }  // namespace gyrotherm::drivers

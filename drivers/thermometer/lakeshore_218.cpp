@@ -21,7 +21,7 @@ constexpr Celsius kHottest{1000};  ///< above every supported sensor
 Result<Celsius> plausible(Celsius reading, std::size_t input) {
   if (reading > kAbsoluteZero && reading <= kHottest) return reading;
   return failure(FaultKind::out_of_range, fmt::format("input {}", input),
-                 fmt::format("{} °C cannot be", reading.value));
+                 fmt::format("{} °C is an impossible reading", reading.value));
 }
 
 /// Formats like "{:+08.3f}" for three decimals. A virtual run formats millions of readings, and integers are faster.

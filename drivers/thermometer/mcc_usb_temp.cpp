@@ -74,11 +74,11 @@ std::optional<std::string> objection(const MccRequest& request) {
     case MccCommand::read_input:
       if (!input(a[0]) && a[0] != kMccColdJunction0 && a[0] != kMccColdJunction1)
         return fmt::format("there is no input {:02X}", a[0]);
-      if (!units(a[1])) return fmt::format("there are no units {}", a[1]);
+      if (!units(a[1])) return fmt::format("there is no temperature unit {}", a[1]);
       break;
     case MccCommand::scan:
       if (!input(a[1]) || a[0] > a[1]) return fmt::format("inputs {} to {} cannot be scanned", a[0], a[1]);
-      if (!units(a[2])) return fmt::format("there are no units {}", a[2]);
+      if (!units(a[2])) return fmt::format("there is no temperature unit {}", a[2]);
       break;
     case MccCommand::read_memory: {
       const std::size_t address = a[0] | a[1] << 8, micro = a[2], count = a[3];
@@ -157,7 +157,7 @@ Result<MccRequest> decode_mcc_request(std::span<const std::byte> report) {
   MccRequest request{layout->command, {}};
   for (std::size_t i = 1; i <= length; ++i) request.arguments.push_back(byte_at(report, i));
   if (std::ranges::any_of(report.subspan(length + 1), [](std::byte padding) { return padding != std::byte{0}; }))
-    return failure(FaultKind::corrupted, place(layout->command), "more than its arguments");
+    return failure(FaultKind::corrupted, place(layout->command), "the report is longer than its arguments");
   if (const auto objected = objection(request)) return failure(FaultKind::refused, place(layout->command), *objected);
   return request;
 }
@@ -223,7 +223,8 @@ Result<std::chrono::local_seconds> decode_mcc_date(std::span<const std::uint8_t>
     if (day.ok() && bytes[3] < 24 && bytes[4] < 60 && bytes[5] < 60)
       return local_days(day) + hours(bytes[3]) + minutes(bytes[4]) + seconds(bytes[5]);
   }
-  return failure(FaultKind::corrupted, "calibration date", fmt::format("{:02X} is no time", fmt::join(bytes, " ")));
+  return failure(FaultKind::corrupted, "calibration date",
+                 fmt::format("{:02X} is not a valid time", fmt::join(bytes, " ")));
 }
 
 std::vector<std::byte> encode_mcc_bytes(MccCommand command, std::span<const std::uint8_t> bytes) {

@@ -25,9 +25,9 @@ struct TemperatureRange {
 /// Returns `reading`, or the fault out_of_range at `where` if it is outside `range`. NaN is outside every range.
 [[nodiscard]] inline Result<Celsius> within(const TemperatureRange& range, Celsius reading, std::string where) {
   if (reading >= range.lowest && reading <= range.highest) return reading;
-  return failure(
-      FaultKind::out_of_range, std::move(where),
-      fmt::format("{} °C cannot be, expected {} to {} °C", reading.value, range.lowest.value, range.highest.value));
+  return failure(FaultKind::out_of_range, std::move(where),
+                 fmt::format("{} °C is an impossible reading, expected {} to {} °C", reading.value, range.lowest.value,
+                             range.highest.value));
 }
 
 /// Parses a sign followed by digits, with or without a point. Returns nothing for any other text.

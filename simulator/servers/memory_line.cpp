@@ -17,7 +17,7 @@ tl::unexpected<Fault> timeout_fault(Duration within) {
 }
 
 tl::unexpected<Fault> closed_fault() {
-  return failure(FaultKind::disconnected, kLineName, "the other end closed the line");
+  return failure(FaultKind::disconnected, kLineName, "the peer closed the connection");
 }
 
 class SendingLine final : public drivers::ByteStream {

@@ -162,7 +162,7 @@ TEST(TomlTable, OfAnotherKindOfFileNothingElseIsTold) {
   const auto t = parsed("schema = \"a/1\"\nc = 1\n");
   t.expect("schema", "b/1");
   (void)t.number("d");
-  EXPECT_EQ(verdict(t), "f.toml:1:10: this is a file of a/1, expected one of b/1");
+  EXPECT_EQ(verdict(t), "f.toml:1:10: the schema of this file is a/1, expected b/1");
 }
 
 TEST(TomlTable, ArraysOfTablesKeepTheirPlaces) {

@@ -135,7 +135,7 @@ TEST_F(ProgramOfOthers, CausesOnlyChannelFaultWhenItDies) {
   ASSERT_TRUE(kept) << text(kept.error());
   std::string events;
   for (const auto& stored : kept->events) events += stored.event.text + "\n";
-  for (const auto* part : {"the program ended with exit code 3; it said \"the port is gone\""})
+  for (const auto* part : {"the program ended with exit code 3; its last output was \"the port is gone\""})
     EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
   EXPECT_EQ(kept->thermometers_c.back().back(), 20.5) << "and reads again";
   EXPECT_GE(kept->slot.size(), static_cast<std::size_t>(reached));

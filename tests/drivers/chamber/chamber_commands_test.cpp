@@ -236,7 +236,7 @@ TEST_F(ChamberCommands, AControllerThatRoundsSetPointsToWholeDegreesIsNotTheOneO
   const auto coarse = chamber->identify();
   ASSERT_FALSE(coarse);
   EXPECT_EQ(coarse.error().kind, FaultKind::mismatch);
-  EXPECT_NE(text(coarse.error()).find("(set_point): the controller keeps steps of 1 K, expected 0.1 K"),
+  EXPECT_NE(text(coarse.error()).find("(set_point): the controller stores steps of 1 K, expected 0.1 K"),
             std::string::npos)
       << text(coarse.error());
   EXPECT_TRUE(chamber->send_set_point_at_once({23.4})) << "it is made safe all the same";

@@ -224,7 +224,7 @@ TEST(StrayZeros, AreToldFromTheZeroDegreesOfARampByWhatWasReadBefore) {
     const auto stray = unit.read(0);
     ASSERT_FALSE(stray) << map;
     EXPECT_EQ(stray.error().kind, FaultKind::out_of_range);
-    EXPECT_EQ(stray.error().what, "a stray zero of this unit, without a value");
+    EXPECT_EQ(stray.error().what, "the unit returned a stray zero instead of a value");
     for (const double ramp : {23.5, 15.0, 7.0, 0.3, 0.0, -0.2, 0.0, 0.0})
       EXPECT_TRUE(unit.read(ramp)) << map << " at " << ramp;
   }

@@ -204,14 +204,14 @@ TEST(RegisterMap, NamesEachMistakeOfItsRules) {
   expect("[[alarm]]\nregister = \"set_point\"\nis = \"open\"", "no code named \"open\"");
   expect("[limits]\nlowest = 20\nhighest = 10", "not below the highest");
   expect("[limits]\nlowest_register = \"low\"", "no register is named \"low\"");
-  expect("[[forbidden]]\nfirst = 290\nlast = 310\nwhy = \"no\"", "lies here and is writable");
+  expect("[[forbidden]]\nfirst = 290\nlast = 310\nwhy = \"no\"", "lies in this range and is writable");
   expect(item("type = \"s16\"\ndecimals = \"d\"\n"), "no register is named \"d\"");
   expect(item("type = \"s16\"\nunit_register = \"air_temperature\"\n"), "no codes \"celsius\" and \"fahrenheit\"");
   expect(item("type = \"text\"\ncharacters = 40\nper_register = 1\n"), "at most 16", "[link]\nread_at_most = 16\n");
   expect(item("type = \"date_time\"\nparts = [\"fortnight\"]\n"), "\"fortnight\" is not one of");
   expect("", "no [link.rtu]", "[link]\nusual = \"rtu\"\n");
   expect("", "the baud rate is unknown", "[link.rtu]\nserial = \"9601,8N1\"\n");
-  expect("[profile_memory]\nsteps_at_most = 3\nlongest_step = \"1 h\"", "no cell of a step holds its target");
+  expect("[profile_memory]\nsteps_at_most = 3\nlongest_step = \"1 h\"", "no cell of a step contains its target");
 }
 
 }  // namespace

@@ -271,7 +271,7 @@ TEST_F(FramedGyroByTheHost, FramesThatAreMissingWithoutATraceAreAFault) {
   const auto lost = gyro->read(seconds(1));
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, FaultKind::corrupted);
-  EXPECT_EQ(lost.error().what, "40 frames do not fit the time in which they came: some were lost, or came late");
+  EXPECT_EQ(lost.error().what, "40 frames do not match the time in which they arrived: some were lost or late");
   pass(seconds(1), 100);
   EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
   pass(seconds(1), 100);
@@ -355,7 +355,7 @@ TEST_F(FramedGyro, AFrameThatComesTwiceIsAFaultAndNoLoss) {
   const auto twice = gyro->read(seconds(1));
   ASSERT_FALSE(twice);
   EXPECT_EQ(twice.error().kind, FaultKind::corrupted);
-  EXPECT_TRUE(twice.error().what.starts_with("a frame came twice")) << twice.error().what;
+  EXPECT_TRUE(twice.error().what.starts_with("a frame was received twice")) << twice.error().what;
   EXPECT_EQ(gyro->frames().lost, 0u);
   send(10);
   expect_second();
@@ -385,7 +385,7 @@ TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
     const auto count = gyro->read(seconds(1));
     ASSERT_FALSE(count) << jump << ": an interval of " << to_seconds(count->interval) << " s";
     EXPECT_EQ(count.error().kind, FaultKind::corrupted);
-    EXPECT_EQ(count.error().what, "its time jumped: it was set, or restarted");
+    EXPECT_EQ(count.error().what, "its clock jumped: it was set or restarted");
     EXPECT_EQ(gyro->frames().lost, 0u);
     send(10);
     expect_second();
@@ -412,7 +412,7 @@ TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
     const auto count = second_of(100);
     ASSERT_FALSE(count) << second;
     EXPECT_EQ(count.error().kind, FaultKind::mismatch);
-    EXPECT_EQ(count.error().what, "0.001 s of its time stamps pass in one second; check their unit in the stream file");
+    EXPECT_EQ(count.error().what, "0.001 s of its time stamps pass per second; check their unit in the stream file");
   }
 }
 

@@ -143,7 +143,8 @@ TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
         EXPECT_EQ(taken.error().kind, FaultKind::corrupted) << name << ": " << taken.error().what;
         const auto first = fmt::format("{:02X} {:02X} {:02X}", static_cast<unsigned>((*bytes)[0]),
                                        static_cast<unsigned>((*bytes)[1]), static_cast<unsigned>((*bytes)[2]));
-        EXPECT_TRUE(taken.error().what.starts_with(fmt::format("{} bytes came in 0.1 s, and no frame", bytes->size())))
+        EXPECT_TRUE(
+            taken.error().what.starts_with(fmt::format("{} bytes received in 0.1 s, but no frame", bytes->size())))
             << name << ": " << taken.error().what;
         EXPECT_NE(taken.error().what.find(first), std::string::npos) << name << ": " << taken.error().what;
         EXPECT_NE(taken.error().what.find("another baud rate, or another stream?"), std::string::npos);

@@ -12,7 +12,7 @@ namespace {
 
 TEST(HidLine, ADeviceThatIsNotThereIsDisconnectedAndThenLeftAlone) {
   const auto line = make_hid_line({{0xFFFF, 0xFFFE, "NONE"}, {0xFFFF, 0xFFFD, "NOTHING"}}, "01234567");
-  EXPECT_EQ(text(line->open().error()), "hid 01234567: no NONE or NOTHING with serial number 01234567 is there");
+  EXPECT_EQ(text(line->open().error()), "hid 01234567: no NONE or NOTHING with serial number 01234567 is connected");
   std::array<std::byte, 2> report{};
   EXPECT_EQ(line->write(report).error().kind, FaultKind::disconnected);
   EXPECT_EQ(line->read(report, std::chrono::seconds(5)).error().what, "failed before, next try in 0.5 s");

@@ -81,7 +81,7 @@ TEST(ProcessStream, SaysHowTheProgramEndedAndItsLastWords) {
   const auto ended = hear(line);
   ASSERT_FALSE(ended);
   EXPECT_EQ(ended.error().kind, FaultKind::disconnected);
-  EXPECT_EQ(ended.error().what, "the program ended with exit code 3; it said \"no such port\"");
+  EXPECT_EQ(ended.error().what, "the program ended with exit code 3; its last output was \"no such port\"");
 }
 
 TEST(ProcessStream, SaysWhichSignalEndedIt) {
@@ -121,7 +121,7 @@ TEST(ProcessStream, OneThatReadsNothingIsEndedOnceItsPipeIsFull) {
   Result<void> sent;
   for (int i = 0; i < 8 && sent; ++i) sent = line.write(std::as_bytes(std::span(much)), 50ms);
   ASSERT_FALSE(sent);
-  EXPECT_EQ(sent.error().what, "the program read nothing in 0.050 s, and was ended");
+  EXPECT_EQ(sent.error().what, "the program read nothing in 0.050 s and was stopped");
 }
 
 TEST(ProcessStream, ComplaintsDoNotFillUp) {

@@ -131,7 +131,7 @@ TEST(Mistakes, AWrongSchemaIsOne) {
 TEST(Mistakes, AnotherKindOfFileIsTheOnlyOne) {
   const auto p = parse_profile("schema = \"gyrotherm-rig/1\"\nname = \"p\"\nsegment = 5\n", "p.toml");
   ASSERT_FALSE(p);
-  EXPECT_EQ(text(p.error()), "p.toml:1:10: this is a file of gyrotherm-rig/1, expected one of gyrotherm-profile/1");
+  EXPECT_EQ(text(p.error()), "p.toml:1:10: the schema of this file is gyrotherm-rig/1, expected gyrotherm-profile/1");
 }
 
 /// Returns `depth` nested repeats around one hold, each with `count` passes.

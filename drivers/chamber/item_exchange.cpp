@@ -36,7 +36,7 @@ Result<bool> fahrenheit_of(const RegisterItem& item, const ValueOf& value_of) {
 
 /// Fraction of a register's resolution: larger than rounding errors, smaller than one step.
 constexpr double kSameStep = 0.75;
-/// Time between two reads of a register that is waited for.
+/// Interval between reads of a register while waiting for its value.
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
 /// Time for which settings are not read again: about one second.
 constexpr Duration kKnownFor = std::chrono::milliseconds(1500);

@@ -322,9 +322,8 @@ class FramedGyro final : public Gyro {
     const auto rejected = decoder_.rejected_bytes() - rejected_before_;
     if (rejected == 0 && heard_.size() < format_.length) return {};
     return fmt::format(
-        "{} bytes received in {:.1f} s, but no frame of this stream ({} bytes rejected; first bytes: {}): check the "
-        "baud "
-        "rate and the stream file",
+        "{} bytes received in {:.1f} s, but no frame of this stream ({} bytes rejected; first bytes: {}): check "
+        "the baud rate and the stream file",
         heard_.size(), wait_s, rejected, heard_.first());
   }
 

@@ -136,7 +136,7 @@ TEST(RigFile, LinkSettingsThatTheLinkCannotHaveAreMistakes) {
   expect("link = { read_at_most = 1 }\n", "in one exchange", kTcp);
   expect("link = { echo = true }\n", "Modbus TCP has no echo", kTcp);
   expect("link = { returns_other_transaction = true }\n", "RTU frames have no such field", kSerial);
-  expect("link = { returns_other_unit = true }\n", "RTU distinguishes units by this number", kSerial);
+  expect("link = { returns_other_unit = true }\n", "RTU identifies a reply only by its unit number", kSerial);
   expect("link = { miscounts_write_replies = true }\n", "RTU frames have no such field", kSerial);
   expect("link = { speed = 9600 }\n", "speed", kSerial);
   expect("framing = \"tcp\"\nlink = { framing = \"tcp\" }\n", "expected it once", kTcp);

@@ -36,7 +36,7 @@ ByteTable shifted_bytes(std::uint32_t polynomial) {
 }
 
 /// Returns the table of a polynomial. Each thread makes it once per polynomial; a rig needs one per kind of instrument.
-const ByteTable& table_of(std::uint32_t polynomial) {
+const ByteTable& find_table(std::uint32_t polynomial) {
   constexpr std::size_t kMostTables = 16;
   thread_local std::map<std::uint32_t, ByteTable> tables;
   const auto found = tables.find(polynomial);
@@ -50,7 +50,7 @@ std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
   // The register occupies the top of 32 bits. Therefore the same loop is used for every width.
   static const ByteTable kMirrored = mirrored_bytes();
   const int spare = 32 - model.width;
-  const auto& table = table_of(model.polynomial << spare);
+  const auto& table = find_table(model.polynomial << spare);
   std::uint32_t value = model.initial << spare;
   for (const auto byte : bytes) {
     const auto next = std::to_integer<std::uint32_t>(byte);

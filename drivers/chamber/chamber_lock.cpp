@@ -40,14 +40,14 @@ namespace gyrotherm::drivers {
 namespace {
 
 /// Splits a line of passwd(5) or group(5) at its colons.
-std::vector<std::string> fields_of(const std::string& line) {
+std::vector<std::string> split_fields(const std::string& line) {
   std::vector<std::string> fields;
   std::istringstream stream(line);
   for (std::string field; std::getline(stream, field, ':');) fields.push_back(field);
   return fields;
 }
 
-bool lists(const std::string& members, const std::string& user) {
+bool has_member(const std::string& members, const std::string& user) {
   std::istringstream stream(members);
   for (std::string member; std::getline(stream, member, ',');)
     if (member == user) return true;
@@ -58,7 +58,7 @@ bool lists(const std::string& members, const std::string& user) {
 std::string find_primary_group(std::int64_t uid) {
   std::ifstream users("/etc/passwd");
   for (std::string line; std::getline(users, line);)
-    if (const auto fields = fields_of(line); fields.size() > 3 && fields[2] == std::to_string(uid)) return fields[3];
+    if (const auto fields = split_fields(line); fields.size() > 3 && fields[2] == std::to_string(uid)) return fields[3];
   return {};
 }
 
@@ -68,14 +68,14 @@ bool is_member(std::int64_t uid) {
   const auto user = user_name(uid);
   std::ifstream groups("/etc/group");
   for (std::string line; std::getline(groups, line);) {
-    const auto fields = fields_of(line);
+    const auto fields = split_fields(line);
     if (fields.size() < 3 || std::ranges::count(kChamberGroups, fields[0]) == 0) continue;
-    if (fields[2] == own || (fields.size() > 3 && lists(fields[3], user))) return true;
+    if (fields[2] == own || (fields.size() > 3 && has_member(fields[3], user))) return true;
   }
   return false;
 }
 
-struct Question {
+struct SocketQuery {
   nlmsghdr header{};
   unix_diag_req request{};
 };
@@ -110,7 +110,7 @@ bool may_drive_chambers(std::int64_t uid) {
 std::optional<std::int64_t> find_socket_user(std::uint32_t inode) {
   constexpr auto kKernelAnswersWithin = std::chrono::milliseconds(200);
   const Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
-  Question question;
+  SocketQuery question;
   question.header.nlmsg_len = sizeof question;
   question.header.nlmsg_type = SOCK_DIAG_BY_FAMILY;
   question.header.nlmsg_flags = NLM_F_REQUEST;
@@ -129,13 +129,13 @@ std::optional<std::int64_t> find_socket_user(std::uint32_t inode) {
 namespace {
 
 // The kernel limits the queue to its own maximum.
-constexpr int kManyCallers = 4096;
+constexpr int kBacklog = 4096;
 // Socket type in /proc/net/unix (proc(5)); each type has its own names.
 constexpr const char* kStream = "0001";
 
 /// Returns the abstract name of a chamber, without its leading zero byte (unix(7)). A long identifier is replaced by
 /// its hash and its end.
-std::string name_of(const std::string& place) {
+std::string socket_name(const std::string& place) {
   constexpr std::size_t kLongest = 70;
   const auto shown = place.size() <= kLongest
                          ? place
@@ -148,7 +148,7 @@ struct Address {
   socklen_t size{};
 };
 
-Address address_of(const std::string& name) {
+Address make_address(const std::string& name) {
   Address address;
   address.text.sun_family = AF_UNIX;
   std::copy(name.begin(), name.end(), address.text.sun_path + 1);
@@ -165,7 +165,7 @@ constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare name
 /// Returns a spare name. It is random, so no process can have bound it in advance.
 std::string spare_name(const std::string& place) {
   std::random_device device;
-  return fmt::format("{}{}{:08x}{:08x}", name_of(place), kSpareMark, device(), device());
+  return fmt::format("{}{}{:08x}{:08x}", socket_name(place), kSpareMark, device(), device());
 }
 
 /// A socket and the name it is bound to.
@@ -178,7 +178,7 @@ struct NamedSocket {
 /// have the same name and user.
 std::vector<NamedSocket> find_sockets(const std::string& place) {
   std::ifstream sockets("/proc/net/unix");
-  const auto own = "@" + name_of(place);
+  const auto own = "@" + socket_name(place);
   std::vector<NamedSocket> found;
   for (std::string line; std::getline(sockets, line);) {
     std::istringstream fields(line);
@@ -203,7 +203,7 @@ bool has_open(const std::filesystem::path& process, const std::string& socket) {
 
 /// Finds the process that holds a socket that does not respond. The result is unknown if this user may not inspect the
 /// process.
-NameOwner owner_by_descriptors(std::uint64_t inode) {
+NameOwner find_owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
   for (const auto& process : list_folder("/proc")) {
     const auto number = process.filename().string();
@@ -231,7 +231,7 @@ std::string as_file_name(const std::string& text) {
 
 /// Returns the candidate folders in order of preference. None is on a disk, because a disk may hang. Every user may
 /// write to the parent of the last one. If another user created that folder first, it is not used.
-std::vector<std::string> folders() {
+std::vector<std::string> candidate_folders() {
   std::vector<std::string> all{"/run/gyrotherm"};
   if (const char* own = std::getenv("XDG_RUNTIME_DIR"); own && *own == '/')
     all.push_back(std::string(own) + "/gyrotherm");
@@ -245,7 +245,7 @@ bool is_own(const struct stat& found) {
 
 /// Opens a folder that this user owns and that no other user may write. Creates it if necessary. Does not follow a
 /// link.
-Descriptor own_folder(const std::string& path) {
+Descriptor open_own_folder(const std::string& path) {
   ::mkdir(path.c_str(), kOwnFolder);
   Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
@@ -254,9 +254,9 @@ Descriptor own_folder(const std::string& path) {
 }
 
 /// Opens the lock file of a chamber. Returns a closed descriptor if no folder is usable.
-Descriptor lock_file(const std::string& place) {
-  for (const auto& path : folders()) {
-    const auto folder = own_folder(path);
+Descriptor open_lock_file(const std::string& place) {
+  for (const auto& path : candidate_folders()) {
+    const auto folder = open_own_folder(path);
     if (!folder.is_open()) continue;
     Descriptor file(::openat(folder.number(), (place + ".lock").c_str(),
                              O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kOwnFile));
@@ -281,26 +281,26 @@ std::string value_of(const std::string& text, const std::string& key) {
   return text.substr(from, text.find('\n', from) - from);
 }
 
-void sign(int file, const std::string& record) {
+void write_signature(int file, const std::string& record) {
   const auto text = fmt::format("gyrotherm-lock/1\npid: {}\nrecord: {}\n", ::getpid(), record);
   if (::ftruncate(file, 0) == 0) [[maybe_unused]]
     const auto written = ::pwrite(file, text.data(), text.size(), 0);
 }
 
 /// Returns ", record PATH" for a message if process `pid` signed the lock file, otherwise an empty text.
-std::string record_of(const std::string& signature, std::int64_t pid) {
+std::string record_suffix(const std::string& signature, std::int64_t pid) {
   return value_of(signature, "pid") == std::to_string(pid) ? ", record " + value_of(signature, "record") : "";
 }
 
 ChamberHolder in_words(ChamberHolder holder, const std::string& signature) {
   holder.words = holder.pid == 0 ? "an unidentified process"
                                  : fmt::format("process {} of {}{}", holder.pid, describe_user(holder.uid),
-                                               record_of(signature, holder.pid));
+                                               record_suffix(signature, holder.pid));
   return holder;
 }
 
 /// Returns the signer of the lock file if a program of this user holds it.
-std::optional<ChamberHolder> holder_of(int file) {
+std::optional<ChamberHolder> read_lock_holder(int file) {
   if (::flock(file, LOCK_SH | LOCK_NB) == 0) {
     ::flock(file, LOCK_UN);
     return {};
@@ -310,30 +310,30 @@ std::optional<ChamberHolder> holder_of(int file) {
 }
 
 tl::expected<Descriptor, int> bind_name(const std::string& name) {
-  const auto address = address_of(name);
+  const auto address = make_address(name);
   auto socket = new_socket();
   if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(address), address.size) != 0 ||
-      ::listen(socket.number(), kManyCallers) != 0)
+      ::listen(socket.number(), kBacklog) != 0)
     return tl::unexpected(errno);
   return socket;
 }
 
 /// Returns the process and user of a named socket. If its queue has space, connecting to it returns both. Otherwise
 /// sock_diag returns the user, and the process is found by its open files.
-NameOwner owner_of(const NamedSocket& named) {
-  const auto address = address_of(named.name);
+NameOwner find_socket_owner(const NamedSocket& named) {
+  const auto address = make_address(named.name);
   const auto socket = new_socket();
   ucred owner{};
   socklen_t size = sizeof owner;
   if (socket.is_open() && ::connect(socket.number(), as_sockaddr(address), address.size) == 0 &&
       ::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0)
     return {.pid = owner.pid, .uid = owner.uid};
-  auto found = owner_by_descriptors(named.inode);
+  auto found = find_owner_by_descriptors(named.inode);
   if (const auto uid = find_socket_user(static_cast<std::uint32_t>(named.inode))) found.uid = *uid;
   return found;
 }
 
-std::uint64_t inode_of(const Descriptor& socket) {
+std::uint64_t socket_inode(const Descriptor& socket) {
   struct stat found {};
   return socket.is_open() && ::fstat(socket.number(), &found) == 0 ? found.st_ino : 0;
 }
@@ -349,7 +349,7 @@ Holders find_holders(const std::string& place, const std::string& signature, std
   Holders holders;
   for (const auto& named : find_sockets(place)) {
     if (named.inode == own) continue;
-    const auto owner = owner_of(named);
+    const auto owner = find_socket_owner(named);
     auto holder = in_words({.pid = owner.pid, .uid = owner.uid, .words = {}}, signature);
     if (!may_drive_chambers(owner.uid))
       holders.strangers.push_back(std::move(holder));
@@ -365,12 +365,12 @@ tl::unexpected<Fault> driven_by(const std::string& place, const ChamberHolder& h
 
 }  // namespace
 
-tl::expected<Descriptor, int> bind_chamber_name(const std::string& place) { return bind_name(name_of(place)); }
+tl::expected<Descriptor, int> bind_chamber_name(const std::string& place) { return bind_name(socket_name(place)); }
 
 std::optional<NameOwner> find_name_owner(const std::string& place) {
   const auto all = find_sockets(place);
-  const auto own = std::ranges::find(all, name_of(place), &NamedSocket::name);
-  return own == all.end() ? std::nullopt : std::optional(owner_of(*own));
+  const auto own = std::ranges::find(all, socket_name(place), &NamedSocket::name);
+  return own == all.end() ? std::nullopt : std::optional(find_socket_owner(*own));
 }
 
 std::string chamber_lock_name(const Line& line, std::uint16_t usual_port, std::uint8_t unit) {
@@ -389,17 +389,17 @@ std::string chamber_lock_name(const Line& line, std::uint16_t usual_port, std::u
 Result<ChamberLock> ChamberLock::take(const std::string& place, const std::string& record) {
   auto name = bind_chamber_name(place);
   if (!name && name.error() == EADDRINUSE) name = bind_name(spare_name(place));
-  auto file = lock_file(place);
+  auto file = open_lock_file(place);
   auto holders =
-      find_holders(place, file.is_open() ? content(file.number()) : std::string(), name ? inode_of(*name) : 0);
+      find_holders(place, file.is_open() ? content(file.number()) : std::string(), name ? socket_inode(*name) : 0);
   if (holders.rightful) return driven_by(place, *holders.rightful);
   if (!name && !file.is_open())
     return failure(FaultKind::storage, "chamber " + place,
                    fmt::format("cannot create its lock: {}", std::strerror(name.error())));
   if (file.is_open()) {
     if (::flock(file.number(), LOCK_EX | LOCK_NB) != 0)
-      return driven_by(place, holder_of(file.number()).value_or(in_words({}, {})));
-    sign(file.number(), record);
+      return driven_by(place, read_lock_holder(file.number()).value_or(in_words({}, {})));
+    write_signature(file.number(), record);
   }
   ChamberLock lock(name ? std::move(*name) : Descriptor(), std::move(file));
   lock.strangers_ = std::move(holders.strangers);
@@ -407,10 +407,10 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
 }
 
 std::optional<ChamberHolder> ChamberLock::holder(const std::string& place) {
-  const auto file = lock_file(place);
+  const auto file = open_lock_file(place);
   auto holders = find_holders(place, file.is_open() ? content(file.number()) : std::string());
   if (holders.rightful) return std::move(holders.rightful);
-  return file.is_open() ? holder_of(file.number()) : std::nullopt;
+  return file.is_open() ? read_lock_holder(file.number()) : std::nullopt;
 }
 
 void ChamberLock::close_callers() const {

@@ -19,14 +19,14 @@ const RegisterItem& named(const RegisterMap& map, std::string_view name) {
   return *found;
 }
 
-Result<int> decimals_of(const RegisterItem& item, const ValueOf& value_of) {
+Result<int> read_decimals(const RegisterItem& item, const ValueOf& value_of) {
   return value_of(item).and_then([&](double decimals) -> Result<int> {
     if (decimals >= 0 && decimals <= kMostDecimals) return static_cast<int>(decimals);
     return failure(FaultKind::corrupted, place(item), fmt::format("{:g} decimals", decimals));
   });
 }
 
-Result<bool> fahrenheit_of(const RegisterItem& item, const ValueOf& value_of) {
+Result<bool> read_is_fahrenheit(const RegisterItem& item, const ValueOf& value_of) {
   return value_of(item).and_then([&](double code) -> Result<bool> {
     const auto word = meaning(item, code);
     if (word == "celsius" || word == "fahrenheit") return word == "fahrenheit";
@@ -37,9 +37,9 @@ Result<bool> fahrenheit_of(const RegisterItem& item, const ValueOf& value_of) {
 /// Fraction of a register's resolution: larger than rounding errors, smaller than one step.
 constexpr double kSameStep = 0.75;
 /// Interval between reads of a register while waiting for its value.
-constexpr Duration kLookAgain = std::chrono::milliseconds(100);
+constexpr Duration kPollInterval = std::chrono::milliseconds(100);
 /// Time for which settings are not read again: about one second.
-constexpr Duration kKnownFor = std::chrono::milliseconds(1500);
+constexpr Duration kContextLifetime = std::chrono::milliseconds(1500);
 /// Within this time a unit cannot be replaced by another one.
 constexpr Duration kRecognisedFor = std::chrono::seconds(2);
 
@@ -53,12 +53,12 @@ Fault at(const RegisterItem& item, Fault fault) {
 Result<ItemContext> context_of(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of) {
   ItemContext context;
   if (!item.decimals.empty()) {
-    const auto decimals = decimals_of(named(map, item.decimals), value_of);
+    const auto decimals = read_decimals(named(map, item.decimals), value_of);
     if (!decimals) return failure(decimals.error());
     context.decimals = *decimals;
   }
   if (!item.unit.empty()) {
-    const auto fahrenheit = fahrenheit_of(named(map, item.unit), value_of);
+    const auto fahrenheit = read_is_fahrenheit(named(map, item.unit), value_of);
     if (!fahrenheit) return failure(fahrenheit.error());
     context.fahrenheit = *fahrenheit;
   }
@@ -253,8 +253,8 @@ Result<Snapshot> ItemExchange::look(std::span<const ReadSpan> spans) {
 Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterItem& item) const {
   const auto words = snapshot.words_of(item);
   if (words.size() != word_count(item)) return failure(FaultKind::refused, place(item), "not read");
-  const auto context =
-      context_of(map_, item, [&](const RegisterItem& other) { return or_as_before(other, value_in(snapshot, other)); });
+  const auto context = context_of(
+      map_, item, [&](const RegisterItem& other) { return value_or_confirmed(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
   auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
   return value ? value : failure(at(item, std::move(value.error())));
@@ -311,18 +311,18 @@ bool ItemExchange::may_skip(const ReadSpan& span) const {
   return std::ranges::none_of(map_.items, is_needed);
 }
 
-Result<double> ItemExchange::or_as_before(const RegisterItem& item, Result<double> value) const {
+Result<double> ItemExchange::value_or_confirmed(const RegisterItem& item, Result<double> value) const {
   if (value || !falls_back_) return value;
   const auto before = confirmed_.find(item.name);
   return before == confirmed_.end() ? value : Result<double>(before->second);
 }
 
 bool ItemExchange::knows(const RegisterItem& item) const {
-  return pauses_.now() - known_since_ <= kKnownFor && !known_.words_of(item).empty();
+  return pauses_.now() - known_since_ <= kContextLifetime && !known_.words_of(item).empty();
 }
 
 Result<double> ItemExchange::context_value(const RegisterItem& item) {
-  return or_as_before(item, knows(item) ? value_in(known_, item) : read(item));
+  return value_or_confirmed(item, knows(item) ? value_in(known_, item) : read(item));
 }
 
 /// Reads only the item if its context is known.
@@ -433,7 +433,7 @@ Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double v
     if (std::abs(*found - value) <= tolerance) return {};
     if (pauses_.now() >= end)
       return failure(FaultKind::mismatch, place(shown), fmt::format("reads {} after {} was written", *found, value));
-    pauses_.rest(std::min(kLookAgain, end - pauses_.now()));
+    pauses_.rest(std::min(kPollInterval, end - pauses_.now()));
   }
 }
 
@@ -454,7 +454,7 @@ Result<void> ItemExchange::wait_until(const Condition& condition, Duration withi
                                  condition.meanings.empty() ? "the expected value"
                                                             : fmt::format("{}", fmt::join(condition.meanings, " or ")),
                                  to_seconds(within)));
-    pauses_.rest(std::min(kLookAgain, end - pauses_.now()));
+    pauses_.rest(std::min(kPollInterval, end - pauses_.now()));
   }
 }
 

@@ -137,7 +137,7 @@ class ItemExchange {
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value, int tries);
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries);
   [[nodiscard]] bool knows(const RegisterItem& item) const;
-  [[nodiscard]] Result<double> or_as_before(const RegisterItem& item, Result<double> value) const;
+  [[nodiscard]] Result<double> value_or_confirmed(const RegisterItem& item, Result<double> value) const;
   [[nodiscard]] Result<double> context_value(const RegisterItem& item);
   [[nodiscard]] Result<double> read_in_known_context(const RegisterItem& item);
   [[nodiscard]] Result<std::vector<std::uint16_t>> read_words(const RegisterItem& item);

@@ -45,7 +45,7 @@ struct ChamberStatus {
 /// not apply.
 using ItemValue = std::function<std::optional<double>(const std::string&)>;
 
-ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
+ChamberStatus evaluate_rules(const RegisterMap& map, const ItemValue& value) {
   ChamberStatus status;
   for (const auto& rule : map.states) {
     const auto found = value(rule.when.item);
@@ -67,7 +67,7 @@ ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
   return status;
 }
 
-/// Returns the items that status_of() reads, each once.
+/// Returns the items that evaluate_rules() reads, each once.
 std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
   std::vector<const RegisterItem*> items;
   const auto add = [&](const std::string& name) {
@@ -85,17 +85,17 @@ constexpr Duration kLongestReading = std::chrono::milliseconds(900);
 /// set point that is sent in the same second.
 constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
 /// Maximum number of stray zeros in a row. A further zero is accepted as a value.
-constexpr int kMostStrayZeros = 6;
+constexpr int kMaxStrayZeros = 6;
 /// A zero or tiny value this close to the previous air temperature is accepted.
 constexpr double kNearZeroK = 2;
 /// Limits for every chamber. A value outside them has a different word order or unit, or is corrupted.
 constexpr double kColdestAirC = -120, kWarmestAirC = 250;
 /// A smaller non-zero value indicates a wrong word order.
-constexpr double kNextToNothingC = 1e-4;
+constexpr double kTinyValueC = 1e-4;
 /// Maximum instantaneous change of the air temperature, and its maximum rate; sufficient for thermal shock chambers.
 constexpr double kJumpK = 10, kFastestKPerS = 5;
 /// Number of readings after which a value that jumped and persists is accepted as the sensor's output.
-constexpr int kSensorsOwn = 3;
+constexpr int kReadingsToAcceptJump = 3;
 
 class ModbusChamber final : public Chamber {
  public:
@@ -106,9 +106,9 @@ class ModbusChamber final : public Chamber {
     items_.trust_line();
     limits_.reset();
     if (std::exchange(is_new_, false))
-      turns_.restart_at_once();
+      turns_.schedule_full_round();
     else
-      turns_.begin_anew();  // no time within a tick
+      turns_.begin_new_round();  // no time within a tick
     auto found = items_.identify(air_);
     if (!found) return failure(std::move(found.error()));
     if (auto fits = check_step(); !fits) return failure(std::move(fits.error()));
@@ -131,7 +131,7 @@ class ModbusChamber final : public Chamber {
     auto state = look();
     if (state && turns_.is_overdue()) return unreadable("its state and its alarms could not be read for a minute");
     if (state) return state;
-    turns_.begin_anew();
+    turns_.begin_new_round();
     status_.activity = ChamberActivity::unknown;
     status_known_ = false;
     return state;
@@ -145,7 +145,7 @@ class ModbusChamber final : public Chamber {
     Result<ChamberState> state;
     for (int i = 0; i < kTries + zeros_ && !(state && status_known_); ++i) {
       if (zeros_ > 0) pauses_->rest(std::chrono::seconds(1));
-      turns_.restart_at_once();
+      turns_.schedule_full_round();
       state = look();
       status_known_ = status_known_ || turns_.pieces() == 0;
     }
@@ -174,7 +174,7 @@ class ModbusChamber final : public Chamber {
   /// activity "off" is discarded, because on a slow line the next query takes a while.
   Result<void> start() override {
     items_.trust_line();
-    turns_.begin_anew();
+    turns_.begin_new_round();
     if (status_.activity == ChamberActivity::off) status_.activity = ChamberActivity::unknown;
     if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
     if (auto started = perform("start"); !started) return started;
@@ -195,7 +195,7 @@ class ModbusChamber final : public Chamber {
 
   Result<void> perform(const std::string& command) override {
     items_.trust_line();
-    turns_.begin_anew();
+    turns_.begin_new_round();
     const auto found = map_.sequences.find(command);
     if (found != map_.sequences.end()) return items_.perform(found->second, {});
     return failure(FaultKind::refused, "chamber " + command,
@@ -259,7 +259,7 @@ class ModbusChamber final : public Chamber {
   Result<void> start_program() override {
     if (!uploaded_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
     items_.trust_line();
-    turns_.begin_anew();
+    turns_.begin_new_round();
     auto started =
         items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
     // Set even after a failure, because the program may have started; send_set_point() must end it.
@@ -280,7 +280,7 @@ class ModbusChamber final : public Chamber {
 
   [[nodiscard]] Result<ChamberState> look() {
     const auto began = pauses_->now();
-    const auto core = look_at_core(began);
+    const auto core = read_core_items(began);
     if (!core) return failure(core.error());
     if (map_.one_block && identity_) {
       const auto same = items_.value_in(*core, *identity_).and_then([&](double found) {
@@ -292,12 +292,12 @@ class ModbusChamber final : public Chamber {
     if (!air) return failure(air.error());
     const auto set_point = set_point_in(*core);
     if (!set_point) return failure(set_point.error());
-    look_at_status(*core, began);
+    read_status_pieces(*core, began);
     return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
   }
 
   /// Reads the core items. Fails at the first span that fails, or with timeout if the reading takes too long.
-  [[nodiscard]] Result<Snapshot> look_at_core(Duration began) {
+  [[nodiscard]] Result<Snapshot> read_core_items(Duration began) {
     Snapshot core;
     for (const auto& span : core_plan_) {
       const auto before = pauses_->now();
@@ -322,7 +322,7 @@ class ModbusChamber final : public Chamber {
     if (!air) return air;
     if (auto sound = check_air(*air); !sound) return failure(std::move(sound.error()));
     const bool follows = std::abs(*air - last_air_c_) <= kNearZeroK;
-    if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMostStrayZeros) {
+    if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMaxStrayZeros) {
       ++zeros_;
       return failure(FaultKind::out_of_range, place(air_), "the unit returned a stray zero instead of a value");
     }
@@ -354,7 +354,7 @@ class ModbusChamber final : public Chamber {
     if (!(air_c >= kColdestAirC && air_c <= kWarmestAirC))
       return refuse("which is impossible for a chamber; check word order and unit");
     const double moved = std::abs(air_c - last_air_c_);
-    if (air_c != 0 && std::abs(air_c) < kNextToNothingC && !(moved <= kNearZeroK))
+    if (air_c != 0 && std::abs(air_c) < kTinyValueC && !(moved <= kNearZeroK))
       return refuse("which is almost zero; check the word order");
     const double reach = kJumpK + kFastestKPerS * to_seconds(pauses_->now() - last_air_at_);
     if (std::isnan(last_air_c_) || moved <= reach || (air_.stray_zeros && air_c == 0)) {
@@ -363,7 +363,7 @@ class ModbusChamber final : public Chamber {
     }
     jumps_ = jumps_ > 0 && std::abs(air_c - jumped_to_c_) <= kJumpK ? jumps_ + 1 : 1;
     jumped_to_c_ = air_c;
-    if (jumps_ < kSensorsOwn) return refuse("which is too fast a change for air since the last reading");
+    if (jumps_ < kReadingsToAcceptJump) return refuse("which is too fast a change for air since the last reading");
     jumps_ = 0;
     return {};
   }
@@ -380,7 +380,7 @@ class ModbusChamber final : public Chamber {
 
   /// Reads pieces of the status. A lost piece is retried by a later reading, and the status changes only when all
   /// pieces were read.
-  void look_at_status(const Snapshot& core, Duration began) {
+  void read_status_pieces(const Snapshot& core, Duration began) {
     turns_.begin_reading();
     while (const auto* next = turns_.next(pauses_->now() - began, exchange_)) {
       const auto span = *next;
@@ -397,7 +397,7 @@ class ModbusChamber final : public Chamber {
     }
     if (!turns_.is_complete()) return;
     lost_.clear();
-    status_ = judge(core, turns_.take());
+    status_ = evaluate_status(core, turns_.take());
     status_known_ = true;
   }
 
@@ -415,8 +415,8 @@ class ModbusChamber final : public Chamber {
     return failure(FaultKind::timeout, place(air_), lost_.empty() ? what : fmt::format("{}: {}", what, lost_));
   }
 
-  [[nodiscard]] ChamberStatus judge(const Snapshot& core, const Snapshot& more) const {
-    return status_of(map_, [&](const std::string& name) -> std::optional<double> {
+  [[nodiscard]] ChamberStatus evaluate_status(const Snapshot& core, const Snapshot& more) const {
+    return evaluate_rules(map_, [&](const std::string& name) -> std::optional<double> {
       const auto& item = items_.item(name);
       for (const auto* snapshot : {&more, &core}) {
         if (snapshot->words_of(item).empty()) continue;

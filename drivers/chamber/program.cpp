@@ -57,7 +57,7 @@ double code(const MemoryCell& cell, const char* meaning) {
 
 const char* word(StepKind kind) { return word_of(kStepKinds, kind); }
 
-RegisterItem form_of(const MemoryCell& cell, const ContextOf& context_of) {
+RegisterItem cell_form(const MemoryCell& cell, const ContextOf& context_of) {
   return context_of && !(cell.form.decimals.empty() && cell.form.unit.empty())
              ? in_context(cell.form, context_of(cell.form))
              : cell.form;
@@ -96,7 +96,7 @@ struct Content {
   [[nodiscard]] Result<std::vector<std::uint16_t>> words(const MemoryBlock& block, int index) const {
     std::vector<std::uint16_t> all(block.count);
     for (const auto& cell : block.cells) {
-      const auto form = form_of(cell, context_of);
+      const auto form = cell_form(cell, context_of);
       std::vector<std::uint16_t> own;
       if (cell.source == CellSource::name) {
         own = encode_text(form.text, program.name);
@@ -150,7 +150,7 @@ Result<void> for_each_cell(const MemoryBlock& block, const Result<std::vector<st
   if (!words) return failure(words.error());
   if (words->size() < block.count) return failure(FaultKind::corrupted, "profile memory", "a block is too short");
   for (const auto& cell : block.cells) {
-    const auto form = form_of(cell, context);
+    const auto form = cell_form(cell, context);
     const auto own = std::span(*words).subspan(cell.at, word_count(form));
     take_cell(cell, form, own);
   }
@@ -207,7 +207,7 @@ bool marks_end(const FoundStep& found) { return !found.start && found.kind == wo
 /// Makes a step from its cells. `before` is the set point after the previous steps. The kind is read from the step's
 /// kind cell; an end is treated as a soak. If there is no such cell, the kind follows from the set points. Fails with
 /// corrupted for an unknown kind.
-Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
+Result<ProgramStep> make_step(const FoundStep& found, Celsius before, int index) {
   ProgramStep step;
   step.start = found.start ? Celsius{*found.start} : before;
   step.target = found.target ? Celsius{*found.target} : step.start;
@@ -229,7 +229,7 @@ void close_ramps(std::vector<ProgramStep>& steps) {
     if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
 }
 
-std::string place_of(const MemoryWrite& write) {
+std::string describe_location(const MemoryWrite& write) {
   return write.step < 0 ? fmt::format("profile memory, register {}", write.address)
                         : fmt::format("profile memory, register {}, step {}", write.address, write.step + 1);
 }
@@ -287,7 +287,7 @@ class Upload {
       if (!found) return failure(found.error());
       for (std::size_t i = 0; i < one.words.size(); ++i)
         if ((*found)[i] != one.words[i])
-          return failure(FaultKind::mismatch, place_of(one),
+          return failure(FaultKind::mismatch, describe_location(one),
                          fmt::format("register {} contains {:04X}h after {:04X}h was written", one.address + i,
                                      (*found)[i], one.words[i]));
       ++report_.compared;
@@ -310,7 +310,7 @@ class Upload {
   [[nodiscard]] Result<void> write(const MemoryWrite& write) {
     pauses_.rest(memory_.pause);
     auto done = registers_.write(write_function(write.function, write.words.size()), write.address, write.words);
-    if (!done) done.error().where = place_of(write) + ": " + done.error().where;
+    if (!done) done.error().where = describe_location(write) + ": " + done.error().where;
     return done;
   }
 
@@ -405,7 +405,7 @@ Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from,
     const auto found = find_step(memory, i, words_of, context_of);
     if (!found) return failure(found.error());
     if (marks_end(*found)) break;
-    const auto step = made_of(*found, steps.empty() ? from : steps.back().target, i);
+    const auto step = make_step(*found, steps.empty() ? from : steps.back().target, i);
     if (!step) return failure(step.error());
     steps.push_back(*step);
     has_starts = has_starts || found->start.has_value();

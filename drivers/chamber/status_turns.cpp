@@ -56,7 +56,7 @@ std::span<const std::uint16_t> Snapshot::words_of(const RegisterItem& item) cons
   return {};
 }
 
-void StatusTurns::begin_anew() {
+void StatusTurns::begin_new_round() {
   so_far_.clear();
   at_ = 0;
   under_way_ = false;
@@ -64,8 +64,8 @@ void StatusTurns::begin_anew() {
   until_round_ = 0;
 }
 
-void StatusTurns::restart_at_once() {
-  begin_anew();
+void StatusTurns::schedule_full_round() {
+  begin_new_round();
   at_once_ = true;
 }
 

@@ -52,10 +52,10 @@ class StatusTurns {
   StatusTurns(std::vector<ReadSpan> pieces, int every) : pieces_(std::move(pieces)), every_(every) {}
 
   /// Discards the words read so far and begins a new round with the next reading.
-  void begin_anew();
-  /// Begins a new round as begin_anew() does; the next reading reads all pieces, regardless of time. Not for use within
-  /// a tick.
-  void restart_at_once();
+  void begin_new_round();
+  /// Begins a new round as begin_new_round() does; the next reading reads all pieces, regardless of time. Not for use
+  /// within a tick.
+  void schedule_full_round();
 
   /// Begins a reading of the chamber.
   void begin_reading();

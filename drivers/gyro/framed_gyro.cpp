@@ -295,7 +295,8 @@ class FramedGyro final : public Gyro {
       const auto more = take_chunk(enough ? Duration::zero() : deadline.left(), tally);
       if (!more) {
         if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return conclude(tally, first);
-        const auto what = more.error().kind == FaultKind::timeout ? without_frames(frames_.seen - seen) : std::string();
+        const auto what =
+            more.error().kind == FaultKind::timeout ? explain_missing_count(frames_.seen - seen) : std::string();
         start_afresh();
         if (what.empty()) return failure(more.error());
         open_ = false;  // the gyro may have restarted
@@ -305,7 +306,7 @@ class FramedGyro final : public Gyro {
       if (enough && !*more) return conclude(tally, first);
       if (!deadline.over()) continue;
       if (tally.rounds > 0) return conclude(tally, first);
-      const auto what = without_frames(frames_.seen - seen);
+      const auto what = explain_missing_count(frames_.seen - seen);
       start_afresh();
       open_ = false;
       return failure(FaultKind::corrupted, place(), what.empty() ? "no complete frame" : what);
@@ -314,7 +315,7 @@ class FramedGyro final : public Gyro {
 
   /// Explains why a read produced no count: no frame has all axes, or the bytes are not frames. Returns an empty text
   /// if fewer bytes than a frame arrived and none was rejected. `frames` is the number of frames in the read.
-  [[nodiscard]] std::string without_frames(std::uint64_t frames) const {
+  [[nodiscard]] std::string explain_missing_count(std::uint64_t frames) const {
     const auto wait_s = to_seconds(within_);
     if (frames > 0)
       return fmt::format("{} frames received in {:.1f} s, but none with all axes: is another message selected?", frames,
@@ -439,7 +440,7 @@ class FramedGyro final : public Gyro {
     if (tally.rounds == 0) return std::nullopt;
     if (sum_.has_clock()) return count_of(tally, tally.interval);
     if (first) return std::nullopt;
-    return by_the_host(tally);
+    return count_by_host_clock(tally);
   }
 
   /// Describes the frame rate if the steps between frames are constant and differ from the described ones. Otherwise
@@ -469,9 +470,9 @@ class FramedGyro final : public Gyro {
     return fmt::format("{:.3g} s of its time stamps pass per second; check their unit in the stream file", *pace);
   }
 
-  [[nodiscard]] Result<MaybeCount> by_the_host(const FrameTally& tally) {
+  [[nodiscard]] Result<MaybeCount> count_by_host_clock(const FrameTally& tally) {
     if (const auto interval = arrivals_.next(tally.rounds, came_)) return count_of(tally, *interval);
-    begin_anew();
+    restart_count();
     return failure(
         FaultKind::corrupted, place(),
         fmt::format("{} frames do not match the time in which they arrived: some were lost or late", tally.rounds));
@@ -491,11 +492,11 @@ class FramedGyro final : public Gyro {
   void start_afresh() {
     decoder_ = FrameDecoder(format_);
     differing_settings_.clear();
-    begin_anew();
+    restart_count();
   }
 
   /// Discards the origin; the next read waits for a new one.
-  void begin_anew() {
+  void restart_count() {
     sum_ = FrameSum(format_);
     arrivals_ = HostInterval(format_.rate_hz > 0);
   }

@@ -172,7 +172,7 @@ Result<void> claim(int descriptor) {
 
 constexpr sp_parity kParities[] = {SP_PARITY_NONE, SP_PARITY_ODD, SP_PARITY_EVEN};
 
-std::optional<SerialFormat> format_of(sp_port* port) {
+std::optional<SerialFormat> read_port_format(sp_port* port) {
   sp_port_config* raw = nullptr;
   if (sp_new_config(&raw) != SP_OK) return {};
   const Config config(raw);
@@ -196,7 +196,7 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
                    sp_set_stopbits(port, format.stop_bits) == SP_OK &&
                    sp_set_flowcontrol(port, format.rtscts ? SP_FLOWCONTROL_RTSCTS : SP_FLOWCONTROL_NONE) == SP_OK;
   if (!set) return refused(fmt::format("cannot be set to {}", text(format)));
-  const auto found = format_of(port);
+  const auto found = read_port_format(port);
   if (found != format)
     return refused(fmt::format("set to {}, the port is at {}", text(format), found ? text(*found) : "something else"));
   return {};

@@ -86,7 +86,7 @@ class OpenedHid final : public HidReports {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
     if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
-    return broken(still_there() ? "the device did not accept the report" : "unplugged");
+    return broken(is_still_connected() ? "the device did not accept the report" : "unplugged");
   }
 
   Result<std::size_t> read(std::span<std::byte> report, Duration within) override {
@@ -102,7 +102,7 @@ class OpenedHid final : public HidReports {
       }
       if (size == 0)
         return failure(FaultKind::timeout, place(), fmt::format("no report in {} ms", within / milliseconds(1)));
-      if (!still_there()) return broken("unplugged");
+      if (!is_still_connected()) return broken("unplugged");
       ++failures;
     }
     return broken("reports cannot be read");
@@ -145,7 +145,7 @@ class OpenedHid final : public HidReports {
     return failure(FaultKind::disconnected, place(), std::move(why));
   }
 
-  [[nodiscard]] bool still_there() const { return access(path_.c_str(), F_OK) == 0; }
+  [[nodiscard]] bool is_still_connected() const { return access(path_.c_str(), F_OK) == 0; }
 
   std::vector<HidKind> kinds_;
   std::string serial_;

@@ -32,7 +32,7 @@ constexpr Duration kEndsWithin = std::chrono::milliseconds(500), kDiesWithin = s
 constexpr Duration kSettledAfter = std::chrono::seconds(10);
 constexpr std::size_t kLastWords = 200;  ///< bytes
 
-std::string how_it_ended(int status) {
+std::string describe_exit(int status) {
   if (WIFSIGNALED(status)) return fmt::format("the program was ended by signal {}", WTERMSIG(status));
   return fmt::format("the program ended with exit code {}", WEXITSTATUS(status));
 }
@@ -133,7 +133,7 @@ class ProcessStream::Child {
     process_ = 0;
     listen();
     const auto said = last_line();
-    return (dead ? how_it_ended(status) : "the program was killed but has not ended yet") +
+    return (dead ? describe_exit(status) : "the program was killed but has not ended yet") +
            (said.empty() ? said : fmt::format("; its last output was \"{}\"", said));
   }
   /// Waits for output of the program and returns true, or returns false at the deadline. Reads the program's stderr

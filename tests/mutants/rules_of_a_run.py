@@ -334,7 +334,7 @@ MUTANTS = [
      "if (!(air_c >= kColdestAirC && air_c <= kWarmestAirC))", "if (false)",
      "drivers_test", "Maps/SoundAir.IsWithinWhatChambersDo/watlow_f4t"),
     ("air may jump", "drivers/chamber/modbus_chamber.cpp",
-     "if (jumps_ < kSensorsOwn) return refuse(", "if (false) return refuse(",
+     "if (jumps_ < kReadingsToAcceptJump) return refuse(", "if (false) return refuse(",
      "drivers_test", "Maps/SoundAir.DoesNotJump/watlow_f4t"),
     ("one register keeps a chamber hot", "drivers/chamber/modbus_chamber.cpp",
      "items_.fall_back();\n    const auto free", "const auto free",

@@ -35,7 +35,7 @@ MUTANTS = [
      "return since_round_ > kReadingsWithoutARound + every_;", "return false;",
      "drivers_test", "StatusTurns.ARoundThatIsNotCompletedForAMinuteIsOverdue"),
     ("an old piece of the status counts after a silence", "drivers/chamber/status_turns.cpp",
-     "void StatusTurns::begin_anew() {\n  so_far_.clear();\n  at_ = 0;", "void StatusTurns::begin_anew() {",
+     "void StatusTurns::begin_new_round() {\n  so_far_.clear();\n  at_ = 0;", "void StatusTurns::begin_new_round() {",
      "drivers_test", "StatusTurns.WhatWasFoundBeforeASilenceIsForgotten"),
     ("a reading has no end", "drivers/chamber/modbus_chamber.cpp",
      "if (before - began >= kLongestReading && !unhurried_)", "if (false)",

@@ -107,14 +107,14 @@ TEST(StatusTurns, APieceThatMadeAReadingLateIsAskedForByEveryFifthAloneUntilItCo
 TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
   StatusTurns turns(pieces(6), 1);
   EXPECT_EQ(reading(turns, 400ms, 100ms), 3);
-  turns.begin_anew();
+  turns.begin_new_round();
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 100ms)->first, 0);
 }
 
 TEST(StatusTurns, AllAtOnceIsForOneReading) {
   StatusTurns turns(pieces(6), 1);
-  turns.restart_at_once();
+  turns.schedule_full_round();
   EXPECT_EQ(reading(turns, 400ms, 200ms), 6);
   static_cast<void>(turns.take());
   EXPECT_LT(reading(turns, 400ms, 200ms), 6);

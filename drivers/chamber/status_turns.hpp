@@ -53,7 +53,7 @@ class StatusTurns {
 
   /// Discards the words read so far and begins a new round with the next reading.
   void begin_new_round();
-  /// Begins a new round as begin_new_round() does; the next reading reads all pieces, regardless of time. Not for use
+  /// Does the same as begin_new_round(), but the next reading reads all pieces, regardless of time. Not for use
   /// within a tick.
   void schedule_full_round();
 

@@ -42,7 +42,7 @@ MUTANTS = [
      "if (path != own && !path.starts_with(own + kSpareMark)) continue;", "if (path != own) continue;",
      "drivers_test", "ChamberLockTest.ExcludesSecondProgramByNamesAlone"),
     ("the members of the groups are strangers", "drivers/chamber/chamber_lock.cpp",
-     "if (fields[2] == own || (fields.size() > 3 && lists(fields[3], user))) return true;", "",
+     "if (fields[2] == own || (fields.size() > 3 && has_member(fields[3], user))) return true;", "",
      "drivers_test", "ChamberLockTest.IsHeldByAnotherUserOfTheGroups"),
     ("SIGTERM leaves the chamber as it is", "apps/gyrotherm/run/event_loop.cpp",
      "if (!is_terminated()) return end(finish_stopped(run_));", "return end(finish_stopped(run_));",

@@ -93,7 +93,7 @@ SafeStateChamber for_service(SafeStateChamber chamber) {
 
 /// Repeats attempts while the chamber answers and may still become safe.
 Rescued retry_until_safe(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
-  while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_out_of_means() && !rescue.is_lost()) {
+  while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
     if (trail.leave(rescued)) voice.say(trail.describe());
     std::this_thread::sleep_for(rescue.pause());
     rescued = rescue.attempt();
@@ -183,7 +183,7 @@ Result<SafeState> obtain_safe_state(const std::string& record) {
   const auto orders = receive_safe_state(STDIN_FILENO, kSafeStateTimeout);
   if (orders) return parse_safe_state(*orders, file);
   const auto left = read_safe_state(file);
-  if (left && *left && ends((*left)->written_by, kKillTimeout)) return **left;
+  if (left && *left && wait_for_end((*left)->written_by, kKillTimeout)) return **left;
   return failure(orders.error());
 }
 

@@ -139,13 +139,13 @@ _KINDS = {
     "number_rows": "rows of numbers", "integer": "a whole number", "whole": "a whole number",
     "boolean": "true or false", "celsius": "a temperature", "kelvins": "an amount in K", "duration": "a time",
     "rate": "a rate", "positive_rate": "a rate", "rates": "a list of rates", "durations": "a list of times",
-    "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "one_of_link": "one of", "read_either": "one of",
+    "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "read_link_keyword": "one of", "read_either": "one of",
     "table": "a table", "tables": "tables", "expect": "the schema", "read_named": "a file, by name or path",
     "read_time": "a time", "read_time_if_any": "a time", "read_lost": "a time", "read_temperature": "a temperature",
     "read_temperature_if_any": "a temperature", "read_side": "a temperature", "read_rate_if_any": "a rate",
     "read_rates": "a list of rates", "read_band": "an amount in K", "read_rate_range": "[slowest, fastest]",
     "read_time_range": "[shortest, longest]", "read_temperature_ranges": "rows of [lowest, highest]",
-    "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "above_zero": "a number", "read_day": "a day",
+    "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "read_positive": "a number", "read_day": "a day",
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
     "time_constant_s": "s, at least 1", "read_bounded": "a number", "each": "a number, or one for each thermometer",
@@ -159,7 +159,7 @@ _KINDS = {
 # Reading functions that accept a missing key.
 _LEFT_OUT = {
     "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
-    "read_axis_uncertainty", "above_zero", "read_day", "day", "one_of_or_default", "one_of_link", "read_either", "texts", "numbers", "rates",
+    "read_axis_uncertainty", "read_positive", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"each_or_none": "0"}
@@ -422,7 +422,7 @@ def _kind_of(function: str, constant: str, rest: str, position: str) -> str | No
     if kind != "one of":
         return kind
     if function.startswith("one_of"):
-        terms = _terms_of(constant) + (["default"] if function in ("one_of_link", "one_of_or_default") else [])
+        terms = _terms_of(constant) + (["default"] if function in ("read_link_keyword", "one_of_or_default") else [])
     else:
         braces = re.match(r", \{([^}]*)\}", rest)
         terms = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])

@@ -17,20 +17,21 @@ constexpr Kelvins kChange{0.001};
 void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, Duration elapsed,
               InterlockMemory& memory) {
   constexpr double kTimesTheFastest = 3;
-  memory.air_unseen += elapsed;
+  memory.since_last_air += elapsed;
   if (!air) return;
-  const auto before = std::exchange(memory.air_seen, air);
-  const auto unseen = std::exchange(memory.air_unseen, Duration{});
+  const auto before = std::exchange(memory.last_air, air);
+  const auto unseen = std::exchange(memory.since_last_air, Duration{});
   if (!before) return;
   const CelsiusPerMinute fastest{std::max(kNoAir.value, kTimesTheFastest * limits.air_fastest.value)};
   if (abs(*air - *before) > fastest * unseen)
-    memory.air_jumped = memory.air_jumped + (*air - *before);
-  else if (abs(memory.air_jumped) <= limits.chamber_disagreement)
-    memory.air_jumped = {};
+    memory.air_jump_sum = memory.air_jump_sum + (*air - *before);
+  else if (abs(memory.air_jump_sum) <= limits.chamber_disagreement)
+    memory.air_jump_sum = {};
 }
 
 /// Predicts the air from the controller's set point as a first-order lag. `elapsed`: time since the last reading.
-void expect_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed, InterlockMemory& memory) {
+void predict_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed,
+                 InterlockMemory& memory) {
   if (std::isnan(chamber.set_point.value)) return;
   memory.set_point = chamber.set_point;
   if (!memory.expected) memory.expected = chamber.air;
@@ -47,12 +48,12 @@ void Trend::add(std::optional<Celsius> value) {
   ring_[static_cast<std::size_t>(newest_)] = value ? value->value : std::numeric_limits<double>::quiet_NaN();
   filled_ = std::min(filled_ + 1, static_cast<int>(ring_.size()));
   if (!value) return;
-  if (still_ && abs(*value - *still_) < kChange) {
+  if (unchanged_value_ && abs(*value - *unchanged_value_) < kChange) {
     ++unchanged_;
   } else {
-    still_ = value;
+    unchanged_value_ = value;
     unchanged_ = 1;
-    others_then_.reset();
+    others_at_last_change_.reset();
     others_moved_ = {};
   }
 }
@@ -70,11 +71,11 @@ std::optional<CelsiusPerMinute> Trend::rate() const {
 
 void Trend::compare(std::optional<Celsius> others) {
   if (!others) return;
-  if (!others_then_) others_then_ = others;
-  others_moved_ = abs(*others - *others_then_);
+  if (!others_at_last_change_) others_at_last_change_ = others;
+  others_moved_ = abs(*others - *others_at_last_change_);
 }
 
-InterlockMemory::Watch InterlockMemory::most_affected(InterlockId id) const {
+InterlockMemory::Watch InterlockMemory::most_affected_watch(InterlockId id) const {
   const auto& all = watches[static_cast<std::size_t>(id)];
   const auto weight = [](const Watch& watch) { return std::pair(watch.raised, watch.samples > 0); };
   const auto most = std::ranges::max_element(all, {}, weight);
@@ -116,20 +117,20 @@ std::optional<Celsius> Ranks::median_without(const std::optional<Celsius>& own) 
   return Celsius{(other((others - 1) / 2) + other(others / 2)) / 2};
 }
 
-void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
+void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,
               InterlockMemory& memory) {
   memory.thermometers.resize(sample.thermometers.size());
-  if (after_a_pause) {
+  if (is_after_pause) {
     memory.air.forget();
     for (auto& trend : memory.thermometers) trend.forget();
   }
   const auto& chamber = sample.chamber.value;
   const auto air = chamber ? std::optional(chamber->air) : std::nullopt;
-  const auto since_seen = memory.air_unseen + elapsed;
+  const auto since_seen = memory.since_last_air + elapsed;
   memory.air.add(air);
   add_jump(limits, air, elapsed, memory);
   const Ranks ranks(sample);
-  if (chamber) expect_air(limits, *chamber, since_seen, memory);
+  if (chamber) predict_air(limits, *chamber, since_seen, memory);
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
     const auto value = value_of(sample.thermometers[i]);
     memory.thermometers[i].add(value);

@@ -38,9 +38,9 @@ class Trend {
   static constexpr int kSeconds = 60;
   std::array<double, kSeconds + 1> ring_{};  ///< NaN: unknown
   int filled_ = 0, newest_ = -1;
-  std::optional<Celsius> still_;  ///< the unchanged value
+  std::optional<Celsius> unchanged_value_;  ///< the unchanged value
   int unchanged_ = 0;
-  std::optional<Celsius> others_then_;
+  std::optional<Celsius> others_at_last_change_;
   Kelvins others_moved_{};
 };
 
@@ -106,7 +106,7 @@ struct InterlockMemory {
   /// The watches of each interlock, one for each subject that has, or had, a cause.
   std::array<std::vector<Watch>, kInterlocks> watches{};
   /// Returns the watch of the most affected subject, or an empty watch if there is none.
-  [[nodiscard]] Watch most_affected(InterlockId id) const;
+  [[nodiscard]] Watch most_affected_watch(InterlockId id) const;
   /// Return true if the cause was present in the last second, for any subject or for one. is_active() also requires a
   /// raised alarm.
   [[nodiscard]] bool is_seen(InterlockId id) const;
@@ -125,10 +125,10 @@ struct InterlockMemory {
   Kelvins lag{};
   std::optional<Celsius> set_point{};
   /// Last known air temperature.
-  std::optional<Celsius> air_seen{};
-  Duration air_unseen{};  ///< time since then
+  std::optional<Celsius> last_air{};
+  Duration since_last_air{};  ///< time since then
   /// Sum of the air's changes that were too fast to be real.
-  Kelvins air_jumped{};
+  Kelvins air_jump_sum{};
   std::optional<Duration> utc_minus_run{};
 };
 
@@ -148,8 +148,8 @@ class Ranks {
   std::vector<double> sorted_;
 };
 
-/// Adds a sample that covers `elapsed` to the trends. `after_a_pause`: the program paused before the sample.
-void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
+/// Adds a sample that covers `elapsed` to the trends. `is_after_pause`: the program paused before the sample.
+void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,
               InterlockMemory& memory);
 
 }  // namespace gyrotherm::interlocks

@@ -23,7 +23,7 @@ constexpr Duration kWallStep = std::chrono::milliseconds(50);
 constexpr int kRefusals = 3;
 constexpr Kelvins kNearLimit{2};
 
-Found found(std::string text) { return {CheckResult{.text = std::move(text)}}; }
+Found make_result(std::string text) { return {CheckResult{.text = std::move(text)}}; }
 
 std::optional<Celsius> median_reading(const Sample& sample, const std::vector<std::size_t>& columns) {
   Sample few;
@@ -33,62 +33,62 @@ std::optional<Celsius> median_reading(const Sample& sample, const std::vector<st
 
 // ---- temperatures ---------------------------------------------------------------------------------------------------
 
-Found air_limit(const CheckInputs& in) {
+Found check_air_limit(const CheckInputs& in) {
   if (!in.chamber()) return {};
   const auto air = in.chamber()->air;
   if (air >= in.limits.air_lowest && air <= in.limits.air_highest) return {};
-  return found(fmt::format("chamber air {:.2f} °C is outside {:g} … {:g} °C", air.value, in.limits.air_lowest.value,
-                           in.limits.air_highest.value));
+  return make_result(fmt::format("chamber air {:.2f} °C is outside {:g} … {:g} °C", air.value,
+                                 in.limits.air_lowest.value, in.limits.air_highest.value));
 }
 
-Found thermometer_limit(const CheckInputs& in) {
-  Found beyond;
+Found check_thermometer_limit(const CheckInputs& in) {
+  Found outside;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
     const auto value = value_of(in.sample.thermometers[i]);
     const auto own = i < in.limits.thermometers.size()
                          ? in.limits.thermometers[i]
                          : ThermometerLimits{in.limits.thermometers_lowest, in.limits.thermometers_highest};
     if (!value || (*value >= own.lowest && *value <= own.highest)) continue;
-    beyond.push_back(in.of_thermometer(i, fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", in.channel(i),
-                                                      value->value, own.lowest.value, own.highest.value)));
+    outside.push_back(in.thermometer_result(i, fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", in.channel(i),
+                                                           value->value, own.lowest.value, own.highest.value)));
   }
-  return beyond;
+  return outside;
 }
 
 /// Compares the chamber's own sensor with the thermometers in the air. Without such thermometers, checks the sensor for
 /// jumps.
-Found chamber_sensor(const CheckInputs& in) {
+Found check_chamber_sensor(const CheckInputs& in) {
   if (!in.chamber()) return {};
   const auto air = in.chamber()->air;
   if (in.limits.air_thermometers.empty()) {
-    if (!(abs(in.memory.air_jumped) > in.limits.chamber_disagreement)) return {};
-    return found(fmt::format("the chamber's sensor jumped by {:+.1f} K, too fast for air: {:.1f} °C",
-                             in.memory.air_jumped.value, air.value));
+    if (!(abs(in.memory.air_jump_sum) > in.limits.chamber_disagreement)) return {};
+    return make_result(fmt::format("the chamber's sensor jumped by {:+.1f} K, too fast for air: {:.1f} °C",
+                                   in.memory.air_jump_sum.value, air.value));
   }
   const auto others = median_reading(in.sample, in.limits.air_thermometers);
   if (!others || abs(air - *others) <= in.limits.chamber_disagreement) return {};
-  return found(
+  return make_result(
       fmt::format("the chamber's sensor reads {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
 }
 
-Found air_rate(const CheckInputs& in) {
+Found check_air_rate(const CheckInputs& in) {
   const auto rate = in.memory.air.rate();
   if (!rate || std::abs(rate->value) <= in.limits.air_fastest.value) return {};
-  return found(fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
+  return make_result(fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
 }
 
-Found thermometer_rate(const CheckInputs& in) {
+Found check_thermometer_rate(const CheckInputs& in) {
   Found fast;
   for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)
     if (const auto rate = in.memory.thermometers[i].rate();
         rate && std::abs(rate->value) > in.limits.thermometers_fastest.value)
       fast.push_back(
-          in.of_thermometer(i, fmt::format("{} changes by {:.1f} °C in a minute", in.channel(i), rate->value)));
+          in.thermometer_result(i, fmt::format("{} changes by {:.1f} °C in a minute", in.channel(i), rate->value)));
   return fast;
 }
 
 /// Compares the air with its prediction, a first-order lag behind the set point. Permits three times the predicted lag.
-Found following(const CheckInputs& in) {
+Found check_following(const CheckInputs& in) {
   if (!in.chamber() || !in.memory.expected || !in.memory.set_point) return {};
   const auto air = in.chamber()->air;
   const auto band = std::max(in.limits.follow_band, in.memory.lag * 3);
@@ -101,7 +101,7 @@ Found following(const CheckInputs& in) {
 
 /// Returns the distance of a reading from the range between the other thermometers and the chamber's air. While heat
 /// flows through the unit, the temperature of each of its parts is in that range.
-Kelvins unexplained(const CheckInputs& in, Celsius value, Celsius others) {
+Kelvins distance_from_range(const CheckInputs& in, Celsius value, Celsius others) {
   const auto air = in.chamber() ? in.chamber()->air : others;
   const auto [lowest, highest] = std::minmax(air, others);
   return std::max({Kelvins{}, lowest - value, value - highest});
@@ -114,15 +114,15 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   for (const auto& one : found) left.thermometers[*one.column].value = failure(FaultKind::out_of_range, "", "");
   const Ranks ranks(left);
   std::optional<CheckResult> farthest;
-  Kelvins beyond = in.limits.disagreement;
+  Kelvins outside = in.limits.disagreement;
   for (std::size_t i = 0; i < left.thermometers.size(); ++i) {
     const auto value = value_of(left.thermometers[i]);
     const auto others = ranks.median_without(value);
     if (!value || !others) continue;
-    const auto distance = unexplained(in, *value, *others);
-    if (distance <= beyond) continue;
-    beyond = distance;
-    farthest = in.of_thermometer(
+    const auto distance = distance_from_range(in, *value, *others);
+    if (distance <= outside) continue;
+    outside = distance;
+    farthest = in.thermometer_result(
         i, fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value));
   }
   return farthest;
@@ -130,20 +130,20 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
 
 /// Finds the thermometers that disagree. A wrong one shifts the median, so the farthest one is excluded before the next
 /// search.
-Found disagreement(const CheckInputs& in) {
+Found check_disagreement(const CheckInputs& in) {
   Found all;
   while (auto one = farthest(in, all)) all.push_back(std::move(*one));
   return all;
 }
 
-Found stuck(const CheckInputs& in) {
+Found check_stuck(const CheckInputs& in) {
   Found all;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
     const auto value = value_of(in.sample.thermometers[i]);
     if (!value || !in.ranks.median_without(value)) continue;
     const auto& trend = in.memory.thermometers[i];
     if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
-      all.push_back(in.of_thermometer(
+      all.push_back(in.thermometer_result(
           i, fmt::format("{} stays at {:.3f} °C while the others change", in.channel(i), value->value)));
   }
   return all;
@@ -151,7 +151,7 @@ Found stuck(const CheckInputs& in) {
 
 // ---- silence --------------------------------------------------------------------------------------------------------
 
-Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
+Found check_chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : make_result("chamber silent"); }
 /// The units that are silent, and the number of units that must send. A dead unit is not silent.
 struct SilentUnits {
   std::vector<std::size_t> silent;
@@ -160,7 +160,7 @@ struct SilentUnits {
 
 SilentUnits silent_units(const CheckInputs& in) {
   SilentUnits units;
-  for (std::size_t i = 0; i < in.sample.units.size() && !in.around.gyro_is_off; ++i) {
+  for (std::size_t i = 0; i < in.sample.units.size() && !in.facts.gyro_is_off; ++i) {
     if (in.is_dropped(i)) continue;
     ++units.all;
     if (!in.sample.units[i].count.value && !in.is_dead(i)) units.silent.push_back(i);
@@ -179,7 +179,7 @@ Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
 }
 
 /// Finds the units whose silence stops the run. If every unit is silent, returns all of them.
-Found gyro_silent(const CheckInputs& in) {
+Found check_gyro_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return silent(in, units.silent);
   std::erase_if(units.silent, [&](std::size_t unit) { return in.continues_without(unit); });
@@ -187,20 +187,20 @@ Found gyro_silent(const CheckInputs& in) {
 }
 
 /// Finds the silent units without which the run continues.
-Found unit_silent(const CheckInputs& in) {
+Found check_unit_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return {};
   std::erase_if(units.silent, [&](std::size_t unit) { return !in.continues_without(unit); });
   return silent(in, units.silent);
 }
 
-Found thermometers_lost(const CheckInputs& in) {
+Found check_thermometers_lost(const CheckInputs& in) {
   const auto& all = in.sample.thermometers;
   const auto answer = std::ranges::count_if(all, [](const auto& reading) { return reading.value.has_value(); });
   const auto needed = std::min<std::ptrdiff_t>(in.limits.thermometers_needed, std::ssize(all));
   if (answer >= needed) return {};
-  return found(answer == 0 ? "every thermometer silent"
-                           : fmt::format("{} thermometers answer, {} are needed", answer, needed));
+  return make_result(answer == 0 ? "every thermometer silent"
+                                 : fmt::format("{} thermometers answer, {} are needed", answer, needed));
 }
 
 /// Finds the unread thermometers among those that `counts` accepts. An instrument with several such thermometers is one
@@ -228,7 +228,7 @@ Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, cons
 }
 
 /// Finds unread thermometers and unread analogue channels of the units.
-Found channel_lost(const CheckInputs& in) {
+Found check_channel_lost(const CheckInputs& in) {
   const auto is_counted = [&](std::size_t i) { return !in.is_frozen(i); };
   auto lost = lost_thermometers(in, InterlockId::channel_lost, is_counted, "");
   for (std::size_t unit = 0; unit < in.sample.units.size(); ++unit) {
@@ -242,49 +242,51 @@ Found channel_lost(const CheckInputs& in) {
   return lost;
 }
 
-Found needed_channel_lost(const CheckInputs& in) {
+Found check_needed_channel_lost(const CheckInputs& in) {
   const auto is_needed = [&](std::size_t i) { return in.is_needed(i) && !in.is_frozen(i); };
   return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, ", which the analysis needs");
 }
 
 // ---- the chamber ----------------------------------------------------------------------------------------------------
 
-Found chamber_alarm(const CheckInputs& in) {
+Found check_chamber_alarm(const CheckInputs& in) {
   if (!in.chamber() || !in.chamber()->must_stop) return {};
   const auto& alarms = in.chamber()->alarms;
-  return found(fmt::format("chamber alarm: {}", alarms.empty() ? "unnamed" : alarms.front()));
+  return make_result(fmt::format("chamber alarm: {}", alarms.empty() ? "unnamed" : alarms.front()));
 }
 
-Found found_during(const CheckInputs& in, ChamberActivity activity, const char* text) {
-  return in.chamber() && in.chamber()->activity == activity ? found(text) : Found{};
+Found result_during(const CheckInputs& in, ChamberActivity activity, const char* text) {
+  return in.chamber() && in.chamber()->activity == activity ? make_result(text) : Found{};
 }
 
-Found emergency_stop(const CheckInputs& in) {
-  return found_during(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
+Found check_emergency_stop(const CheckInputs& in) {
+  return result_during(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
 }
-Found door(const CheckInputs& in) { return found_during(in, ChamberActivity::door_open, "the chamber's door is open"); }
-Found not_following(const CheckInputs& in) {
-  return found_during(in, ChamberActivity::not_following,
-                      "the chamber conditions without following its set point: manual mode, open loop");
+Found check_door(const CheckInputs& in) {
+  return result_during(in, ChamberActivity::door_open, "the chamber's door is open");
 }
-Found supply(const CheckInputs& in) {
-  return found_during(in, ChamberActivity::power_failure, "the chamber has lost its supply");
+Found check_not_following(const CheckInputs& in) {
+  return result_during(in, ChamberActivity::not_following,
+                       "the chamber conditions without following its set point: manual mode, open loop");
+}
+Found check_supply(const CheckInputs& in) {
+  return result_during(in, ChamberActivity::power_failure, "the chamber has lost its supply");
 }
 
-Found not_taken(const CheckInputs& in) {
-  if (!in.chamber() || in.around.led_by_controller || in.around.refusals < kRefusals) return {};
-  return found(fmt::format("the chamber does not take set points: {}", in.around.refusal));
+Found check_not_taken(const CheckInputs& in) {
+  if (!in.chamber() || in.facts.led_by_controller || in.facts.refusals < kRefusals) return {};
+  return make_result(fmt::format("the chamber does not take set points: {}", in.facts.refusal));
 }
 
 /// Describes how the chamber differs from its commanded state; nothing if it does not differ, or if the difference is
 /// permitted.
 std::optional<std::string> describe_alteration(const CheckInputs& in) {
-  if (!in.chamber() || in.around.led_by_controller) return std::nullopt;
+  if (!in.chamber() || in.facts.led_by_controller) return std::nullopt;
   const auto& chamber = *in.chamber();
-  const auto& sent = in.around.sent;
+  const auto& sent = in.facts.sent;
   if (chamber.activity == ChamberActivity::off) return "is switched off";
   if (sent && carries_out_program(chamber.activity)) return "runs a program of its own";
-  if (!sent || !(abs(chamber.set_point - *sent) > in.around.set_point_tolerance)) return std::nullopt;
+  if (!sent || !(abs(chamber.set_point - *sent) > in.facts.set_point_tolerance)) return std::nullopt;
   return fmt::format("has the set point {:g} °C instead of {:g} °C", chamber.set_point.value, sent->value);
 }
 
@@ -300,83 +302,83 @@ bool was_restarted(const CheckInputs& in) {
 /// Finds a change that another program or a person made. A foreign set point remains active while the chamber is
 /// silent, and does not count as a restart afterwards. While this program repeats a refused set point, a different set
 /// point is not foreign, but a running program is: a chamber refuses set points while a program runs.
-Found foreign_set_point(const CheckInputs& in) {
+Found check_foreign_set_point(const CheckInputs& in) {
   if (!in.chamber())
     return in.was_found(InterlockId::foreign_set_point)
-               ? found(in.memory.most_affected(InterlockId::foreign_set_point).text)
+               ? make_result(in.memory.most_affected_watch(InterlockId::foreign_set_point).text)
                : Found{};
   const auto what = describe_alteration(in);
   const bool is_our_own =
-      (in.around.sends_again || in.was_found(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
+      (in.facts.sends_again || in.was_found(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
   if (!what || was_restarted(in) || is_our_own) return {};
-  return found("changed by another program or at its panel: the chamber " + *what);
+  return make_result("changed by another program or at its panel: the chamber " + *what);
 }
 
 Found restarted_and(const CheckInputs& in, bool off) {
   const auto what = describe_alteration(in);
   const bool is_it = what && was_restarted(in) && (in.chamber()->activity == ChamberActivity::off) == off;
-  return is_it ? found("the chamber was restarted: it " + *what) : Found{};
+  return is_it ? make_result("the chamber was restarted: it " + *what) : Found{};
 }
-Found restarted(const CheckInputs& in) { return restarted_and(in, false); }
+Found check_restarted(const CheckInputs& in) { return restarted_and(in, false); }
 /// Finds a restart after which the chamber is off. Its reaction is more severe, because people may have disconnected
 /// the chamber to reach inside.
-Found restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
+Found check_restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
 
 // ---- the program and its record -------------------------------------------------------------------------------------
 
-Found found_if_any(const std::string& text) { return text.empty() ? Found{} : found(text); }
-Found program(const CheckInputs& in) { return found_if_any(in.around.program); }
+Found result_if_any(const std::string& text) { return text.empty() ? Found{} : make_result(text); }
+Found check_program(const CheckInputs& in) { return result_if_any(in.facts.program); }
 /// Finds the instruments that another one has replaced. Each is a subject.
-Found another_instrument(const CheckInputs& in) {
+Found check_another_instrument(const CheckInputs& in) {
   Found all;
-  for (const auto& text : in.around.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
+  for (const auto& text : in.facts.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
   return all;
 }
 /// Finds damaged files. Each is a subject, and its text begins with the file's name.
-Found record_damaged(const CheckInputs& in) {
-  auto found = found_if_any(in.around.record_damage);
+Found check_record_damaged(const CheckInputs& in) {
+  auto found = result_if_any(in.facts.record_damage);
   for (auto& damage : found) damage.subject = damage.text.substr(0, damage.text.find(' '));
   return found;
 }
-Found unguarded(const CheckInputs& in) {
+Found check_unguarded(const CheckInputs& in) {
   Found all;
-  for (const auto& [subject, text] : in.around.guard_troubles) all.push_back({.text = text, .subject = subject});
+  for (const auto& [subject, text] : in.facts.guard_troubles) all.push_back({.text = text, .subject = subject});
   return all;
 }
 
-Found deadline(const CheckInputs& in) {
+Found check_deadline(const CheckInputs& in) {
   if (in.sample.progress.phase != Phase::overdue) return {};
-  return found(fmt::format("segment {} passed its deadline", in.sample.progress.segment + 1));
+  return make_result(fmt::format("segment {} passed its deadline", in.sample.progress.segment + 1));
 }
 
-Found slept(const CheckInputs& in) {
-  if (in.around.missed <= in.around.longest_missed) return {};
-  return found(fmt::format("the program did not run for {}", spoken(in.around.missed)));
+Found check_slept(const CheckInputs& in) {
+  if (in.facts.missed <= in.facts.longest_missed) return {};
+  return make_result(fmt::format("the program did not run for {}", spoken(in.facts.missed)));
 }
 
-Found storage(const CheckInputs& in) {
-  const auto& trouble = in.around.storage_trouble;
-  if (in.around.rows_dropped) return found("the record loses rows");
-  if (in.around.backlog <= in.limits.backlog) return {};
-  return found(
-      fmt::format("the record is {} behind{}{}", spoken(in.around.backlog), trouble.empty() ? "" : ": ", trouble));
+Found check_storage(const CheckInputs& in) {
+  const auto& trouble = in.facts.storage_trouble;
+  if (in.facts.rows_dropped) return make_result("the record loses rows");
+  if (in.facts.backlog <= in.limits.backlog) return {};
+  return make_result(
+      fmt::format("the record is {} behind{}{}", spoken(in.facts.backlog), trouble.empty() ? "" : ": ", trouble));
 }
 
-Found wall_clock(const CheckInputs& in) {
+Found check_wall_clock(const CheckInputs& in) {
   if (!in.memory.utc_minus_run) return {};
   const auto step = in.sample.at.utc - in.sample.at.since_start - *in.memory.utc_minus_run;
   if (std::chrono::abs(step) <= kWallStep) return {};
-  return found(fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
+  return make_result(fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
 }
 
 // ---- unread quantities ----------------------------------------------------------------------------------------------
 
 using Watch = InterlockMemory::Watch;
 
-bool no_chamber(const CheckInputs& in, const Watch&) { return !in.chamber(); }
-bool no_air_rate(const CheckInputs& in, const Watch&) { return !in.memory.air.rate(); }
+bool is_chamber_unread(const CheckInputs& in, const Watch&) { return !in.chamber(); }
+bool is_air_rate_unread(const CheckInputs& in, const Watch&) { return !in.memory.air.rate(); }
 
-bool no_comparison(const CheckInputs& in, const Watch&) {
+bool is_comparison_unread(const CheckInputs& in, const Watch&) {
   const auto& compared = in.limits.air_thermometers;
   return !in.chamber() || (!compared.empty() && !median_reading(in.sample, compared));
 }
@@ -386,15 +388,15 @@ std::optional<std::size_t> affected_thermometer(const CheckInputs& in, const Wat
   return watch.column && *watch.column < in.sample.thermometers.size() ? watch.column : std::nullopt;
 }
 
-bool no_value(const CheckInputs& in, const Watch& watch) {
+bool is_value_unread(const CheckInputs& in, const Watch& watch) {
   const auto column = affected_thermometer(in, watch);
   return column && !value_of(in.sample.thermometers[*column]);
 }
-bool no_rate(const CheckInputs& in, const Watch& watch) {
+bool is_rate_unread(const CheckInputs& in, const Watch& watch) {
   const auto column = affected_thermometer(in, watch);
   return column && !in.memory.thermometers[*column].rate();
 }
-bool no_others(const CheckInputs& in, const Watch& watch) {
+bool are_others_unread(const CheckInputs& in, const Watch& watch) {
   const auto column = affected_thermometer(in, watch);
   if (!column) return false;
   const auto value = value_of(in.sample.thermometers[*column]);
@@ -411,83 +413,83 @@ constexpr Confirmation kSilence{.after_limit = &L::suspend_after, .in_a_row = tr
 constexpr std::array<Interlock, kInterlocks> kTable{{
     {.id = InterlockId::air_limit, .name = "air_limit", .usual = Reaction::abort, .choosable = false,
      .confirmation = kSeveralReadings, .limits = "air_lowest air_highest confirming_samples",
-     .check = air_limit, .unread = no_chamber},
+     .check = check_air_limit, .unread = is_chamber_unread},
     {.id = InterlockId::thermometer_limit, .name = "thermometer_limit", .usual = Reaction::abort, .choosable = false,
      .confirmation = kSeveralReadings, .limits = "thermometers_lowest thermometers_highest confirming_samples",
-     .check = thermometer_limit, .unread = no_value},
+     .check = check_thermometer_limit, .unread = is_value_unread},
     {.id = InterlockId::chamber_alarm, .name = "chamber_alarm", .usual = Reaction::abort, .choosable = false,
-     .check = chamber_alarm, .unread = no_chamber},
+     .check = check_chamber_alarm, .unread = is_chamber_unread},
     {.id = InterlockId::emergency_stop, .name = "emergency_stop", .usual = Reaction::abort, .choosable = false,
-     .check = emergency_stop, .unread = no_chamber},
-    {.id = InterlockId::deadline, .name = "deadline", .usual = Reaction::abort, .choosable = false, .check = deadline},
-    {.id = InterlockId::program, .name = "program", .usual = Reaction::abort, .choosable = false, .check = program},
+     .check = check_emergency_stop, .unread = is_chamber_unread},
+    {.id = InterlockId::deadline, .name = "deadline", .usual = Reaction::abort, .choosable = false, .check = check_deadline},
+    {.id = InterlockId::program, .name = "program", .usual = Reaction::abort, .choosable = false, .check = check_program},
     {.id = InterlockId::chamber_sensor, .name = "chamber_sensor", .usual = Reaction::abort,
      .confirmation = {.after = seconds(30), .samples = 2}, .limits = "chamber_disagreement air_thermometers",
-     .check = chamber_sensor, .unread = no_comparison},
+     .check = check_chamber_sensor, .unread = is_comparison_unread},
     {.id = InterlockId::chamber_silent, .name = "chamber_silent", .usual = Reaction::suspend,
      .confirmation = kSilence, .lost_after = &L::chamber_lost, .limits = "suspend_after chamber_lost",
-     .check = chamber_silent},
+     .check = check_chamber_silent},
     {.id = InterlockId::thermometers_lost, .name = "thermometers_lost", .usual = Reaction::suspend,
      .confirmation = kSilence, .lost_after = &L::thermometers_lost,
-     .limits = "thermometers_needed suspend_after thermometers_lost", .check = thermometers_lost},
+     .limits = "thermometers_needed suspend_after thermometers_lost", .check = check_thermometers_lost},
     {.id = InterlockId::needed_channel_lost, .name = "needed_channel_lost", .usual = Reaction::suspend,
-     .confirmation = kSilence, .limits = "suspend_after", .check = needed_channel_lost},
+     .confirmation = kSilence, .limits = "suspend_after", .check = check_needed_channel_lost},
     {.id = InterlockId::gyro_silent, .name = "gyro_silent", .usual = Reaction::suspend,
-     .confirmation = kSilence, .lost_after = &L::gyro_lost, .limits = "suspend_after gyro_lost", .check = gyro_silent},
+     .confirmation = kSilence, .lost_after = &L::gyro_lost, .limits = "suspend_after gyro_lost", .check = check_gyro_silent},
     {.id = InterlockId::unit_silent, .name = "unit_silent", .usual = Reaction::warn,
-     .confirmation = kSilence, .limits = "suspend_after", .check = unit_silent},
-    {.id = InterlockId::door, .name = "door", .usual = Reaction::suspend, .check = door, .unread = no_chamber},
-    {.id = InterlockId::supply, .name = "supply", .usual = Reaction::suspend, .check = supply, .unread = no_chamber},
+     .confirmation = kSilence, .limits = "suspend_after", .check = check_unit_silent},
+    {.id = InterlockId::door, .name = "door", .usual = Reaction::suspend, .check = check_door, .unread = is_chamber_unread},
+    {.id = InterlockId::supply, .name = "supply", .usual = Reaction::suspend, .check = check_supply, .unread = is_chamber_unread},
     {.id = InterlockId::air_rate, .name = "air_rate", .usual = Reaction::suspend,
      .confirmation = {.after = seconds(5), .samples = 5}, .limits = "air_fastest",
-     .check = air_rate, .unread = no_air_rate},
+     .check = check_air_rate, .unread = is_air_rate_unread},
     {.id = InterlockId::thermometer_rate, .name = "thermometer_rate", .usual = Reaction::suspend,
      .confirmation = {.after = seconds(5), .samples = 5}, .limits = "thermometers_fastest",
-     .check = thermometer_rate, .unread = no_rate},
+     .check = check_thermometer_rate, .unread = is_rate_unread},
     {.id = InterlockId::following, .name = "following", .usual = Reaction::suspend,
      .confirmation = {.after_limit = &L::follow_time, .samples = 2}, .limits = "chamber_lag follow_band follow_time",
-     .check = following, .unread = no_chamber},
+     .check = check_following, .unread = is_chamber_unread},
     {.id = InterlockId::frozen, .name = "frozen", .usual = Reaction::suspend, .limits = "frozen_after",
-     .check = frozen},
+     .check = find_frozen_instruments},
     {.id = InterlockId::gyro_dead, .name = "gyro_dead", .usual = Reaction::suspend,
-     .limits = "gyro_dead_after gyro_band", .check = gyro_dead},
+     .limits = "gyro_dead_after gyro_band", .check = find_dead_axes},
     {.id = InterlockId::no_thermal_response, .name = "no_thermal_response", .usual = Reaction::hold,
      .confirmation = {.after_limit = &L::response_time, .samples = 2}, .limits = "response_step response_time",
-     .check = no_thermal_response},
+     .check = find_missing_response},
     {.id = InterlockId::another_instrument, .name = "another_instrument", .usual = Reaction::hold,
-     .check = another_instrument},
+     .check = check_another_instrument},
     {.id = InterlockId::foreign_set_point, .name = "foreign_set_point", .usual = Reaction::suspend,
-     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = foreign_set_point},
+     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = check_foreign_set_point},
     {.id = InterlockId::not_following, .name = "not_following", .usual = Reaction::suspend,
-     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = not_following, .unread = no_chamber},
+     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = check_not_following, .unread = is_chamber_unread},
     {.id = InterlockId::restarted, .name = "restarted", .usual = Reaction::suspend,
-     .check = restarted, .unread = no_chamber},
+     .check = check_restarted, .unread = is_chamber_unread},
     {.id = InterlockId::restarted_off, .name = "restarted_off", .usual = Reaction::hold,
-     .check = restarted_off, .unread = no_chamber},
+     .check = check_restarted_off, .unread = is_chamber_unread},
     {.id = InterlockId::not_taken, .name = "not_taken", .usual = Reaction::suspend,
-     .check = not_taken, .unread = no_chamber},
-    {.id = InterlockId::slept, .name = "slept", .usual = Reaction::hold, .check = slept},
-    {.id = InterlockId::storage, .name = "storage", .usual = Reaction::warn, .limits = "backlog", .check = storage},
+     .check = check_not_taken, .unread = is_chamber_unread},
+    {.id = InterlockId::slept, .name = "slept", .usual = Reaction::hold, .check = check_slept},
+    {.id = InterlockId::storage, .name = "storage", .usual = Reaction::warn, .limits = "backlog", .check = check_storage},
     {.id = InterlockId::record_damaged, .name = "record_damaged", .usual = Reaction::warn, .is_never_over = true,
-     .check = record_damaged},
-    {.id = InterlockId::unguarded, .name = "unguarded", .usual = Reaction::warn, .check = unguarded},
-    {.id = InterlockId::channel_lost, .name = "channel_lost", .usual = Reaction::warn, .check = channel_lost},
+     .check = check_record_damaged},
+    {.id = InterlockId::unguarded, .name = "unguarded", .usual = Reaction::warn, .check = check_unguarded},
+    {.id = InterlockId::channel_lost, .name = "channel_lost", .usual = Reaction::warn, .check = check_channel_lost},
     {.id = InterlockId::disagreement, .name = "disagreement", .usual = Reaction::warn,
      .confirmation = {.after = seconds(60), .samples = 60}, .limits = "disagreement",
-     .check = disagreement, .unread = no_others},
-    {.id = InterlockId::stuck, .name = "stuck", .usual = Reaction::warn, .check = stuck, .unread = no_others},
+     .check = check_disagreement, .unread = are_others_unread},
+    {.id = InterlockId::stuck, .name = "stuck", .usual = Reaction::warn, .check = check_stuck, .unread = are_others_unread},
     {.id = InterlockId::drifting, .name = "drifting", .usual = Reaction::warn,
-     .confirmation = {.after = seconds(30), .samples = 30}, .limits = "drift", .check = drifting, .unread = no_value},
-    {.id = InterlockId::wall_clock, .name = "wall_clock", .usual = Reaction::warn, .check = wall_clock},
+     .confirmation = {.after = seconds(30), .samples = 30}, .limits = "drift", .check = find_drifting_thermometers, .unread = is_value_unread},
+    {.id = InterlockId::wall_clock, .name = "wall_clock", .usual = Reaction::warn, .check = check_wall_clock},
 }};
 // clang-format on
 
-constexpr bool in_order() {
+constexpr bool is_table_in_order() {
   for (std::size_t i = 0; i < kInterlocks; ++i)
     if (static_cast<std::size_t>(kTable[i].id) != i) return false;
   return true;
 }
-static_assert(in_order(), "each interlock has its row, in the order of their names");
+static_assert(is_table_in_order(), "each interlock has its row, in the order of their names");
 
 // ---- judging --------------------------------------------------------------------------------------------------------
 
@@ -512,8 +514,8 @@ bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool
 }
 
 /// Clears the alarm when its cause has been absent or unread for long enough.
-void clear_in_time(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockMemory::Watch& watch,
-                   std::vector<InterlockAlarm>& cleared) {
+void clear_if_due(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockMemory::Watch& watch,
+                  std::vector<InterlockAlarm>& cleared) {
   watch.gone += elapsed;
   if (!watch.raised || watch.gone < limits.clear_after) return;
   watch.raised = false;
@@ -521,23 +523,23 @@ void clear_in_time(const InterlockLimits& limits, InterlockId id, Duration elaps
   cleared.push_back({id, Reaction::go_on, watch.text, watch.subject});
 }
 
-void demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
+void raise_demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
   if (watch.reaction > most.reaction) most = {watch.reaction, watch.text};
 }
 
 /// Keeps the state of a cause while its quantity is unread: a lost reading does not show that the cause has ended. A
 /// silence longer than suspend_after counts as absence of the cause.
-void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed, Watch& watch,
-                 InterlockResult& judged) {
+void keep_unread_cause(const InterlockLimits& limits, InterlockId id, Duration elapsed, Watch& watch,
+                       InterlockResult& judged) {
   watch.unseen += elapsed;
-  if (watch.unseen <= limits.suspend_after) return demand(watch, judged.demand);
+  if (watch.unseen <= limits.suspend_after) return raise_demand(watch, judged.demand);
   watch.reaction = {};
-  clear_in_time(limits, id, elapsed, watch, judged.cleared);
+  clear_if_due(limits, id, elapsed, watch, judged.cleared);
 }
 
 /// Returns the time to add to a cause's duration. Time without ticks is included if the cause was present before it and
 /// the machine did not sleep. A sleep has its own interlock.
-Duration longer(const InterlockMemory::Watch& watch, Duration elapsed, const InterlockInputs& inputs) {
+Duration covered_time(const InterlockMemory::Watch& watch, Duration elapsed, const InterlockInputs& inputs) {
   const bool counts = watch.samples > 0 && inputs.missed <= inputs.longest_missed;
   return counts ? elapsed : elapsed - inputs.missed;
 }
@@ -545,18 +547,18 @@ Duration longer(const InterlockMemory::Watch& watch, Duration elapsed, const Int
 /// Advances the watch of one subject by a second. `found` is null if its cause was not found.
 void step(const InterlockLimits& limits, const Interlock& row, const CheckResult* found, bool unread, Duration elapsed,
           const InterlockInputs& inputs, Watch& watch, InterlockResult& judged) {
-  if (!found && unread && watch.samples > 0) return wait_unread(limits, row.id, elapsed, watch, judged);
+  if (!found && unread && watch.samples > 0) return keep_unread_cause(limits, row.id, elapsed, watch, judged);
   const auto unseen = std::exchange(watch.unseen, Duration{});
   watch.reaction = row.is_never_over ? std::min(watch.reaction, Reaction::warn) : Reaction::go_on;
-  if (!found && row.is_never_over) return demand(watch, judged.demand);
+  if (!found && row.is_never_over) return raise_demand(watch, judged.demand);
   if (!found) {
     watch.lasted = {};
     watch.samples = 0;
     (void)is_confirmed(limits, row.confirmation, false, elapsed, watch);
-    return clear_in_time(limits, row.id, elapsed, watch, judged.cleared);
+    return clear_if_due(limits, row.id, elapsed, watch, judged.cleared);
   }
   watch.gone = {};
-  const auto covered = longer(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
+  const auto covered = covered_time(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
   watch.lasted += covered;
   ++watch.samples;
   watch.column = found->column;
@@ -567,7 +569,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.lasted);
   if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
-  demand(watch, judged.demand);
+  raise_demand(watch, judged.demand);
 }
 
 /// The results of one interlock's check. `unread` has one flag per watched subject: true if the quantity that shows its
@@ -597,7 +599,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const Verdict& ve
 
 const Interlock& interlock(InterlockId id) { return kTable[static_cast<std::size_t>(id)]; }
 
-Policy usual_policy() {
+Policy default_policy() {
   Policy policy{};
   for (std::size_t i = 0; i < kInterlocks; ++i) policy[i] = kTable[i].usual;
   return policy;
@@ -624,7 +626,7 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
             .is_turned = inputs.is_turned},
            memory.liveness);
   Sample alive = sample;
-  take_out_dead(limits, memory.liveness, alive);
+  mask_dead_readings(limits, memory.liveness, alive);
   remember(limits, alive, elapsed, inputs.missed > Duration{}, memory);
   std::array<Verdict, kInterlocks> verdicts;
   const CheckInputs second{limits, memory, alive, inputs, Ranks(alive)};
@@ -646,7 +648,7 @@ InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<
   InterlockDemand most;
   for (std::size_t i = 0; i < kInterlocks; ++i)
     for (const auto& watch : memory.watches[i])
-      if (std::ranges::count(some, static_cast<InterlockId>(i)) == 0) demand(watch, most);
+      if (std::ranges::count(some, static_cast<InterlockId>(i)) == 0) raise_demand(watch, most);
   return most;
 }
 
@@ -655,7 +657,7 @@ std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory) {
   for (const auto id : {InterlockId::foreign_set_point, InterlockId::not_following})
     if (memory.is_active(id)) some.push_back(id);
   for (const auto id : {InterlockId::restarted, InterlockId::restarted_off})
-    if (memory.is_active(id) && memory.most_affected(id).reaction == Reaction::hold) some.push_back(id);
+    if (memory.is_active(id) && memory.most_affected_watch(id).reaction == Reaction::hold) some.push_back(id);
   return some;
 }
 

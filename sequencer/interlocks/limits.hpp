@@ -65,7 +65,7 @@ inline constexpr auto kInterlocks = static_cast<std::size_t>(InterlockId::end);
 /// The reaction to each interlock.
 using Policy = std::array<Reaction, kInterlocks>;
 /// Returns the policy of a rig file without [policy].
-[[nodiscard]] Policy usual_policy();
+[[nodiscard]] Policy default_policy();
 
 /// The permitted temperatures of one thermometer.
 struct ThermometerLimits {
@@ -167,7 +167,7 @@ struct InterlockLimits {
   Duration backlog = std::chrono::seconds(60);
   /// An alarm clears when its cause has been absent for this time.
   Duration clear_after = std::chrono::seconds(10);
-  Policy policy = usual_policy();
+  Policy policy = default_policy();
 };
 
 /// State of the chamber after an operator's stop. An abort always makes it safe.

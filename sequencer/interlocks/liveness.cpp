@@ -23,18 +23,18 @@ constexpr int kTimesTheLongest = 5;
 constexpr Kelvins kAirMoved{10};
 constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
 /// The air follows a set point within this time; later changes are noise.
-constexpr Duration kSettles = std::chrono::minutes(1);
+constexpr Duration kSettlingTime = std::chrono::minutes(1);
 constexpr Kelvins kSameSetPoint{0.02};
 /// Counts that the Earth's rate must produce before their absence is a fault.
 constexpr double kExpectedCounts = 20;
-constexpr double kShareThatFollows = 0.05;  ///< share of response_step
+constexpr double kResponseShare = 0.05;  ///< share of response_step
 constexpr int kStuckReadings = 120;
 /// The fastest rate of a body. Applies also if the rig file has a lower limit.
 constexpr CelsiusPerMinute kFastestBody{15};
 
 /// Measures the time since the set point last moved. Switching a unit on or off restarts it, because the unit's
 /// temperature changes.
-void see_set_point(const Sample& sample, const LivenessSecond& second, LivenessMemory& memory) {
+void update_rest_time(const Sample& sample, const LivenessSecond& second, LivenessMemory& memory) {
   const auto& chamber = sample.chamber.value;
   memory.at_rest += second.elapsed;
   if (std::exchange(memory.units_were_off, second.gyro_is_off) != second.gyro_is_off) memory.at_rest = {};
@@ -44,25 +44,26 @@ void see_set_point(const Sample& sample, const LivenessSecond& second, LivenessM
 }
 
 /// Updates the spell of one instrument. `identical` is the smallest count of identical readings among its channels.
-void see_identity(const InterlockLimits& limits, int identical, double improbability, const std::optional<Celsius>& air,
-                  Duration elapsed, Identity& memory) {
+void update_spell(const InterlockLimits& limits, int identical, double improbability, const std::optional<Celsius>& air,
+                  Duration elapsed, IdenticalSpell& memory) {
   if (identical == 0) {
-    const auto lasted = memory.frozen ? Duration{} : memory.lasts;
+    const auto lasted = memory.frozen ? Duration{} : memory.duration;
     memory = {.longest_before = std::max(memory.longest_before, lasted)};
     memory.air_before = air;
     return;
   }
   memory.samples = identical;
-  memory.lasts += elapsed;
+  memory.duration += elapsed;
   if (air && !memory.air_before) memory.air_before = air;
   if (air) memory.air_moved = std::max(memory.air_moved, abs(*air - *memory.air_before));
-  const bool beyond_noise = improbability > kImprobable && memory.lasts > kTimesTheLongest * memory.longest_before;
-  const bool beyond_air = memory.air_moved >= kAirMoved && memory.lasts >= kWhileAirMoved;
-  memory.frozen = memory.lasts >= limits.frozen_after && (beyond_noise || beyond_air);
+  const bool beyond_noise = improbability > kImprobable && memory.duration > kTimesTheLongest * memory.longest_before;
+  const bool beyond_air = memory.air_moved >= kAirMoved && memory.duration >= kWhileAirMoved;
+  memory.frozen = memory.duration >= limits.frozen_after && (beyond_noise || beyond_air);
 }
 
-void see_thermometers(const InterlockLimits& limits, const Sample& sample, Duration elapsed, LivenessMemory& memory) {
-  const bool is_settled = memory.at_rest >= kSettles;
+void update_thermometers(const InterlockLimits& limits, const Sample& sample, Duration elapsed,
+                         LivenessMemory& memory) {
+  const bool is_settled = memory.at_rest >= kSettlingTime;
   memory.thermometers.resize(sample.thermometers.size());
   memory.instruments.resize(limits.instruments.size());
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
@@ -76,11 +77,11 @@ void see_thermometers(const InterlockLimits& limits, const Sample& sample, Durat
       identical = std::min(identical.value_or(memory.thermometers[i].identical()), memory.thermometers[i].identical());
       improbability += memory.thermometers[i].improbability();
     }
-    if (identical) see_identity(limits, *identical, improbability, air, elapsed, memory.instruments[k]);
+    if (identical) update_spell(limits, *identical, improbability, air, elapsed, memory.instruments[k]);
   }
   if (!air) return;
   memory.air_noise.add(air->value, is_settled);
-  see_identity(limits, memory.air_noise.identical(), memory.air_noise.improbability(), {}, elapsed, memory.air);
+  update_spell(limits, memory.air_noise.identical(), memory.air_noise.improbability(), {}, elapsed, memory.air);
 }
 
 /// Returns the number of counts that the Earth's rate produces in a time.
@@ -99,8 +100,8 @@ DegreesPerHour band_around_earth_rate(const InterlockLimits& limits, const AxisL
   return {std::min(kAnyGyro, kLeast + kTimesBias * axis.largest_bias->value + std::abs(axis.earth_rate->value) / 2)};
 }
 
-void see_axis(const InterlockLimits& limits, const AxisLimits& axis, const LivenessSecond& second, std::int64_t pulses,
-              Duration interval, AxisLiveness& memory) {
+void update_axis(const InterlockLimits& limits, const AxisLimits& axis, const LivenessSecond& second,
+                 std::int64_t pulses, Duration interval, AxisLiveness& memory) {
   memory.noise.add(static_cast<double>(pulses), true);
   const auto longer = [&](Duration so_far, bool so) { return so ? so_far + second.elapsed : Duration{}; };
   memory.identical = longer(memory.identical, memory.noise.identical() > 0);
@@ -109,7 +110,7 @@ void see_axis(const InterlockLimits& limits, const AxisLimits& axis, const Liven
   memory.no_counts = memory.without_counts >= limits.gyro_dead_after &&
                      expected_counts(axis, memory.without_counts) >= kExpectedCounts;
   if (second.units_are_moved || !axis.earth_rate) {
-    memory.block = {}, memory.arcsec = 0, memory.far.reset();
+    memory.block = {}, memory.arcsec = 0, memory.deviating_rate.reset();
     return;
   }
   memory.arcsec += static_cast<double>(pulses) * axis.arcsec_per_count;
@@ -117,12 +118,12 @@ void see_axis(const InterlockLimits& limits, const AxisLimits& axis, const Liven
   if (memory.block < limits.gyro_dead_after) return;
   const DegreesPerHour rate{std::exchange(memory.arcsec, 0) / to_seconds(std::exchange(memory.block, {}))};
   const double expected = second.is_turned ? -axis.earth_rate->value : axis.earth_rate->value;
-  memory.far =
+  memory.deviating_rate =
       std::abs(rate.value - expected) > band_around_earth_rate(limits, axis).value ? std::optional(rate) : std::nullopt;
 }
 
-void see_units(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
-               LivenessMemory& memory) {
+void update_units(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
+                  LivenessMemory& memory) {
   memory.units.resize(sample.units.size());
   for (std::size_t u = 0; u < sample.units.size(); ++u) {
     const auto& count = sample.units[u].count.value;
@@ -131,12 +132,12 @@ void see_units(const InterlockLimits& limits, const Sample& sample, const Livene
     const auto& axes = limits.units[u].axes;
     memory.units[u].resize(axes.size());
     for (std::size_t a = 0; a < axes.size() && a < count->pulses.size(); ++a)
-      see_axis(limits, axes[a], second, count->pulses[a], count->interval, memory.units[u][a]);
+      update_axis(limits, axes[a], second, count->pulses[a], count->interval, memory.units[u][a]);
   }
 }
 
 /// Measures the change of air and set point since a thermometer last moved.
-void see_response(const InterlockLimits& limits, const Sample& sample, ResponseMemory& memory) {
+void update_response(const InterlockLimits& limits, const Sample& sample, ResponseMemory& memory) {
   const auto& chamber = sample.chamber.value;
   const auto same_size = memory.thermometers.size() == sample.thermometers.size();
   bool is_moved = !same_size, is_read = false;
@@ -146,7 +147,7 @@ void see_response(const InterlockLimits& limits, const Sample& sample, ResponseM
     if (!value) continue;
     is_read = true;
     if (!from) from = value;
-    is_moved = is_moved || abs(*value - *from) >= limits.response_step * kShareThatFollows;
+    is_moved = is_moved || abs(*value - *from) >= limits.response_step * kResponseShare;
   }
   if (is_moved) {
     memory = {};
@@ -156,13 +157,14 @@ void see_response(const InterlockLimits& limits, const Sample& sample, ResponseM
   const bool has_set_point = !std::isnan(chamber->set_point.value);
   if (!memory.air) memory.air = chamber->air;
   if (!memory.set_point && has_set_point) memory.set_point = chamber->set_point;
-  memory.asked = abs(chamber->air - *memory.air);
-  if (has_set_point) memory.asked = std::max(memory.asked, abs(chamber->set_point - *memory.set_point));
+  memory.demanded_change = abs(chamber->air - *memory.air);
+  if (has_set_point)
+    memory.demanded_change = std::max(memory.demanded_change, abs(chamber->set_point - *memory.set_point));
 }
 
 /// Adds up changes that are too fast for a body. A jump and its reversal cancel each other.
-void see_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
-               LivenessMemory& memory) {
+void update_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
+                  LivenessMemory& memory) {
   memory.past.resize(sample.thermometers.size());
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
     auto& past = memory.past[i];
@@ -180,7 +182,7 @@ void see_jumps(const InterlockLimits& limits, const Sample& sample, const Livene
 }
 
 /// Ignores the step with which a stuck thermometer starts to change again.
-void forgive_stuck(const Sample& sample, LivenessMemory& memory) {
+void ignore_stuck(const Sample& sample, LivenessMemory& memory) {
   for (std::size_t i = 0; i < sample.thermometers.size() && i < memory.past.size(); ++i)
     if (memory.thermometers[i].identical() >= kStuckReadings) memory.past[i] = {};
 }
@@ -212,14 +214,14 @@ double Noise::improbability() const { return -identical_ * std::log1p(-std::min(
 
 void remember(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
               LivenessMemory& memory) {
-  see_set_point(sample, second, memory);
-  see_thermometers(limits, sample, second.elapsed, memory);
-  see_units(limits, sample, second, memory);
+  update_rest_time(sample, second, memory);
+  update_thermometers(limits, sample, second.elapsed, memory);
+  update_units(limits, sample, second, memory);
   Sample alive = sample;
-  take_out_dead(limits, memory, alive);
-  see_response(limits, alive, memory.response);
-  see_jumps(limits, alive, second, memory);
-  forgive_stuck(alive, memory);
+  mask_dead_readings(limits, memory, alive);
+  update_response(limits, alive, memory.response);
+  update_jumps(limits, alive, second, memory);
+  ignore_stuck(alive, memory);
 }
 
 bool is_frozen(const InterlockLimits& limits, const LivenessMemory& memory, std::size_t column) {
@@ -228,7 +230,7 @@ bool is_frozen(const InterlockLimits& limits, const LivenessMemory& memory, std:
   return false;
 }
 
-void take_out_dead(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample) {
+void mask_dead_readings(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample) {
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
     if (sample.thermometers[i].value && is_frozen(limits, memory, i))
       sample.thermometers[i].value = tl::unexpected(frozen_fault("the instrument is frozen"));

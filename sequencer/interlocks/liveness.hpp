@@ -38,9 +38,9 @@ class Noise {
 };
 
 /// A spell of identical readings of one instrument: every channel repeats its last reading.
-struct Identity {
+struct IdenticalSpell {
   int samples{};
-  Duration lasts{};
+  Duration duration{};
   /// The longest earlier spell that did not count as frozen.
   Duration longest_before{};
   std::optional<Celsius> air_before{};  ///< at the spell's beginning
@@ -58,7 +58,7 @@ struct AxisLiveness {
   Duration block{};  ///< its length
   bool no_counts{}, frozen{};
   /// Rate of the last block if it was far from the Earth's rate; otherwise absent.
-  std::optional<DegreesPerHour> far{};
+  std::optional<DegreesPerHour> deviating_rate{};
 
   [[nodiscard]] bool is_dead() const { return no_counts || frozen; }
 };
@@ -68,7 +68,7 @@ struct ResponseMemory {
   std::optional<Celsius> air{}, set_point{};
   std::vector<std::optional<Celsius>> thermometers{};
   /// Change of the air or of the set point since then, whichever is larger.
-  Kelvins asked{};
+  Kelvins demanded_change{};
 };
 
 /// The last reading of one thermometer, and the sum of its jumps.
@@ -80,10 +80,10 @@ struct ThermometerPast {
 };
 
 struct LivenessMemory {
-  std::vector<Noise> thermometers;    ///< one per column
-  std::vector<Identity> instruments;  ///< order of InterlockLimits::instruments
+  std::vector<Noise> thermometers;          ///< one per column
+  std::vector<IdenticalSpell> instruments;  ///< order of InterlockLimits::instruments
   Noise air_noise;
-  Identity air;
+  IdenticalSpell air;
   std::vector<std::vector<AxisLiveness>> units;
   ResponseMemory response;
   std::vector<ThermometerPast> past;  ///< one per column
@@ -115,6 +115,6 @@ void remember(const InterlockLimits& limits, const Sample& sample, const Livenes
 
 /// Replaces the readings of frozen instruments and of dead gyros by faults. Keeps the reading of a chamber whose air is
 /// frozen, because it also contains the set point and the alarms.
-void take_out_dead(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample);
+void mask_dead_readings(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample);
 
 }  // namespace gyrotherm::interlocks

@@ -10,10 +10,10 @@ namespace {
 /// A thermometer drifts if its rate differs from the median of all by more than kDrifts after the set point has been at
 /// rest for kLongAtRest.
 constexpr Duration kLongAtRest = std::chrono::minutes(20);
-constexpr CelsiusPerMinute kDrifts{1};
-constexpr std::size_t kFewest = 3;  ///< thermometers that can be compared
+constexpr CelsiusPerMinute kLargestRateDifference{1};
+constexpr std::size_t kFewestRates = 3;  ///< thermometers that can be compared
 
-std::string identical_for(const std::string& what, Duration time) {
+std::string describe_identical(const std::string& what, Duration time) {
   return fmt::format("{} identical to the last digit for {}", what, spoken(time));
 }
 
@@ -23,15 +23,15 @@ std::string axis_fault(const AxisLimits& axis, const AxisLiveness& seen, bool is
   if (seen.no_counts)
     return fmt::format("gyro {}: no counts for {}, expected {:.3g} °/h at rest", axis.label,
                        spoken(seen.without_counts), expected);
-  if (seen.frozen) return identical_for(fmt::format("gyro {}: its counts are", axis.label), seen.identical);
-  if (seen.far)
-    return fmt::format("gyro {}: {:.3g} °/h on average, expected {:.3g} °/h at rest", axis.label, seen.far->value,
-                       expected);
+  if (seen.frozen) return describe_identical(fmt::format("gyro {}: its counts are", axis.label), seen.identical);
+  if (seen.deviating_rate)
+    return fmt::format("gyro {}: {:.3g} °/h on average, expected {:.3g} °/h at rest", axis.label,
+                       seen.deviating_rate->value, expected);
   return {};
 }
 
 /// Returns true if another unit that is not dropped delivers counts.
-bool another_counts(const CheckInputs& in, std::size_t unit) {
+bool has_another_counting_unit(const CheckInputs& in, std::size_t unit) {
   for (std::size_t other = 0; other < in.sample.units.size(); ++other)
     if (other != unit && !in.is_dropped(other) && in.sample.units[other].count.value) return true;
   return false;
@@ -58,29 +58,29 @@ double median_rate(std::vector<Rate> rates) {
 
 }  // namespace
 
-std::vector<CheckResult> frozen(const CheckInputs& in) {
+std::vector<CheckResult> find_frozen_instruments(const CheckInputs& in) {
   const auto& seen = in.memory.liveness;
   std::vector<CheckResult> all;
   if (seen.air.frozen)
-    all.push_back({.text = identical_for("the chamber's air is", seen.air.lasts), .subject = "chamber"});
+    all.push_back({.text = describe_identical("the chamber's air is", seen.air.duration), .subject = "chamber"});
   for (std::size_t k = 0; k < seen.instruments.size() && k < in.limits.instruments.size(); ++k) {
     if (!seen.instruments[k].frozen) continue;
     const auto& [name, columns] = in.limits.instruments[k];
     const auto what = columns.size() == 1 ? in.channel(columns.front()) + " is" : "every channel of " + name + " is";
-    all.push_back({.text = identical_for(what, seen.instruments[k].lasts), .subject = name});
+    all.push_back({.text = describe_identical(what, seen.instruments[k].duration), .subject = name});
   }
   return all;
 }
 
-std::vector<CheckResult> gyro_dead(const CheckInputs& in) {
+std::vector<CheckResult> find_dead_axes(const CheckInputs& in) {
   const auto& units = in.memory.liveness.units;
   std::vector<CheckResult> all;
-  for (std::size_t u = 0; u < units.size() && u < in.limits.units.size() && !in.around.gyro_is_off; ++u) {
+  for (std::size_t u = 0; u < units.size() && u < in.limits.units.size() && !in.facts.gyro_is_off; ++u) {
     if (in.is_dropped(u)) continue;
-    const bool is_mild = in.continues_without(u) && another_counts(in, u);
+    const bool is_mild = in.continues_without(u) && has_another_counting_unit(in, u);
     for (std::size_t a = 0; a < units[u].size(); ++a) {
       const auto& axis = in.limits.units[u].axes[a];
-      auto trouble = axis_fault(axis, units[u][a], in.around.is_turned);
+      auto trouble = axis_fault(axis, units[u][a], in.facts.is_turned);
       if (trouble.empty()) continue;
       all.push_back(
           {.text = std::move(trouble), .subject = axis.label, .at_most = is_mild ? Reaction::warn : Reaction::abort});
@@ -89,29 +89,30 @@ std::vector<CheckResult> gyro_dead(const CheckInputs& in) {
   return all;
 }
 
-std::vector<CheckResult> no_thermal_response(const CheckInputs& in) {
-  const auto asked = in.memory.liveness.response.asked;
-  if (asked < in.limits.response_step) return {};
-  return {{.text = fmt::format("the chamber moved by {:.0f} K, and no thermometer followed", asked.value)}};
+std::vector<CheckResult> find_missing_response(const CheckInputs& in) {
+  const auto demanded_change = in.memory.liveness.response.demanded_change;
+  if (demanded_change < in.limits.response_step) return {};
+  return {{.text = fmt::format("the chamber moved by {:.0f} K, and no thermometer followed", demanded_change.value)}};
 }
 
-std::vector<CheckResult> drifting(const CheckInputs& in) {
+std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in) {
   const auto& seen = in.memory.liveness;
   std::vector<CheckResult> all;
   const auto rates = known_rates(in);
-  const bool is_comparable = seen.at_rest >= kLongAtRest && rates.size() >= kFewest;
+  const bool is_comparable = seen.at_rest >= kLongAtRest && rates.size() >= kFewestRates;
   const double usual = is_comparable ? median_rate(rates) : 0;
   for (std::size_t i = 0; i < seen.past.size(); ++i) {
     if (abs(seen.past[i].jumped) > in.limits.drift) {
-      all.push_back(in.of_thermometer(i, fmt::format("{} jumped by {:+.1f} K, faster than it can change", in.channel(i),
-                                                     seen.past[i].jumped.value)));
+      all.push_back(in.thermometer_result(i, fmt::format("{} jumped by {:+.1f} K, faster than it can change",
+                                                         in.channel(i), seen.past[i].jumped.value)));
       continue;
     }
     const auto rate = std::ranges::find(rates, i, &Rate::column);
-    if (!is_comparable || rate == rates.end() || std::abs(rate->value - usual) <= kDrifts.value) continue;
+    if (!is_comparable || rate == rates.end() || std::abs(rate->value - usual) <= kLargestRateDifference.value)
+      continue;
     all.push_back(
-        in.of_thermometer(i, fmt::format("{} changes by {:+.1f} °C in a minute while everything else is at rest",
-                                         in.channel(i), rate->value)));
+        in.thermometer_result(i, fmt::format("{} changes by {:+.1f} °C in a minute while everything else is at rest",
+                                             in.channel(i), rate->value)));
   }
   return all;
 }

@@ -22,13 +22,13 @@ struct CheckInputs {
   const InterlockLimits& limits;
   const InterlockMemory& memory;
   const Sample& sample;
-  const InterlockInputs& around;
+  const InterlockInputs& facts;
   Ranks ranks;
 
   [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
   /// Returns true if the cause was present one second ago.
   [[nodiscard]] bool was_found(InterlockId id) const { return memory.is_seen(id); }
-  [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
+  [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < facts.dropped.size() && facts.dropped[unit]; }
   [[nodiscard]] bool continues_without(std::size_t unit) const {
     return unit < limits.units.size() && limits.units[unit].continue_when_silent;
   }
@@ -55,22 +55,22 @@ struct CheckInputs {
   [[nodiscard]] std::string subject(std::size_t column) const {
     return column < limits.channels.size() ? limits.channels[column] : std::to_string(column + 1);
   }
-  [[nodiscard]] CheckResult of_thermometer(std::size_t column, std::string text) const {
+  [[nodiscard]] CheckResult thermometer_result(std::size_t column, std::string text) const {
     return {.text = std::move(text), .column = column, .subject = subject(column)};
   }
 };
 
 /// Finds instruments, and the chamber's air, with identical readings for longer than their noise allows.
-[[nodiscard]] std::vector<CheckResult> frozen(const CheckInputs& in);
+[[nodiscard]] std::vector<CheckResult> find_frozen_instruments(const CheckInputs& in);
 
 /// Finds dead axes: no counts although the Earth's rate is known, identical counts for longer than the noise allows, or
 /// a rate far from the Earth's.
-[[nodiscard]] std::vector<CheckResult> gyro_dead(const CheckInputs& in);
+[[nodiscard]] std::vector<CheckResult> find_dead_axes(const CheckInputs& in);
 
 /// Returns a result if the air or the set point has moved by response_step and no thermometer has moved in response.
-[[nodiscard]] std::vector<CheckResult> no_thermal_response(const CheckInputs& in);
+[[nodiscard]] std::vector<CheckResult> find_missing_response(const CheckInputs& in);
 
 /// Finds thermometers that jumped, as two exchanged ones do, and thermometers that move while all others are at rest.
-[[nodiscard]] std::vector<CheckResult> drifting(const CheckInputs& in);
+[[nodiscard]] std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in);
 
 }  // namespace gyrotherm::interlocks

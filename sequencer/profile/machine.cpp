@@ -17,7 +17,7 @@ const Segment& segment_at(const Profile& profile, int index) {
 
 /// Returns the state `elapsed` into a segment, or into a later one if the segment is over by then. A guaranteed soak
 /// starts with its first observation, so it is never skipped.
-ProfileState enter(const Profile& profile, int index, Duration elapsed) {
+ProfileState enter_segment(const Profile& profile, int index, Duration elapsed) {
   const int count = static_cast<int>(profile.segments.size());
   for (; index < count; ++index) {
     const auto& segment = segment_at(profile, index);
@@ -30,13 +30,13 @@ ProfileState enter(const Profile& profile, int index, Duration elapsed) {
   return Complete{};
 }
 
-bool inside_band(const Segment& segment, const std::optional<Celsius>& air) {
+bool is_inside_band(const Segment& segment, const std::optional<Celsius>& air) {
   return air && abs(*air - segment.target) <= segment.soak_band;
 }
 
 /// Returns true if the sensor is inside its band, its dwell is over and its slope is within the limit.
-bool counts(const Segment& segment, Duration inside_before, const Observation& seen) {
-  if (!inside_band(segment, seen.air) || inside_before < segment.soak_dwell) return false;
+bool is_soak_counting(const Segment& segment, Duration inside_before, const Observation& seen) {
+  if (!is_inside_band(segment, seen.air) || inside_before < segment.soak_dwell) return false;
   if (segment.soak_slope == CelsiusPerMinute{0}) return true;
   return seen.slope && std::abs(seen.slope->value) <= segment.soak_slope.value;
 }
@@ -51,19 +51,20 @@ Duration time_past_end(const Segment& hold, Duration elapsed, Duration soaked) {
 template <class Hold>
 ProfileState advance_hold(const Profile& profile, Hold hold, const Observation& seen) {
   const auto& segment = segment_at(profile, hold.segment);
-  const bool soaks = counts(segment, hold.inside, seen);
+  const bool is_soaking = is_soak_counting(segment, hold.inside, seen);
   hold.elapsed += seen.elapsed;
-  hold.inside = inside_band(segment, seen.air) ? hold.inside + seen.elapsed : Duration::zero();
-  if (soaks) hold.soaked += seen.elapsed;
+  hold.inside = is_inside_band(segment, seen.air) ? hold.inside + seen.elapsed : Duration::zero();
+  if (is_soaking) hold.soaked += seen.elapsed;
   if (const auto over = time_past_end(segment, hold.elapsed, hold.soaked); over >= Duration::zero())
-    return enter(profile, hold.segment + 1, over);
+    return enter_segment(profile, hold.segment + 1, over);
   if (hold.elapsed > segment.deadline) return Overdue{hold.segment, hold.elapsed, hold.soaked};
-  if (segment.guaranteed_soak && !soaks) return WaitingForSoak{hold.segment, hold.elapsed, hold.soaked, hold.inside};
+  if (segment.guaranteed_soak && !is_soaking)
+    return WaitingForSoak{hold.segment, hold.elapsed, hold.soaked, hold.inside};
   return Holding{hold.segment, hold.elapsed, hold.soaked, hold.inside};
 }
 
 ProfileState step(const Profile& profile, const Ramping& ramp, const Observation& seen) {
-  return enter(profile, ramp.segment, ramp.elapsed + seen.elapsed);
+  return enter_segment(profile, ramp.segment, ramp.elapsed + seen.elapsed);
 }
 ProfileState step(const Profile& profile, const Holding& hold, const Observation& seen) {
   return advance_hold(profile, hold, seen);
@@ -111,7 +112,7 @@ SegmentPhase segment_phase(const Profile& profile, const ProfileState& state) {
   return std::visit([&](const auto& s) { return segment_phase(profile, s); }, state);
 }
 
-bool fits(const Segment& segment, Phase phase) {
+bool can_have_phase(const Segment& segment, Phase phase) {
   switch (phase) {
     case Phase::ramping: return segment.kind == SegmentKind::ramp;
     case Phase::holding:
@@ -122,13 +123,13 @@ bool fits(const Segment& segment, Phase phase) {
   return false;
 }
 
-tl::unexpected<Fault> foreign(std::string what) {
+tl::unexpected<Fault> progress_mismatch(std::string what) {
   return failure(FaultKind::mismatch, "progress of the profile", std::move(what));
 }
 
 }  // namespace
 
-ProfileState begin(const Profile& profile) { return enter(profile, 0, {}); }
+ProfileState begin(const Profile& profile) { return enter_segment(profile, 0, {}); }
 
 ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation) {
   assert(observation.elapsed >= Duration::zero());
@@ -137,7 +138,7 @@ ProfileState next(const Profile& profile, const ProfileState& state, const Obser
 
 ProfileState pause_clock(const Profile& profile, ProfileState state, const Observation& observation) {
   const auto leave = [&](auto& hold) {
-    if (!inside_band(segment_at(profile, hold.segment), observation.air)) hold.inside = {};
+    if (!is_inside_band(segment_at(profile, hold.segment), observation.air)) hold.inside = {};
   };
   if (auto* holding = std::get_if<Holding>(&state)) leave(*holding);
   if (auto* waiting = std::get_if<WaitingForSoak>(&state)) leave(*waiting);
@@ -178,14 +179,14 @@ const std::string& soak_sensor(const Profile& profile, const ProfileState& state
 Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition& progress) {
   const auto count = profile.segments.size();
   if (progress.segment < 0 || static_cast<std::size_t>(progress.segment) >= count)
-    return foreign(fmt::format("segment {} of {}", progress.segment + 1, count));
+    return progress_mismatch(fmt::format("segment {} of {}", progress.segment + 1, count));
   const auto& segment = segment_at(profile, progress.segment);
-  if (!fits(segment, progress.phase))
-    return foreign(fmt::format("segment {} cannot be {}", progress.segment + 1, name(progress.phase)));
+  if (!can_have_phase(segment, progress.phase))
+    return progress_mismatch(fmt::format("segment {} cannot be {}", progress.segment + 1, name(progress.phase)));
   if (progress.in_segment < Duration::zero() || progress.soaked < Duration::zero())
-    return foreign(fmt::format("segment {} has a negative time", progress.segment + 1));
+    return progress_mismatch(fmt::format("segment {} has a negative time", progress.segment + 1));
   if (progress.phase == Phase::ramping && progress.in_segment >= segment.duration)
-    return foreign(fmt::format("segment {} is past its end", progress.segment + 1));
+    return progress_mismatch(fmt::format("segment {} is past its end", progress.segment + 1));
   switch (progress.phase) {
     case Phase::ramping: return Ramping{progress.segment, progress.in_segment};
     case Phase::holding: return Holding{progress.segment, progress.in_segment, progress.soaked, {}};
@@ -193,7 +194,7 @@ Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition
     case Phase::overdue: return Overdue{progress.segment, progress.in_segment, progress.soaked};
     case Phase::complete: return Complete{};
   }
-  return foreign("no such phase");
+  return progress_mismatch("no such phase");
 }
 
 Duration time_left(const Profile& profile, const ProfileState& state) {

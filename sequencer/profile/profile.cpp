@@ -169,15 +169,15 @@ void count(const Segment& segment, CycleTotal& total) {
 }
 
 /// Returns hours, minutes and seconds as "2:00:00".
-std::string hms(Duration d) {
+std::string format_hms(Duration d) {
   const auto s = std::chrono::round<std::chrono::seconds>(d).count();
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
 std::string describe_soak(const Segment& segment) {
   if (!segment.guaranteed_soak) return "";
-  return fmt::format("{} within ±{:g} K, at most {}", hms(segment.soak_time), segment.soak_band.value,
-                     hms(segment.deadline));
+  return fmt::format("{} within ±{:g} K, at most {}", format_hms(segment.soak_time), segment.soak_band.value,
+                     format_hms(segment.deadline));
 }
 
 /// A text table. Each column is as wide as its widest cell; `<` aligns it to the left, `>` to the right.
@@ -224,7 +224,7 @@ std::string segments_table(const Profile& profile, const Timeline& timeline) {
     const auto& segment = profile.segments[i];
     const auto& planned = timeline.segments[i];
     const bool ramp = segment.kind == SegmentKind::ramp;
-    table.add({std::to_string(i + 1), segment.name, hms(planned.start), hms(planned.duration),
+    table.add({std::to_string(i + 1), segment.name, format_hms(planned.start), format_hms(planned.duration),
                fmt::format("{:g}", planned.from.value), fmt::format("{:g}", planned.to.value),
                ramp ? fmt::format("{:g}", segment.rate.value) : "",
                segment.cycle < 0 ? "" : profile.cycles[static_cast<std::size_t>(segment.cycle)],
@@ -239,7 +239,7 @@ std::string totals_table(const Timeline& timeline) {
   auto totals = timeline.cycles;
   totals.push_back(timeline.all);
   for (const auto& total : totals)
-    table.add({total.name, hms(total.ramps), hms(total.holds), hms(total.ramps + total.holds),
+    table.add({total.name, format_hms(total.ramps), format_hms(total.holds), format_hms(total.ramps + total.holds),
                std::to_string(total.clusters)});
   return table.text();
 }

@@ -170,16 +170,16 @@ class SegmentReader {
  public:
   explicit SegmentReader(const SoakRule& defaults) : defaults_(defaults) {}
 
-  std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& around) {
+  std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& context) {
     const auto tables = parent.tables("segment");
     if (tables.empty()) parent.mistake("", "no segment, expected at least one");
     std::vector<WrittenSegment> segments;
-    for (const auto& table : tables) read(table, around, segments);
+    for (const auto& table : tables) read(table, context, segments);
     return segments;
   }
 
  private:
-  void read(const TomlTable& table, const SegmentContext& around, std::vector<WrittenSegment>& into) {
+  void read(const TomlTable& table, const SegmentContext& context, std::vector<WrittenSegment>& into) {
     const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
     if (kind.empty() || table.text("kind") != kind) {
       // The kind decides which keys are valid. Without a known kind, no key is reported as unknown.
@@ -189,8 +189,8 @@ class SegmentReader {
     }
     WrittenSegment segment{table, table.text("name", ""), {}};
     if (kind == "hold") segment.what = read_hold(table);
-    if (kind == "ramp") segment.what = read_ramp(table, around);
-    if (kind == "repeat") segment.what = read_repeat(table, around);
+    if (kind == "ramp") segment.what = read_ramp(table, context);
+    if (kind == "repeat") segment.what = read_repeat(table, context);
     if (kind == "random") segment.what = read_random(table);
     into.push_back(std::move(segment));
   }
@@ -214,19 +214,19 @@ class SegmentReader {
     return hold;
   }
 
-  WrittenRamp read_ramp(const TomlTable& table, const SegmentContext& around) {
+  WrittenRamp read_ramp(const TomlTable& table, const SegmentContext& context) {
     expect_set_point(table, "ramp");
     const WrittenRamp ramp{.to = read_temperature(table, "to"),
                            .rate = read_rate_if_any(table, "rate"),
                            .time = read_time_if_any(table, "time"),
                            .deadline = read_time_if_any(table, "deadline")};
     if (ramp.rate && ramp.time) table.mistake("time", "\"rate\" and \"time\" are both given, expected one of them");
-    if (!ramp.rate && !ramp.time && !around.pass_has_rate)
+    if (!ramp.rate && !ramp.time && !context.pass_has_rate)
       table.mistake("", "neither \"rate\" nor \"time\" is given, expected one of them");
     return ramp;
   }
 
-  WrittenRepeat read_repeat(const TomlTable& table, const SegmentContext& around) {
+  WrittenRepeat read_repeat(const TomlTable& table, const SegmentContext& context) {
     WrittenRepeat repeat;
     repeat.rates = read_rates(table, "rates");
     repeat.cycle = table.boolean("cycle", false);
@@ -238,15 +238,16 @@ class SegmentReader {
       table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
     if (!counted && table.has("rates") && repeat.rates.empty())
       table.mistake("rates", "\"rates\" holds no rate, expected one for each pass");
-    if (repeat.cycle && around.in_cycle) table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
-    if (around.depth >= kDeepestNesting) {
+    if (repeat.cycle && context.in_cycle)
+      table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
+    if (context.depth >= kDeepestNesting) {
       table.mistake("", fmt::format("repeats are nested deeper than {} levels", kDeepestNesting));
       table.ignore("segment");
       return repeat;
     }
-    repeat.body = read_all(table, {.depth = around.depth + 1,
-                                   .in_cycle = around.in_cycle || repeat.cycle,
-                                   .pass_has_rate = around.pass_has_rate || !repeat.rates.empty()});
+    repeat.body = read_all(table, {.depth = context.depth + 1,
+                                   .in_cycle = context.in_cycle || repeat.cycle,
+                                   .pass_has_rate = context.pass_has_rate || !repeat.rates.empty()});
     return repeat;
   }
 

@@ -16,19 +16,19 @@ namespace {
 constexpr const char* kCelsius = "°C";
 constexpr std::int64_t kMostInputs = 256;
 
-std::optional<drivers::LinkKind> framing_in(const TomlTable& table) {
-  return one_of_link(drivers::kLinkKinds, table, "framing");
+std::optional<drivers::LinkKind> read_framing(const TomlTable& table) {
+  return read_link_keyword(drivers::kLinkKinds, table, "framing");
 }
-std::optional<drivers::WordOrder> word_order_in(const TomlTable& table) {
-  return one_of_link(drivers::kWordOrders, table, "word_order");
+std::optional<drivers::WordOrder> read_word_order(const TomlTable& table) {
+  return read_link_keyword(drivers::kWordOrders, table, "word_order");
 }
 
 /// Reads the map and selects the link for the line.
 Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std::string& rig_file,
                                                const std::string& line_text, const std::optional<std::string>& known) {
   const auto settings = drivers::read_link_settings(table.table("link"));
-  const auto framing = framing_in(table);
-  const auto word_order = word_order_in(table);
+  const auto framing = read_framing(table);
+  const auto word_order = read_word_order(table);
   const auto named = read_named(table, "map", rig_file, kShippedAnalogueMap, known);
   if (!named) return failure(named.error());
   auto map = drivers::parse_analogue_map(named->text, named->path, word_order);

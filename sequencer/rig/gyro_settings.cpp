@@ -273,7 +273,7 @@ class Reader {
   void share_values(GyroLine& line) {
     const auto all = drivers::list_housekeeping(line.frame);
     std::vector<bool> claimed(all.size());
-    const auto give = [&](GyroLine::Share& share, std::size_t value) {
+    const auto assign = [&](GyroLine::Share& share, std::size_t value) {
       claimed[value] = true;
       share.values.push_back(value);
       settings_.units[share.unit].info.values.push_back(
@@ -289,13 +289,13 @@ class Reader {
         else if (claimed[index])
           table.mistake("values", fmt::format("\"{}\" belongs to another unit", name));
         else
-          give(share, index);
+          assign(share, index);
       }
     }
     auto& owner = line.shares.front();
     if (gyros_[owner.unit].table.has("values")) return;
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (!claimed[i]) give(owner, i);
+      if (!claimed[i]) assign(owner, i);
   }
 
   const TomlTable& root_;

@@ -118,7 +118,7 @@ Result<std::string> query_analogue(drivers::AnalogueInputs& inputs, const std::v
   return line + "; " + text(time_calls([&] { (void)inputs.read(); }, clock));
 }
 
-std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers) {
+std::string describe_air_mismatch(Celsius air, const std::vector<Celsius>& thermometers) {
   constexpr Kelvins kFar{15};
   const auto distance = [&](Celsius one) { return abs(air - one); };
   const auto nearest = std::ranges::min_element(thermometers, {}, distance);

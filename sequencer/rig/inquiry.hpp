@@ -53,7 +53,7 @@ struct AnalogueReading {
                                                  const std::vector<AnalogueReading>& channels, const Clock& clock);
 /// Warns if the chamber's air differs from every thermometer by more than 15 K: then one of the instruments probably
 /// reports in another unit of measure, or is not in this chamber. Empty if a thermometer is near, or if there is none.
-[[nodiscard]] std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers);
+[[nodiscard]] std::string describe_air_mismatch(Celsius air, const std::vector<Celsius>& thermometers);
 /// Describes an axis: the measured rate and the Earth's rate along the axis. Warns if they differ by more than half of
 /// the Earth's rate (at least 1.5 °/h), plus the bias that the unit may have, plus one count.
 [[nodiscard]] std::string describe_rate(const std::string& axis, DegreesPerHour measured,

@@ -33,7 +33,7 @@ inline void check_line(const TomlTable& table, const std::string& line) {
 /// Reads a keyword from the instrument's table or from its `link` table. A keyword in both is an error. Returns nothing
 /// if it is absent or "default".
 template <class Words>
-[[nodiscard]] auto one_of_link(const Words& words, const TomlTable& instrument, const char* key) {
+[[nodiscard]] auto read_link_keyword(const Words& words, const TomlTable& instrument, const char* key) {
   const auto link = instrument.table("link");
   if (instrument.has(key) && link.has(key))
     link.mistake(key, "is also in the instrument's own table, expected it once");

@@ -26,7 +26,7 @@ namespace {
 /// second's read. A longer read would consume that frame, and the reads of a gyro with one frame per second would fail
 /// every time.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
-constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
+constexpr Duration kGyroQueryWithin = std::chrono::milliseconds(1500);
 
 /// Makes the drivers of a rig's instruments, each on its line.
 class Drivers {
@@ -106,7 +106,7 @@ class DriversOnWires final : public Drivers {
 /// Repeats a query after any failure except `refused`, because one lost answer must not prevent a run. Returns the
 /// first failure if all attempts fail.
 template <typename Ask>
-auto with_retries(const Ask& ask) {
+auto query_with_retries(const Ask& ask) {
   constexpr int kMostTries = 3;
   auto answer = ask();
   for (int tries = 1; !answer && answer.error().kind != FaultKind::refused && tries < kMostTries; ++tries)
@@ -162,7 +162,7 @@ class AssembledRig : public Rig {
     if (answers.front())
       if (const auto warning = compare_air(); !warning.empty()) *answers.front() += "; " + warning;
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
-      const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
+      const auto gyro = drivers_->gyro(file_, i, kGyroQueryWithin);
       answers.push_back(
           titled(title_of(file_.gyro_lines[i], file_.units), describe_line(file_.gyro_lines[i]),
                  query_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
@@ -182,17 +182,17 @@ class AssembledRig : public Rig {
     if (!found) return failure(found.error());
     const auto first = entrance(*found);
     if (!first) return failure(first.error());
-    as_found_ = false;
+    is_as_found_ = false;
     const auto kept = start_chamber(*first, program);
     if (!kept) {
-      as_found_ = restore_chamber(found->state, program != nullptr);
+      is_as_found_ = restore_chamber(found->state, program != nullptr);
       return failure(kept.error());
     }
     if (program) names->push_back(*kept);
     io_ = make_io();
     return names;
   }
-  bool is_as_found() const override { return as_found_; }
+  bool is_as_found() const override { return is_as_found_; }
   Result<drivers::SetPointRange> controller_limits() override { return chamber_->limits(); }
 
   io::InstrumentIo& io() override { return *io_; }
@@ -244,7 +244,7 @@ class AssembledRig : public Rig {
     for (const auto& thermometer : thermometers_)
       for (const auto& one : thermometer->read())
         if (one) read.push_back(*one);
-    return state ? warn_of_air(state->air, read) : std::string();
+    return state ? describe_air_mismatch(state->air, read) : std::string();
   }
 
   /// Returns the conversions of one instrument with analogue inputs, for the description of its readings.
@@ -263,9 +263,9 @@ class AssembledRig : public Rig {
   }
 
   Result<ChamberAsFound> inspect_chamber() {
-    const auto state = with_retries([&] { return chamber_->inspect(); });
+    const auto state = query_with_retries([&] { return chamber_->inspect(); });
     if (!state) return failure(state.error());
-    const auto limits = with_retries([&] { return chamber_->limits(); });
+    const auto limits = query_with_retries([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
     return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
   }
@@ -280,7 +280,8 @@ class AssembledRig : public Rig {
     let_pass(1);
     // The first frame may arrive only after a whole period, which is longer than one read waits.
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (const auto origin = with_retries([&] { return gyros_[i]->wait_for_origin(); }); !origin && !may_be_off_[i])
+      if (const auto origin = query_with_retries([&] { return gyros_[i]->wait_for_origin(); });
+          !origin && !may_be_off_[i])
         return failure(origin.error());
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
@@ -299,7 +300,7 @@ class AssembledRig : public Rig {
   Result<void> open_gyros() {
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (auto open = with_retries([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
+      if (auto open = query_with_retries([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
     return {};
   }
 
@@ -321,7 +322,7 @@ class AssembledRig : public Rig {
   Result<std::vector<std::string>> query_identities() {
     std::vector<std::string> names;
     for (const auto& [title, instrument, may_be_off] : identified_instruments()) {
-      const auto answer = with_retries([&] { return instrument.identify(); });
+      const auto answer = query_with_retries([&] { return instrument.identify(); });
       if (!answer && !may_be_off) return failure(answer.error());
       if (!answer || answer->empty()) continue;
       for (const auto& line : file_.gyro_lines)
@@ -348,7 +349,7 @@ class AssembledRig : public Rig {
   /// Lines that may be silent at the start.
   std::vector<bool> may_be_off_;
   std::map<std::string, std::string> identities_;  ///< by title
-  bool as_found_ = true;
+  bool is_as_found_ = true;
   // Last member: it stops before its instruments are destroyed.
   std::unique_ptr<io::InstrumentIo> io_;
 };

@@ -20,7 +20,7 @@
 namespace gyrotherm::rig {
 namespace {
 
-std::optional<Celsius> read_side(const TomlTable& table, const char* key) {
+std::optional<Celsius> read_limit_if_any(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   return table.celsius(key);
 }
@@ -36,8 +36,8 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
   if (!chamber.has("limiter")) return {};
   const auto table = chamber.table("limiter");
   Limiter limiter{.protection_class = table.choice("class", {"1", "2", "3.1", "3.2", "3.3"}),
-                  .lowest = read_side(table, "lowest"),
-                  .highest = read_side(table, "highest")};
+                  .lowest = read_limit_if_any(table, "lowest"),
+                  .highest = read_limit_if_any(table, "highest")};
   if (!limiter.lowest && !limiter.highest)
     table.mistake("", "expected lowest, highest or both: the limiter's settings");
   if (limiter.lowest && *limiter.lowest >= lowest)
@@ -84,9 +84,9 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
 }
 
 /// Reads the word order. Returns the framing that the file requires, if any.
-std::optional<drivers::LinkKind> read_link_keywords(const TomlTable& chamber, RigFile& rig) {
-  rig.chamber_word_order = one_of_link(drivers::kWordOrders, chamber, "word_order");
-  return one_of_link(drivers::kLinkKinds, chamber, "framing");
+std::optional<drivers::LinkKind> read_word_order_and_framing(const TomlTable& chamber, RigFile& rig) {
+  rig.chamber_word_order = read_link_keyword(drivers::kWordOrders, chamber, "word_order");
+  return read_link_keyword(drivers::kLinkKinds, chamber, "framing");
 }
 
 /// Applies [analysis] to the units without their own thermometers.
@@ -178,13 +178,13 @@ std::vector<interlocks::InstrumentChannels> list_instruments(const RigFile& rig)
   return instruments;
 }
 
-/// Records an error for each name that is not permitted. `is_of_a_record`: the rig file is from a record, in which more
+/// Records an error for each name that is not permitted. `is_recorded`: the rig file is from a record, in which more
 /// names are permitted than in a new one.
-void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
+void check_names(const TomlTable& root, const RigFile& rig, bool is_recorded) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
-  for (const auto& trouble : is_of_a_record ? record::name_troubles(info) : record::new_name_troubles(info))
+  for (const auto& trouble : is_recorded ? record::name_troubles(info) : record::new_name_troubles(info))
     root.mistake(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
                  fmt::format("{}: {}", trouble.what, trouble.why));
 }
@@ -209,8 +209,8 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
     const auto* hid = std::get_if<drivers::HidLine>(&*line);
     hids += hid != nullptr ? 1 : 0;
     any_hid = any_hid || (hid != nullptr && hid->serial.empty());
-    const bool is_one = serial != nullptr || hid != nullptr;
-    if (is_one && !taken.insert(serial ? serial->device : text).second)
+    const bool is_exclusive = serial != nullptr || hid != nullptr;
+    if (is_exclusive && !taken.insert(serial ? serial->device : text).second)
       root.mistake("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
   }
   if (any_hid && hids > 1) root.mistake("", "\"hid:\" is for a rig with one device on USB, expected serial numbers");
@@ -279,7 +279,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
     root->ignore("virtual");
   check_ports(*root, rig);
   rig.chamber_power = chamber.text("power", "");
-  const auto framing = read_link_keywords(chamber, rig);
+  const auto framing = read_word_order_and_framing(chamber, rig);
   auto map = read_map(chamber, rig, framing, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!gyros) return failure(gyros.error());

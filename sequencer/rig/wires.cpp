@@ -70,17 +70,17 @@ class AttendedWires final : public Wires {
 
  private:
   using InstrumentKind = simulator::InstrumentKind;
-  static constexpr const char* kPlace = "virtual line";
+  static constexpr const char* kLineName = "virtual line";
 
   [[nodiscard]] std::unique_ptr<drivers::Registers> registers(InstrumentKind kind, std::size_t index,
                                                               const drivers::RegisterMap& map) {
     const auto& link = map.link.modbus;
     if (link.framing != drivers::ModbusLink::Framing::tcp)
-      return make_guarded_registers(make_modbus_rtu(instruments_->line(kind, index), kPlace, link), link);
+      return make_guarded_registers(make_modbus_rtu(instruments_->line(kind, index), kLineName, link), link);
     auto modbus = std::make_unique<AttendedConnection>(
         drivers::make_modbus_connection([this, kind, index] { return instruments_->connect(kind, index); }),
         *instruments_);
-    return make_guarded_registers(make_modbus_tcp(std::move(modbus), kPlace, link), link);
+    return make_guarded_registers(make_modbus_tcp(std::move(modbus), kLineName, link), link);
   }
 
   std::unique_ptr<simulator::VirtualInstruments> instruments_;

@@ -26,7 +26,7 @@ bool was_restarted(const interlocks::InterlockMemory& memory) {
 /// the run.
 bool returns_without_operator(const interlocks::InterlockMemory& memory) {
   const auto acts_by_itself = [&](InterlockId id) {
-    return memory.is_active(id) && memory.most_affected(id).reaction < interlocks::Reaction::hold;
+    return memory.is_active(id) && memory.most_affected_watch(id).reaction < interlocks::Reaction::hold;
   };
   return acts_by_itself(InterlockId::restarted) || acts_by_itself(InterlockId::restarted_off);
 }
@@ -58,9 +58,9 @@ void HostLead::fill_inputs(const LeadSecond& second, interlocks::InterlockInputs
 interlocks::InterlockDemand HostLead::adjust_demand(interlocks::InterlockDemand demand, const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   const auto& before = second.air_before;
-  unjudged_ += second.missed;
+  unread_time_ += second.missed;
   if (!chamber) return demand;
-  const auto missed = std::exchange(unjudged_, Duration{});
+  const auto missed = std::exchange(unread_time_, Duration{});
   if (missed <= Duration{} || !before) return demand;
   if (abs(chamber->air - second.goal) <= abs(*before - second.goal) + kResumeBand) return demand;
   approaching_ = true;  // also if another cause stops it
@@ -83,7 +83,7 @@ void HostLead::end_approach() {
 }
 
 /// Takes the chamber over at its current air: first the set point, then the switch.
-std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const LeadSecond& second) {
+std::optional<std::string> HostLead::take_over_chamber(io::InstrumentIo& io, const LeadSecond& second) {
   const auto& chamber = *second.sample.chamber.value;
   approaching_ = true;
   path_.adopt(chamber.set_point);
@@ -101,7 +101,7 @@ Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& 
 }
 
 /// Returns true while air outside the limits is on its way to the nearest limit, which is the set point.
-bool HostLead::waits_for_air(Celsius air) const {
+bool HostLead::is_waiting_for_air(Celsius air) const {
   const auto nearest = within(air, limits_);
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
 }
@@ -114,10 +114,10 @@ bool is_changed_externally(const interlocks::InterlockMemory& memory) {
 std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const LeadSecond& second, RunState state,
                                                     bool returning, const interlocks::InterlockMemory& memory) {
   if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
-  if (std::exchange(taking_over_, false) || returns_without_operator(memory)) return bring_back(io, second);
+  if (std::exchange(taking_over_, false) || returns_without_operator(memory)) return take_over_chamber(io, second);
   if (was_restarted(memory)) return std::nullopt;  // an operator decides
   if (memory.is_active(interlocks::InterlockId::not_taken))
-    return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
+    return second.sample.slot % kTakeOverEvery == 0 ? take_over_chamber(io, second) : std::nullopt;
   if (is_changed_externally(memory)) {
     approaching_ = approaching_ || memory.is_active(interlocks::InterlockId::foreign_set_point) ||
                    memory.is_active(interlocks::InterlockId::not_following);
@@ -125,7 +125,7 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
     return std::nullopt;
   }
   if (state != RunState::execute && !returning) return std::nullopt;
-  if (waits_for_air(second.sample.chamber.value->air)) return std::nullopt;
+  if (is_waiting_for_air(second.sample.chamber.value->air)) return std::nullopt;
   ensure(may_command(state), "a set point is sent only while the run is carried out");
   const auto sent = path_.advance(io, second.goal, second.at);
   return sent || path_.refusals() != 1 ? std::nullopt : std::optional(text(sent.error()));
@@ -145,7 +145,7 @@ bool may_progress(ChamberActivity activity) {
   return activity == ChamberActivity::unknown || carries_out_program(activity);
 }
 
-std::string capitals(const std::string& name) {
+std::string to_capitals(const std::string& name) {
   std::string all;
   for (const unsigned char c : name)
     if (std::isalnum(c) != 0) all += static_cast<char>(std::toupper(c));
@@ -154,7 +154,7 @@ std::string capitals(const std::string& name) {
 
 /// Returns the reason why a controller cannot carry out a segment that begins at `from`; empty if it can. A
 /// controller's guaranteed soak uses the air sensor of the chamber and counts the total time in the band.
-std::string controller_objection(const profile::Segment& segment, Celsius from) {
+std::string controller_refusal(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller cannot wait for an operator, and this segment has a prompt";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
     return fmt::format("a controller goes from {:g} °C to {:g} °C at once, expected a ramp before this hold",
@@ -177,11 +177,11 @@ std::string controller_objection(const profile::Segment& segment, Celsius from) 
 }  // namespace
 
 Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& profile) {
-  drivers::ChamberProgram program{.name = capitals(profile.name), .number = 1, .soak_band = {}, .steps = {}};
+  drivers::ChamberProgram program{.name = to_capitals(profile.name), .number = 1, .soak_band = {}, .steps = {}};
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
-    if (auto why = controller_objection(segment, set_point_before(profile, i)); !why.empty())
+    if (auto why = controller_refusal(segment, set_point_before(profile, i)); !why.empty())
       return failure(FaultKind::usage, segment.place, std::move(why));
     drivers::ProgramStep step{
         .kind = segment.kind == profile::SegmentKind::ramp ? drivers::StepKind::ramp : drivers::StepKind::soak,

@@ -111,8 +111,8 @@ class HostLead final : public ChamberLead {
   [[nodiscard]] std::int64_t missed_set_points() const override { return path_.missed(); }
 
  private:
-  [[nodiscard]] std::optional<std::string> bring_back(io::InstrumentIo& io, const LeadSecond& second);
-  [[nodiscard]] bool waits_for_air(Celsius air) const;
+  [[nodiscard]] std::optional<std::string> take_over_chamber(io::InstrumentIo& io, const LeadSecond& second);
+  [[nodiscard]] bool is_waiting_for_air(Celsius air) const;
 
   profile::ChamberLimits limits_;
   SetPointPath path_;
@@ -122,7 +122,7 @@ class HostLead final : public ChamberLead {
   std::optional<Celsius> air_before_;
   bool taking_over_ = false;
   /// Time without ticks since the air was last read.
-  Duration unjudged_{};
+  Duration unread_time_{};
 };
 
 // A profile that the chamber's controller carries out: its program, and the lead that watches it.

@@ -76,7 +76,7 @@ Result<void> ChamberOwnership::arm(const std::string& identity, const drivers::C
   if (!safe_state_) return {};
   safe_state_->identity = identity;
   safe_state_->settings = settings;
-  auto line = watchdog::WatchdogClient::tie(*safe_state_);
+  auto line = watchdog::WatchdogClient::start(*safe_state_);
   if (!line) return failure(line.error());
   watchdog_ = std::move(*line);
   return {};

@@ -28,7 +28,7 @@ class ChamberOwnership {
 
   /// Arms the watchdog: from now on it makes the chamber safe if this program dies or hangs. Call it immediately before
   /// the chamber is first moved. `identity`: the chamber's reported identity; the watchdog does not make another
-  /// chamber safe. `settings`: the controller's settings, as last read. Fails like WatchdogClient::tie().
+  /// chamber safe. `settings`: the controller's settings, as last read. Fails like WatchdogClient::start().
   [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
   [[nodiscard]] bool is_armed() const { return watchdog_ != nullptr; }
   /// Sends a heartbeat at the end of a tick. `stuck`: time for which the current call to the chamber has made no

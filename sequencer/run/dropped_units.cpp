@@ -29,7 +29,7 @@ void DroppedUnits::drop(std::span<const std::string> names) {
   for (const auto& name : names) carry_out({.drop = true, .unit = name});
 }
 
-void DroppedUnits::take_out(Sample& sample) const {
+void DroppedUnits::clear_readings(Sample& sample) const {
   for (std::size_t i = 0; i < sample.units.size(); ++i) {
     if (!dropped_[i]) continue;
     sample.units[i].count.value = GyroCount{};

@@ -30,7 +30,7 @@ class DroppedUnits {
   /// Returns a flag for each unit: true if it is dropped.
   [[nodiscard]] const std::vector<bool>& all() const { return dropped_; }
   /// Removes the readings of dropped units from the sample, and their faults too.
-  void take_out(Sample& sample) const;
+  void clear_readings(Sample& sample) const;
 
  private:
   std::vector<std::string> names_;

@@ -24,26 +24,26 @@ std::string refusal_reason(RunState state, OperatorCommand command) {
 }  // namespace
 
 std::string OperatorRequests::objection(RunState state, OperatorCommand command) const {
-  const auto* first = foremost();
+  const auto* first = find_next();
   if (first && first->command > command)
     return fmt::format("{} by {} has priority in the same second", name(first->command), first->who);
   const bool keeps_held = command == OperatorCommand::pause && first && first->command == OperatorCommand::resume;
   return keeps_held ? std::string() : refusal_reason(state, command);
 }
 
-const OperatorRequest* OperatorRequests::foremost() const {
+const OperatorRequest* OperatorRequests::find_next() const {
   const auto most = std::max_element(waiting_.begin(), waiting_.end(), is_milder);
   return most == waiting_.end() ? nullptr : &*most;
 }
 
-bool OperatorRequests::end_the_run() const {
-  const auto* first = foremost();
+bool OperatorRequests::has_end_request() const {
+  const auto* first = find_next();
   return first && first->command >= OperatorCommand::stop;
 }
 
-OperatorRequests::Taken OperatorRequests::take() {
-  Taken taken;
-  const auto* first = foremost();
+OperatorRequests::TakenRequests OperatorRequests::take() {
+  TakenRequests taken;
+  const auto* first = find_next();
   for (auto& request : waiting_)
     if (&request == first)
       taken.carried_out = std::move(request);

@@ -34,17 +34,17 @@ class OperatorRequests {
   void add(OperatorRequest request) { waiting_.push_back(std::move(request)); }
 
   /// Returns the request that the next tick will carry out; null if none waits.
-  [[nodiscard]] const OperatorRequest* foremost() const;
+  [[nodiscard]] const OperatorRequest* find_next() const;
 
   /// Returns true if a waiting request ends the run.
-  [[nodiscard]] bool end_the_run() const;
+  [[nodiscard]] bool has_end_request() const;
 
-  struct Taken {
+  struct TakenRequests {
     std::optional<OperatorRequest> carried_out;
     std::vector<OperatorRequest> dropped;
   };
   /// Removes all requests.
-  [[nodiscard]] Taken take();
+  [[nodiscard]] TakenRequests take();
 
  private:
   std::vector<OperatorRequest> waiting_;

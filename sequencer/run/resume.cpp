@@ -19,12 +19,12 @@ namespace gyrotherm::run {
 
 namespace {
 
-std::string drawn_id() {
+std::string make_random_id() {
   std::random_device device;
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", device(), device(), device(), device());
 }
 
-std::string derived_id(const record::RunInfo& info) {
+std::string derive_id(const record::RunInfo& info) {
   auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
                          info.chamber_map_text, info.gyro_model_text, info.seed);
   const auto day = info.days_later == 0 ? "" : fmt::format("\n{} days later", info.days_later);
@@ -67,7 +67,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
                              .cycle = segment.cycle,
                              .prompt = segment.prompt,
                              .unit = segment.unit});
-  info.id = rig.simulated ? derived_id(info) : drawn_id();
+  info.id = rig.simulated ? derive_id(info) : make_random_id();
   return info;
 }
 
@@ -112,12 +112,12 @@ std::vector<simulator::PastSecond> make_replay(const record::Record& record, con
   const bool followed = abs(before - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
   const simulator::PastSecond held{followed ? demanded_set_point(on.profile, on.state) : before,
                                    unit_at(record, record.slot.size() - 1)};
-  seconds.resize(seconds.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
+  seconds.resize(seconds.size() + static_cast<std::size_t>(on.interruption.down / kSecond) - 1, held);
   return seconds;
 }
 
 /// Returns the reading of the soak sensor in the record's last second, or nothing if it was not read.
-std::optional<Celsius> last_soaked_on(const record::Record& record, const std::string& sensor) {
+std::optional<Celsius> last_soak_reading(const record::Record& record, const std::string& sensor) {
   if (sensor == "air") return record::unless_nan(record.chamber_air_c.back());
   const auto channel = std::ranges::find(record.info.thermometers, sensor, &record::Channel::name);
   if (channel == record.info.thermometers.end()) return std::nullopt;
@@ -135,7 +135,7 @@ Result<profile::ProfileState> state_after(const record::Record& record, const pr
   const auto last = restore_state(profile, record.progress.back());
   if (!last) return last;
   if (last_state != RunState::execute) return profile::restart_deadline(*last);
-  return next(profile, *last, {.elapsed = kSecond, .air = last_soaked_on(record, soak_sensor(profile, *last))});
+  return next(profile, *last, {.elapsed = kSecond, .air = last_soak_reading(record, soak_sensor(profile, *last))});
 }
 
 /// Returns the last air that was read while the profile's clock ran. Air of a run on its way to the profile is not a
@@ -330,7 +330,7 @@ InterruptedRun describe_interruption(const record::Record& record, const RunCont
 
 /// Returns the start parameters of the rig. Uses all members of `on` except `start`.
 rig::RigStart plan_start(const record::Record& record, const RunContinuation& on, std::uint64_t run) {
-  const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
+  const auto since_last = on.last_slot + 1 + on.interruption.down / kSecond;
   return {.seed = {.gyro = record.info.seed, .run = run, .days_later = record.info.days_later},
           .already = std::chrono::seconds(std::max(since_last, on.recorded + 1)),
           .replay = on.rig.simulated ? make_replay(record, on) : std::vector<simulator::PastSecond>(),
@@ -360,9 +360,9 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
                      .state = *state,
                      .last_slot = last_slot,
                      .recorded = record.gaps.empty() ? last_slot : std::max(last_slot, record.gaps.back().last),
-                     .stood = {},
+                     .interruption = {},
                      .why_stopped = std::move(ending.why)};
-  on.stood = describe_interruption(record, on, ending.state, downtime);
+  on.interruption = describe_interruption(record, on, ending.state, downtime);
   on.start = plan_start(record, on, run);
   return on;
 }

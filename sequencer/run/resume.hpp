@@ -117,7 +117,7 @@ struct RunContinuation {
   std::int64_t last_slot{};
   /// Last slot with a sample or in a gap; −1: none.
   std::int64_t recorded{};
-  InterruptedRun stood;
+  InterruptedRun interruption;
   std::string why_stopped;  ///< as text
   /// Start parameters of the rig.
   rig::RigStart start{};

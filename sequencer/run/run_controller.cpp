@@ -22,7 +22,7 @@ std::string describe(const profile::Profile& profile, const ProfilePosition& pro
   return fmt::format("segment {} of {}: {}", progress.segment + 1, profile.segments.size(), segment.name);
 }
 
-std::string promise(OperatorCommand command) {
+std::string command_answer(OperatorCommand command) {
   switch (command) {
     case OperatorCommand::pause: return "held: the profile's clock and the set point stay unchanged until resume";
     case OperatorCommand::resume: return "continues";
@@ -98,9 +98,9 @@ std::string RunController::answer_for(OperatorCommand command) const {
                             ? active_cause(interlocks::Reaction::suspend, takes_over(command))
                             : std::string();
   if (!suspends.empty()) return "continues once this is over: " + suspends;
-  if (command < OperatorCommand::stop) return promise(command);
+  if (command < OperatorCommand::stop) return command_answer(command);
   const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
-  return promise(command) +
+  return command_answer(command) +
          (holds ? "the chamber holds its set point"
                 : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value));
 }
@@ -198,7 +198,7 @@ Result<void> RunController::record_gap(std::int64_t slot) {
   const bool goes_on = lead_->can_continue_alone() && run_state() != RunState::aborting;
   for (auto left = goes_on ? missed : 0; left > 0; --left)
     state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? demanded_set_point(profile_, state_) : air_});
-  tally_.see_gap(next_slot_, slot - 1);
+  tally_.count_gap(next_slot_, slot - 1);
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 
@@ -227,24 +227,23 @@ LeadSecond RunController::second(const Sample& sample, Duration missed) const {
 }
 
 interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration missed) const {
-  interlocks::InterlockInputs around;
-  around.led_by_controller = !may_command(run_state()) || run_state() == RunState::aborting;
-  lead_->fill_inputs(second(sample, missed), around);
-  around.missed = missed;
-  around.longest_missed = kLongestUnattended;
+  interlocks::InterlockInputs facts;
+  facts.led_by_controller = !may_command(run_state()) || run_state() == RunState::aborting;
+  lead_->fill_inputs(second(sample, missed), facts);
+  facts.missed = missed;
+  facts.longest_missed = kLongestUnattended;
   const auto health = store_.health();
-  around.backlog = std::chrono::seconds(health.backlog_s);
-  around.rows_dropped = health.rows_dropped;
-  around.storage_trouble = health.trouble;
-  around.record_damage = health.damage;
-  around.guard_troubles = guard_troubles_;
-  around.strangers = rig_.io().strangers();
-  around.gyro_is_off = unit_may_be_off(profile_, state_);
-  around.units_are_moved = run_state() == RunState::held;
-  around.is_turned =
-      profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.turned;
-  around.dropped = dropped_.all();
-  return around;
+  facts.backlog = std::chrono::seconds(health.backlog_s);
+  facts.rows_dropped = health.rows_dropped;
+  facts.storage_trouble = health.trouble;
+  facts.record_damage = health.damage;
+  facts.guard_troubles = guard_troubles_;
+  facts.strangers = rig_.io().strangers();
+  facts.gyro_is_off = unit_may_be_off(profile_, state_);
+  facts.units_are_moved = run_state() == RunState::held;
+  facts.is_turned = profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.turned;
+  facts.dropped = dropped_.all();
+  return facts;
 }
 
 interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
@@ -282,7 +281,7 @@ std::string RunController::required_prompt(const Sample& sample) {
 }
 
 /// Evaluates the reading of a chamber that is being made safe. Raises or clears the alarm safe_ineffective.
-void RunController::see_safe(const Sample& sample) {
+void RunController::update_safe_sequence(const Sample& sample) {
   const bool before = safe_.is_ineffective();
   safe_.see(sample.chamber, kSecond * (next_slot_ + 1));
   if (safe_.is_ineffective() == before) return;
@@ -308,7 +307,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const auto left = leaves ? lead_->send_last_set_point(rig_.io(), second(sample, missed)) : Result<void>();
   if (!left)
     note(EventKind::fault, "the chamber cannot be left at its set point, and is made safe: " + text(left.error()));
-  if (run_state() == RunState::aborting) see_safe(sample);
+  if (run_state() == RunState::aborting) update_safe_sequence(sample);
   const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
                       .request = std::move(request),
@@ -384,13 +383,13 @@ void RunController::command_chamber(const Sample& sample) {
   if (failed) note(EventKind::fault, *failed);
 }
 
-void RunController::leave_to_the_controller() {
+void RunController::hand_over_to_controller() {
   lead_ = std::make_unique<ControllerLead>(set_point_tolerance(rig_.file().chamber_map));
 }
 
-std::string RunController::foreign_hold() const {
+std::string RunController::describe_external_change() const {
   for (const auto id : {interlocks::InterlockId::foreign_set_point, interlocks::InterlockId::not_following})
-    if (memory_.is_seen(id)) return memory_.most_affected(id).text;
+    if (memory_.is_seen(id)) return memory_.most_affected_watch(id).text;
   return {};
 }
 
@@ -423,11 +422,11 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   const auto missed = kSecond * (slot - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
   auto sample = rig_.io().read(slot, rig_.clock());
-  dropped_.take_out(sample);
+  dropped_.clear_readings(sample);
   sample.progress = profile_position(profile_, state_);
   note_changes(sample);
   const auto demand = judge_second(sample, missed);
-  take_out_dead(rig_.file().limits, memory_.liveness, sample);
+  mask_dead_readings(rig_.file().limits, memory_.liveness, sample);
   step_machine(sample, demand, missed);
   sample.state = run_state();
   tally_.see(sample.state);

@@ -60,21 +60,21 @@ class RunController {
   /// the operator's name.
   [[nodiscard]] control::ControlAnswer carry_out(const control::ControlRequest& request, const std::string& who);
   /// Returns true if an operator has requested the run's end and the next tick will begin it.
-  [[nodiscard]] bool is_end_requested() const { return requests_.end_the_run(); }
+  [[nodiscard]] bool is_end_requested() const { return requests_.has_end_request(); }
 
   /// Returns true if the next tick has an event to record or a request to carry out.
-  [[nodiscard]] bool has_pending_work() const { return !events_.empty() || requests_.foremost() != nullptr; }
+  [[nodiscard]] bool has_pending_work() const { return !events_.empty() || requests_.find_next() != nullptr; }
 
   /// Makes the chamber safe without a tick, for an end that cannot wait for one. end_cause() reports whether that
   /// succeeded. The watchdog watches the air afterwards.
   void make_safe(const std::string& cause);
 
   /// Leaves the chamber to its controller, which was given the profile as a program. Call it before the first tick.
-  void leave_to_the_controller();
-  [[nodiscard]] bool is_left_to_the_controller() const { return lead_->can_continue_alone(); }
+  void hand_over_to_controller();
+  [[nodiscard]] bool is_led_by_controller() const { return lead_->can_continue_alone(); }
 
   /// Describes how another program or a person has changed the chamber, by the last reading; empty if unchanged.
-  [[nodiscard]] std::string foreign_hold() const;
+  [[nodiscard]] std::string describe_external_change() const;
 
   /// Sets, by subject, the reasons why the watchdog could not make the chamber safe; empty if it could. They apply from
   /// the next tick.
@@ -126,7 +126,7 @@ class RunController {
   /// Returns the reason why the last second or the lead forbids a command; empty if they do not.
   [[nodiscard]] std::string active_objection(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
-  void see_safe(const Sample& sample);
+  void update_safe_sequence(const Sample& sample);
   [[nodiscard]] std::string required_prompt(const Sample& sample);
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);

@@ -8,7 +8,7 @@
 namespace gyrotherm::run {
 namespace {
 
-RunStateMachine too_long(const char* what, Duration since, const std::string& cause) {
+RunStateMachine make_timeout_abort(const char* what, Duration since, const std::string& cause) {
   return Aborting{fmt::format("{} for {}: {}", what, spoken(since), cause), {}, false};
 }
 
@@ -25,7 +25,7 @@ RunStateMachine resume_state(const RunInputs& now, const std::string& cause) {
 }
 
 /// Returns "stopped by ada (uid 1000): the reason".
-std::string ended(const char* how, const OperatorRequest& request) {
+std::string describe_end(const char* how, const OperatorRequest& request) {
   return fmt::format("{} by {}{}{}", how, request.who, request.reason.empty() ? "" : ": ", request.reason);
 }
 
@@ -37,10 +37,11 @@ bool has_request(const RunInputs& now, OperatorCommand command) {
 /// out; nothing if there is no such demand.
 std::optional<RunStateMachine> overriding_state(const interlocks::RunLimits& limits, const RunInputs& now, bool held) {
   if (now.demand.reaction == interlocks::Reaction::abort) return Aborting{now.demand.cause, {}, false};
-  if (has_request(now, OperatorCommand::abort)) return Aborting{ended("aborted", *now.request), {}, false};
+  if (has_request(now, OperatorCommand::abort)) return Aborting{describe_end("aborted", *now.request), {}, false};
   if (has_request(now, OperatorCommand::stop)) {
-    if (limits.on_stop == interlocks::OnStop::hold && now.may_be_left) return Stopped{ended("stopped", *now.request)};
-    return Aborting{ended("stopped", *now.request), {}, true};
+    if (limits.on_stop == interlocks::OnStop::hold && now.may_be_left)
+      return Stopped{describe_end("stopped", *now.request)};
+    return Aborting{describe_end("stopped", *now.request), {}, true};
   }
   if (held) return std::nullopt;
   if (now.demand.reaction == interlocks::Reaction::hold) return Held{now.demand.cause, {}};
@@ -62,7 +63,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, Suspended state, const
   state.since += now.elapsed;
   state.clear = is_suspended ? Duration{} : state.clear + now.elapsed;
   if (is_suspended) state.cause = now.demand.cause;
-  if (state.since >= limits.longest_suspended) return too_long("suspended", state.since, state.cause);
+  if (state.since >= limits.longest_suspended) return make_timeout_abort("suspended", state.since, state.cause);
   const bool is_resumed = has_request(now, OperatorCommand::resume) && !is_suspended;
   return is_resumed || state.clear >= limits.resume_delay ? resume_state(now, state.cause) : state;
 }
@@ -72,14 +73,14 @@ RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   state.since += now.elapsed;
   if (now.in_place) return enter_profile(now);
-  if (state.since >= limits.longest_return) return too_long("returning", state.since, state.cause);
+  if (state.since >= limits.longest_return) return make_timeout_abort("returning", state.since, state.cause);
   return state;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunInputs& now) {
   if (auto other = overriding_state(limits, now, true)) return *other;
   state.since += now.elapsed;
-  if (state.since >= limits.longest_held) return too_long("held", state.since, state.cause);
+  if (state.since >= limits.longest_held) return make_timeout_abort("held", state.since, state.cause);
   if (!has_request(now, OperatorCommand::resume)) return state;
   if (now.takes_over) return Returning{state.cause, {}};
   if (now.demand.reaction == interlocks::Reaction::hold) return state;
@@ -92,7 +93,7 @@ RunStateMachine step(const interlocks::RunLimits&, Aborting state, const RunInpu
   state.since += now.elapsed;
   if (state.stops && now.demand.reaction == interlocks::Reaction::abort) state = {now.demand.cause, state.since, false};
   if (state.stops && has_request(now, OperatorCommand::abort))
-    state = {ended("aborted", *now.request), state.since, false};
+    state = {describe_end("aborted", *now.request), state.since, false};
   if (!now.safe_confirmed) return state;
   if (state.stops) return Stopped{state.cause};
   return Aborted{state.cause};

@@ -32,7 +32,7 @@ void RunTally::see(RunState state) {
   held_s += state == RunState::held ? 1 : 0;
 }
 
-void RunTally::see_gap(std::int64_t first, std::int64_t last) {
+void RunTally::count_gap(std::int64_t first, std::int64_t last) {
   ++gaps;
   gap_s += last - first + 1;
 }
@@ -40,7 +40,7 @@ void RunTally::see_gap(std::int64_t first, std::int64_t last) {
 RunTally count_tally(const record::Record& record, std::int64_t faulty_readings) {
   RunTally tally{.faulty_readings = faulty_readings};
   for (const auto state : record.state) tally.see(state);
-  for (const auto& gap : record.gaps) tally.see_gap(gap.first, gap.last);
+  for (const auto& gap : record.gaps) tally.count_gap(gap.first, gap.last);
   return tally;
 }
 

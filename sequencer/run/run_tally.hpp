@@ -24,7 +24,7 @@ struct RunTally {
   bool operator==(const RunTally&) const = default;
 
   void see(RunState state);
-  void see_gap(std::int64_t first, std::int64_t last);
+  void count_gap(std::int64_t first, std::int64_t last);
 };
 
 /// Counts the rows and gaps of a record. A resumed run continues from there.

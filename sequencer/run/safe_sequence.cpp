@@ -34,8 +34,8 @@ Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
   }
   const auto action = evidence_.next();
   if (!at_once || action == SafeAction::keep) return sent;
-  if (action == SafeAction::set_point && !(evidence_.is_ineffective() && evidence_.wants_off())) return sent;
-  const bool off = evidence_.wants_off();
+  if (action == SafeAction::set_point && !(evidence_.is_ineffective() && evidence_.must_be_off())) return sent;
+  const bool off = evidence_.must_be_off();
   auto switched = io.switch_on(!off);
   if (switched) evidence_.acknowledge(off ? SafeAction::off : SafeAction::follow);
   return sent ? switched : sent;
@@ -59,11 +59,11 @@ void SafeSequence::see(const Reading<ChamberState>& chamber, Duration at) {
 }
 
 bool SafeSequence::is_only_being_watched() const {
-  return evidence_.set_point_shown() && evidence_.mode_shown() && !evidence_.is_ineffective();
+  return evidence_.has_shown_set_point() && evidence_.has_shown_mode() && !evidence_.is_ineffective();
 }
 
 std::string SafeSequence::describe() const {
-  const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.wants_off() ? " and switched off" : "");
+  const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.must_be_off() ? " and switched off" : "");
   const auto shown = evidence_.describe();
   if (confirmed_) return fmt::format("the chamber was {} ({})", what, shown);
   const bool is_acknowledged = began_ && trouble_.empty() && !evidence_.is_ineffective();

@@ -21,8 +21,8 @@ constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
 constexpr Duration kLongestPause = std::chrono::seconds(30), kSparse = std::chrono::seconds(5);
 /// Air that only passes the set point leaves the band in less time.
 constexpr Duration kNearFor = std::chrono::seconds(60);
-constexpr Duration kStandsStill = std::chrono::minutes(15);
-constexpr int kStandsStillTimes = 3;
+constexpr Duration kStationaryFor = std::chrono::minutes(15);
+constexpr int kStationaryFactor = 3;
 
 double median(double a, double b, double c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
 
@@ -47,11 +47,11 @@ AirVerdict AirWatch::judge(double air_c) const {
   if (now > std::max(nearest_k_, kSafeBand.value) + kAwayK) return AirVerdict::moves_away;
   if (observe_ <= Duration{}) return AirVerdict::shown;
   if (watched_ < observe_) return AirVerdict::watching;
-  const bool stays = near_since_ && watched_ - *near_since_ >= std::min(observe_, kNearFor);
-  const bool comes = farthest_k_ - now >= kTowardsK && now <= nearest_k_ + kTowardsK;
-  if (stays || comes || source_ == AirSource::seen_off) return AirVerdict::shown;
-  return watched_ >= std::max(observe_ * kStandsStillTimes, kStandsStill) ? AirVerdict::does_not_move
-                                                                          : AirVerdict::watching;
+  const bool is_staying = near_since_ && watched_ - *near_since_ >= std::min(observe_, kNearFor);
+  const bool is_approaching = farthest_k_ - now >= kTowardsK && now <= nearest_k_ + kTowardsK;
+  if (is_staying || is_approaching || source_ == AirSource::seen_off) return AirVerdict::shown;
+  return watched_ >= std::max(observe_ * kStationaryFactor, kStationaryFor) ? AirVerdict::does_not_move
+                                                                            : AirVerdict::watching;
 }
 
 AirVerdict AirWatch::see(Celsius air, Duration at) {

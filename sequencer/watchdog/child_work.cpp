@@ -13,16 +13,16 @@
 
 namespace gyrotherm::watchdog {
 
-ChildWork::ChildWork(const std::function<void(const Tell&)>& work)
+ChildWork::ChildWork(const std::function<void(const SendLine&)>& work)
     : child_([&](int to_parent) { work([&](const std::string& line) { (void)write_all(to_parent, line + "\n"); }); }) {
   ended_ = !child_.has_begun();
 }
 
 std::optional<std::string> ChildWork::take_line() {
-  const auto end = heard_.find('\n');
+  const auto end = received_.find('\n');
   if (end == std::string::npos) return {};
-  auto line = heard_.substr(0, end);
-  heard_.erase(0, end + 1);
+  auto line = received_.substr(0, end);
+  received_.erase(0, end + 1);
   return line;
 }
 
@@ -34,7 +34,7 @@ std::optional<std::string> ChildWork::next(Duration within) {
     std::array<char, 4096> piece;
     const auto size = read_some(child_.output(), piece.data(), piece.size());
     if (size <= 0) ended_ = true;
-    if (size > 0) heard_.append(piece.data(), static_cast<std::size_t>(size));
+    if (size > 0) received_.append(piece.data(), static_cast<std::size_t>(size));
   }
 }
 
@@ -49,20 +49,20 @@ Voice::Voice() {
       (void)write_all(STDERR_FILENO, {piece.data(), static_cast<std::size_t>(size)});
     ::_exit(0);
   }
-  mouth_ = std::move(pipe.to);
-  if (mouth_.is_open()) ::fcntl(mouth_.number(), F_SETFL, O_NONBLOCK);
+  pipe_ = std::move(pipe.to);
+  if (pipe_.is_open()) ::fcntl(pipe_.number(), F_SETFL, O_NONBLOCK);
 }
 
 Voice::~Voice() {
-  mouth_.close();
+  pipe_.close();
   if (pid_ > 0) [[maybe_unused]]
     const bool ended = reap(pid_, std::chrono::seconds(1));
 }
 
 void Voice::say(const std::string& line) {
   const auto whole = "gyrotherm-make-safe: " + plain(line, Blanks::kept) + "\n";
-  if (mouth_.is_open()) [[maybe_unused]]
-    const auto written = ::write(mouth_.number(), whole.data(), whole.size());
+  if (pipe_.is_open()) [[maybe_unused]]
+    const auto written = ::write(pipe_.number(), whole.data(), whole.size());
 }
 
 }  // namespace gyrotherm::watchdog

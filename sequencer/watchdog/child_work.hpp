@@ -19,9 +19,9 @@ namespace gyrotherm::watchdog {
 class ChildWork {
  public:
   /// Sends one line to the parent.
-  using Tell = std::function<void(const std::string& line)>;
+  using SendLine = std::function<void(const std::string& line)>;
   /// Begins `work` in a child. If no child can be started, the work counts as ended without a line.
-  explicit ChildWork(const std::function<void(const Tell&)>& work);
+  explicit ChildWork(const std::function<void(const SendLine&)>& work);
 
   /// Returns the next line that the work sends. Returns nothing at its end, or after `within`.
   [[nodiscard]] std::optional<std::string> next(Duration within);
@@ -32,7 +32,7 @@ class ChildWork {
   [[nodiscard]] std::optional<std::string> take_line();
 
   ChildProcess child_;
-  std::string heard_;
+  std::string received_;
   bool ended_ = false;
 };
 
@@ -50,7 +50,7 @@ class Voice {
 
  private:
   pid_t pid_ = -1;
-  Descriptor mouth_;
+  Descriptor pipe_;
 };
 
 }  // namespace gyrotherm::watchdog

@@ -31,7 +31,7 @@ struct ProcessState {
 };
 
 /// Reads proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
-std::optional<ProcessState> see(std::int64_t pid) {
+std::optional<ProcessState> read_process(std::int64_t pid) {
   std::ifstream file(fmt::format("/proc/{}/stat", pid));
   // Reads nothing if the process ends now: a streambuf throws in that case.
   std::string stat;
@@ -54,12 +54,12 @@ std::optional<ProcessState> see(std::int64_t pid) {
 Descriptor open_handle(const ProcessIdentity& process) {
   Descriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<pid_t>(process.pid), 0)));
   // The identity is compared after the handle is open: from then on, no other process can get the number.
-  const auto found = see(process.pid);
+  const auto found = read_process(process.pid);
   return found && found->identity == process ? std::move(handle) : Descriptor();
 }
 
 /// Waits for the end of the process and all of its threads: then the handle is readable, pidfd_open(2).
-bool ends(const Descriptor& handle, Duration within) {
+bool wait_for_end(const Descriptor& handle, Duration within) {
   pollfd end{handle.number(), POLLIN, 0};
   return !handle.is_open() || ::poll(&end, 1, static_cast<int>(within / std::chrono::milliseconds(1))) > 0;
 }
@@ -67,7 +67,7 @@ bool ends(const Descriptor& handle, Duration within) {
 }  // namespace
 
 std::optional<ProcessIdentity> read_process_identity(std::int64_t pid) {
-  const auto found = see(pid);
+  const auto found = read_process(pid);
   return found && !found->ended ? std::optional(found->identity) : std::nullopt;
 }
 
@@ -78,16 +78,18 @@ ProcessIdentity own_identity() {
 bool lives(const ProcessIdentity& process) { return read_process_identity(process.pid) == process; }
 
 bool is_stopped(std::int64_t pid) {
-  const auto found = see(pid);
+  const auto found = read_process(pid);
   return found && found->stopped;
 }
 
-bool ends(const ProcessIdentity& process, Duration within) { return ends(open_handle(process), within); }
+bool wait_for_end(const ProcessIdentity& process, Duration within) {
+  return wait_for_end(open_handle(process), within);
+}
 
 bool kill_process(const ProcessIdentity& process, Duration within) {
   const auto handle = open_handle(process);
   if (handle.is_open()) ::syscall(SYS_pidfd_send_signal, handle.number(), SIGKILL, nullptr, 0);
-  return ends(handle, within);
+  return wait_for_end(handle, within);
 }
 
 namespace {
@@ -95,7 +97,7 @@ namespace {
 constexpr auto kSlice = std::chrono::milliseconds(1000);
 
 /// Returns true if the descriptor is readable within a slice. A signal does not end the wait.
-bool readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
+bool is_readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
 
 /// Reads one byte. Fails if none arrives before the deadline.
 Result<char> read_byte(int descriptor, const Deadline& deadline) {
@@ -158,7 +160,7 @@ Result<std::string> receive_safe_state(int descriptor, Duration within) {
 WatchEnd watch(int descriptor, const WatchLimits& limits) {
   Duration silent{}, allowed = limits.preparing;
   while (silent < allowed) {
-    if (!readable(descriptor)) {
+    if (!is_readable(descriptor)) {
       silent += kSlice;
       continue;
     }

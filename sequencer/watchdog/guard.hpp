@@ -32,9 +32,9 @@ struct ProcessIdentity {
 [[nodiscard]] bool is_stopped(std::int64_t pid);
 
 /// Waits at most `within` for the end of a process and all of its threads. Returns false if some remain.
-[[nodiscard]] bool ends(const ProcessIdentity& process, Duration within);
+[[nodiscard]] bool wait_for_end(const ProcessIdentity& process, Duration within);
 
-/// Sends SIGKILL to that process and to no other, and waits as ends() does.
+/// Sends SIGKILL to that process and to no other, and waits as wait_for_end() does.
 [[nodiscard]] bool kill_process(const ProcessIdentity& process, Duration within);
 
 // The line between the program that drives a chamber and its guard. The program sends the safe-state file, which the

@@ -29,8 +29,12 @@ constexpr int kMostQueries = 3;
 
 class Attempt {
  public:
-  Attempt(const SafeGoal& goal, const AttemptMeans& means, SafeTask task)
-      : goal_(goal), means_(means), task_(task), began_(means.clock.now().since_start), chamber_(means.connect()) {}
+  Attempt(const SafeGoal& goal, const AttemptEnvironment& environment, SafeTask task)
+      : goal_(goal),
+        environment_(environment),
+        task_(task),
+        began_(environment.clock.now().since_start),
+        chamber_(environment.connect()) {}
 
   SafeAttempt carry_out() {
     if (task_ == SafeTask::look) return look();
@@ -46,15 +50,15 @@ class Attempt {
   void report(SafeStage reached, std::string details) {
     done_.reached = std::max(done_.reached, reached);
     done_.details = std::move(details);
-    means_.report(done_);
+    environment_.report(done_);
   }
 
   /// Waits before a retry. Reconnects after a disconnect, because the old connection may still deliver the answer to an
   /// earlier request.
   void try_later(const Fault& fault) {
     report(done_.reached, text(fault));
-    means_.wait(kBetweenTries);
-    if (fault.kind == FaultKind::disconnected) chamber_ = means_.connect();
+    environment_.wait(kBetweenTries);
+    if (fault.kind == FaultKind::disconnected) chamber_ = environment_.connect();
     if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
   }
 
@@ -85,7 +89,7 @@ class Attempt {
   }
 
   [[nodiscard]] bool send_set_point() {
-    while (means_.clock.now().since_start - began_ < kLastTryBefore) {
+    while (environment_.clock.now().since_start - began_ < kLastTryBefore) {
       ++done_.tries;
       const auto sent = send_once();
       if (sent) {
@@ -119,16 +123,16 @@ class Attempt {
     if (const auto off = chamber_->stop(); !off) report(done_.reached, done_.details + "; " + text(off.error()));
   }
 
-  [[nodiscard]] bool wants_off() const { return goal_.switch_off || task_ == SafeTask::off; }
+  [[nodiscard]] bool must_be_off() const { return goal_.switch_off || task_ == SafeTask::off; }
 
   /// Writes the mode of the safe state, and reads the chamber afterwards.
   [[nodiscard]] Result<ChamberState> write_mode() {
-    const auto switched = wants_off() ? chamber_->stop() : Result<void>();
+    const auto switched = must_be_off() ? chamber_->stop() : Result<void>();
     const auto state = inspect();
     if (!switched) return failure(switched.error());
     const bool wrong = state && (state->activity == ChamberActivity::not_following ||
                                  state->activity == ChamberActivity::done || carries_out_program(state->activity));
-    if (wants_off() || !(wrong || task_ == SafeTask::follow)) return state;
+    if (must_be_off() || !(wrong || task_ == SafeTask::follow)) return state;
     if (auto started = chamber_->start(); !started) return failure(started.error());
     return inspect();
   }
@@ -145,7 +149,7 @@ class Attempt {
       return failure(FaultKind::mismatch, "chamber set point",
                      fmt::format("reads {:g} after {:g} was written", state->set_point.value, goal_.set_point.value));
     return fmt::format("{}, air {:.2f} °C{}", shown_set_point(goal_), state->air.value,
-                       wants_off() ? ", conditioning switched off" : "");
+                       must_be_off() ? ", conditioning switched off" : "");
   }
 
   void leave_as_required() {
@@ -155,7 +159,7 @@ class Attempt {
   }
 
   const SafeGoal& goal_;
-  const AttemptMeans& means_;
+  const AttemptEnvironment& environment_;
   SafeTask task_;
   Duration began_;
   std::unique_ptr<drivers::Chamber> chamber_;
@@ -219,7 +223,7 @@ void take(const std::string& line, Rescued& rescued) {
   rescued.details = left;
 }
 
-void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::Tell& tell) {
+void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::SendLine& tell) {
   const SteadyClock clock;
   (void)attempt_safe(chamber.goal,
                      {.connect = chamber.connect,
@@ -231,8 +235,8 @@ void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::
 
 }  // namespace
 
-SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means, SafeTask task) {
-  return Attempt(goal, means, task).carry_out();
+SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptEnvironment& environment, SafeTask task) {
+  return Attempt(goal, environment, task).carry_out();
 }
 
 Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
@@ -287,8 +291,8 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
 }
 
 SafeTask SafeRescue::task() const {
-  if (!in_touch_ || evidence_.next() == SafeAction::set_point)
-    return evidence_.is_ineffective() && evidence_.wants_off() ? SafeTask::off : SafeTask::leave_as_required;
+  if (!is_answering_ || evidence_.next() == SafeAction::set_point)
+    return evidence_.is_ineffective() && evidence_.must_be_off() ? SafeTask::off : SafeTask::leave_as_required;
   switch (evidence_.next()) {
     case SafeAction::follow: return SafeTask::follow;
     case SafeAction::off: return SafeTask::off;
@@ -300,11 +304,11 @@ void SafeRescue::take(const Rescued& rescued, SafeTask task) {
   if (task != SafeTask::look) {
     if (rescued.reached != SafeStage::nothing) evidence_.acknowledge(SafeAction::set_point);
     if (rescued.reached == SafeStage::all) evidence_.acknowledge(SafeAction::follow);
-    if (rescued.reached == SafeStage::all && evidence_.wants_off()) evidence_.acknowledge(SafeAction::off);
+    if (rescued.reached == SafeStage::all && evidence_.must_be_off()) evidence_.acknowledge(SafeAction::off);
   }
-  in_touch_ = rescued.state.has_value();
-  failures_ = in_touch_ ? 0 : failures_ + 1;
-  was_in_touch_ = was_in_touch_ || in_touch_;
+  is_answering_ = rescued.state.has_value();
+  failures_ = is_answering_ ? 0 : failures_ + 1;
+  has_answered_ = has_answered_ || is_answering_;
   if (rescued.state) evidence_.see(*rescued.state, since_boot());
 }
 
@@ -314,11 +318,11 @@ Rescued SafeRescue::attempt() {
   if (rescued.in_use) return rescued;
   take(rescued, what);
   const bool ineffective = evidence_.is_ineffective();
-  if (in_touch_) rescued.details = (ineffective ? "safe_ineffective: " : "") + evidence_.describe();
-  if (!in_touch_)
+  if (is_answering_) rescued.details = (ineffective ? "safe_ineffective: " : "") + evidence_.describe();
+  if (!is_answering_)
     rescued.reached = std::min(rescued.reached, SafeStage::set_point);
   else if (!evidence_.is_safe())
-    rescued.reached = evidence_.set_point_shown() ? SafeStage::set_point : SafeStage::nothing;
+    rescued.reached = evidence_.has_shown_set_point() ? SafeStage::set_point : SafeStage::nothing;
   return rescued;
 }
 
@@ -326,7 +330,7 @@ Duration SafeRescue::pause() const {
   constexpr Duration kAtOnce = std::chrono::seconds(1), kLooks = std::chrono::seconds(2);
   // A longer pause, so that a controller that ignores commands is not flooded.
   constexpr Duration kCommands = std::chrono::seconds(5);
-  if (!in_touch_ || !evidence_.set_point_shown()) return kAtOnce;
+  if (!is_answering_ || !evidence_.has_shown_set_point()) return kAtOnce;
   return task() == SafeTask::look ? kLooks : kCommands;
 }
 

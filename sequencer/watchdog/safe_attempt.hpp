@@ -52,7 +52,7 @@ struct SafeAttempt {
 inline constexpr std::string_view kMadeSafeMark = " (made safe)";
 
 /// The environment of an attempt.
-struct AttemptMeans {
+struct AttemptEnvironment {
   /// Makes a new connection, without a pause or a stale reply.
   std::function<std::unique_ptr<drivers::Chamber>()> connect;
   std::function<void(Duration)> wait;
@@ -66,7 +66,7 @@ inline constexpr Duration kSafeWithin = std::chrono::seconds(10);
 
 /// Sends the set point repeatedly for up to eight seconds, on one connection, or on a new one after a line failure.
 /// Once the chamber has shown the set point, carries out the remaining steps, at most three times.
-[[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means,
+[[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptEnvironment& environment,
                                        SafeTask task = SafeTask::leave_as_required);
 
 struct SafeStateChamber {
@@ -107,9 +107,9 @@ class SafeRescue {
   /// point, mode and air.
   [[nodiscard]] Rescued attempt();
   /// Returns true if every remedy has failed: only people can help.
-  [[nodiscard]] bool is_out_of_means() const { return evidence_.is_out_of_means(); }
+  [[nodiscard]] bool is_exhausted() const { return evidence_.is_exhausted(); }
   /// Returns true if the chamber has never been read, or not in the last attempts.
-  [[nodiscard]] bool is_lost() const { return !was_in_touch_ || failures_ >= kLostAfter; }
+  [[nodiscard]] bool is_lost() const { return !has_answered_ || failures_ >= kLostAfter; }
   /// Returns the pause before the next attempt.
   [[nodiscard]] Duration pause() const;
 
@@ -123,8 +123,8 @@ class SafeRescue {
   SafeEvidence evidence_;
   static constexpr int kLostAfter = 5;
 
-  bool in_touch_ = false;  ///< in the last attempt
-  bool was_in_touch_ = false;
+  bool is_answering_ = false;  ///< in the last attempt
+  bool has_answered_ = false;
   int failures_ = 0;
 };
 

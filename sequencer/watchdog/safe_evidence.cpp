@@ -43,22 +43,22 @@ SafeEvidence::SafeEvidence(const SafeGoal& goal)
     : goal_(goal), air_(goal.set_point, goal.observe), trend_(goal.set_point, Duration::max()) {}
 
 void SafeEvidence::acknowledge(SafeAction action) {
-  if (action == SafeAction::set_point) taken_ = true;
+  if (action == SafeAction::set_point) is_accepted_ = true;
   if (action == SafeAction::follow) follow_due_ = false;
   if (action == SafeAction::off) switched_off_ = true;
 }
 
-bool SafeEvidence::wants_off() const { return goal_.switch_off || (escalations_ >= kSwitchesOff && goal_.can_stop); }
+bool SafeEvidence::must_be_off() const { return goal_.switch_off || (escalations_ >= kSwitchesOff && goal_.can_stop); }
 
 bool SafeEvidence::judge_mode() const {
   const bool unseen = activity_ == ChamberActivity::unknown;
-  if (wants_off()) return is_off(activity_) || (unseen && !goal_.shows_off && switched_off_);
+  if (must_be_off()) return is_off(activity_) || (unseen && !goal_.shows_off && switched_off_);
   return is_off(activity_) || activity_ == ChamberActivity::running || (unseen && !goal_.shows_mode);
 }
 
 AirSource SafeEvidence::source() const {
   if (is_off(activity_)) return AirSource::seen_off;
-  return wants_off() && switched_off_ && mode_shown_ ? AirSource::switched_off : AirSource::controller;
+  return must_be_off() && switched_off_ && mode_shown_ ? AirSource::switched_off : AirSource::controller;
 }
 
 /// Escalates by one step. First the mode is written again. Then, or if nothing conditions the air already, the chamber
@@ -67,8 +67,8 @@ void SafeEvidence::escalate(Celsius air, Duration at) {
   ineffective_ = true;
   trouble_ = trend_.verdict() == AirVerdict::moves_away ? trend_.describe() : air_.describe();
   escalations_ = is_off(activity_) ? std::max(escalations_ + 1, kSwitchesOff) : escalations_ + 1;
-  follow_due_ = !wants_off() && goal_.can_start && activity_ != ChamberActivity::unknown && !is_off(activity_);
-  taken_ = switched_off_ = false;
+  follow_due_ = !must_be_off() && goal_.can_start && activity_ != ChamberActivity::unknown && !is_off(activity_);
+  is_accepted_ = switched_off_ = false;
   mode_wrong_since_.reset();
   air_.begin(source());
   trend_.begin(source());
@@ -93,9 +93,9 @@ void SafeEvidence::see(const ChamberState& chamber, Duration at) {
   shown_ = chamber.set_point;
   activity_ = chamber.activity;
   const bool unreadable = std::isnan(chamber.set_point.value);
-  const bool holds = abs(chamber.set_point - goal_.set_point) <= goal_.tolerance;
-  taken_ = holds || (taken_ && unreadable);  // even without an acknowledgement
-  set_point_shown_ = taken_;
+  const bool has_set_point = abs(chamber.set_point - goal_.set_point) <= goal_.tolerance;
+  is_accepted_ = has_set_point || (is_accepted_ && unreadable);  // even without an acknowledgement
+  set_point_shown_ = is_accepted_;
   if (switched_off_ && activity_ == ChamberActivity::running) switched_off_ = false;
   mode_shown_ = judge_mode();
   if (mode_shown_)
@@ -106,15 +106,16 @@ void SafeEvidence::see(const ChamberState& chamber, Duration at) {
 }
 
 SafeAction SafeEvidence::next() const {
-  if (!taken_) return SafeAction::set_point;
-  if (wants_off()) return switched_off_ || activity_ == ChamberActivity::off ? SafeAction::keep : SafeAction::off;
+  if (!is_accepted_) return SafeAction::set_point;
+  if (must_be_off()) return switched_off_ || activity_ == ChamberActivity::off ? SafeAction::keep : SafeAction::off;
   const bool wrong = !mode_shown_ && activity_ != ChamberActivity::unknown;
   return (wrong || follow_due_) && goal_.can_start ? SafeAction::follow : SafeAction::keep;
 }
 
 std::string SafeEvidence::describe() const {
   std::string set_point = "the set point has not been read";
-  if (shown_ && std::isnan(shown_->value)) set_point = taken_ ? "set point acknowledged" : "set point NOT acknowledged";
+  if (shown_ && std::isnan(shown_->value))
+    set_point = is_accepted_ ? "set point acknowledged" : "set point NOT acknowledged";
   if (shown_ && !std::isnan(shown_->value))
     set_point =
         set_point_shown_ ? shown_set_point(goal_) : fmt::format("set point NOT shown: reads {:g} °C", shown_->value);

@@ -63,17 +63,17 @@ class SafeEvidence {
   /// Returns the command to send now. The caller decides how often it is repeated.
   [[nodiscard]] SafeAction next() const;
   /// Returns true if the chamber must be off, by the rig file or because everything else had no effect.
-  [[nodiscard]] bool wants_off() const;
+  [[nodiscard]] bool must_be_off() const;
   /// Returns true while the last reading shows an unsafe chamber: it does not keep the set point or the mode, or the
   /// air moves away.
   [[nodiscard]] bool is_ineffective() const { return ineffective_; }
   /// Returns true if switching off has also failed.
-  [[nodiscard]] bool is_out_of_means() const { return escalations_ > kMostEscalations; }
+  [[nodiscard]] bool is_exhausted() const { return escalations_ > kMostEscalations; }
 
-  [[nodiscard]] bool set_point_shown() const { return set_point_shown_; }
-  [[nodiscard]] bool mode_shown() const { return mode_shown_; }
-  [[nodiscard]] bool air_shown() const { return air_.verdict() == AirVerdict::shown; }
-  [[nodiscard]] bool is_safe() const { return set_point_shown_ && mode_shown_ && air_shown(); }
+  [[nodiscard]] bool has_shown_set_point() const { return set_point_shown_; }
+  [[nodiscard]] bool has_shown_mode() const { return mode_shown_; }
+  [[nodiscard]] bool has_shown_air() const { return air_.verdict() == AirVerdict::shown; }
+  [[nodiscard]] bool is_safe() const { return set_point_shown_ && mode_shown_ && has_shown_air(); }
   /// Returns a text such as "set point read back; mode running; air 22.10 °C, 40.00 °C 5 min before: near 22 °C".
   [[nodiscard]] std::string describe() const;
 
@@ -91,7 +91,7 @@ class SafeEvidence {
   AirWatch trend_;  ///< at all times
   std::optional<Celsius> shown_;
   ChamberActivity activity_ = ChamberActivity::unknown;
-  bool taken_ = false, switched_off_ = false, follow_due_ = false;
+  bool is_accepted_ = false, switched_off_ = false, follow_due_ = false;
   bool set_point_shown_ = false, mode_shown_ = false;
   std::optional<Duration> mode_wrong_since_;
   int escalations_ = 0;

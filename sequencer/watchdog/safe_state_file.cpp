@@ -174,7 +174,7 @@ Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file)
   return trace;
 }
 
-Result<void> leave_trace(const std::string& record, const MadeSafe& trace) {
+Result<void> write_trace(const std::string& record, const MadeSafe& trace) {
   return replace_own_file(made_safe_path(record), to_text(trace));
 }
 

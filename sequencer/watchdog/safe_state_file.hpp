@@ -88,7 +88,7 @@ struct MadeSafe {
 [[nodiscard]] Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file);
 
 /// Replaces the trace of that record. Fails with storage.
-[[nodiscard]] Result<void> leave_trace(const std::string& record, const MadeSafe& trace);
+[[nodiscard]] Result<void> write_trace(const std::string& record, const MadeSafe& trace);
 /// Returns nothing if there is no trace. Fails with bad_file.
 [[nodiscard]] Result<std::optional<MadeSafe>> read_trace(const std::string& record);
 

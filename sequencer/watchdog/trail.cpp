@@ -41,7 +41,7 @@ bool Trail::leave(const Rescued& rescued) {
 }
 
 void Trail::remove_safe_state() {
-  to_disarm_ = true;
+  safe_state_to_remove_ = true;
   start_pending_work();
 }
 
@@ -52,11 +52,11 @@ void Trail::start_pending_work() {
     if (!writing_->has_ended()) return;
     writing_.reset();
   }
-  if (!trace_to_write_ && !to_disarm_) return;
-  const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(to_disarm_, false);
+  if (!trace_to_write_ && !safe_state_to_remove_) return;
+  const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(safe_state_to_remove_, false);
   writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& tell) {
     if (write)
-      if (const auto left = leave_trace(safe_state_.record, trace_); !left) tell(text(left.error()));
+      if (const auto left = write_trace(safe_state_.record, trace_); !left) tell(text(left.error()));
     if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
   });
 }
@@ -67,7 +67,7 @@ bool Trail::settle(Duration within) {
     (void)writing_->next(deadline.left());
     if (deadline.over()) break;
   }
-  return !writing_ && !trace_to_write_ && !to_disarm_;
+  return !writing_ && !trace_to_write_ && !safe_state_to_remove_;
 }
 
 std::string Trail::read_orders() const {

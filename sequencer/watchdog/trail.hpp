@@ -44,7 +44,7 @@ class Trail {
   MadeSafe trace_;
   Duration began_;  ///< UTC
   std::optional<Deadline> same_until_, gone_until_;
-  bool trace_to_write_ = false, to_disarm_ = false;
+  bool trace_to_write_ = false, safe_state_to_remove_ = false;
   /// One at a time, so that the newest trace is the last.
   std::unique_ptr<ChildWork> writing_;
   /// One at a time, so that a hanging disk does not accumulate processes.

@@ -34,7 +34,7 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr const char* kGuard = "gyrotherm-make-safe";
-constexpr auto kTendEvery = std::chrono::milliseconds(500);
+constexpr auto kCheckEvery = std::chrono::milliseconds(500);
 constexpr auto kWatchesWithin = std::chrono::seconds(5);
 constexpr auto kAnswersWithin = std::chrono::seconds(5);
 
@@ -132,16 +132,16 @@ void NotifySocket::notify(std::string_view state) {
 }
 
 /// The state that the client and its threads share.
-struct WatchdogClient::Ties {
+struct WatchdogClient::SharedState {
   /// A trouble and its text. The text remains for a while after the end of the trouble, so that a reader notices it.
   class Trouble {
    public:
-    void begins(std::string words) {
+    void begin(std::string words) {
       words_ = std::move(words);
       is_active_ = true;
       seen_ = steady_clock::now();
     }
-    void is_over() {
+    void end() {
       if (std::exchange(is_active_, false)) seen_ = steady_clock::now();
     }
     [[nodiscard]] std::string words() const {
@@ -155,7 +155,7 @@ struct WatchdogClient::Ties {
     steady_clock::time_point seen_{};
   };
 
-  explicit Ties(SafeState what) : safe_state(std::move(what)) {}
+  explicit SharedState(SafeState what) : safe_state(std::move(what)) {}
 
   const SafeState safe_state;
   const GuardProgram program;
@@ -168,16 +168,16 @@ struct WatchdogClient::Ties {
   bool watching = false;
   /// Time of the first byte that the guard has not answered.
   std::optional<steady_clock::time_point> unanswered;
-  Trouble of_guard, of_file;
+  Trouble guard_trouble, file_trouble;
   bool stop = false;
   int threads = 0;
 
   Result<void> start_guard();
   void send(char byte);
   void listen();
-  void tend_guard();
-  void tend_file();
-  void tend(void (Ties::*chore)());
+  void check_guard();
+  void check_file();
+  void run_every_interval(void (SharedState::*chore)());
 };
 
 /// Kills a guard and closes its line. If the guard were only stopped, it could resume later and take the closed line
@@ -192,7 +192,7 @@ void end_guard(pid_t pid, Descriptor line) {
 
 /// Starts a guard that replaces the previous one. The previous one is ended once the new one watches. Call it without
 /// the lock, because starting a program may take long.
-Result<void> WatchdogClient::Ties::start_guard() {
+Result<void> WatchdogClient::SharedState::start_guard() {
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::bad_file, program.name(), "the guard cannot be started: " + why);
   };
@@ -222,7 +222,7 @@ Result<void> WatchdogClient::Ties::start_guard() {
 }
 
 /// Sends one byte. Call it with the lock.
-void WatchdogClient::Ties::send(char byte) {
+void WatchdogClient::SharedState::send(char byte) {
   if (!line.is_open()) return;
   const auto sent = ::send(line.number(), &byte, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (sent < 0 && errno == EPIPE) watching = false;
@@ -230,7 +230,7 @@ void WatchdogClient::Ties::send(char byte) {
 }
 
 /// Reads the guard's answers. Call it with the lock.
-void WatchdogClient::Ties::listen() {
+void WatchdogClient::SharedState::listen() {
   std::array<char, 64> heard;
   while (line.is_open()) {
     const auto size = ::recv(line.number(), heard.data(), heard.size(), MSG_DONTWAIT);
@@ -240,38 +240,38 @@ void WatchdogClient::Ties::listen() {
   }
 }
 
-void WatchdogClient::Ties::tend_guard() {
+void WatchdogClient::SharedState::check_guard() {
   std::unique_lock lock(mutex);
   listen();
   const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswersWithin;
-  if (watching && !silent) return of_guard.is_over();
+  if (watching && !silent) return guard_trouble.end();
   const auto why = watching ? "did not answer" : "had ended";
   lock.unlock();
   const auto started = start_guard();
   lock.lock();
   if (started)
-    of_guard.begins(fmt::format("the guard {}, and was replaced", why));
+    guard_trouble.begin(fmt::format("the guard {}, and was replaced", why));
   else
-    of_guard.begins("there is no guard to make the chamber safe: " + text(started.error()));
+    guard_trouble.begin("there is no guard to make the chamber safe: " + text(started.error()));
 }
 
 /// Restores the safe-state file. If good_bye() came meanwhile, removes it again.
-void WatchdogClient::Ties::tend_file() {
+void WatchdogClient::SharedState::check_file() {
   const auto path = safe_state_path(safe_state.record);
   const auto found = read_safe_state(path);
   const bool in_place = found && *found && **found == safe_state;
   const auto written = in_place ? Result<void>() : write_safe_state(safe_state);
   const std::lock_guard lock(mutex);
-  if (in_place) return of_file.is_over();
+  if (in_place) return file_trouble.end();
   if (stop) return remove_safe_state(safe_state.record);
-  of_file.begins(written ? path + " was missing or changed; it was restored" : text(written.error()));
+  file_trouble.begin(written ? path + " was missing or changed; it was restored" : text(written.error()));
 }
 
 /// The main function of a thread.
-void WatchdogClient::Ties::tend(void (Ties::*chore)()) {
+void WatchdogClient::SharedState::run_every_interval(void (SharedState::*chore)()) {
   block_signals();
   std::unique_lock lock(mutex);
-  while (!change.wait_for(lock, kTendEvery, [this] { return stop; })) {
+  while (!change.wait_for(lock, kCheckEvery, [this] { return stop; })) {
     lock.unlock();
     (this->*chore)();
     lock.lock();
@@ -280,26 +280,26 @@ void WatchdogClient::Ties::tend(void (Ties::*chore)()) {
   change.notify_all();
 }
 
-Result<std::unique_ptr<WatchdogClient>> WatchdogClient::tie(const SafeState& safe_state) {
-  auto ties = std::make_shared<Ties>(safe_state);
+Result<std::unique_ptr<WatchdogClient>> WatchdogClient::start(const SafeState& safe_state) {
+  auto shared = std::make_shared<SharedState>(safe_state);
   const auto before = read_safe_state(safe_state_path(safe_state.record));
   if (auto written = write_safe_state(safe_state); !written) return failure(written.error());
   for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no accidental stop of a run
-  const bool after_a_death = before && *before;
-  if (auto started = ties->start_guard(); !started) {
-    if (!after_a_death || !write_safe_state(**before)) remove_safe_state(safe_state.record);
+  const bool was_abandoned = before && *before;
+  if (auto started = shared->start_guard(); !started) {
+    if (!was_abandoned || !write_safe_state(**before)) remove_safe_state(safe_state.record);
     return failure(started.error());
   }
-  std::unique_ptr<WatchdogClient> line(new WatchdogClient(ties));
-  line->took_over_ = after_a_death;
+  std::unique_ptr<WatchdogClient> line(new WatchdogClient(shared));
+  line->took_over_ = was_abandoned;
   line->systemd_ = NotifySocket::from_environment();
   line->watchdog_limit_ = line->systemd_ ? watchdog_limit() : std::nullopt;
   if (line->systemd_) line->systemd_->notify("READY=1");
   if (line->watchdog_limit_)  // an upload may take long
     line->systemd_->notify(fmt::format("WATCHDOG_USEC={}", WatchLimits().preparing / std::chrono::microseconds(1)));
-  ties->threads = 2;
-  line->guard_tender_ = std::thread([ties] { ties->tend(&Ties::tend_guard); });
-  line->file_tender_ = std::thread([ties] { ties->tend(&Ties::tend_file); });
+  shared->threads = 2;
+  line->guard_thread_ = std::thread([shared] { shared->run_every_interval(&SharedState::check_guard); });
+  line->file_thread_ = std::thread([shared] { shared->run_every_interval(&SharedState::check_file); });
   return line;
 }
 
@@ -307,47 +307,47 @@ void WatchdogClient::heartbeat() {
   if (watchdog_limit_ && !beating_) systemd_->notify("WATCHDOG_USEC=" + *watchdog_limit_);
   beating_ = true;
   if (watchdog_limit_) systemd_->notify("WATCHDOG=1");
-  const std::lock_guard lock(ties_->mutex);
-  ties_->send(kAlive);
+  const std::lock_guard lock(shared_->mutex);
+  shared_->send(kAlive);
 }
 
 std::map<std::string, std::string> WatchdogClient::troubles() const {
-  const std::lock_guard lock(ties_->mutex);
-  std::map<std::string, std::string> troubles{{"guard", ties_->of_guard.words()},
-                                              {"safe-state file", ties_->of_file.words()}};
+  const std::lock_guard lock(shared_->mutex);
+  std::map<std::string, std::string> troubles{{"guard", shared_->guard_trouble.words()},
+                                              {"safe-state file", shared_->file_trouble.words()}};
   std::erase_if(troubles, [](const auto& trouble) { return trouble.second.empty(); });
   return troubles;
 }
 
 /// Ends the threads. Detaches them if one hangs in the disk.
 void WatchdogClient::end_threads() {
-  if (!guard_tender_.joinable()) return;
-  std::unique_lock lock(ties_->mutex);
-  ties_->stop = true;
-  ties_->change.notify_all();
-  const bool ended = ties_->change.wait_for(lock, std::chrono::seconds(1), [this] { return ties_->threads == 0; });
+  if (!guard_thread_.joinable()) return;
+  std::unique_lock lock(shared_->mutex);
+  shared_->stop = true;
+  shared_->change.notify_all();
+  const bool ended = shared_->change.wait_for(lock, std::chrono::seconds(1), [this] { return shared_->threads == 0; });
   lock.unlock();
-  for (auto* thread : {&guard_tender_, &file_tender_}) ended ? thread->join() : thread->detach();
+  for (auto* thread : {&guard_thread_, &file_thread_}) ended ? thread->join() : thread->detach();
 }
 
 /// Sends the good-bye before all steps that may last: while a disk hangs, the file cannot be removed.
 void WatchdogClient::good_bye() {
   {
-    const std::lock_guard lock(ties_->mutex);
-    ties_->send(kGoodBye);
-    ties_->stop = true;
+    const std::lock_guard lock(shared_->mutex);
+    shared_->send(kGoodBye);
+    shared_->stop = true;
   }
   if (systemd_) systemd_->notify("STOPPING=1");
   end_threads();
-  remove_safe_state(ties_->safe_state.record);
+  remove_safe_state(shared_->safe_state.record);
 }
 
 /// Leaves the line open until the process ends. The guard kills a process that is still alive when the line closes. The
 /// open line gives the process time to report the result of the run.
 WatchdogClient::~WatchdogClient() {
   end_threads();
-  const std::lock_guard lock(ties_->mutex);
-  (void)std::move(ties_->line).release();
+  const std::lock_guard lock(shared_->mutex);
+  (void)std::move(shared_->line).release();
 }
 
 }  // namespace gyrotherm::watchdog

@@ -34,13 +34,13 @@ class NotifySocket {
   std::string address_;
 };
 
-/// Use it from the thread that ticks. tie() waits for some seconds, and good_bye() for one second at most. No other
+/// Use it from the thread that ticks. start() waits for some seconds, and good_bye() for one second at most. No other
 /// function waits: two internal threads start programs and check files.
 class WatchdogClient {
  public:
   /// Writes the safe-state file, starts the guard and waits until it watches. Fails with storage, or with bad_file if
   /// no guard can be started; then the previous safe-state file is restored, or removed if there was none.
-  [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> tie(const SafeState& safe_state);
+  [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> start(const SafeState& safe_state);
   /// Ends the threads. The guard takes the end of a process without good_bye() for a failure.
   ~WatchdogClient();
   WatchdogClient(const WatchdogClient&) = delete;
@@ -50,23 +50,23 @@ class WatchdogClient {
   void heartbeat();
   /// Reports that the run has ended in order, so that the guard does not act.
   void good_bye();
-  /// Returns true if tie() found a safe-state file: a program had died, and its chamber was not made safe.
+  /// Returns true if start() found a safe-state file: a program had died, and its chamber was not made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }
   /// Returns the reasons why the watchdog could not make the chamber safe if this program died now: for "guard", for
   /// "safe-state file", for both, or none.
   [[nodiscard]] std::map<std::string, std::string> troubles() const;
 
  private:
-  struct Ties;
-  explicit WatchdogClient(std::shared_ptr<Ties> ties) : ties_(std::move(ties)) {}
+  struct SharedState;
+  explicit WatchdogClient(std::shared_ptr<SharedState> shared) : shared_(std::move(shared)) {}
   void end_threads();
 
   /// Shared with the threads. One of them may outlive this object while a disk hangs.
-  std::shared_ptr<Ties> ties_;
+  std::shared_ptr<SharedState> shared_;
   std::optional<NotifySocket> systemd_;
   std::optional<std::string> watchdog_limit_;  ///< systemd's limit of silence
   bool beating_ = false, took_over_ = false;
-  std::thread guard_tender_, file_tender_;
+  std::thread guard_thread_, file_thread_;
 };
 
 }  // namespace gyrotherm::watchdog

@@ -68,7 +68,7 @@ class DryRun {
     auto store = record::Store::create(path(), info());
     EXPECT_TRUE(store) << text(store.error());
     RunHarness harness(profile_, **rig, **store);
-    if (program) harness.run_controller().leave_to_the_controller();
+    if (program) harness.run_controller().hand_over_to_controller();
     steps(harness, **rig);
     EXPECT_TRUE((*store)->sync());
     if (harness.outcome() == run::RunOutcome::complete) {

@@ -92,14 +92,14 @@ tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
         fmt::format("stopped after {} s: {}; the guard remains until the chamber confirms it; \"gyrotherm resume "
                     "{}\" continues",
                     run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
-  if (const auto foreign = run.run_controller.foreign_hold(); !foreign.empty() && !run.rig.file().simulated)
+  if (const auto foreign = run.run_controller.describe_external_change(); !foreign.empty() && !run.rig.file().simulated)
     return failure(
         FaultKind::interrupted, run.path,
         fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends it to {:g} °C and watches "
                     "it; \"gyrotherm resume {} --accept\" continues",
                     run.run_controller.next_slot(), foreign, run.rig.file().safe_set_point.value, run.path));
   run.ownership.release();
-  const auto chamber = run.run_controller.is_left_to_the_controller() ? "continues its program" : "holds its set point";
+  const auto chamber = run.run_controller.is_led_by_controller() ? "continues its program" : "holds its set point";
   return failure(FaultKind::interrupted, run.path,
                  fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" continues the run",
                              run.run_controller.next_slot(), chamber, run.path));
@@ -178,12 +178,13 @@ tl::unexpected<Fault> preparation_fault(run::ChamberOwnership& ownership, const 
 Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
                                 bool accepted) {
   const auto goal = demanded_set_point(on.profile, on.state);
-  const bool has_not_begun = on.last_slot < 0 && on.stood.strangers.empty();
-  const auto verdict = has_not_begun ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  const bool has_not_begun = on.last_slot < 0 && on.interruption.strangers.empty();
+  const auto verdict =
+      has_not_begun ? run::ReentryDecision{} : judge_reentry(on.interruption, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
                    fmt::format("{}; check the chamber, then run \"gyrotherm resume {} --accept\"", verdict.why, path));
-  return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
+  return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.interruption.air), on.rig.chamber_limits);
 }
 
 /// Reports overdue calibrations and chamber quantities that are not monitored, as messages and as events of the record.
@@ -256,10 +257,10 @@ record::StoreOptions store_options(bool simulated) {
           .live_copy = simulated ? of_virtual : of_real};
 }
 
-Result<void> append_absence(record::Store& store, const run::InterruptedRun& stood, std::int64_t first,
+Result<void> append_absence(record::Store& store, const run::InterruptedRun& interruption, std::int64_t first,
                             std::int64_t last) {
   if (last < first) return {};
-  const auto cause = stood.why_unknown.empty() ? "" : "; " + stood.why_unknown;
+  const auto cause = interruption.why_unknown.empty() ? "" : "; " + interruption.why_unknown;
   return store.append_gap(first, last, "the program was not running" + cause);
 }
 
@@ -358,7 +359,7 @@ void note_start(const NewRun& plan, const Opening& opening, const std::vector<st
   if (opening.entry.away)
     run_controller.begin_away(opening.entry.set_point, "the air is not at the first set point of the profile", {});
   if (!plan.options.upload) return;
-  run_controller.leave_to_the_controller();
+  run_controller.hand_over_to_controller();
   run_controller.note(EventKind::note, "the controller carries out the profile: " + names.back());
 }
 
@@ -398,7 +399,7 @@ Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& 
                         const rig::ChamberAsFound& found) {
   run::RunContinuation& on = run.on;
   opening.missing = found.missing;
-  on.stood.strangers = run::compare_identities(run.info.identities, found.identities);
+  on.interruption.strangers = run::compare_identities(run.info.identities, found.identities);
   const auto entry = reentry(on, found.state, run.path, options.accept);
   if (!entry) return failure(entry.error());
   opening.entry = *entry;
@@ -410,12 +411,13 @@ Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& 
 void note_resumption(Console& console, const StoppedRun& run, const run::EntryPoint& entry, std::int64_t first,
                      run::RunController& run_controller) {
   const run::RunContinuation& on = run.on;
-  const auto text =
-      fmt::format("resumed after {}; cause of the interruption: {}", describe_downtime(on.stood), on.why_stopped);
+  const auto text = fmt::format("resumed after {}; cause of the interruption: {}", describe_downtime(on.interruption),
+                                on.why_stopped);
   console.print_message(fmt::format("{}: {} at second {}", run.path, text, first));
   run_controller.note(EventKind::resumed, text);
-  if (!on.stood.strangers.empty()) run_controller.note(EventKind::note, "accepted: " + on.stood.strangers);
-  if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.stood.air);
+  if (!on.interruption.strangers.empty())
+    run_controller.note(EventKind::note, "accepted: " + on.interruption.strangers);
+  if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.interruption.air);
   if (!run.lost || !*run.lost) return;
   console.print_message(fmt::format("warning: {}: {}", run.path, record::describe(**run.lost)));
   run_controller.note(EventKind::fault, "the record " + describe(**run.lost));
@@ -484,8 +486,9 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   }
   opening->ownership.heartbeat({});
   const auto first = opening->rig->clock().now().since_start / std::chrono::seconds(1);
-  if (auto recorded = append_absence(*opening->store, on.stood, on.recorded + 1, first - 1); !recorded) return recorded;
-  if (first > on.recorded + 1) run->tally.see_gap(on.recorded + 1, first - 1);
+  if (auto recorded = append_absence(*opening->store, on.interruption, on.recorded + 1, first - 1); !recorded)
+    return recorded;
+  if (first > on.recorded + 1) run->tally.count_gap(on.recorded + 1, first - 1);
   run::RunController run_controller(on.profile, *opening->rig, *opening->store, on.state, first);
   run_controller.leave_out(on.start.dropped_units);
   run_controller.continue_tally(run->tally);

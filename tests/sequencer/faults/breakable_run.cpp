@@ -67,7 +67,7 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
       {.background = disk_.has_value(), .most_rows = setting.rows_on_disk, .retry = std::chrono::milliseconds(1)}));
   harness_.emplace(profile_, *rig_, *store_);
   harness_->after_tick = [this] { make_durable(); };
-  if (setting.by_the_controller) harness_->run_controller().leave_to_the_controller();
+  if (setting.by_the_controller) harness_->run_controller().hand_over_to_controller();
 }
 
 BreakableRun::~BreakableRun() = default;

@@ -27,14 +27,14 @@ TEST(Inquiry, RoundTripsAreOrdered) {
 }
 
 TEST(Inquiry, WarnsOfAirThatIsFarFromEveryThermometer) {
-  EXPECT_EQ(warn_of_air({20}, {}), "");
-  EXPECT_EQ(warn_of_air({20}, {{-40}, {33}}), "") << "one that is near is enough";
-  EXPECT_EQ(warn_of_air({20}, {{35}}), "");
-  const auto hot = warn_of_air({20}, {{60}, {35.5}});
+  EXPECT_EQ(describe_air_mismatch({20}, {}), "");
+  EXPECT_EQ(describe_air_mismatch({20}, {{-40}, {33}}), "") << "one that is near is enough";
+  EXPECT_EQ(describe_air_mismatch({20}, {{35}}), "");
+  const auto hot = describe_air_mismatch({20}, {{60}, {35.5}});
   EXPECT_NE(hot.find("WARNING: the chamber shows air of 20.0 °C, the nearest thermometer 35.5 °C;"), std::string::npos)
       << hot;
   for (const double celsius : {23.0, -40.0, 85.0, 12.0}) {
-    const auto warning = warn_of_air({celsius * 1.8 + 32}, {{celsius - 0.5}, {celsius + 1}});
+    const auto warning = describe_air_mismatch({celsius * 1.8 + 32}, {{celsius - 0.5}, {celsius + 1}});
     EXPECT_EQ(warning.find("as if the chamber showed °F") != std::string::npos, celsius != -40.0) << warning;
   }
 }

@@ -33,7 +33,7 @@ TEST(DroppedUnits, HaveNeitherReadingNorFault) {
   Sample sample;
   sample.units = {{.count = {failure(FaultKind::timeout, "gyro", "nothing came"), {}}},
                   {.count = {GyroCount{{7}, kSecond}, {}}}};
-  units.take_out(sample);
+  units.clear_readings(sample);
   ASSERT_TRUE(sample.units[0].count.value);
   EXPECT_TRUE(sample.units[0].count.value->pulses.empty());
   EXPECT_EQ(sample.units[1].count.value->pulses, std::vector<std::int64_t>{7}) << "the others' are untouched";

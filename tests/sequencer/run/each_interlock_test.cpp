@@ -122,7 +122,7 @@ TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
     bench.thermometer(0, wrong);
     bench.seconds(61);
     ASSERT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << wrong;
-    EXPECT_EQ(bench.memory.most_affected(interlocks::InterlockId::disagreement).column, 0U) << wrong;
+    EXPECT_EQ(bench.memory.most_affected_watch(interlocks::InterlockId::disagreement).column, 0U) << wrong;
   }
 }
 
@@ -390,7 +390,7 @@ TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
   EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), -1) << "B is not needed";
   bench.sample.thermometers[3].value = silence();
   EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), 5);
-  EXPECT_EQ(bench.memory.most_affected(interlocks::InterlockId::needed_channel_lost).text,
+  EXPECT_EQ(bench.memory.most_affected_watch(interlocks::InterlockId::needed_channel_lost).text,
             "no reading of thermometer D, which the analysis needs");
   bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::needed_channel_lost)] =
       interlocks::Reaction::warn;
@@ -429,8 +429,8 @@ TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnown
   bench.seconds(3);
   bench.chamber().activity = ChamberActivity::off;
   bench.second();
-  EXPECT_GT(bench.memory.most_affected(interlocks::InterlockId::restarted_off).samples, 0);
-  EXPECT_EQ(bench.memory.most_affected(interlocks::InterlockId::foreign_set_point).samples, 0);
+  EXPECT_GT(bench.memory.most_affected_watch(interlocks::InterlockId::restarted_off).samples, 0);
+  EXPECT_EQ(bench.memory.most_affected_watch(interlocks::InterlockId::foreign_set_point).samples, 0);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ class InterlockBench {
       if (second().reaction == reaction) return i;
     return -1;
   }
-  [[nodiscard]] bool has(interlocks::InterlockId cause) const { return memory.most_affected(cause).raised; }
+  [[nodiscard]] bool has(interlocks::InterlockId cause) const { return memory.most_affected_watch(cause).raised; }
 
   interlocks::InterlockLimits limits;
   interlocks::InterlockMemory memory;

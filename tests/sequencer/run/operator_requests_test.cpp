@@ -55,7 +55,7 @@ TEST(OperatorRequests, OfEquallySevereOnesTheFirstIsCarriedOutAndTheOthersAreDro
   ASSERT_EQ(taken.dropped.size(), 2u);
   EXPECT_EQ(taken.dropped[0].who, "ada");
   EXPECT_EQ(taken.dropped[1].who, "eve");
-  EXPECT_EQ(requests.foremost(), nullptr);
+  EXPECT_EQ(requests.find_next(), nullptr);
 }
 
 TEST(OperatorRequests, WhatAStateForbidsIsRefused) {
@@ -71,9 +71,9 @@ TEST(OperatorRequests, OnlyAStopOrAnAbortEndsTheRun) {
   for (const auto command : kAll) {
     OperatorRequests requests;
     requests.add({command, "ada"});
-    EXPECT_EQ(requests.end_the_run(), command >= OperatorCommand::stop) << name(command);
+    EXPECT_EQ(requests.has_end_request(), command >= OperatorCommand::stop) << name(command);
   }
-  EXPECT_FALSE(OperatorRequests().end_the_run());
+  EXPECT_FALSE(OperatorRequests().has_end_request());
 }
 
 }  // namespace

@@ -124,13 +124,13 @@ TEST(NotFollowing, SuspendsUntilTheModeIsBackOrAnOperatorTakesOver) {
   bench.seconds(20);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent) << "what somebody else has set is not fought";
   EXPECT_TRUE(bench.instruments().switched.empty());
-  EXPECT_NE(bench.run_controller().foreign_hold(), "");
+  EXPECT_NE(bench.run_controller().describe_external_change(), "");
   bench.chamber().keeps_manual = false;
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(2);
   EXPECT_FALSE(bench.chamber().manual);
   EXPECT_NE(bench.until(RunState::execute, 2000), -1);
-  EXPECT_EQ(bench.run_controller().foreign_hold(), "");
+  EXPECT_EQ(bench.run_controller().describe_external_change(), "");
 }
 
 TEST(NotFollowing, IsNoStateThatAStopMayLeave) {
@@ -207,7 +207,7 @@ TEST(LastSegment, IsWatchedLikeAnyOther) {
 TEST(LastSegment, ThatIsNotCarriedOutAtItsEndMakesTheChamberSafe) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"1 min\"\n", is_watched);
   bench.chamber().air_c = bench.chamber().set_point_c = 30;
-  bench.run_controller().leave_to_the_controller();
+  bench.run_controller().hand_over_to_controller();
   bench.seconds(20);
   bench.chamber().manual = true;
   EXPECT_EQ(bench.seconds(1000), RunOutcome::made_safe);

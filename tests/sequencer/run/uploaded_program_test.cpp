@@ -54,7 +54,7 @@ TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
 TEST(UploadedProgram, SoaksInNoLateSecondInWhichTheAirIsElsewhere) {
   tests::Bench bench(
       "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"10 min\"\nguaranteed_soak = true\nsoak_band = \"1 K\"\n");
-  bench.run_controller().leave_to_the_controller();
+  bench.run_controller().hand_over_to_controller();
   bench.seconds(10);
   bench.late(100);
   bench.seconds(1);
@@ -110,7 +110,7 @@ void is_held_on_stop(rig::RigFile& file) {
 
 /// Stops a run whose chamber's controller has the program.
 void upload_and_stop(tests::Bench& bench, bool silent) {
-  bench.run_controller().leave_to_the_controller();
+  bench.run_controller().hand_over_to_controller();
   bench.seconds(10);
   bench.chamber().silent = silent;
   bench.run_controller().submit(OperatorCommand::stop, "Ada");
@@ -132,7 +132,7 @@ TEST(UploadedProgram, OfAStoppedRunIsEndedOrTheChamberMadeSafe) {
 
 TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
   tests::Bench bench(kHold30, is_held_on_stop);
-  bench.run_controller().leave_to_the_controller();
+  bench.run_controller().hand_over_to_controller();
   bench.seconds(10);
   bench.chamber().sent_c.clear();
   bench.chamber().must_stop = true;

@@ -337,7 +337,7 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
             "schema = \"gyrotherm-made-safe/1\"\nat = \"2026-01-01T00:00:00Z\"\nutc_ns = 1767225600000000000\n"
             "because = \"the program that drove it hung\"\nset_point_c = 23\nconfirmed = true\n"
             "details = \"set point read back, air 61.20 °C\"\n");
-  ASSERT_TRUE(leave_trace(folder / "run.db", trace));
+  ASSERT_TRUE(write_trace(folder / "run.db", trace));
   const auto read = read_trace(folder / "run.db");
   ASSERT_TRUE(read && *read);
   EXPECT_EQ(**read, trace);

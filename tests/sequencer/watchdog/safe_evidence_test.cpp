@@ -109,7 +109,7 @@ TEST(SafeEvidence, NeverEndsWhileTheAirMovesAway) {
   Chamber chamber{.activity = ChamberActivity::not_following, .obeys_mode = false, .obeys_off = false};
   SafeEvidence evidence(kGoal);
   EXPECT_EQ(until_safe(evidence, chamber), -1);
-  EXPECT_TRUE(evidence.is_ineffective() && evidence.is_out_of_means());
+  EXPECT_TRUE(evidence.is_ineffective() && evidence.is_exhausted());
   EXPECT_NE(evidence.describe().find("mode NOT shown: not following its set point"), std::string::npos)
       << evidence.describe();
   EXPECT_NE(evidence.describe().find("moves AWAY from 22 °C"), std::string::npos) << evidence.describe();
@@ -173,7 +173,7 @@ TEST(SafeEvidence, OfAMapWithoutStatesTakesAirAlone) {
   rising.acknowledge(SafeAction::set_point);
   for (int s = 0; s <= 30; ++s) rising.see({{60 + s * 0.5}, {22}, ChamberActivity::unknown}, kSecond * s);
   EXPECT_TRUE(rising.is_ineffective());
-  EXPECT_TRUE(rising.wants_off());
+  EXPECT_TRUE(rising.must_be_off());
 }
 
 TEST(SafeEvidence, OfEveryShippedMapKnowsWhatItShows) {

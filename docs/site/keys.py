@@ -38,7 +38,7 @@ PROFILE = {
 RIG = {
     "sequencer/rig/rig_file.cpp": {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
-        "read_link_keywords": ["chamber", "chamber.link"],
+        "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
         "read_safe": ["safe"], "check_safe_air": [], "determine_simulated": [""],
     },
@@ -57,8 +57,8 @@ RIG = {
     },
     "sequencer/rig/fixture.cpp": {"read_fixture": ["fixture"], "read_latitude": ["fixture", *_AXIS]},
     "sequencer/rig/analogue_settings.cpp": {
-        "framing_in": ["[analogue_input]", "analogue_input.link"],
-        "word_order_in": ["[analogue_input]", "analogue_input.link"], "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
+        "read_framing": ["[analogue_input]", "analogue_input.link"],
+        "read_word_order": ["[analogue_input]", "analogue_input.link"], "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
         "read_analogue_inputs": [""], "find_unit": ["[analogue_input.channel]"],
         "read_channel": ["[analogue_input.channel]"],
     },
@@ -142,10 +142,10 @@ _KINDS = {
     "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "read_link_keyword": "one of", "read_either": "one of",
     "table": "a table", "tables": "tables", "expect": "the schema", "read_named": "a file, by name or path",
     "read_time": "a time", "read_time_if_any": "a time", "read_lost": "a time", "read_temperature": "a temperature",
-    "read_temperature_if_any": "a temperature", "read_side": "a temperature", "read_rate_if_any": "a rate",
+    "read_temperature_if_any": "a temperature", "read_limit_if_any": "a temperature", "read_rate_if_any": "a rate",
     "read_rates": "a list of rates", "read_band": "an amount in K", "read_rate_range": "[slowest, fastest]",
     "read_time_range": "[shortest, longest]", "read_temperature_ranges": "rows of [lowest, highest]",
-    "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "read_positive": "a number", "read_day": "a day",
+    "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "read_positive_number": "a number", "read_day": "a day",
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
     "time_constant_s": "s, at least 1", "read_bounded": "a number", "each": "a number, or one for each thermometer",
@@ -158,8 +158,8 @@ _KINDS = {
 }  # fmt: skip
 # Reading functions that accept a missing key.
 _LEFT_OUT = {
-    "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
-    "read_axis_uncertainty", "read_positive", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
+    "read_limit_if_any", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
+    "read_axis_uncertainty", "read_positive_number", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"each_or_none": "0"}
@@ -421,7 +421,7 @@ def _kind_of(function: str, constant: str, rest: str, position: str) -> str | No
     kind = _KINDS[function]
     if kind != "one of":
         return kind
-    if function.startswith("one_of"):
+    if function.startswith("one_of") or function == "read_link_keyword":
         terms = _terms_of(constant) + (["default"] if function in ("read_link_keyword", "one_of_or_default") else [])
     else:
         braces = re.match(r", \{([^}]*)\}", rest)

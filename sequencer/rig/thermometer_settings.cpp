@@ -131,7 +131,7 @@ constexpr auto kDistributions =
     make_vocabulary<Distribution::normal, Distribution::rectangular>("normal", "rectangular");
 
 /// Reads a number above zero; nothing if the key is absent.
-std::optional<double> read_positive(const TomlTable& table, const char* key) {
+std::optional<double> read_positive_number(const TomlTable& table, const char* key) {
   if (!table.has(key)) return std::nullopt;
   const double value = table.number(key);
   if (value > 0 && std::isfinite(value)) return value;
@@ -146,7 +146,8 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
   record::ThermometerUncertainty uncertainty{
       .rectangular = one_of(kDistributions, table, "distribution", "normal") == Distribution::rectangular,
       .calibrated = read_day(table, "calibrated")};
-  const auto value = read_positive(table, "uncertainty"), coverage = read_positive(table, "coverage_factor");
+  const auto value = read_positive_number(table, "uncertainty"),
+             coverage = read_positive_number(table, "coverage_factor");
   if (uncertainty.rectangular && coverage)
     table.mistake("coverage_factor",
                   "rectangular limits have no coverage factor: expected one of coverage_factor and \"rectangular\"");
@@ -154,7 +155,7 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
     if (table.has(key) && !table.has("uncertainty")) table.mistake(key, "is for an \"uncertainty\", which is missing");
   const double divisor = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
   if (value) uncertainty.calibration = Kelvins{*value / divisor};
-  if (const auto drift = read_positive(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
+  if (const auto drift = read_positive_number(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
   return uncertainty;
 }
 

@@ -61,7 +61,7 @@ Result<ControlRequest> parse_acknowledgement(std::string_view text) {
     auto numbers = parse_numbers(alarms);
     if (!numbers)
       return refuse(
-          fmt::format("\"{}\" is not a number of an alarm; expected one that status lists, several such as "
+          fmt::format("\"{}\" is not an alarm number; expected a number that status lists, several such as "
                       "12,15, or all",
                       alarms));
     acknowledgement.alarms = std::move(*numbers);
@@ -73,20 +73,20 @@ Result<ControlRequest> parse_acknowledgement(std::string_view text) {
 
 /// Returns the reason why a text is not valid in a request; empty if it is valid.
 std::string text_error(const std::string& text) {
-  if (text.size() > kLongestNote) return fmt::format("a note has at most {} bytes", kLongestNote);
-  if (!is_utf8(text)) return "a note is text in UTF-8";
-  if (!is_one_line(text)) return "a note is one line of text";
+  if (text.size() > kLongestNote) return fmt::format("the text is longer than {} bytes", kLongestNote);
+  if (!is_utf8(text)) return "the text is not valid UTF-8";
+  if (!is_one_line(text)) return "the text has control characters, expected one line";
   return {};
 }
 
 /// Splits a message "gyrotherm-tell/1 COMMAND TEXT" into command and text.
 Result<std::pair<std::string_view, std::string_view>> split(std::string_view message) {
   const auto wrong = [](const char* why) { return failure(FaultKind::corrupted, "tell", why); };
-  if (message.size() > kLongestRequest) return wrong("a message that is too long");
+  if (message.size() > kLongestRequest) return wrong("the message is too long");
   if (!message.starts_with(kControlSchema) || message.substr(kControlSchema.size(), 1) != " ")
-    return wrong("a message of another version");
+    return wrong("the message has another protocol version");
   message.remove_prefix(kControlSchema.size() + 1);
-  if (!is_one_line(message)) return wrong("a message of more than one line");
+  if (!is_one_line(message)) return wrong("the message has more than one line");
   const auto blank = message.find(' ');
   const auto text = blank == std::string_view::npos ? std::string_view() : message.substr(blank + 1);
   return std::pair{message.substr(0, blank), text};
@@ -149,7 +149,7 @@ Result<ControlRequest> make_request(const std::string& keyword, const std::strin
   std::optional<OperatorCommand> found;
   for (const auto command : kCommands) {
     if (keyword != name(command)) continue;
-    if (command == OperatorCommand::pause && !text.empty()) return refuse("takes no text; \"note\" does");
+    if (command == OperatorCommand::pause && !text.empty()) return refuse("takes no text; use \"note\" to record one");
     found = command;
   }
   const bool is_for_unit = keyword == kDrop || keyword == kReturn;
@@ -181,7 +181,7 @@ Result<ControlRequest> parse_request(std::string_view message) {
   if (parts->first.starts_with(kForUser)) {
     for_user = parts->first.substr(kForUser.size());
     if (!is_user_name(for_user))
-      return failure(FaultKind::corrupted, "tell", "a user whose name is not 1 to 64 letters, digits and _ . @ -");
+      return failure(FaultKind::corrupted, "tell", "invalid user name, expected 1 to 64 letters, digits or _ . @ -");
     const auto blank = std::min(parts->second.find(' '), parts->second.size());
     parts = std::pair{parts->second.substr(0, blank), parts->second.substr(std::min(blank + 1, parts->second.size()))};
   }
@@ -195,7 +195,7 @@ Result<ControlAnswer> parse_answer(std::string_view message) {
   const auto parts = split(message);
   if (!parts) return failure(parts.error());
   if (parts->first != "done" && parts->first != "refused")
-    return failure(FaultKind::corrupted, "tell", "an answer that is neither done nor refused");
+    return failure(FaultKind::corrupted, "tell", "the answer is neither \"done\" nor \"refused\"");
   return ControlAnswer{.done = parts->first == "done", .text = std::string(parts->second)};
 }
 

@@ -267,15 +267,15 @@ Found check_door(const CheckInputs& in) {
 }
 Found check_not_following(const CheckInputs& in) {
   return result_during(in, ChamberActivity::not_following,
-                       "the chamber conditions without following its set point: manual mode, open loop");
+                       "the chamber does not follow its set point: manual mode or open loop");
 }
 Found check_supply(const CheckInputs& in) {
-  return result_during(in, ChamberActivity::power_failure, "the chamber has lost its supply");
+  return result_during(in, ChamberActivity::power_failure, "the chamber has lost its power supply");
 }
 
 Found check_not_taken(const CheckInputs& in) {
   if (!in.chamber() || in.facts.led_by_controller || in.facts.refusals < kRefusals) return {};
-  return make_result(fmt::format("the chamber does not take set points: {}", in.facts.refusal));
+  return make_result(fmt::format("the chamber refuses set points: {}", in.facts.refusal));
 }
 
 /// Describes how the chamber differs from its commanded state; nothing if it does not differ, or if the difference is

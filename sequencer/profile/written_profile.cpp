@@ -237,7 +237,7 @@ class SegmentReader {
     if (counted && repeat.count <= 0)
       table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
     if (!counted && table.has("rates") && repeat.rates.empty())
-      table.mistake("rates", "\"rates\" holds no rate, expected one for each pass");
+      table.mistake("rates", "\"rates\" is empty, expected one for each pass");
     if (repeat.cycle && context.in_cycle)
       table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
     if (context.depth >= kDeepestNesting) {
@@ -477,7 +477,7 @@ class Expansion {
     total_ += shortest(segment);
     at_limit_ = profile_.segments.size() == kMostSegments || total_ > kLongestProfile;
     if (at_limit_) {
-      written.table.mistake("", fmt::format("the profile grows beyond {} segments or {:.0f} s here", kMostSegments,
+      written.table.mistake("", fmt::format("the profile exceeds {} segments or {:.0f} s here", kMostSegments,
                                             to_seconds(kLongestProfile)));
       return;
     }

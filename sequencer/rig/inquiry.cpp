@@ -52,7 +52,7 @@ std::string in_words(const drivers::ChamberEffort& effort) {
   const auto status = effort.status == 0 ? std::string()
                                          : fmt::format("; its state and alarms, {} more, are read in turn within {} s",
                                                        effort.status, std::max(status_s, 1));
-  const auto what = fmt::format("{} exchanges of {:.3f} s for air, set point and a new one", needed, exchange);
+  const auto what = fmt::format("{} exchanges of {:.3f} s for air, set point and a new set point", needed, exchange);
   if (needed * exchange <= kSecondsWork) return what + " fit into a second" + status;
   return fmt::format(
       "WARNING: {} do NOT fit into a second{}. Readings and set points will be missing: use Modbus TCP or a faster "

@@ -36,7 +36,7 @@ template <class Words>
 [[nodiscard]] auto read_link_keyword(const Words& words, const TomlTable& instrument, const char* key) {
   const auto link = instrument.table("link");
   if (instrument.has(key) && link.has(key))
-    link.mistake(key, "is also in the instrument's own table, expected it once");
+    link.mistake(key, "is also in the instrument's own table, expected only one of them");
   return one_of_or_default(words, link.has(key) ? link : instrument, key);
 }
 

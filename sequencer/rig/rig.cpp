@@ -439,7 +439,7 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   if (file.simulated) return simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
   if (file.units.size() != 1 || file.units.front().info.axes.size() != 1)
     return failure(FaultKind::usage, file.file,
-                   "has several axes, whose signals are unknown; only one axis of a real rig can be served");
+                   "a real rig with several axes cannot be served, because their signals are unknown");
   const auto path = path_of("virtual", kShippedRig);
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);
@@ -455,7 +455,7 @@ Result<void> assign_virtual_channels(const std::vector<std::string>& there, cons
     for (auto& channel : thermometer.channels) {
       if (next == there.size())
         return failure(FaultKind::usage, file.file,
-                       fmt::format("has more than {} thermometers, as many as can be served", there.size()));
+                       fmt::format("has more than {} thermometers, the most that can be served", there.size()));
       channel = there[next++];
     }
   return {};

@@ -213,7 +213,7 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
     if (is_exclusive && !taken.insert(serial ? serial->device : text).second)
       root.mistake("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
   }
-  if (any_hid && hids > 1) root.mistake("", "\"hid:\" is for a rig with one device on USB, expected serial numbers");
+  if (any_hid && hids > 1) root.mistake("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
 }
 
 /// Checks that either all lines are virtual, or none.

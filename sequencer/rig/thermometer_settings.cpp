@@ -152,7 +152,8 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
     table.mistake("coverage_factor",
                   "rectangular limits have no coverage factor: expected one of coverage_factor and \"rectangular\"");
   for (const auto* key : {"coverage_factor", "distribution"})
-    if (table.has(key) && !table.has("uncertainty")) table.mistake(key, "is for an \"uncertainty\", which is missing");
+    if (table.has(key) && !table.has("uncertainty"))
+      table.mistake(key, "applies only to an \"uncertainty\", which is missing");
   const double divisor = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
   if (value) uncertainty.calibration = Kelvins{*value / divisor};
   if (const auto drift = read_positive_number(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};

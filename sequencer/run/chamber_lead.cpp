@@ -157,11 +157,11 @@ std::string to_capitals(const std::string& name) {
 std::string controller_refusal(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller cannot wait for an operator, and this segment has a prompt";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
-    return fmt::format("a controller goes from {:g} °C to {:g} °C at once, expected a ramp before this hold",
-                       from.value, segment.target.value);
+    return fmt::format("a controller jumps from {:g} °C to {:g} °C, expected a ramp before this hold", from.value,
+                       segment.target.value);
   if (!segment.guaranteed_soak) return {};
   if (segment.soak_sensor != "air")
-    return fmt::format("a controller soaks by its own air, but soak_sensor is \"{}\"", segment.soak_sensor);
+    return fmt::format("a controller soaks on its own air sensor, but soak_sensor is \"{}\"", segment.soak_sensor);
   if (segment.soak_slope > CelsiusPerMinute{0})
     return fmt::format("a controller does not wait for steady air, but soak_slope is {:g} °C/min",
                        segment.soak_slope.value);
@@ -169,7 +169,7 @@ std::string controller_refusal(const profile::Segment& segment, Celsius from) {
     return fmt::format("a controller counts from the first second in the band, but soak_dwell is {:g} s",
                        to_seconds(segment.soak_dwell));
   if (segment.soak_time < segment.duration)
-    return fmt::format("a controller counts all of a soak's time in the band, but soak_time is {:g} s of {:g} s",
+    return fmt::format("a controller requires the whole hold inside the band, but soak_time is {:g} s of {:g} s",
                        to_seconds(segment.soak_time), to_seconds(segment.duration));
   return {};
 }

@@ -268,7 +268,7 @@ Downtime compute_downtime(const record::Record& record, const std::optional<reco
     return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", in_words,
                               spoken(now.since_boot))};
   const auto* cause = is_about_it ? "the machine was restarted meanwhile" : "there is no status file of this run";
-  return {down, fmt::format("{}: it was down for {} by the wall clock alone", cause, in_words)};
+  return {down, fmt::format("{}: it was down for {} according to the wall clock only", cause, in_words)};
 }
 
 namespace {
@@ -286,7 +286,9 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
 Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int64_t last_slot,
                           const std::string& path) {
   if (info.days_later > simulator::kMostDaysLater)
-    return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));
+    return failure(
+        FaultKind::bad_file, path,
+        fmt::format("the gyro is {} days older, expected at most {}", info.days_later, simulator::kMostDaysLater));
   if (simulated && last_slot > kMostReplayed)
     return failure(FaultKind::bad_file, path,
                    fmt::format("ends at second {}; at most {} seconds of a virtual rig can be replayed", last_slot,

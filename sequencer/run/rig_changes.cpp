@@ -74,10 +74,10 @@ std::vector<RigChange> RigChanges::compare_readings(const Sample& sample, const 
   if (sample.chamber.value && sample.chamber.value->alarms != chamber_alarms_) {
     chamber_alarms_ = sample.chamber.value->alarms;
     const bool is_over = chamber_alarms_.empty();
-    changes.push_back(
-        {is_over ? EventKind::recovered : EventKind::fault,
-         is_over ? "chamber: no alarm any more" : fmt::format("chamber alarm: {}", fmt::join(chamber_alarms_, "; ")),
-         {.channel = "chamber"}});
+    changes.push_back({is_over ? EventKind::recovered : EventKind::fault,
+                       is_over ? "chamber: all alarms have cleared"
+                               : fmt::format("chamber alarm: {}", fmt::join(chamber_alarms_, "; ")),
+                       {.channel = "chamber"}});
   }
   return changes;
 }

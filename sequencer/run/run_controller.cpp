@@ -127,7 +127,7 @@ control::ControlAnswer RunController::drop_or_return(const control::UnitRequest&
        {.channel = request.unit});
   return {.done = true,
           .text = request.drop ? request.unit + " is dropped: it is neither recorded nor judged until it is returned"
-                               : request.unit + " is in the run again"};
+                               : request.unit + " is returned to the run"};
 }
 
 RunController::Acknowledged RunController::append_acknowledgements(const std::vector<std::int64_t>& numbers,
@@ -182,7 +182,7 @@ std::optional<OperatorRequest> RunController::take_request() {
   auto taken = requests_.take();
   for (const auto& dropped : taken.dropped)
     note(EventKind::command,
-         fmt::format("{} by {} is not carried out: {} by {} came within the same second", name(dropped.command),
+         fmt::format("{} by {} is not carried out: {} by {} had priority in the same second", name(dropped.command),
                      dropped.who, name(taken.carried_out->command), taken.carried_out->who));
   return taken.carried_out;
 }
@@ -350,8 +350,8 @@ void RunController::note_soak(const ProfilePosition& before) {
       fmt::format("±{:g} K of {:g} °C on {}", segment.soak_band.value, segment.target.value, segment.soak_sensor);
   if (now.phase == Phase::overdue && before.phase != Phase::overdue)
     return note(EventKind::note,
-                fmt::format("soak of segment {} not ended: {} of {} inside {} when its deadline came",
-                            before.segment + 1, spoken(now.soaked), spoken(segment.soak_time), what),
+                fmt::format("soak of segment {} incomplete at its deadline: {} of {} inside {}", before.segment + 1,
+                            spoken(now.soaked), spoken(segment.soak_time), what),
                 {.segment = before.segment});
   if (now.segment == before.segment && now.phase != Phase::complete) return;
   note(EventKind::note,

@@ -277,7 +277,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
       return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
     }
   }
-  Rescued rescued{.reached = {}, .details = "nothing came back", .in_use = false, .is_driven = false};
+  Rescued rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false, .is_driven = false};
   ChildWork work([&](const auto& tell) { carry_out(chamber, task, tell); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {

@@ -34,8 +34,8 @@ std::optional<drivers::WordOrder> read_order(const TomlTable& table) {
 
 ProcessIdentity read_identity(const TomlTable& table) {
   const auto pid = table.integer("pid"), started = table.integer("started");
-  if (pid <= 0) table.mistake("pid", "no process has this number");
-  if (started < 0) table.mistake("started", "no process started then");
+  if (pid <= 0) table.mistake("pid", "expected a process id above 0");
+  if (started < 0) table.mistake("started", "expected a start time of 0 or more");
   return {.pid = pid, .started = static_cast<std::uint64_t>(started), .boot = table.text("boot")};
 }
 
@@ -64,7 +64,7 @@ Duration read_observe(const TomlTable& table) {
   constexpr double kLongestS = 3600;
   const double seconds = table.number("observe_s");
   if (seconds >= 0 && seconds <= kLongestS) return from_seconds(seconds);
-  table.mistake("observe_s", "expected seconds, at most an hour");
+  table.mistake("observe_s", "expected 0 to 3600 s");
   return kUsualObserve;
 }
 
@@ -136,7 +136,8 @@ Result<std::optional<SafeState>> read_safe_state(const std::string& file) {
 }
 
 Result<void> write_safe_state(const SafeState& safe_state) {
-  if (!is_utf8(safe_state.record)) return failure(FaultKind::storage, safe_state.record, "a record's path is UTF-8");
+  if (!is_utf8(safe_state.record))
+    return failure(FaultKind::storage, safe_state.record, "the record's path is not valid UTF-8");
   return replace_own_file(safe_state_path(safe_state.record), to_text(safe_state));
 }
 

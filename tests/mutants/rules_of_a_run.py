@@ -390,7 +390,7 @@ MUTANTS = [
      "return result_during(in, ChamberActivity::emergency_stop, \"the chamber's emergency stop is pressed\");", "return {};",
      "faults_test", shown_by("AnEmergencyStop")),
     ("a lost supply is nothing", "sequencer/interlocks/interlocks.cpp",
-     "return result_during(in, ChamberActivity::power_failure, \"the chamber has lost its supply\");", "return {};",
+     "return result_during(in, ChamberActivity::power_failure, \"the chamber has lost its power supply\");", "return {};",
      "faults_test", shown_by("TheSupplyLost")),
     ("a silent gyro is nothing", "sequencer/interlocks/interlocks.cpp",
      "const bool is_only_one = in.sample.units.size() < 2;",

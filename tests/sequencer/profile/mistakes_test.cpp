@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kRepeat + "count = 1\nrates = [1]\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
               "p.toml:8:1: a repeat has either \"count\" or \"rates\", expected one of them"},
         Wrong{kRepeat + "rates = []\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
-              "p.toml:10:9: \"rates\" holds no rate, expected one for each pass"},
+              "p.toml:10:9: \"rates\" is empty, expected one for each pass"},
         Wrong{kRepeat + "count = 2\n[[segment.segment]]\nkind = \"ramp\"\nto = 30\n",
               "p.toml:11:1: neither \"rate\" nor \"time\" is given, expected one of them"},
         Wrong{kRepeat + "count = 5\n[[segment.segment]]\nkind = \"ramp\"\nto = 20\nrate = 1\n",
@@ -145,7 +145,7 @@ std::string nested(int depth, const std::string& count) {
 /// An expansion would never end.
 TEST(RepeatBomb, IsRefusedWithoutBeingExpanded) {
   EXPECT_EQ(refusal(nested(7, "9223372036854775807")),
-            "p.toml:25:1: the profile grows beyond 20000 segments or 100000000 s here");
+            "p.toml:25:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
 TEST(RepeatBomb, TwentyThousandSegmentsAreStillAllowed) {
@@ -163,8 +163,7 @@ std::string written_out(int count) {
 TEST(SegmentBomb, IsReadInATimeThatGrowsWithItsLength) {
   const auto read = [](int count) { EXPECT_EQ(std::ssize(parsed(written_out(count)).segments), count); };
   EXPECT_LT(tests::growth_over_ten(read, 2'000), tests::kLargestLinearGrowth);
-  EXPECT_EQ(refusal(written_out(20'001)),
-            "p.toml:80004:1: the profile grows beyond 20000 segments or 100000000 s here");
+  EXPECT_EQ(refusal(written_out(20'001)), "p.toml:80004:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
 TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
@@ -184,7 +183,7 @@ TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
 TEST(RepeatBomb, TheWholeProfileHasALongestTime) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"repeat\"\ncount = 1000\n[[segment.segment]]\nkind = \"hold\"\nat = 20\n"
                     "time = \"1000 d\"\n"),
-            "p.toml:7:1: the profile grows beyond 20000 segments or 100000000 s here");
+            "p.toml:7:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
 TEST(RepeatBomb, NestingHasALimit) {

@@ -49,7 +49,7 @@ TEST(Fixture, StandsOnTheEarth) {
   (void)read_fixture(*table);
   const auto verdict = table->verdict();
   ASSERT_FALSE(verdict);
-  EXPECT_EQ(text(verdict.error()), "rig.toml:1:12: \"latitude\" is 140°, expected -90 to 90, north above 0");
+  EXPECT_EQ(text(verdict.error()), "rig.toml:1:12: \"latitude\" is 140°, expected -90 to 90, north positive");
 }
 
 /// The uncertainty of one axis cannot represent the angles of a fixture: here the tilt of axis a alone would be 0.3°.

@@ -139,7 +139,7 @@ TEST(RigFile, LinkSettingsThatTheLinkCannotHaveAreMistakes) {
   expect("link = { returns_other_unit = true }\n", "RTU identifies a reply only by its unit number", kSerial);
   expect("link = { miscounts_write_replies = true }\n", "RTU frames have no such field", kSerial);
   expect("link = { speed = 9600 }\n", "speed", kSerial);
-  expect("framing = \"tcp\"\nlink = { framing = \"tcp\" }\n", "expected it once", kTcp);
+  expect("framing = \"tcp\"\nlink = { framing = \"tcp\" }\n", "expected only one of them", kTcp);
   const auto in_virtual = [](const std::string& link) {
     return mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"virtual\"\nlink = { " + link + " }"));
   };
@@ -517,7 +517,7 @@ TEST(RigFile, AnUncertaintyThatCannotBeIsAMistake) {
             std::string::npos);
   EXPECT_NE(with("calibrated = \"2026-02-30\"").find("expected a day"), std::string::npos);
   const std::string gyro = "[gyro]\n";
-  EXPECT_NE(mistake_in(replaced(mixed_rig(), gyro, gyro + "tilt_uncertainty = -1\n")).find("not below zero"),
+  EXPECT_NE(mistake_in(replaced(mixed_rig(), gyro, gyro + "tilt_uncertainty = -1\n")).find("of zero or more"),
             std::string::npos);
 }
 

@@ -334,7 +334,7 @@ TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   const auto found = bench.until(RunState::suspended, 20);
   EXPECT_GT(found, 1);
   EXPECT_LE(found, 4);
-  EXPECT_TRUE(bench.told(EventKind::interlock, "does not take set points"));
+  EXPECT_TRUE(bench.told(EventKind::interlock, "refuses set points"));
   EXPECT_GE(bench.run_controller().standing().missed_set_points, 3);
   bench.seconds(30);
   bench.chamber().ignores = false;

@@ -306,7 +306,7 @@ TEST(InterlockId, ThreeSetPointsNotTakenSuspend) {
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   bench.around.refusals = 3;
   bench.around.refusal = "it reads 20 after 21 was written";
-  EXPECT_EQ(bench.second().cause, "the chamber does not take set points: it reads 20 after 21 was written");
+  EXPECT_EQ(bench.second().cause, "the chamber refuses set points: it reads 20 after 21 was written");
 }
 
 TEST(InterlockId, AMachineThatSleptHolds) {

@@ -60,7 +60,7 @@ TEST_F(Changes, ReportAlarmsOfChamberWhenTheyChange) {
   EXPECT_EQ(compare(), Texts{"fault chamber alarm: door; water"});
   EXPECT_EQ(compare(), Texts{});
   sample_.chamber.value->alarms.clear();
-  EXPECT_EQ(compare(), Texts{"recovered chamber: no alarm any more"});
+  EXPECT_EQ(compare(), Texts{"recovered chamber: all alarms have cleared"});
 }
 
 }  // namespace

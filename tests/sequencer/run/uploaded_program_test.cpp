@@ -175,18 +175,18 @@ std::string objection_to_soak(const std::string& keys) {
 
 TEST(UploadedProgram, OfASoakThatTheControllerWouldEndAtAnotherTimeIsRefused) {
   EXPECT_EQ(objection_to_soak("soak_sensor = \"A\"\n"),
-            "p.toml:4:1: a controller soaks by its own air, but soak_sensor is \"A\"");
+            "p.toml:4:1: a controller soaks on its own air sensor, but soak_sensor is \"A\"");
   EXPECT_EQ(objection_to_soak("soak_slope = 0.2\n"),
             "p.toml:4:1: a controller does not wait for steady air, but soak_slope is 0.2 °C/min");
   EXPECT_EQ(objection_to_soak("soak_dwell = \"50 s\"\n"),
             "p.toml:4:1: a controller counts from the first second in the band, but soak_dwell is 50 s");
   EXPECT_EQ(objection_to_soak("soak_time = \"99 s\"\n"),
-            "p.toml:4:1: a controller counts all of a soak's time in the band, but soak_time is 99 s of 100 s");
+            "p.toml:4:1: a controller requires the whole hold inside the band, but soak_time is 99 s of 100 s");
 }
 
 TEST(UploadedProgram, OfAHoldThatWouldJumpIsRefused) {
   EXPECT_EQ(objection_to_soak("[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"1 h\"\nguaranteed_soak = true\n"),
-            "p.toml:9:1: a controller goes from 20 °C to 60 °C at once, expected a ramp before this hold");
+            "p.toml:9:1: a controller jumps from 20 °C to 60 °C, expected a ramp before this hold");
 }
 
 TEST(UploadedProgram, SoaksByItsAirForAsLongAsTheProfile) {

@@ -134,7 +134,7 @@ std::string command_text(const ControlRequest& request) {
 
 namespace {
 
-/// Returns the error for an unknown command. The list in it omits `told`, which is for programs.
+/// Returns the error for an unknown command. The list of commands omits `told`, which only programs send.
 std::string unknown_command(const std::string& keyword) {
   const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
   const auto near = nearest(keyword, words);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The socket next to a record. Other programs of this machine send requests through it to the program that carries the
-/// run out: one message each way.
+/// The socket next to a record. Other programs on this machine use it to send requests to the program that executes the
+/// run. Each request is one message, and so is its answer.
 #pragma once
 
 #include <functional>
@@ -18,29 +18,29 @@ namespace gyrotherm::control {
 /// Returns the socket's path: "RUN.db" → "RUN.db.socket".
 [[nodiscard]] std::string control_socket_path(const std::string& record);
 
-/// Carries out one request. `user` is the client's user as the kernel reports it, "ada (uid 1000)"; if the client acts
-/// for one of its own users, both: "anna (through ada, uid 1000)".
+/// Carries out one request. `user` is the client's user as the kernel reports it, such as "ada (uid 1000)". If the
+/// client acts for one of its own users, it contains both, such as "anna (through ada, uid 1000)".
 using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& user)>;
 
 /// The listening end. Every user with write permission may connect: mode 0660, or 0600 if the umask excludes the group.
 /// The kernel reports the client's user.
 class ControlSocket {
  public:
-  /// Opens the socket and replaces one that a dead program left. Fails with storage.
+  /// Opens the socket. Replaces the socket that a crashed program left behind. Fails with storage.
   [[nodiscard]] static Result<ControlSocket> open(const std::string& record);
   ~ControlSocket();
   ControlSocket(ControlSocket&&) noexcept = default;
   ControlSocket& operator=(ControlSocket&&) = delete;
 
-  /// Answers one message of each waiting client and returns immediately. Drops the oldest client that has sent nothing
-  /// as soon as more than eight wait. Call it when descriptor() is readable, and also at intervals.
+  /// Answers one message of each waiting client and returns immediately. If more than eight clients wait, drops the
+  /// oldest one that has sent nothing. Call it when descriptor() is readable, and also at intervals.
   void listen(const Listener& listener);
   [[nodiscard]] int descriptor() const { return socket_.number(); }
 
  private:
   ControlSocket(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
 
-  /// Accepts the next client, also if the process has used up its descriptors.
+  /// Accepts the next client, even if the process has no free descriptor.
   [[nodiscard]] Descriptor accept();
 
   Descriptor socket_;

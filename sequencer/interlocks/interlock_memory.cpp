@@ -11,9 +11,9 @@ namespace {
 
 constexpr Kelvins kChange{0.001};
 
-/// Adds up changes of the air that are too fast to be real: real air passes through every temperature between two
-/// readings, and a broken sensor jumps. A sum within chamber_disagreement is reset. A greater sum remains, even if the
-/// controller heats or cools in response.
+/// Sums changes of the air temperature that are too fast to be real. Real air temperature changes gradually; only a
+/// broken sensor jumps. A sum within chamber_disagreement is reset at the next plausible change. A greater sum is kept,
+/// even if the controller heats or cools in response.
 void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, Duration elapsed,
               InterlockMemory& memory) {
   constexpr double kTimesTheFastest = 3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The state of the interlocks between seconds: the changes of the temperatures, and the duration of each interlock's
-/// cause. Values; any thread.
+/// The state that the interlocks keep from one second to the next: temperature trends, and the duration of each
+/// interlock's cause. Plain values; any thread.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace gyrotherm::interlocks {
 /// The change of one temperature over the last minute, and the time since its last change.
 class Trend {
  public:
-  /// Adds one second's value; nothing if it was not read.
+  /// Adds the value of one second; std::nullopt if it was not read.
   void add(std::optional<Celsius> value);
   /// Clears the trend after a time without samples.
   void forget();
@@ -29,7 +29,7 @@ class Trend {
 
   /// Compares the value with the other thermometers. Call it after add().
   void compare(std::optional<Celsius> others);
-  /// Counts the latest consecutive samples whose values differ by less than a millikelvin from the first of them.
+  /// Returns the number of latest samples in a row that are within a millikelvin of the first of them.
   [[nodiscard]] int unchanged_samples() const { return unchanged_; }
   /// Returns the change of the other thermometers since the value last changed.
   [[nodiscard]] Kelvins others_moved() const { return others_moved_; }
@@ -44,12 +44,12 @@ class Trend {
   Kelvins others_moved_{};
 };
 
-/// Counts the recent samples with the cause, and the time that they cover. A cause that is present only in every second
-/// sample can therefore still trip its interlock.
+/// Counts the recent samples in which the cause was present, and the time they cover. A cause that is present in only
+/// every other sample can thus still trip its interlock.
 class RecentCauses {
  public:
-  /// Adds a sample that was read and that covers `elapsed`. The window keeps at least the last `samples` samples and at
-  /// least the last `time`.
+  /// Adds a sample that covers `elapsed`. The window keeps at least the last `samples` samples and at least the last
+  /// `time`. Do not call it for an unread sample.
   void add(bool found, Duration elapsed, int samples, Duration time) {
     window_.push_back({found, elapsed});
     count(window_.back(), 1);
@@ -90,14 +90,14 @@ struct InterlockMemory {
     Duration lasted{};
     /// Number of samples with the cause.
     int samples{};
-    /// Time since the quantity that shows the cause was last read.
+    /// Time since the last reading of the quantity that reveals the cause.
     Duration unseen{};
     /// Time since the cause was last found.
     Duration gone{};
     /// The alarm is raised.
     bool raised{};
     RecentCauses recent{};  ///< the last samples
-    /// Current reaction; the last known one while the quantity is not read.
+    /// Current reaction. While the quantity is unread, the last known reaction.
     Reaction reaction{};
     /// Thermometer that showed the cause.
     std::optional<std::size_t> column{};
@@ -107,15 +107,15 @@ struct InterlockMemory {
   std::array<std::vector<Watch>, kInterlocks> watches{};
   /// Returns the watch of the most affected subject, or an empty watch if there is none.
   [[nodiscard]] Watch most_affected_watch(InterlockId id) const;
-  /// Return true if the cause was present in the last second, for any subject or for one. is_active() also requires a
-  /// raised alarm.
+  /// Returns true if the cause was present in the last second, for any subject or for the given one. is_active() also
+  /// requires a raised alarm.
   [[nodiscard]] bool is_seen(InterlockId id) const;
   [[nodiscard]] bool is_seen(InterlockId id, const std::string& subject) const;
   [[nodiscard]] bool is_active(InterlockId id) const;
   LivenessMemory liveness{};
   /// The chamber answered in the previous sample.
   bool chamber_answered = true;
-  /// The chamber has reported its activity since it was last silent.
+  /// The chamber has reported its activity since its last silence.
   bool activity_seen = true;
   Trend air;
   std::vector<Trend> thermometers;

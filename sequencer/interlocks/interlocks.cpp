@@ -99,8 +99,8 @@ Found check_following(const CheckInputs& in) {
                       .grave = near_a_limit}};
 }
 
-/// Returns the distance of a reading from the range between the other thermometers and the chamber's air. While heat
-/// flows through the unit, the temperature of each of its parts is in that range.
+/// Returns the distance of a reading from the range between the other thermometers and the chamber's air; 0 inside the
+/// range. Every part of the unit is in that range while heat flows through the unit.
 Kelvins distance_from_range(const CheckInputs& in, Celsius value, Celsius others) {
   const auto air = in.chamber() ? in.chamber()->air : others;
   const auto [lowest, highest] = std::minmax(air, others);
@@ -128,8 +128,8 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   return farthest;
 }
 
-/// Finds the thermometers that disagree. A wrong one shifts the median, so the farthest one is excluded before the next
-/// search.
+/// Finds the thermometers that disagree. A wrong reading shifts the median, so each search excludes the thermometers
+/// already found.
 Found check_disagreement(const CheckInputs& in) {
   Found all;
   while (auto one = farthest(in, all)) all.push_back(std::move(*one));
@@ -152,7 +152,7 @@ Found check_stuck(const CheckInputs& in) {
 // ---- silence --------------------------------------------------------------------------------------------------------
 
 Found check_chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : make_result("chamber silent"); }
-/// The units that are silent, and the number of units that must send. A dead unit is not silent.
+/// The silent units, and the number of units that should send. A unit that is counted as dead is not silent.
 struct SilentUnits {
   std::vector<std::size_t> silent;
   std::size_t all{};
@@ -178,7 +178,7 @@ Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
   return all;
 }
 
-/// Finds the units whose silence stops the run. If every unit is silent, returns all of them.
+/// Finds the silent units without which the run cannot continue. If every unit is silent, returns all of them.
 Found check_gyro_silent(const CheckInputs& in) {
   auto units = silent_units(in);
   if (units.silent.size() == units.all) return silent(in, units.silent);
@@ -203,9 +203,9 @@ Found check_thermometers_lost(const CheckInputs& in) {
                                  : fmt::format("{} thermometers answer, {} are needed", answer, needed));
 }
 
-/// Finds the unread thermometers among those that `counts` accepts. An instrument with several such thermometers is one
-/// subject if all of them are unread. A channel that was lost before the rest of its instrument remains a subject of
-/// its own.
+/// Finds the unread thermometers among those that `counts` accepts. If all such thermometers of one instrument are
+/// unread, and there are several, the instrument is the subject. A channel that was lost earlier than its instrument
+/// remains a separate subject.
 Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
   const auto is_lost = [&](std::size_t i) { return counts(i) && !in.sample.thermometers[i].value; };
   const auto text = [&](const std::vector<std::string>& lost) {
@@ -278,8 +278,7 @@ Found check_not_taken(const CheckInputs& in) {
   return make_result(fmt::format("the chamber refuses set points: {}", in.facts.refusal));
 }
 
-/// Describes how the chamber differs from its commanded state; nothing if it does not differ, or if the difference is
-/// permitted.
+/// Describes how the chamber differs from its commanded state. Returns nothing if it does not differ or may differ.
 std::optional<std::string> describe_alteration(const CheckInputs& in) {
   if (!in.chamber() || in.facts.led_by_controller) return std::nullopt;
   const auto& chamber = *in.chamber();
@@ -299,9 +298,9 @@ bool was_restarted(const CheckInputs& in) {
          in.was_found(InterlockId::restarted_off);
 }
 
-/// Finds a change that another program or a person made. A foreign set point remains active while the chamber is
-/// silent, and does not count as a restart afterwards. While this program repeats a refused set point, a different set
-/// point is not foreign, but a running program is: a chamber refuses set points while a program runs.
+/// Finds a change made by another program or at the chamber's panel. The cause persists while the chamber is silent,
+/// and is not mistaken for a restart afterwards. While this program repeats a refused set point, a different set point
+/// is not foreign. A running controller program still is, because it makes a chamber refuse set points.
 Found check_foreign_set_point(const CheckInputs& in) {
   if (!in.chamber())
     return in.was_found(InterlockId::foreign_set_point)
@@ -320,7 +319,7 @@ Found restarted_and(const CheckInputs& in, bool off) {
   return is_it ? make_result("the chamber was restarted: it " + *what) : Found{};
 }
 Found check_restarted(const CheckInputs& in) { return restarted_and(in, false); }
-/// Finds a restart after which the chamber is off. Its reaction is more severe, because people may have disconnected
+/// Finds a restart after which the chamber is off. Its reaction is more severe, because someone may have disconnected
 /// the chamber to reach inside.
 Found check_restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
 
@@ -328,7 +327,7 @@ Found check_restarted_off(const CheckInputs& in) { return restarted_and(in, true
 
 Found result_if_any(const std::string& text) { return text.empty() ? Found{} : make_result(text); }
 Found check_program(const CheckInputs& in) { return result_if_any(in.facts.program); }
-/// Finds the instruments that another one has replaced. Each is a subject.
+/// Finds the instruments that were replaced by another one. Each is a subject.
 Found check_another_instrument(const CheckInputs& in) {
   Found all;
   for (const auto& text : in.facts.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
@@ -527,8 +526,8 @@ void raise_demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
   if (watch.reaction > most.reaction) most = {watch.reaction, watch.text};
 }
 
-/// Keeps the state of a cause while its quantity is unread: a lost reading does not show that the cause has ended. A
-/// silence longer than suspend_after counts as absence of the cause.
+/// Keeps the state of a cause while its quantity is unread, because a lost reading does not prove that the cause has
+/// ended. After suspend_after without a reading, the cause is treated as absent.
 void keep_unread_cause(const InterlockLimits& limits, InterlockId id, Duration elapsed, Watch& watch,
                        InterlockResult& judged) {
   watch.unseen += elapsed;
@@ -537,8 +536,8 @@ void keep_unread_cause(const InterlockLimits& limits, InterlockId id, Duration e
   clear_if_due(limits, id, elapsed, watch, judged.cleared);
 }
 
-/// Returns the time to add to a cause's duration. Time without ticks is included if the cause was present before it and
-/// the machine did not sleep. A sleep has its own interlock.
+/// Returns the time to add to a cause's duration. Includes the time without ticks only if the cause was present before
+/// it and the machine did not sleep; a sleep has its own interlock.
 Duration covered_time(const InterlockMemory::Watch& watch, Duration elapsed, const InterlockInputs& inputs) {
   const bool counts = watch.samples > 0 && inputs.missed <= inputs.longest_missed;
   return counts ? elapsed : elapsed - inputs.missed;

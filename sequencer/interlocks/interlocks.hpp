@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The conditions under which a run may continue. judge() takes limits, inputs and memory, and returns a result that
-/// outranks the profile. Pure; any thread.
+/// The conditions under which a run may continue. judge() evaluates one second against the limits. Its result overrides
+/// the profile. Pure; any thread.
 #pragma once
 
 #include <initializer_list>
@@ -26,7 +26,7 @@ struct InterlockInputs {
   int refusals{};
   /// Reason of the last refusal.
   std::string refusal{};
-  /// The last set point was refused just now and will be sent again. Until then the chamber may show any value.
+  /// The last set point was refused and will be sent again. Until then the chamber may show any value.
   bool sends_again{};
   /// Fault of a program that the controller carries out; empty: none.
   std::string program{};
@@ -45,10 +45,10 @@ struct InterlockInputs {
   /// Reasons why the watchdog could not make the chamber safe if this program ended, by subject ("guard", "safe-state
   /// file").
   std::map<std::string, std::string> guard_troubles{};
-  /// Instruments that answer in place of the expected ones.
+  /// Descriptions of instruments that answer in place of the expected ones.
   std::vector<std::string> strangers{};
-  /// The profile requires the units to be off, or people may not have switched them on yet. Their silence is not a
-  /// fault.
+  /// The profile requires the units to be off, or the operator may not have switched them on yet. Their silence is not
+  /// a fault.
   bool gyro_is_off{};
   /// People may be turning the units.
   bool units_are_moved{};
@@ -66,15 +66,15 @@ struct CheckResult {
   std::optional<std::size_t> column = {};
   /// Name of a channel, unit or instrument; may be empty.
   std::string subject = {};
-  /// Upper bound of the reaction, regardless of the policy.
+  /// Most severe permitted reaction, regardless of the policy.
   Reaction at_most = Reaction::abort;
 };
 
 struct CheckInputs;
 
-/// The conditions under which an interlock acts, as values or as keys of [limits]. The cause must be present in
-/// `samples` of the last 2 × `samples` samples, and for `after` within the last 2 × `after`. If `in_a_row`, it must be
-/// present for `after` without a break instead.
+/// The presence of a cause that is required before the interlock acts, as values or as members of InterlockLimits. The
+/// cause must be present in `samples` of the last 2 × `samples` samples, and for a total of `after` within the last 2 ×
+/// `after`. With `in_a_row`, it must instead be present for `after` without a break.
 struct Confirmation {
   Duration after{};
   Duration InterlockLimits::*after_limit = nullptr;
@@ -94,7 +94,7 @@ struct Interlock {
   Confirmation confirmation{};
   /// A silence of this length aborts the run.
   Duration InterlockLimits::*lost_after = nullptr;
-  /// The cause never ends. It demands more than a warning only in the second in which it is first found.
+  /// The cause is permanent. After the second in which it is found, it only warns.
   bool is_never_over = false;
   /// Keys of [limits] that the check uses, separated by blanks.
   std::string_view limits{};
@@ -132,11 +132,11 @@ struct InterlockResult {
 [[nodiscard]] InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
-/// Returns the demand of all interlocks except `some` after the last sample.
+/// Returns the demand of the last sample, without the interlocks in `some`.
 [[nodiscard]] InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
-/// Returns the causes that an operator's resume ends because the resume takes the chamber over: a foreign set point, a
-/// mode that does not follow the set point, and a restart of the chamber that holds the run.
+/// Returns the active causes that an operator's resume ends, because resuming takes the chamber over: a foreign set
+/// point, a mode that does not follow the set point, and a restart of the chamber if it holds the run.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
 /// Returns one line for each active alarm.

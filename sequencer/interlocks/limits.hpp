@@ -141,7 +141,7 @@ struct InterlockLimits {
   Duration chamber_lost = std::chrono::minutes(10);
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
-  /// If fewer thermometers answer, all of them count as silent.
+  /// Number of thermometers that must answer; with fewer, thermometers_lost acts.
   int thermometers_needed = 1;
   /// Units in sample order; empty: the units have no names.
   std::vector<UnitLimits> units;
@@ -151,9 +151,9 @@ struct InterlockLimits {
   Kelvins follow_band{2};
   Duration follow_time = std::chrono::minutes(5);
 
-  /// Shortest spell of identical readings that can be a fault.
+  /// Shortest duration of identical readings that can be a fault.
   Duration frozen_after = std::chrono::seconds(60);
-  /// Shortest spell without counts that can be a fault.
+  /// Shortest duration without counts that can be a fault.
   Duration gyro_dead_after = std::chrono::seconds(60);
   /// Permitted deviation from the Earth's rate; absent: computed from the unit's largest bias.
   std::optional<DegreesPerHour> gyro_band{};

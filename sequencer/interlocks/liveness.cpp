@@ -16,24 +16,24 @@ constexpr double kMostNoiseShare = 0.9;     ///< largest share that is used
 
 /// The limit of −ln of the probability that noise makes readings identical: about 1e-13.
 constexpr double kImprobable = 30;
-/// Readings are frozen after this multiple of the longest earlier spell of identical readings.
+/// Readings are declared frozen after this multiple of the longest earlier spell of identical readings.
 constexpr int kTimesTheLongest = 5;
-/// An instrument of unknown noise is frozen if the air moves by kAirMoved during the spell, and the spell lasts
-/// kWhileAirMoved.
+/// An instrument of unknown noise is declared frozen if the spell lasts kWhileAirMoved and the air changes by kAirMoved
+/// during it.
 constexpr Kelvins kAirMoved{10};
 constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
 /// The air follows a set point within this time; later changes are noise.
 constexpr Duration kSettlingTime = std::chrono::minutes(1);
 constexpr Kelvins kSameSetPoint{0.02};
-/// Counts that the Earth's rate must produce before their absence is a fault.
+/// The absence of counts is a fault once the Earth's rate would have produced this many.
 constexpr double kExpectedCounts = 20;
 constexpr double kResponseShare = 0.05;  ///< share of response_step
 constexpr int kStuckReadings = 120;
-/// The fastest rate of a body. Applies also if the rig file has a lower limit.
+/// The fastest plausible change of a solid body's temperature. Applies even if the rig file has a lower limit.
 constexpr CelsiusPerMinute kFastestBody{15};
 
-/// Measures the time since the set point last moved. Switching a unit on or off restarts it, because the unit's
-/// temperature changes.
+/// Updates the time since the set point last moved. Switching a unit on or off restarts that time, because the unit's
+/// temperature then changes.
 void update_rest_time(const Sample& sample, const LivenessSecond& second, LivenessMemory& memory) {
   const auto& chamber = sample.chamber.value;
   memory.at_rest += second.elapsed;
@@ -136,7 +136,7 @@ void update_units(const InterlockLimits& limits, const Sample& sample, const Liv
   }
 }
 
-/// Measures the change of air and set point since a thermometer last moved.
+/// Updates the change of air and set point since any thermometer last moved.
 void update_response(const InterlockLimits& limits, const Sample& sample, ResponseMemory& memory) {
   const auto& chamber = sample.chamber.value;
   const auto same_size = memory.thermometers.size() == sample.thermometers.size();
@@ -162,7 +162,7 @@ void update_response(const InterlockLimits& limits, const Sample& sample, Respon
     memory.demanded_change = std::max(memory.demanded_change, abs(chamber->set_point - *memory.set_point));
 }
 
-/// Adds up changes that are too fast for a body. A jump and its reversal cancel each other.
+/// Sums changes that are too fast for a solid body. A jump and its reversal cancel each other.
 void update_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
                   LivenessMemory& memory) {
   memory.past.resize(sample.thermometers.size());
@@ -201,7 +201,7 @@ void Noise::add(double value, bool at_rest) {
     identical_at_rest_ += at_rest ? 1 : 0;
     return;
   }
-  // Identical readings reduce the share only when their spell has ended. A frozen channel thus keeps its noise.
+  // Identical readings reduce the share only when their spell ends, so a frozen channel keeps its learnt noise.
   share_ *= std::pow(1 - kNoiseWeight, std::exchange(identical_at_rest_, 0));
   const bool is_noise = last_change_ * change < 0 && std::abs(change) > kTwoSteps * step_;
   if (at_rest) share_ += kNoiseWeight * ((is_noise ? 1 : 0) - share_);

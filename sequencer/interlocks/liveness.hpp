@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The behaviour of each instrument over time, to decide whether it still measures. Finds frozen readings, dead gyros,
-/// and thermometers that do not respond, that jump or that drift. Values; any thread.
+/// Tracks each instrument over time to detect one that no longer measures: frozen readings, dead gyros, and
+/// thermometers that do not respond, jump or drift. Plain values; any thread.
 #pragma once
 
 #include <limits>
@@ -14,8 +14,8 @@
 
 namespace gyrotherm::interlocks {
 
-/// Learns the noise of a channel from its own readings. Computes how improbable it is that noise alone leaves readings
-/// identical.
+/// Learns the noise of a channel from its readings, and computes how improbable a spell of identical readings is with
+/// that noise.
 class Noise {
  public:
   /// Adds a reading. `at_rest`: the set point is constant, so a change of the reading is noise.
@@ -23,7 +23,7 @@ class Noise {
 
   /// Counts the latest readings that are identical to the one before them.
   [[nodiscard]] int identical() const { return identical_; }
-  /// Returns −ln of the probability that noise alone makes so many readings identical; 0 while the noise is unknown.
+  /// Returns −ln of the probability of the current spell of identical readings; 0 while the noise is unknown.
   [[nodiscard]] double improbability() const;
 
  private:
@@ -31,8 +31,8 @@ class Noise {
   double last_change_{};
   /// The smallest change so far: the resolution, or a multiple of it.
   double step_ = std::numeric_limits<double>::infinity();
-  /// The share of readings at rest that reverse the last change by two steps or more. Such noise does not disappear at
-  /// any value of the quantity.
+  /// The share of readings at rest that reverse the last change by two steps or more. Noise of that size is visible at
+  /// every value of the quantity, despite rounding.
   double share_{};
   int identical_{}, identical_at_rest_{};
 };
@@ -41,7 +41,7 @@ class Noise {
 struct IdenticalSpell {
   int samples{};
   Duration duration{};
-  /// The longest earlier spell that did not count as frozen.
+  /// The longest earlier spell that was not declared frozen.
   Duration longest_before{};
   std::optional<Celsius> air_before{};  ///< at the spell's beginning
   /// Largest change of the air since then.
@@ -90,7 +90,7 @@ struct LivenessMemory {
   std::optional<Celsius> set_point{};
   /// Time since the set point last moved, or a unit was switched on or off.
   Duration at_rest{};
-  /// The units could be off in the previous second.
+  /// The units were possibly off in the previous second.
   bool units_were_off{};
 };
 

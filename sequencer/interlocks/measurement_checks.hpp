@@ -16,8 +16,8 @@
 
 namespace gyrotherm::interlocks {
 
-/// The inputs of one second. The trends in `memory` already contain this sample. The durations in `memory`, and its
-/// flag that the chamber answered, still describe the previous second.
+/// The inputs of one second. The trends in `memory` include this sample. The watches in `memory`, and
+/// `chamber_answered`, still describe the previous second.
 struct CheckInputs {
   const InterlockLimits& limits;
   const InterlockMemory& memory;
@@ -70,7 +70,8 @@ struct CheckInputs {
 /// Returns a result if the air or the set point has moved by response_step and no thermometer has moved in response.
 [[nodiscard]] std::vector<CheckResult> find_missing_response(const CheckInputs& in);
 
-/// Finds thermometers that jumped, as two exchanged ones do, and thermometers that move while all others are at rest.
+/// Finds thermometers that jumped, for example because two were exchanged, and thermometers that change while the
+/// others are at rest.
 [[nodiscard]] std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in);
 
 }  // namespace gyrotherm::interlocks

@@ -148,7 +148,7 @@ ProfileState pause_clock(const Profile& profile, ProfileState state, const Obser
 ProfileState restart_deadline(ProfileState state) {
   const auto* overdue = std::get_if<Overdue>(&state);
   if (!overdue) return state;
-  // The soak time is at least one second, so that a prompt that was answered is not repeated.
+  // An elapsed time of at least one second keeps an answered prompt from being repeated.
   return Holding{overdue->segment, std::max(overdue->soaked, kSecond), overdue->soaked, {}};
 }
 

@@ -47,8 +47,8 @@ struct Overdue {
 struct Complete {};
 using ProfileState = std::variant<Ramping, Holding, WaitingForSoak, Overdue, Complete>;
 
-/// One second as the state machine sees it: its length, the sensor on which the segment soaks, and the change of that
-/// sensor over the last minute. The sensor is the air or the thermometer that soak_sensor() names.
+/// The inputs of one step: its length, the reading of the segment's soak sensor, and the change of that reading over
+/// the last minute. soak_sensor() names the sensor: the air or a thermometer.
 struct Observation {
   Duration elapsed{};
   std::optional<Celsius> air;
@@ -71,7 +71,7 @@ struct Observation {
 /// Returns the set point of a state. Depends only on the state.
 [[nodiscard]] Celsius demanded_set_point(const Profile& profile, const ProfileState& state);
 
-/// Returns true if the profile requires the unit to be off, or if people may not have switched it on yet.
+/// Returns true if the profile requires the unit to be off, or if the operator may not have switched it on yet.
 [[nodiscard]] bool unit_may_be_off(const Profile& profile, const ProfileState& state);
 
 /// Returns "air", or the channel of the thermometer that the current segment soaks on.
@@ -82,7 +82,7 @@ struct Observation {
 [[nodiscard]] ProfilePosition profile_position(const Profile& profile, const ProfileState& state);
 [[nodiscard]] Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition& progress);
 
-/// Returns the remaining time if every soak counts from now on.
+/// Returns the remaining time, assuming that every soak counts without interruption from now on.
 [[nodiscard]] Duration time_left(const Profile& profile, const ProfileState& state);
 
 }  // namespace gyrotherm::profile

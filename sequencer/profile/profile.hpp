@@ -42,7 +42,7 @@ struct Segment {
   Duration soak_time{};
   /// Longest duration, waiting included.
   Duration deadline{};
-  /// Task for people before the segment begins. The run waits until they confirm; empty: no task.
+  /// Task for the operator before the segment begins. The run waits for the confirmation; empty: no task.
   std::string prompt{};
   /// Required state of the unit.
   UnitState unit{};
@@ -53,8 +53,8 @@ struct Segment {
   std::string place{};  ///< "file:line:column" in the profile
 };
 
-/// Returns the time that a segment takes if its soak counts from the first second. A guaranteed soak counts only after
-/// its dwell, and is never shorter than the hold's duration.
+/// Returns the shortest duration of a segment: its soak counts from the first second. A guaranteed soak includes its
+/// dwell and is never shorter than the hold.
 [[nodiscard]] Duration shortest(const Segment& segment);
 
 /// A limit of the profile's `[accept]` table. A result above it gives exit code 1. Absent keys accept anything.

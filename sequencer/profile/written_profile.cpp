@@ -123,7 +123,7 @@ std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& tabl
 
 constexpr std::size_t kLongestPrompt = 500;  ///< bytes
 
-/// Reads one line of text for people.
+/// Reads the task for the operator. Records an error if it is not one line of text.
 std::string read_prompt(const TomlTable& table) {
   auto prompt = table.text("prompt", "");
   if (table.has("prompt") && prompt.empty())
@@ -383,7 +383,7 @@ std::optional<Duration> ramp_time(Kelvins distance, CelsiusPerMinute rate) {
   return std::max(kSecond, Duration(std::chrono::ceil<std::chrono::seconds>(distance / rate)));
 }
 
-/// Returns the task for people that changes the state of the unit; empty if it does not change.
+/// Returns the operator's task for changing the state of the unit; empty if the state does not change.
 std::string describe_change(const UnitState& from, const UnitState& to) {
   std::string words;
   if (from.off != to.off) words = to.off ? "switch the unit off" : "switch the unit on";

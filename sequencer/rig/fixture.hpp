@@ -42,8 +42,8 @@ struct Fixture {
 /// Computes the attitude of an input axis along `direction` from the fixture, and stores it in `axis`: azimuth,
 /// elevation and the Earth's rate, with the uncertainties of the fixture's latitude, azimuth, elevation and roll, and
 /// of the axis' direction in the fixture (`direction_uncertainty`, degrees). The uncertainties stay separate, because
-/// one angle of an axis cannot represent two angles of a fixture. A budget multiplies each by its own slope of the
-/// Earth's rate.
+/// several fixture angles affect each angle of the axis. A budget multiplies each uncertainty by the corresponding
+/// partial derivative of the Earth's rate.
 void orient_axis(const Fixture& fixture, const FixtureVector& direction,
                  const std::optional<double>& direction_uncertainty, record::AxisInfo& axis);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Queries each instrument before a run and describes the answers as lines for people. Moves nothing.
+/// Queries each instrument before a run and describes the answers as text. Does not move the chamber.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +26,8 @@ struct RoundTrips {
 /// Returns "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
 [[nodiscard]] std::string text(const RoundTrips& trips);
 
-/// Describes whether one second suffices for the exchanges with the chamber, and the remedy if not; empty if the effort
-/// is unknown.
+/// Describes whether the exchanges with the chamber fit into one second, with a remedy if they do not; empty if their
+/// number is unknown.
 [[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
 
 /// Describes the word orders that give plausible values of the chamber's air temperature and set point; empty if the

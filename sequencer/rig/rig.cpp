@@ -22,9 +22,8 @@
 namespace gyrotherm::rig {
 namespace {
 
-/// Longest read of a gyro in a run; less than the limit of InstrumentIo. A later frame stays on the line for the next
-/// second's read. A longer read would consume that frame, and the reads of a gyro with one frame per second would fail
-/// every time.
+/// Time limit for one read of a gyro in a run, shorter than that of InstrumentIo. A frame that arrives later stays on
+/// the line for the next second's read.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroQueryWithin = std::chrono::milliseconds(1500);
 
@@ -447,7 +446,7 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   return simulator::parse_laboratory(*text, *path, {});
 }
 
-/// Gives the channels of the virtual laboratory to the thermometers in order, regardless of the channels' names.
+/// Assigns the channels of the virtual laboratory to the thermometers in order, regardless of the channels' names.
 Result<void> assign_virtual_channels(const std::vector<std::string>& there, const RigFile& file,
                                      std::vector<simulator::VirtualThermometer>& thermometers) {
   std::size_t next = 0;

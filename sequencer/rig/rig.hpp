@@ -46,7 +46,7 @@ struct RigStart {
   simulator::LaboratorySeed seed;  ///< virtual rig
   /// Length of the run when its next second begins (resume).
   Duration already{};
-  /// Every second of a virtual rig since it was switched on, except the last one.
+  /// Every past second of a virtual rig since it was switched on, except the last one.
   std::vector<simulator::PastSecond> replay;
   /// First set point of the profile (virtual rig).
   std::optional<Celsius> first_set_point{};
@@ -107,8 +107,8 @@ class Rig {
   [[nodiscard]] virtual Duration will_start_utc() const = 0;
   /// Advances a virtual rig's world and clock by whole seconds. Does nothing on a real rig.
   virtual void let_pass(std::int64_t seconds) = 0;
-  /// Brings the units under test of a virtual rig to a state from the next second on. Does nothing on a real rig, where
-  /// people do it.
+  /// Sets the state of the units under test of a virtual rig from the next second on. Does nothing on a real rig, where
+  /// the operator does it.
   virtual void bring_units_to(const UnitState& state) = 0;
 
   [[nodiscard]] virtual const Clock& clock() const = 0;

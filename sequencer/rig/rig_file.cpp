@@ -120,8 +120,8 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
-/// Checks that the safe set point is inside the air's limits. Outside them every run would end, even on its way to
-/// safety.
+/// Records an error if the safe set point is outside the air limits. The interlocks would otherwise trip while the
+/// chamber is being made safe.
 void check_safe_air(const TomlTable& root, const RigFile& rig) {
   const auto& limits = rig.limits;
   if (rig.safe_set_point >= limits.air_lowest && rig.safe_set_point <= limits.air_highest) return;

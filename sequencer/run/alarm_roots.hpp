@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The root of alarms that follow from one event: a host that is late, or a lost line. The root is an alarm of its own
-/// (`host_late`, `line_lost`), and the list of alarms suppresses its consequences under it. Pure; any thread.
+/// Finds the common root of several alarms: a late host or a lost line. The root is raised as a separate alarm
+/// (`host_late`, `line_lost`), and the alarm list suppresses its consequences. Pure; any thread.
 #pragma once
 
 #include <optional>
@@ -68,9 +68,9 @@ struct RootResult {
   std::vector<std::string> roots;
 };
 
-/// Advances the roots by one second. A root is raised with its first consequence. A host that misses 10 s in all is
-/// raised without one. `host_late` returns to normal after a minute without a late tick. `line_lost` returns to normal
-/// 5 s after `clear_after`, later than its consequences.
+/// Advances the roots by one second. A root is raised together with its first consequence; `host_late` is also raised
+/// without one when the missed time reaches 10 s. `host_late` returns to normal after a minute without a late tick.
+/// `line_lost` returns to normal once the line has answered for `clear_after` plus 5 s, later than its consequences.
 [[nodiscard]] RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, const RootInputs& inputs);
 
 }  // namespace gyrotherm::run

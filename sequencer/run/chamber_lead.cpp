@@ -133,7 +133,7 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
 
 namespace {
 
-/// Exceeds the largest age of a status, and the largest time by which the controller's clock can be ahead.
+/// Longer than the oldest possible status, and than the lead of the controller's clock.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
 /// Several attempts, because one lost exchange must not leave a program running.
 constexpr int kStopTries = 3;

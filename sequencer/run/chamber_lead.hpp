@@ -22,7 +22,7 @@
 
 namespace gyrotherm::run {
 
-/// One second of a run, as the lead needs it.
+/// The inputs of a lead for one second of a run.
 struct LeadSecond {
   const Sample& sample;
   /// The profile's set point.
@@ -47,14 +47,15 @@ class ChamberLead {
  public:
   virtual ~ChamberLead() = default;
 
-  /// Returns true if the chamber continues along the profile while this program pauses or after it ends.
+  /// Returns true if the chamber follows the profile without this program: during its pauses and after its end.
   [[nodiscard]] virtual bool can_continue_alone() const = 0;
   /// Returns the reason why this lead cannot carry out an operator's command; empty if it can.
   [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
 
   /// Sets the values that the interlocks compare the chamber with.
   virtual void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
-  /// Returns the interlocks' demand as it applies under this lead: reduced, or raised for a reason of the lead's own.
+  /// Returns the interlocks' demand as adjusted by this lead: milder, or more severe for a reason that only the lead
+  /// knows.
   [[nodiscard]] virtual interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
                                                                   const LeadSecond& second) = 0;
   /// Returns true if set point and air permit the profile's clock to run.
@@ -82,7 +83,7 @@ class ChamberLead {
 /// Returns true if the last reading shows a foreign set point or program, or a mode that does not follow the set point.
 [[nodiscard]] bool is_changed_externally(const interlocks::InterlockMemory& memory);
 
-/// Sends the set points itself, along a path without jumps. Waits for the air after a deviation.
+/// Sends each set point along a path without jumps. After a deviation, waits for the air before the profile continues.
 class HostLead final : public ChamberLead {
  public:
   /// `here`: the set point that the chamber accepted at `at`, a time of the run.
@@ -95,8 +96,9 @@ class HostLead final : public ChamberLead {
   [[nodiscard]] bool can_continue_alone() const override { return false; }
   [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
-  /// Applies the resume rule after a pause of the program, as after a restart. Air that has moved away from the goal
-  /// suspends the run, and must return even if another cause has stopped the run already.
+  /// Applies the resume rule after a pause of this program, as after a restart. If the air has moved away from the
+  /// goal, the run is suspended until the air returns. The air must return even if another cause has already stopped
+  /// the run.
   [[nodiscard]] interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
                                                           const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
@@ -133,7 +135,7 @@ class HostLead final : public ChamberLead {
 [[nodiscard]] Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& profile);
 
 /// Leaves the chamber to its controller. Sends no set points, continues while an instrument is silent, and aborts the
-/// run if the controller no longer carries out its program. The program cannot pause the controller.
+/// run if the controller stops executing its program. The controller cannot be paused from here.
 class ControllerLead final : public ChamberLead {
  public:
   explicit ControllerLead(Kelvins tolerance) : tolerance_(tolerance) {}

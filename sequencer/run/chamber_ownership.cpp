@@ -12,8 +12,8 @@
 namespace gyrotherm::run {
 namespace {
 
-/// An exchange with the chamber takes at most about this time; a longer one is a hang. With the 8 s of silence and the
-/// 10 s of make-safe, the chamber is safe within 20 s.
+/// Longest exchange with the chamber; a longer one is a hang. Together with 8 s of silence and 10 s for make-safe, the
+/// chamber is safe within 20 s.
 constexpr Duration kLongestExchange = std::chrono::seconds(2);
 
 watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& record, bool by_program) {
@@ -32,8 +32,8 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
           .power = rig.chamber_power};
 }
 
-/// gyrotherm-make-safe holds the lock for a moment at each look while it watches the air of a chamber that it has made
-/// safe.
+/// Longest time for which gyrotherm-make-safe holds the lock for one reading, while it watches the air of a chamber
+/// that it has made safe.
 constexpr Duration kLongestInspection = std::chrono::seconds(5);
 constexpr auto kRetryEvery = std::chrono::milliseconds(50);
 

@@ -22,8 +22,8 @@ class ChamberOwnership {
   [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
 
-  /// Names the processes that hold the name of the chamber's lock without permission to drive chambers. take() ignored
-  /// them.
+  /// Describes the processes that hold the chamber's lock without permission to drive chambers. take() ignores such
+  /// locks.
   [[nodiscard]] std::vector<std::string> strangers() const;
 
   /// Arms the watchdog: from now on it makes the chamber safe if this program dies or hangs. Call it immediately before

@@ -23,12 +23,12 @@ struct OperatorRequest {
   std::string reason{};  ///< may be empty
 };
 
-/// The requests that wait for the next tick. The most severe one is carried out, and the first of equally severe ones.
-/// The others are dropped; their operators received a refusal, unless a more severe request came later.
+/// The requests that wait for the next tick. Only the most severe one is carried out; of several equally severe ones,
+/// the first. The others are dropped.
 class OperatorRequests {
  public:
   /// Returns the reason why a run in `state` would not carry out `command` at the next tick, given the waiting
-  /// requests; empty if it will. Interlocks may still do more than any operator requests.
+  /// requests; empty if it would. An interlock may still override the command.
   [[nodiscard]] std::string objection(RunState state, OperatorCommand command) const;
 
   void add(OperatorRequest request) { waiting_.push_back(std::move(request)); }

@@ -101,8 +101,8 @@ std::vector<simulator::PastSecond> list_seconds(const record::Record& record, st
   return seconds;
 }
 
-/// Returns every second of the virtual world before the second that the new preparation takes: the preparation before
-/// the run, the recorded seconds, and the gap.
+/// Returns every second of the virtual world up to the one that the new preparation takes: the first preparation, the
+/// recorded seconds, and the gap.
 std::vector<simulator::PastSecond> make_replay(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
   auto seconds = list_seconds(record, on.last_slot);
@@ -138,8 +138,8 @@ Result<profile::ProfileState> state_after(const record::Record& record, const pr
   return next(profile, *last, {.elapsed = kSecond, .air = last_soak_reading(record, soak_sensor(profile, *last))});
 }
 
-/// Returns the last air that was read while the profile's clock ran. Air of a run on its way to the profile is not a
-/// valid reference.
+/// Returns the last air temperature that was read in Execute. The air of a run that is returning to the profile is not
+/// a valid reference.
 std::optional<Celsius> last_air_in_execute(const record::Record& record) {
   for (auto row = record.state.size(); row-- > 0;)
     if (record.state[row] == RunState::execute && !std::isnan(record.chamber_air_c[row]))
@@ -282,7 +282,7 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
                          .folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)});
 }
 
-/// Fails with bad_file if the world of a virtual rig cannot be computed again up to the record's end.
+/// Fails with bad_file if the virtual rig cannot be replayed up to the record's end.
 Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int64_t last_slot,
                           const std::string& path) {
   if (info.days_later > simulator::kMostDaysLater)

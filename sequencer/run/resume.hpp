@@ -37,8 +37,7 @@ namespace gyrotherm::run {
 
 inline constexpr Duration kLongestUnattended = std::chrono::seconds(120);
 inline constexpr Kelvins kResumeBand{2};
-/// Longest downtime that is accepted from the wall clock; a longer one is taken for a clock error. A record can contain
-/// three years.
+/// Longest downtime that is accepted from the wall clock; a longer one is treated as a clock error.
 inline constexpr Duration kLongestBelieved = std::chrono::days(366);
 
 /// The state of a run when its ticks ended.
@@ -81,8 +80,8 @@ struct ReentryDecision {
 [[nodiscard]] std::string compare_identities(const std::map<std::string, std::string>& at_start,
                                              const std::map<std::string, std::string>& now);
 
-/// Applies the resume rule. `mild`: a temperature that is harmless to the unit under test. The mild side is the range
-/// from it to the segment's extremes, extended by kResumeBand at both ends.
+/// Applies the resume rule. `mild`: a temperature that is harmless to the unit under test. Air is acceptable from
+/// `mild` to either extreme of the segment, extended by kResumeBand at both ends.
 [[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now);
 /// Returns the reason why the downtime of a real run is unknown: by `down`, the wall clock is earlier than the run's
 /// last second, or more than a year later. Empty if the downtime is known.

@@ -35,7 +35,7 @@ class RigChanges {
   [[nodiscard]] std::int64_t faulty_readings() const { return faulty_readings_; }
 
   /// Returns the alarms that are raised or return to normal in this second. `missed`: the time without ticks before it.
-  /// A root precedes its consequences when it is raised, and follows them when it returns to normal.
+  /// In the result, a raised root precedes its consequences, and a cleared root follows them.
   [[nodiscard]] std::vector<RigChange> compare_alarms(const interlocks::InterlockResult& result, const Sample& sample,
                                                       Duration missed);
 

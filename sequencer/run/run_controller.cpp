@@ -187,9 +187,9 @@ std::optional<OperatorRequest> RunController::take_request() {
   return taken.carried_out;
 }
 
-/// Advances the profile of a controller that continues by itself. The air in the gap is unknown. It is assumed to
-/// follow the set point if the machine slept, and to be unchanged in a shorter gap. The profile of a chamber that is
-/// being made safe does not continue.
+/// Records the slots without a tick as a gap. If a controller executes the profile, advances the profile over the gap,
+/// unless the chamber is being made safe. The air in the gap is unknown: it is assumed to follow the set point if the
+/// machine slept, and to be unchanged otherwise.
 Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
@@ -372,7 +372,7 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
-/// Commands the chamber for the state of this second. The last set point is thus sent at the end of the profile's last
+/// Commands the chamber for the state after this second. The final set point is therefore sent in the profile's last
 /// second.
 void RunController::command_chamber(const Sample& sample) {
   rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);

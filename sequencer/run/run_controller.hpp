@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One run of a profile on a rig. Each tick, once a second, reads, judges, advances the run's state machine and the
-/// profile, commands the chamber, and stores.
+/// One run of a profile on a rig. Once a second, a tick reads the instruments, evaluates the interlocks, advances the
+/// state machines of the run and of the profile, commands the chamber and stores the sample.
 #pragma once
 
 #include <map>
@@ -65,7 +65,7 @@ class RunController {
   /// Returns true if the next tick has an event to record or a request to carry out.
   [[nodiscard]] bool has_pending_work() const { return !events_.empty() || requests_.find_next() != nullptr; }
 
-  /// Makes the chamber safe without a tick, for an end that cannot wait for one. end_cause() reports whether that
+  /// Makes the chamber safe immediately, when the run must end without another tick. end_cause() reports whether that
   /// succeeded. The watchdog watches the air afterwards.
   void make_safe(const std::string& cause);
 
@@ -107,7 +107,7 @@ class RunController {
     /// One per refused number.
     std::vector<std::string> objections{};
   };
-  /// Writes to the record immediately, so that the next request finds the alarms acknowledged.
+  /// Writes to the record immediately, so the next request finds the alarms acknowledged.
   [[nodiscard]] Acknowledged append_acknowledgements(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                      const std::string& comment);
   Result<void> record_gap(std::int64_t slot);

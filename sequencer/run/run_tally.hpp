@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Counts for the summary of a run: faulty readings, alarms, time without the profile's clock, and gaps. Values; one
-/// thread.
+/// Totals for the summary of a run: faulty readings, suspended and held time, and gaps. Plain values; one thread.
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ watchdog::SafeGoal make_goal(const rig::RigFile& rig) {
 
 SafeSequence::SafeSequence(const rig::RigFile& rig) : target_(rig.safe_set_point), evidence_(make_goal(rig)) {}
 
-/// Sends the set point, then the mode. Switches a chamber off if everything else had no effect, even if it refuses the
+/// Sends the set point, then the mode. If nothing else had an effect, switches the chamber off, even if it refuses the
 /// set point.
 Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
   Result<void> sent;

@@ -14,7 +14,7 @@
 
 namespace gyrotherm::run {
 
-/// Name of the alarm of a chamber that was commanded to be safe and is not.
+/// Alarm of a chamber that does not become safe although it was commanded to.
 inline constexpr const char* kSafeIneffective = "safe_ineffective";
 
 class SafeSequence {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The set points of a chamber: never faster than the ramp limit, never outside the limits, one at a time, each read
-/// back before the next.
+/// The sequence of set points for a chamber. It stays within the chamber's limits and ramp rate, and sends a set point
+/// only after the previous one was read back.
 #pragma once
 
 #include <algorithm>

@@ -37,7 +37,8 @@ class AirWatch {
  public:
   AirWatch(Celsius set_point, Duration observe) : set_point_(set_point), observe_(observe) {}
 
-  /// Clears all readings. Air of a chamber that is switched off may drift to any ambient temperature.
+  /// Clears all readings and sets the source. The air of a chamber that is switched off may drift to any ambient
+  /// temperature.
   void begin(AirSource source);
   /// Adds a reading at `at` of a monotonic clock. Returns the verdict so far.
   AirVerdict see(Celsius air, Duration at);

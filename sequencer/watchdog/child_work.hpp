@@ -20,7 +20,7 @@ class ChildWork {
  public:
   /// Sends one line to the parent.
   using SendLine = std::function<void(const std::string& line)>;
-  /// Begins `work` in a child. If no child can be started, the work counts as ended without a line.
+  /// Begins `work` in a child process. If the process cannot be started, has_ended() returns true and no line follows.
   explicit ChildWork(const std::function<void(const SendLine&)>& work);
 
   /// Returns the next line that the work sends. Returns nothing at its end, or after `within`.

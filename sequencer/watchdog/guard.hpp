@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The identity of a process, and the line between a program and its guard.
+/// The identity of a process, and the protocol between a program and its guard.
 #pragma once
 
 #include <sys/types.h>
@@ -34,12 +34,12 @@ struct ProcessIdentity {
 /// Waits at most `within` for the end of a process and all of its threads. Returns false if some remain.
 [[nodiscard]] bool wait_for_end(const ProcessIdentity& process, Duration within);
 
-/// Sends SIGKILL to that process and to no other, and waits as wait_for_end() does.
+/// Sends SIGKILL to exactly this process, and waits as wait_for_end() does.
 [[nodiscard]] bool kill_process(const ProcessIdentity& process, Duration within);
 
-// The line between the program that drives a chamber and its guard. The program sends the safe-state file, which the
-// guard needs to make the chamber safe, then one byte per tick. The guard reports that it watches, and answers each
-// byte.
+// The connection between the program that drives a chamber and its guard. The program sends the safe-state file, which
+// the guard needs to make the chamber safe, then one byte per tick. The guard confirms that it is watching, and answers
+// each byte.
 
 /// Bytes of the program. Any other byte counts as kAlive.
 inline constexpr char kSafeStateFollows = 'A';
@@ -69,7 +69,7 @@ struct WatchLimits {
 };
 
 /// Reads from the descriptor until the watch ends, and answers each byte if the descriptor is a socket. Counts silence
-/// in slices of a second, so that a sleep of the machine does not count as a late program.
+/// in slices of one second, so a sleep of the machine does not look like a late program.
 [[nodiscard]] WatchEnd watch(int descriptor, const WatchLimits& limits = {});
 
 }  // namespace gyrotherm::watchdog

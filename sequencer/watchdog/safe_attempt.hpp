@@ -53,7 +53,7 @@ inline constexpr std::string_view kMadeSafeMark = " (made safe)";
 
 /// The environment of an attempt.
 struct AttemptEnvironment {
-  /// Makes a new connection, without a pause or a stale reply.
+  /// Makes a new connection, which has no pending pause and no stale reply.
   std::function<std::unique_ptr<drivers::Chamber>()> connect;
   std::function<void(Duration)> wait;
   /// Receives each stage reached, and each fault.
@@ -95,8 +95,8 @@ struct Rescued {
 [[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
                                    SafeTask task = SafeTask::leave_as_required);
 
-/// Makes a chamber safe by repeated attempts. Each has its own connection, so that a program that takes the run over
-/// finds the chamber free. Judges the readings of all attempts together.
+/// Makes a chamber safe by repeated attempts. Each attempt opens and closes its own connection, so a program that takes
+/// the run over finds the chamber free. The readings of all attempts form one body of evidence.
 class SafeRescue {
  public:
   /// All arguments must outlive this object.
@@ -106,7 +106,7 @@ class SafeRescue {
   /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once the chamber has shown set
   /// point, mode and air.
   [[nodiscard]] Rescued attempt();
-  /// Returns true if every remedy has failed: only people can help.
+  /// Returns true if every remedy has failed and only an operator can help.
   [[nodiscard]] bool is_exhausted() const { return evidence_.is_exhausted(); }
   /// Returns true if the chamber has never been read, or not in the last attempts.
   [[nodiscard]] bool is_lost() const { return !has_answered_ || failures_ >= kLostAfter; }

@@ -16,7 +16,7 @@ namespace gyrotherm::watchdog {
 /// Default of [safe] observe.
 inline constexpr Duration kUsualObserve = std::chrono::minutes(5);
 
-/// The required final state of the chamber.
+/// The required final state of the chamber, and the capabilities of its map.
 struct SafeGoal {
   Celsius set_point;
   /// Permitted deviation of the set point that is read back.
@@ -62,7 +62,7 @@ class SafeEvidence {
 
   /// Returns the command to send now. The caller decides how often it is repeated.
   [[nodiscard]] SafeAction next() const;
-  /// Returns true if the chamber must be off, by the rig file or because everything else had no effect.
+  /// Returns true if the chamber must be switched off: the rig file requires it, or everything else had no effect.
   [[nodiscard]] bool must_be_off() const;
   /// Returns true while the last reading shows an unsafe chamber: it does not keep the set point or the mode, or the
   /// air moves away.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes the trace of make-safe next to the record, from separate processes: the disk may hang, and nothing waits for
-/// it.
+/// Writes the trace of make-safe next to the record. Separate processes write it, so a hanging disk does not block
+/// make-safe.
 #pragma once
 
 #include <memory>
@@ -45,9 +45,9 @@ class Trail {
   Duration began_;  ///< UTC
   std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, safe_state_to_remove_ = false;
-  /// One at a time, so that the newest trace is the last.
+  /// One at a time, so the newest trace is written last.
   std::unique_ptr<ChildWork> writing_;
-  /// One at a time, so that a hanging disk does not accumulate processes.
+  /// One at a time, so a hanging disk does not accumulate processes.
   std::unique_ptr<ChildWork> looking_;
 };
 

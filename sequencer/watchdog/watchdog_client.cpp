@@ -40,8 +40,8 @@ constexpr auto kAnswersWithin = std::chrono::seconds(5);
 
 }  // namespace
 
-/// The guard's program. The file stays open from the start of the run, so that the guard can be restarted after an
-/// upgrade has removed or replaced the file.
+/// The executable of the guard. The file stays open from the start of the run, so the guard can be restarted even after
+/// an upgrade has removed or replaced the file.
 class GuardProgram {
  public:
   GuardProgram() : path_(sibling_program_path(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
@@ -64,8 +64,8 @@ class GuardProgram {
 
 namespace {
 
-/// Starts the program with no signal blocked, in a session of its own, so that signals of a terminal do not reach it.
-/// `input` is its standard input. Returns an error number, 0 for none.
+/// Starts the program with no signal blocked, in a new session, so signals from a terminal do not reach it. `input` is
+/// its standard input. Returns an error number, 0 for none.
 int spawn(const GuardProgram& program, const std::string& record, int input, pid_t& pid) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
@@ -133,7 +133,8 @@ void NotifySocket::notify(std::string_view state) {
 
 /// The state that the client and its threads share.
 struct WatchdogClient::SharedState {
-  /// A trouble and its text. The text remains for a while after the end of the trouble, so that a reader notices it.
+  /// A failure and its description. The description remains available for some seconds after the failure ends, so a
+  /// poll does not miss it.
   class Trouble {
    public:
     void begin(std::string words) {
@@ -180,8 +181,8 @@ struct WatchdogClient::SharedState {
   void run_every_interval(void (SharedState::*chore)());
 };
 
-/// Kills a guard and closes its line. If the guard were only stopped, it could resume later and take the closed line
-/// for a failure.
+/// Kills a guard before closing its line. A guard that was merely stopped could resume later and treat the closed line
+/// as a failure.
 void end_guard(pid_t pid, Descriptor line) {
   if (pid > 0) {
     ::kill(pid, SIGKILL);

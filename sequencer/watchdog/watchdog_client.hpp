@@ -41,14 +41,14 @@ class WatchdogClient {
   /// Writes the safe-state file, starts the guard and waits until it watches. Fails with storage, or with bad_file if
   /// no guard can be started; then the previous safe-state file is restored, or removed if there was none.
   [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> start(const SafeState& safe_state);
-  /// Ends the threads. The guard takes the end of a process without good_bye() for a failure.
+  /// Ends the threads. If the process ends without good_bye(), the guard treats that as a failure.
   ~WatchdogClient();
   WatchdogClient(const WatchdogClient&) = delete;
   WatchdogClient& operator=(const WatchdogClient&) = delete;
 
-  /// Reports that a tick is done. The guard takes silence for a hang.
+  /// Reports that a tick is done. The guard treats silence as a hang.
   void heartbeat();
-  /// Reports that the run has ended in order, so that the guard does not act.
+  /// Reports that the run has ended in order, so the guard does not act.
   void good_bye();
   /// Returns true if start() found a safe-state file: a program had died, and its chamber was not made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }

@@ -50,7 +50,7 @@ struct InterlockInputs {
   /// The profile requires the units to be off, or the operator may not have switched them on yet. Their silence is not
   /// a fault.
   bool gyro_is_off{};
-  /// People may be turning the units.
+  /// An operator may be turning the units.
   bool units_are_moved{};
   bool is_turned{};  ///< input axes reversed
   /// Units under test that an operator has dropped; empty: none.

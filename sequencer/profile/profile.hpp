@@ -134,7 +134,7 @@ struct Timeline {
 [[nodiscard]] Timeline plan(const Profile& profile);
 
 /// Returns the table that `gyrotherm check` prints: each segment with start, duration, from, to and rate, the totals of
-/// each cycle and of the profile, and the tasks for people.
+/// each cycle and of the profile, and the tasks for the operator.
 [[nodiscard]] std::string describe(const Profile& profile, const Timeline& timeline);
 
 }  // namespace gyrotherm::profile

@@ -21,7 +21,7 @@ namespace gyrotherm::rig {
 /// A unit under test.
 struct UnitSettings {
   record::UnitInfo info;
-  /// People can turn the unit around in the chamber, which reverses its input axes.
+  /// The unit can be turned around in the chamber, which reverses its input axes.
   bool can_be_turned{};
   /// The run continues for the other units if this one is silent.
   bool continue_when_silent{};

@@ -92,7 +92,7 @@ struct ReentryDecision {
 /// Returns true if the air is within kResumeBand of the goal or of `air_before`.
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
 
-/// The first set point of a resumed run, chosen so that the chamber's temperature does not jump.
+/// The first set point of a resumed run, chosen to avoid a jump of the chamber's temperature.
 struct EntryPoint {
   Celsius set_point;
   /// The set point is the air's temperature, away from the profile. The run returns by a ramp.

@@ -267,7 +267,7 @@ void RunController::change_to(RunStateMachine machine) {
   note(EventKind::state, again && !why.empty() ? "execute: the profile continues, after: " + why : describe(machine_));
 }
 
-/// Returns the task for people before the profile continues. A virtual rig confirms the task immediately.
+/// Returns the task for the operator before the profile continues. A virtual rig confirms it immediately.
 std::string RunController::required_prompt(const Sample& sample) {
   const auto& [segment, cycle, phase, in_segment, soaked, set_point] = sample.progress;
   if (in_segment != Duration{} || segment == answered_ || phase == Phase::complete) return {};

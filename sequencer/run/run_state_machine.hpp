@@ -69,7 +69,7 @@ struct RunInputs {
   interlocks::InterlockDemand demand;
   /// The request to carry out.
   std::optional<OperatorRequest> request;
-  /// Task for people before the profile continues; empty: none.
+  /// Task for the operator before the profile continues; empty: none.
   std::string prompt{};
   /// The set point is the profile's, and the air is near it.
   bool in_place = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Work in a separate process, so that a hang of a line, a library or a disk affects only that process.
+/// Runs work in a separate process. A hang of a line, a library or a disk then affects only that process.
 #pragma once
 
 #include <sys/types.h>

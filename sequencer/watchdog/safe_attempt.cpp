@@ -328,7 +328,7 @@ Rescued SafeRescue::attempt() {
 
 Duration SafeRescue::pause() const {
   constexpr Duration kAtOnce = std::chrono::seconds(1), kLooks = std::chrono::seconds(2);
-  // A longer pause, so that a controller that ignores commands is not flooded.
+  // A longer pause avoids flooding a controller that ignores commands.
   constexpr Duration kCommands = std::chrono::seconds(5);
   if (!is_answering_ || !evidence_.has_shown_set_point()) return kAtOnce;
   return task() == SafeTask::look ? kLooks : kCommands;

@@ -164,7 +164,7 @@ Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file)
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
   table->expect("schema", kMadeSafeSchema);
-  // "at" is for people; "utc_ns" has the exact time.
+  // "at" is for human readers; "utc_ns" contains the exact time.
   table->ignore("at");
   MadeSafe trace{.at = Duration(table->integer("utc_ns")),
                  .because = table->text("because"),

@@ -20,58 +20,58 @@ namespace gyrotherm::watchdog {
 namespace {
 
 struct Pipe {
-  Pipe() { EXPECT_EQ(::pipe(wait_for_end), 0); }
-  ~Pipe() { ::close(wait_for_end[0]), close(); }
-  void say(const char* bytes) const { EXPECT_GT(::write(wait_for_end[1], bytes, std::string_view(bytes).size()), 0); }
+  Pipe() { EXPECT_EQ(::pipe(ends), 0); }
+  ~Pipe() { ::close(ends[0]), close(); }
+  void say(const char* bytes) const { EXPECT_GT(::write(ends[1], bytes, std::string_view(bytes).size()), 0); }
   void close() {
-    if (wait_for_end[1] >= 0) ::close(wait_for_end[1]);
-    wait_for_end[1] = -1;
+    if (ends[1] >= 0) ::close(ends[1]);
+    ends[1] = -1;
   }
-  int wait_for_end[2]{};
+  int ends[2]{};
 };
 
 TEST(Guard, AGoodByeEndsItsWatch) {
   Pipe pipe;
   pipe.say("p...q");
-  EXPECT_EQ(watch(pipe.wait_for_end[0]), WatchEnd::good_bye);
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
 }
 
 TEST(Guard, AnEndWithoutAGoodByeIsADeath) {
   Pipe pipe;
   pipe.say("p..");
   pipe.close();
-  EXPECT_EQ(watch(pipe.wait_for_end[0]), WatchEnd::closed);
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::closed);
 }
 
 TEST(Guard, SilenceIsAHangAndPreparingMayTakeLonger) {
   Pipe pipe;
   pipe.say(".");
-  EXPECT_EQ(watch(pipe.wait_for_end[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::hours(1)}),
+  EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::hours(1)}),
             WatchEnd::silent);
   pipe.say("p");
-  EXPECT_EQ(watch(pipe.wait_for_end[0], {.silence = std::chrono::hours(1), .preparing = std::chrono::seconds(1)}),
+  EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::hours(1), .preparing = std::chrono::seconds(1)}),
             WatchEnd::silent);
 }
 
 TEST(Guard, AnswersWhatItHearsAndSoIsKnownToLive) {
-  int wait_for_end[2];
-  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, wait_for_end), 0);
-  ASSERT_EQ(::write(wait_for_end[1], ".", 1), 1);
-  EXPECT_EQ(watch(wait_for_end[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::seconds(1)}),
+  int ends[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+  ASSERT_EQ(::write(ends[1], ".", 1), 1);
+  EXPECT_EQ(watch(ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::seconds(1)}),
             WatchEnd::silent);
   char heard = 0;
-  EXPECT_EQ(::recv(wait_for_end[1], &heard, 1, MSG_DONTWAIT), 1);
+  EXPECT_EQ(::recv(ends[1], &heard, 1, MSG_DONTWAIT), 1);
   EXPECT_EQ(heard, kHeard);
-  ::close(wait_for_end[0]), ::close(wait_for_end[1]);
+  ::close(ends[0]), ::close(ends[1]);
 }
 
 TEST(Guard, TakesItsOrdersFromTheLineAndNothingAfterThem) {
   Pipe pipe;
   pipe.say((safe_state_message("some text") + ".q").c_str());
-  const auto orders = receive_safe_state(pipe.wait_for_end[0], std::chrono::seconds(5));
+  const auto orders = receive_safe_state(pipe.ends[0], std::chrono::seconds(5));
   ASSERT_TRUE(orders) << text(orders.error());
   EXPECT_EQ(*orders, "some text");
-  EXPECT_EQ(watch(pipe.wait_for_end[0]), WatchEnd::good_bye);
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
 }
 
 TEST(Guard, OrdersThatAreNoneAreRefused) {
@@ -79,10 +79,10 @@ TEST(Guard, OrdersThatAreNoneAreRefused) {
     Pipe pipe;
     if (*orders != '\0') pipe.say(orders);
     pipe.close();
-    EXPECT_FALSE(receive_safe_state(pipe.wait_for_end[0], std::chrono::seconds(5)).has_value()) << orders;
+    EXPECT_FALSE(receive_safe_state(pipe.ends[0], std::chrono::seconds(5)).has_value()) << orders;
   }
   Pipe silent;
-  EXPECT_EQ(receive_safe_state(silent.wait_for_end[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
+  EXPECT_EQ(receive_safe_state(silent.ends[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
 }
 
 TEST(ChildWork, TellsItsLinesAndItsEnd) {

@@ -164,7 +164,7 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
 
 /// Searches both ends of the values for a step that separates a few distinct numbers from all others.
 Result<void> ChannelTally::judge_isolated(const Column& column, const std::string& file, Notes& notes) const {
-  constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMostShare = 0.2, kTimesTheRest = 50;
+  constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMostShare = 0.2, kRangeMultiple = 50;
   constexpr std::size_t kFewest = 20;
   if (column.summary.values < kFewest || column.kind == Kind::value || column.valid) return {};
   const bool is_temperature = column.kind == Kind::temperature;
@@ -178,7 +178,7 @@ Result<void> ChannelTally::judge_isolated(const Column& column, const std::strin
       if (static_cast<double>(count) > kMostShare * static_cast<double>(column.summary.values)) break;
       const double raw = (at - column.offset) / column.scale;
       const bool is_sentinel = is_known_sentinel(at) || is_known_sentinel(raw);
-      const double limit = is_temperature ? (is_sentinel ? kSentinelApart_k : kApart_k) : kTimesTheRest * rest;
+      const double limit = is_temperature ? (is_sentinel ? kSentinelApart_k : kApart_k) : kRangeMultiple * rest;
       if (apart < limit || (is_temperature && !is_sentinel && apart < rest / 4) || limit == 0) continue;
       const auto what = fmt::format(
           "{} of the {} values of column {} differ by {:.4g} {} or more from all others, the "

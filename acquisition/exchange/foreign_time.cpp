@@ -175,9 +175,9 @@ std::optional<Duration> clock_time(Front& front, int most_hours, std::string_vie
 std::optional<Duration> time_of_day(Front& front) {
   if (front.rest().empty()) return Duration{};
   if (!front.take_if("T ")) return std::nullopt;
-  const bool is_its_end = front.rest().starts_with("24");
+  const bool is_end_of_day = front.rest().starts_with("24");
   const auto time = clock_time(front, kEndOfDay, ".,");
-  return is_its_end && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
+  return is_end_of_day && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
 }
 
 /// Removes "2026-03-01". The date may not exist.

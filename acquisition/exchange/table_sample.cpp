@@ -188,7 +188,7 @@ class HeaderSearch {
   void find() {
     if (const auto names = names_above()) return take_names(*names);
     take_by_number();
-    if (take_broken_names() || take_comment_names()) return;
+    if (take_multiline_header() || take_comment_names()) return;
     sample_.names.assign(shape_.width, "");
   }
 
@@ -228,7 +228,7 @@ class HeaderSearch {
   }
 
   /// Finds a header with line ends inside quoted names.
-  bool take_broken_names() {
+  bool take_multiline_header() {
     constexpr std::size_t kLongest = 20;
     std::string joined;
     for (std::size_t i = first_; i-- > 0 && first_ - i <= kLongest;) {

@@ -104,7 +104,7 @@ Fault TextLines::fault_at(std::size_t column, std::string what) const {
   return {FaultKind::bad_file, fmt::format("{}:{}:{}", file(), number_, column), std::move(what)};
 }
 
-bool TextLines::counts() const {
+bool TextLines::has_content() const {
   const bool is_separator_line = number_ == 1 && names_separator(line_);
   return !is_separator_line && !is_comment() && !record::trimmed(line_).empty();
 }
@@ -160,7 +160,7 @@ Result<bool> TextLines::next() {
     const auto read = read_line();
     if (!read || !*read) return read;
     if (auto ends = check_ends(); !ends) return failure(ends.error());
-    const bool good = counts();
+    const bool good = has_content();
     if (good && (cut_short_ || line_.size() > record::kLongestLine))
       return failure(fault_at(record::kLongestLine + 1,
                               fmt::format("more than {} bytes in a line, expected fewer", record::kLongestLine)));

@@ -53,7 +53,7 @@ class TextLines {
   [[nodiscard]] Result<bool> read_line();
   [[nodiscard]] Result<void> check_ends() const;
   [[nodiscard]] Result<void> pass_rest();
-  [[nodiscard]] bool counts() const;
+  [[nodiscard]] bool has_content() const;
   [[nodiscard]] bool is_comment() const;
 
   Bytes bytes_;

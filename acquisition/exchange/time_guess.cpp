@@ -189,7 +189,7 @@ void drop_less_likely(const TableSample& sample, std::size_t column, std::vector
   if (other > kMuch * one) readings.resize(1);
 }
 
-std::string in_days(double time_s) { return civil_time(from_seconds(time_s)).substr(0, 10); }
+std::string format_date(double time_s) { return civil_time(from_seconds(time_s)).substr(0, 10); }
 
 /// Returns the lines for the notation of a column's dates. If there are two notations, writes both as comments, and the
 /// user must choose one.
@@ -200,7 +200,7 @@ std::string order_lines(const TableSample& sample, std::size_t column, const std
   for (const DateReading& reading : readings)
     text += fmt::format("# order = \"{}\"        # then \"{}\" of column {} is {}; which one is it?\n", reading.order,
                         plain(sample.rows.front()[column]), toml_text(sample.column_name(column)),
-                        in_days(reading.dated.times_s.front()));
+                        format_date(reading.dated.times_s.front()));
   return text;
 }
 
@@ -333,8 +333,8 @@ std::vector<std::string> units_by_step(const TableSample& sample, std::size_t co
   return {"s", "ms"};
 }
 
-std::string ask_unit(const TableSample& sample, std::size_t column, const std::vector<double>& times,
-                     const std::vector<std::string>& units) {
+std::string time_unit_questions(const TableSample& sample, std::size_t column, const std::vector<double>& times,
+                                const std::vector<std::string>& units) {
   const auto [least, greatest] = std::ranges::minmax_element(times);
   std::string text;
   for (const auto& unit : units)
@@ -375,7 +375,7 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   if (serial == "labview") return finish(serial, "seconds since 1904, by the size of its numbers", "");
   const auto units = units_by_step(sample, column, thermometers, times);
   if (units.size() == 1) return finish(units.front(), "a guess by its steps" + otherwise, "");
-  guess.text += ask_unit(sample, column, times, units);
+  guess.text += time_unit_questions(sample, column, times, units);
   return guess;
 }
 
@@ -407,7 +407,7 @@ std::optional<TimeGuess> guess_gps(const TableSample& sample) {
 }
 
 /// Finds a column that looks like a time in an unknown notation.
-std::optional<TimeGuess> name_unknown(const TableSample& sample) {
+std::optional<TimeGuess> find_unknown_time(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto looks = std::ranges::count_if(sample.rows, [&](const auto& row) { return looks_like_time(row[i]); });
     if (2 * static_cast<std::size_t>(looks) < sample.rows.size() || !sample.column_numbers(i).empty()) continue;
@@ -433,7 +433,7 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
         is_time_name(sample.column_name(i)) && !is_other(i) && !numbers.empty() && advances(numbers))
       return guess_numbers(sample, i, thermometers);
   if (auto guess = guess_clock(sample)) return *guess;
-  if (auto guess = name_unknown(sample)) return *guess;
+  if (auto guess = find_unknown_time(sample)) return *guess;
   const auto increases = [](const std::vector<double>& numbers) {
     return numbers.size() > 2 && std::ranges::adjacent_find(numbers, std::greater_equal<>()) == numbers.end();
   };

@@ -19,7 +19,7 @@ constexpr int kMostTries = 3;
 Result<void> IdentityWatch::confirm(drivers::Identified& instrument) {
   if (known_.identity.empty()) return {};
   if (!std::exchange(has_begun_, true)) breaks_ = instrument.breaks();
-  if (is_doubted_.exchange(false)) in_doubt_ = true;
+  if (is_check_requested_.exchange(false)) in_doubt_ = true;
   if (!in_doubt_ && instrument.breaks() == breaks_) return {};
   in_doubt_ = true;
   return compare(instrument);
@@ -41,7 +41,7 @@ Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
     if (!is_answer) return failure(found.error());
     if (instrument.breaks() != before) continue;
     if (found && *found == known_.identity) {
-      set_stranger("");
+      set_mismatch_text("");
       breaks_ = before;
       in_doubt_ = false;
       silences_ = 0;
@@ -49,7 +49,7 @@ Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
     }
     auto what = fmt::format("another instrument, or other settings: {}; the run began with: {}",
                             found ? *found : text(found.error()), known_.identity);
-    set_stranger(fmt::format("{}: {}", known_.title, what));
+    set_mismatch_text(fmt::format("{}: {}", known_.title, what));
     return failure(FaultKind::mismatch, known_.title, std::move(what));
   }
   return failure(FaultKind::disconnected, known_.title, "the line breaks while it is asked who answers");
@@ -64,14 +64,14 @@ void IdentityWatch::note_result(const Fault* fault) {
   in_doubt_ = in_doubt_ || is_break || silences_ >= kSilencesInDoubt;
 }
 
-std::string IdentityWatch::stranger() const {
+std::string IdentityWatch::mismatch_text() const {
   const std::lock_guard lock(mutex_);
-  return stranger_text_;
+  return mismatch_text_;
 }
 
-void IdentityWatch::set_stranger(std::string text) {
+void IdentityWatch::set_mismatch_text(std::string text) {
   const std::lock_guard lock(mutex_);
-  stranger_text_ = std::move(text);
+  mismatch_text_ = std::move(text);
 }
 
 }  // namespace gyrotherm::io

@@ -2,7 +2,7 @@
 /// Checks that an instrument is still the one with which the run began. Makes the check after every event during which
 /// the instrument could have been exchanged: a broken connection, a series of unanswered calls, or several seconds
 /// without any call.
-/// Only the instrument's own thread may use a watch, except for stranger() and doubt(), which any thread may call.
+/// Only the instrument's own thread may use a watch, except for mismatch_text() and doubt(), which any thread may call.
 #pragma once
 
 #include <atomic>
@@ -60,26 +60,26 @@ class IdentityWatch {
   void note_result(const Fault* fault);
 
   /// Requests a comparison before the next call.
-  void doubt() { is_doubted_ = true; }
+  void doubt() { is_check_requested_ = true; }
 
   /// Describes the instrument that answered at the last comparison if it is not the known one. Returns an empty text if
   /// it is.
-  [[nodiscard]] std::string stranger() const;
+  [[nodiscard]] std::string mismatch_text() const;
 
  private:
   [[nodiscard]] bool is_known_by_name(drivers::Identified& instrument) const;
   [[nodiscard]] Result<void> compare(drivers::Identified& instrument);
-  void set_stranger(std::string text);
+  void set_mismatch_text(std::string text);
 
   KnownAs known_;
-  std::atomic<bool> is_doubted_{};
+  std::atomic<bool> is_check_requested_{};
   bool in_doubt_ = false;
   int silences_ = 0;  ///< unanswered calls in a row
   /// The instrument's count of broken connections at the last successful comparison. Valid if `has_begun_`.
   std::uint64_t breaks_ = 0;
   bool has_begun_ = false;
-  mutable std::mutex mutex_;  ///< guards `stranger_text_`
-  std::string stranger_text_;
+  mutable std::mutex mutex_;  ///< guards `mismatch_text_`
+  std::string mismatch_text_;
 };
 
 }  // namespace gyrotherm::io

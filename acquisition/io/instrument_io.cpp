@@ -187,9 +187,9 @@ struct Watches {
   }
 
   [[nodiscard]] std::vector<std::string> strangers() const {
-    std::vector<std::string> all{chamber.watch().stranger()};
+    std::vector<std::string> all{chamber.watch().mismatch_text()};
     for (const auto* watches : {&thermometers, &gyros, &analogue})
-      for (const auto& watch : *watches) all.push_back(watch.stranger());
+      for (const auto& watch : *watches) all.push_back(watch.mismatch_text());
     std::erase(all, std::string());
     return all;
   }

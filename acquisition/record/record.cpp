@@ -27,7 +27,7 @@ void each_number(Record& record, const Selection& selection, const std::function
   }
 }
 
-void reserve(Record& record, std::size_t rows, const Selection& selection) {
+void prepare_columns(Record& record, std::size_t rows, const Selection& selection) {
   record.slot.reserve(rows);
   record.thermometers_c.resize(record.info.thermometers.size());
   for (const auto& unit : record.info.units) {
@@ -72,7 +72,7 @@ Result<void> read_samples(Database& database, Record& record, const Wanted& want
   const auto rows = database.ask_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", wanted.after), 0);
   if (!rows) return failure(rows.error());
   const auto selection = select(record.info, wanted);
-  reserve(record, static_cast<std::size_t>(*rows), selection);
+  prepare_columns(record, static_cast<std::size_t>(*rows), selection);
   return each_sample(database, record.info, selection, [&](const SampleRow& row) { add(record, row, selection); });
 }
 
@@ -100,7 +100,7 @@ Gap lost_gap(const Continuation& continuation, std::int64_t first) {
 
 /// Appends a part to the record. The rows of the part replace the record's rows from the first slot of the part on.
 /// Slots between the record and the part become a gap.
-void join(Record& record, Record part, const Continuation& continuation, const Selection& selection) {
+void append_part(Record& record, Record part, const Continuation& continuation, const Selection& selection) {
   const auto kept = static_cast<std::size_t>(
       std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
   const auto extend = [&](auto& column, const auto& by) {
@@ -142,7 +142,7 @@ Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool 
     if (!more && !is_last && !is_locked(more.error())) continue;
     if (!more) return more;
     if (record) {
-      join(*record, std::move(*more), part.continuation, select(record->info, {.unit = unit}));
+      append_part(*record, std::move(*more), part.continuation, select(record->info, {.unit = unit}));
     } else {
       record = std::move(*more);
       if (part.continuation.from > 0) record->gaps.insert(record->gaps.begin(), lost_gap(part.continuation, 0));
@@ -168,8 +168,8 @@ bool is_handled(const RunInfo& info) {
 double turned_at(const Record& record, std::size_t row) {
   const auto* segment = segment_at(record, row);
   if (segment == nullptr) return 0;
-  const bool is_in_hands = !segment->prompt.empty() && record.progress[row].in_segment == Duration{};
-  return is_in_hands ? kMissing : segment->unit.turned ? 1 : 0;
+  const bool is_being_handled = !segment->prompt.empty() && record.progress[row].in_segment == Duration{};
+  return is_being_handled ? kMissing : segment->unit.turned ? 1 : 0;
 }
 
 Result<Record> record_of(Database& database, const Wanted& wanted) {

@@ -29,7 +29,7 @@ Result<void> insert_all(RunFile& file, std::span<const EntryPointer> entries) {
 
 }  // namespace
 
-bool RecordWriter::will_pass(const Fault& fault) { return is_full(fault) || is_locked(fault); }
+bool RecordWriter::is_temporary(const Fault& fault) { return is_full(fault) || is_locked(fault); }
 
 void RecordWriter::give_up(const Fault& why) {
   failed_ = why.what;
@@ -50,7 +50,7 @@ void RecordWriter::give_up(const Fault& why) {
 /// Keeps the file after a temporary failure, and abandons it after any other. Returns the fault in both cases.
 Result<void> RecordWriter::handle_failure(Fault fault) {
   locked_ = is_locked(fault) ? locked_ + 1 : 0;
-  if (will_pass(fault) && locked_ < options_.longest_locked) {
+  if (is_temporary(fault) && locked_ < options_.longest_locked) {
     if (const auto rolled_back = file_->roll_back(); rolled_back) return failure(std::move(fault));
   }
   give_up(fault);
@@ -110,7 +110,7 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
     file->leave_untouched();
     file = failure(filled.error());
     for (const char* suffix : {"", "-wal"}) ::unlink((path + suffix).c_str());
-    if (nameless_ && !will_pass(filled.error())) nameless_.reset();  // its rows cannot be read
+    if (nameless_ && !is_temporary(filled.error())) nameless_.reset();  // its rows cannot be read
     return filled;
   }
   nameless_.reset();
@@ -130,7 +130,7 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
   last_event_ = std::max(last_event_, file_->last_event());
   if (!entries.empty()) acknowledged_ = entries.back()->last;
   // The rows are durable even if the checkpoint fails. After a failure that persists, abandon this file.
-  if (const auto folded = file_->fold_log(); !folded && !will_pass(folded.error())) give_up(folded.error());
+  if (const auto folded = file_->fold_log(); !folded && !is_temporary(folded.error())) give_up(folded.error());
   return {};
 }
 

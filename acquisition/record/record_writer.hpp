@@ -65,7 +65,7 @@ class RecordWriter {
   /// Returns the open file, or null between two parts.
   [[nodiscard]] RunFile* file() { return file_ ? &*file_ : nullptr; }
   /// Returns whether a fault is temporary: a full disk or a locked file. An immediate second attempt is then useless.
-  [[nodiscard]] static bool will_pass(const Fault& fault);
+  [[nodiscard]] static bool is_temporary(const Fault& fault);
 
  private:
   std::int64_t first_to_account_for();

@@ -528,8 +528,8 @@ std::optional<sys_days> parse_day(std::string_view text) {
   const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(*year)), std::chrono::month(*month),
                                          std::chrono::day(*day)};
   constexpr std::chrono::year kFirst{1678}, kLast{2261};  // representable as Duration since 1970
-  const bool is_held = date.ok() && date.year() >= kFirst && date.year() <= kLast;
-  return is_held ? std::optional<sys_days>(date) : std::nullopt;
+  const bool is_representable = date.ok() && date.year() >= kFirst && date.year() <= kLast;
+  return is_representable ? std::optional<sys_days>(date) : std::nullopt;
 }
 
 std::string format_day(sys_days day) { return fmt::format("{:%F}", day); }

@@ -118,7 +118,7 @@ Result<RunStatus> read_record_status(const RecordFiles& files) {
 namespace {
 
 /// Replaces the fault of a record that is being written by the status in its status file, if that can be read.
-Result<RunStatus> or_status_file(Result<RunStatus> status, const std::string& path) {
+Result<RunStatus> fall_back_to_status_file(Result<RunStatus> status, const std::string& path) {
   if (status || !is_locked(status.error())) return status;
   auto from_file = read_status_file(path);
   if (!from_file) return status;
@@ -129,11 +129,11 @@ Result<RunStatus> or_status_file(Result<RunStatus> status, const std::string& pa
 }  // namespace
 
 Result<RunStatus> read_status(const RecordFiles& files) {
-  return or_status_file(read_record_status(files), files.path);
+  return fall_back_to_status_file(read_record_status(files), files.path);
 }
 
 Result<RunStatus> read_status(const std::string& path) {
-  return or_status_file(find_record_files(path).and_then(read_record_status), path);
+  return fall_back_to_status_file(find_record_files(path).and_then(read_record_status), path);
 }
 
 std::string describe(const LostEnd& lost) {

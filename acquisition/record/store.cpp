@@ -316,7 +316,7 @@ struct SharedState {
 Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, const FrameCount& frames) {
   if (entries.empty()) return {};
   auto written = writer.write(entries, frames);
-  if (written || RecordWriter::will_pass(written.error())) return written;
+  if (written || RecordWriter::is_temporary(written.error())) return written;
   return writer.write(entries, frames);  // into a new part
 }
 

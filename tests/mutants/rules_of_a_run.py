@@ -38,7 +38,7 @@ MUTANTS = [
      "line.answers < clear_after + kAfterOthers", "line.answers < clear_after - kAfterOthers",
      "run_test", "AlarmRoots.ALineReturnsAfterItsConsequences"),
     ("an instrument is not asked again after a standstill", "acquisition/io/identity_watch.cpp",
-     "if (is_doubted_.exchange(false)) in_doubt_ = true;", "",
+     "if (is_check_requested_.exchange(false)) in_doubt_ = true;", "",
      "acquisition_test", "Instrument/Exchanged.IsRefusedAfterProgramWasSuspended/Chamber"),
     ("a standstill doubts the chamber alone", "acquisition/io/instrument_io.cpp",
      "for (auto& watch : *watches) watch.doubt();", "(void)watches;",

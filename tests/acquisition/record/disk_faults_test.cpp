@@ -53,7 +53,7 @@ class Diligent {
         backlog_.acknowledge();
         return true;
       }
-      if (RecordWriter::will_pass(written.error())) break;
+      if (RecordWriter::is_temporary(written.error())) break;
     }
     backlog_.put_back();
     return false;

@@ -101,12 +101,14 @@ class RowReader {
   tl::unexpected<Fault> refused(const std::string& what) const {
     return failure(FaultKind::bad_file, path_, fmt::format("cannot be read: {} {}", library_, what));
   }
-  tl::unexpected<Fault> malformed_message() const { return refused("was overwritten by the file while it read it"); }
+  tl::unexpected<Fault> malformed_message() const {
+    return refused("sent an invalid message; the file may have corrupted its memory");
+  }
 
   Result<void> fill(char* bytes, std::size_t size) {
     while (size > 0) {
       if (!ready(child_.output(), POLLIN, Deadline(limits_.silence)))
-        return refused(fmt::format("gave no row for {:g} s", to_seconds(limits_.silence)));
+        return refused(fmt::format("returned no row for {:g} s", to_seconds(limits_.silence)));
       const auto got = read_some(child_.output(), bytes, size);
       if (got <= 0) return refused(end_reason());
       bytes += got;
@@ -118,13 +120,13 @@ class RowReader {
   /// Returns the reason why the child ended before its last message.
   std::string end_reason() {
     const auto status = child_.wait(std::chrono::seconds(10));
-    if (!status) return "closed its output, but does not end";
+    if (!status) return "closed its output but did not exit";
     if (WIFEXITED(*status) && WEXITSTATUS(*status) == kOutOfMemoryExitCode)
-      return fmt::format("needs more than {} MiB of memory for it", limits_.memory_bytes >> 20);
+      return fmt::format("needs more than {} MiB of memory", limits_.memory_bytes >> 20);
     if (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXCPU)
       return fmt::format("needs more than {} s of processor time for one step", limits_.processor_time.count());
-    if (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXFSZ) return "tries to write a file while it reads this one";
-    return describe_exit_status(*status) + " while it read it";
+    if (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXFSZ) return "tried to write a file";
+    return describe_exit_status(*status) + " while reading the file";
   }
 
   Result<void> fault() const {

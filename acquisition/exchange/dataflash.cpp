@@ -133,7 +133,7 @@ class DataflashReader {
     if (reading_.damaged() > 0)
       notes.push_back(fmt::format("{} messages are damaged and were left out", reading_.damaged()));
     if (unassigned_ > 0)
-      notes.push_back(fmt::format("{} messages came before their sensor was known and were left out", unassigned_));
+      notes.push_back(fmt::format("{} messages were left out because their sensor was not known yet", unassigned_));
     return notes;
   }
   const LogReading& reading() const { return reading_; }

@@ -44,10 +44,10 @@ constexpr std::array<KnownFormat, 14> kKnown{{
     {std::string_view("7z\xBC\xAF\x27\x1C", 6), "a 7-Zip archive: unpack it first"},
     {std::string_view("Rar!\x1A", 5), "a RAR archive: unpack it first"},
     {std::string_view("\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", 8),
-     "a workbook of old Excel: save the sheet as CSV, \"soffice --convert-to csv FILE\""},
+     "an old Excel workbook (xls): save the sheet as CSV, \"soffice --convert-to csv FILE\""},
     {"MATLAB 5.0 MAT-file", "a MATLAB file of version 5 to 7: save the table as CSV, \"writetable(T, 'file.csv')\""},
-    {"MDF     ", "MDF, of vehicles' measurements: convert it to CSV, with asammdf \"mdf.export('csv')\""},
-    {"TDSm", "TDMS of LabVIEW: convert it to CSV, with npTDMS \"tdmsinfo\" and \"as_dataframe().to_csv()\""},
+    {"MDF     ", "MDF (vehicle measurements): convert it to CSV, with asammdf \"mdf.export('csv')\""},
+    {"TDSm", "LabVIEW TDMS: convert it to CSV, with npTDMS \"tdmsinfo\" and \"as_dataframe().to_csv()\""},
     {"PAR1", "Parquet: convert it to CSV, with pandas \"read_parquet('FILE').to_csv('file.csv')\""},
     {std::string_view("ARROW1", 6),
      "Arrow: convert it to CSV, with pandas \"read_feather('FILE').to_csv('file.csv')\""},
@@ -64,7 +64,7 @@ std::string conversion_advice(std::string_view beginning) {
     const bool is_workbook = beginning.find("[Content_Types].xml") != std::string_view::npos ||
                              beginning.find("xl/") != std::string_view::npos ||
                              beginning.find("_rels/.rels") != std::string_view::npos;
-    return is_workbook ? "a workbook of Excel (xlsx): save the sheet as CSV, \"soffice --convert-to csv FILE\""
+    return is_workbook ? "an Excel workbook (xlsx): save the sheet as CSV, \"soffice --convert-to csv FILE\""
                        : "a zip archive: unpack it first, \"unzip FILE\"";
   }
   for (const KnownFormat& known : kKnown)
@@ -121,8 +121,7 @@ std::string celsius_lines(const std::string& name, std::string_view usual) {
     if (scale->offset != 0) text += fmt::format("offset = {:.15g}\n", scale->offset);
     return text;
   }
-  const auto remark =
-      unit.empty() ? "a guess that it is in °C" : fmt::format("a guess, \"{}\" is not known", plain(unit));
+  const auto remark = unit.empty() ? "a guess, taken as °C" : fmt::format("a guess, \"{}\" is not known", plain(unit));
   return fmt::format("        # {}: °C = number × scale + offset\n", remark);
 }
 

@@ -91,7 +91,7 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   order.note(file.findings.notes);
   if (grouping.left_out() > 0)
     file.findings.notes.push_back(
-        fmt::format("{} rows whose time was not after the row before were left out", grouping.left_out()));
+        fmt::format("{} rows were left out because their time was not after the previous row's", grouping.left_out()));
   return {};
 }
 
@@ -158,7 +158,7 @@ std::string describe_values(const std::vector<ChannelSummary>& channels) {
   std::string text = "values of the file: ";
   for (std::size_t i = 0; i < std::min(channels.size(), kMost); ++i)
     text += (i > 0 ? "; " : "") + in_words(channels[i]);
-  if (channels.size() > kMost) text += fmt::format("; and {} channels more", channels.size() - kMost);
+  if (channels.size() > kMost) text += fmt::format("; and {} more channels", channels.size() - kMost);
   return text;
 }
 
@@ -308,9 +308,9 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
   if (findings.other_spans.empty() || std::ranges::any_of(findings.other_spans, agrees)) return {};
   return failure(
       FaultKind::bad_file, path,
-      fmt::format("by the map's [time] the rows last {}, by column \"{}\" {}; expected the same, or other_clocks = "
+      fmt::format("the rows last {} by the map's [time], but {} by column \"{}\"; expected the same, or other_clocks = "
                   "\"ignore\" in [time]",
-                  spoken(span), plain(findings.other_clock), spoken(findings.other_spans.front())));
+                  spoken(span), spoken(findings.other_spans.front()), plain(findings.other_clock)));
 }
 
 /// Fails, or adds notes, if the imported rows suggest that the map does not fit the file.
@@ -322,8 +322,8 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
   if (map.every > Duration{} && rows == 1 && file.rows >= kMany)
     return failure(
         FaultKind::bad_file, path,
-        fmt::format("all {} rows fall into one stretch of {:g} s: is the unit in [time] right? Expected rows "
-                    "in two stretches at least",
+        fmt::format("all {} rows fall into one interval of {:g} s: is the unit in [time] right? Expected rows "
+                    "in at least two intervals",
                     file.rows, to_seconds(map.every)));
   if (auto fits = check_span(path, file.findings, made.span()); !fits) return fits;
   if (auto judged = file.tally.judge(path, file.findings.missing, file.findings.notes); !judged) return judged;

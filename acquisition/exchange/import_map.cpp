@@ -40,10 +40,10 @@ ColumnName read_column(const TomlTable& table, bool header, const char* key = "c
   const std::string by_number = std::string(key) + "_number";
   const bool is_numbered = header && table.has(by_number);
   if (is_numbered && table.has(key))
-    table.mistake(by_number, fmt::format("{} is given too, expected one of them", key));
+    table.mistake(by_number, fmt::format("{} is given too, expected only one of them", key));
   if (header && !is_numbered) return {.name = table.text(key)};
   const auto number = table.integer(is_numbered ? by_number.c_str() : key);
-  if (number < 1) table.mistake(is_numbered ? by_number.c_str() : key, "a column's number counts from 1");
+  if (number < 1) table.mistake(is_numbered ? by_number.c_str() : key, "expected a column number of at least 1");
   return {.number = static_cast<std::size_t>(std::max<std::int64_t>(number, 1))};
 }
 
@@ -80,7 +80,7 @@ void read_text_format(const TomlTable& table, ImportMap& map) {
   map.skip = read_lines(table, "skip");
   if (table.has("thousands")) map.thousands = one_of(kThousands, table, "thousands");
   if (map.thousands != '\0' && map.thousands == map.decimal)
-    table.mistake("thousands", "it equals the decimal sign, expected another one");
+    table.mistake("thousands", "equals the decimal sign, expected another character");
   map.cell_units = table.texts("cell_units");
   map.leaves_out_damaged = one_of(kDamaged, table, "damaged", "refuse");
 }
@@ -150,7 +150,7 @@ void read_counted_time(const TomlTable& table, const std::string& unit, ImportMa
     map.week = read_column(table, map.header, "week");
   if (!table.has("wrap")) return;
   const double wrap = table.number("wrap");
-  if (!(wrap > 0)) return table.mistake("wrap", "expected the number at which the counter begins at 0 again");
+  if (!(wrap > 0)) return table.mistake("wrap", "expected the number at which the counter wraps around to 0");
   map.wrap = counted_time(wrap, map.time_unit);
 }
 
@@ -193,7 +193,7 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
   auto names = table.texts(key);
   for (const std::string& name : names) {
     if (std::ranges::count(map.thermometers, name) == 0)
-      table.mistake(key, fmt::format("\"{}\" is no thermometer of this map", name));
+      table.mistake(key, fmt::format("\"{}\" is not a thermometer of this map", name));
   }
   return names;
 }

@@ -152,8 +152,8 @@ Result<void> LogReading::check_alone(std::size_t series, const std::string& file
   if (map_->every > Duration{} || rows_ == 0 || series == only_) return {};
   return failure(
       FaultKind::bad_file, file,
-      "the map's columns come from several messages, expected every = \"1 s\" (or another stretch) in [time], "
-      "which puts them together");
+      "the map's columns come from several messages, expected every = \"1 s\" (or another interval) in [time], "
+      "which combines them");
 }
 
 Result<void> LogReading::take(std::size_t series, std::string_view message, const std::string& file, std::uint64_t at) {
@@ -195,10 +195,10 @@ Result<void> LogReading::finish(const std::string& file) const {
     if (!found_[i]) missing.push_back(columns_[i]);
   if (!missing.empty()) return failure(FaultKind::bad_file, file, describe_missing_log_columns(missing, there_));
   if (map_ != nullptr && rows_ == 0)
-    return failure(FaultKind::bad_file, file,
-                   "the log ends, expected at least one message with the map's columns" +
-                       (damaged_ > 0 ? fmt::format("; {} of them have no possible time or are cut short", damaged_)
-                                     : std::string()));
+    return failure(
+        FaultKind::bad_file, file,
+        "the log ends, expected at least one message with the map's columns" +
+            (damaged_ > 0 ? fmt::format("; {} have an impossible time or are cut short", damaged_) : std::string()));
   return {};
 }
 

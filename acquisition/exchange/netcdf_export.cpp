@@ -79,7 +79,7 @@ class NetcdfFile {
     if (good()) text.assign(static_cast<const char*>(bytes.memory), bytes.size);
     std::free(bytes.memory);
     if (good()) return text;
-    return failure(FaultKind::storage, path, std::string("cannot be made: ") + nc_strerror(error_));
+    return failure(FaultKind::storage, path, std::string("cannot be created: ") + nc_strerror(error_));
   }
 
  private:
@@ -149,7 +149,7 @@ class NetcdfExport {
     describe_file();
     put_time();
     put_location();
-    put("set_point_c", "degC", "set point that the profile asks for", record_.set_point_c);
+    put("set_point_c", "degC", "set point of the profile", record_.set_point_c);
     put("chamber_air_c", "degC", "air of the chamber", record_.chamber_air_c);
     put("chamber_set_point_c", "degC", "set point read back from the chamber", record_.chamber_set_point_c);
     for (std::size_t i = 0; i < info_.thermometers.size(); ++i) put_thermometer(i);
@@ -348,7 +348,7 @@ class NetcdfExport {
     for (const RunState one : kRunStates) states.emplace_back(name(one));
     put_flags(own_name("segment"), "segment of the profile", segments, segment);
     put_flags(own_name("cycle"), "cycle of the profile", info_.cycles, cycle);
-    put_flags(own_name("phase"), "what the segment is doing", phases, phase);
+    put_flags(own_name("phase"), "phase of the segment", phases, phase);
     put_flags(own_name("state"), "state of the run", states, state);
     if (record::is_handled(info_)) put_turned();
   }

@@ -74,12 +74,12 @@ tl::expected<TimeUnits, std::string> parse_time_units(const std::string& stated,
   const auto unit = find_time_unit(word);
   if (!unit)
     return tl::unexpected(
-        fmt::format("\"{}\" is no unit of time, expected days, hours, minutes, seconds, ms, us or ns", plain(word)));
+        fmt::format("\"{}\" is not a unit of time, expected days, hours, minutes, seconds, ms, us or ns", plain(word)));
   if (since == std::string::npos) return TimeUnits{*unit};
   const std::string instant(trimmed(std::string_view(text).substr(since + kSince.size())));
   if (const auto time = parse_reference_time(instant, early)) return TimeUnits{*unit, time};
   return tl::unexpected(
-      fmt::format("\"{}\" is no time, expected one like \"2026-03-01 12:00:00 +1:00\"", plain(instant)));
+      fmt::format("\"{}\" is not a time, expected one like \"2026-03-01 12:00:00 +1:00\"", plain(instant)));
 }
 
 /// Returns the fill value that the library stores where nothing was written. The byte types have none.
@@ -278,10 +278,11 @@ class NetcdfTable {
     };
     for (const char* name : {"scale_factor", "add_offset"})
       if (is_there(name) && numbers_of_attribute(variable.id, name).size() != 1)
-        return wrong(fmt::format("the {} of \"{}\" is not one number, expected one", name, column));
+        return wrong(fmt::format("the attribute {} of \"{}\" is not a single number, expected one", name, column));
     for (const char* name : {"_FillValue", "missing_value"})
       if (is_there(name) && numbers_of_attribute(variable.id, name).empty())
-        return wrong(fmt::format("the {} of \"{}\" is no number, expected one of the variable's", name, column));
+        return wrong(fmt::format("the attribute {} of \"{}\" is not a number, expected a number of the variable's type",
+                                 name, column));
     return {};
   }
 
@@ -299,7 +300,8 @@ class NetcdfTable {
       return text.substr(0, kLongest);
     }
     if (type != NC_CHAR || length > kLongest)
-      return wrong(fmt::format("the attribute {} of \"{}\" is no text, expected one", name, column));
+      return wrong(fmt::format("the attribute {} of \"{}\" is not a text of at most 1000 characters, expected one",
+                               name, column));
     std::string text(length, '\0');
     if (auto read = check(nc_get_att_text(file_, variable, name, text.data())); !read) return failure(read.error());
     return text.substr(0, text.find('\0'));
@@ -321,7 +323,7 @@ class NetcdfTable {
     for (const char* usual : {"", "standard", "gregorian", "proleptic_gregorian", "none"})
       if (*calendar == usual) units_ = *parsed;
     if (units_.unit > Duration{}) return {};
-    return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, *calendar));
+    return wrong(fmt::format("\"{}\" has the calendar \"{}\", expected the standard one", name, *calendar));
   }
 
   /// Checks that the scale in the map agrees with the units in the file. Allows differences that a calibration can
@@ -467,7 +469,7 @@ Result<void> read_netcdf(const std::string& path, const ImportMap& map, const Ta
   if (!bytes) return failure(bytes.error());
   if (bytes->is_packed())
     return failure(FaultKind::bad_file, path,
-                   "gzip: a packed file is read as text or as a log; of NetCDF unpack it first, \"gunzip -k FILE\"");
+                   "gzip: a compressed NetCDF file cannot be read; unpack it first, \"gunzip -k FILE\"");
   const auto read = [&](const TakeRow& take_in_child, const std::function<void()>& step) {
     NetcdfTable table(path, step);
     return table.open(map).and_then([&] { return table.read(take_in_child); });

@@ -92,7 +92,7 @@ Result<void> RowClock::read_number(const CountedTime& number, std::optional<doub
   auto counted = unwrapped(number);
   if (week) {
     if (std::isnan(*week) || *week < 0 || *week > 1e5 || std::floor(*week) != *week)
-      return wrong("no week of GPS, expected a whole number");
+      return wrong("not a GPS week, expected a whole number from 0 to 100000");
     counted = counted + CountedTime{static_cast<std::int64_t>(*week) * kGpsWeek_s};
   }
   if (!first_number_) first_number_ = counted;
@@ -113,7 +113,7 @@ Result<void> RowClock::read_date(std::string_view date, std::string_view clock, 
   if (!time) return wrong(fmt::format("\"{}\", expected {}", shown(), expected_date(map_)));
   const auto zone = time->zone ? time->zone : map_.zone;
   if (!zone)
-    return wrong(fmt::format("\"{}\" has no zone, expected one behind it, or zone = \"Z\" in [time]", shown()));
+    return wrong(fmt::format("\"{}\" has no zone, expected one after the time, or zone = \"Z\" in [time]", shown()));
   row.utc = time->reading - *zone;
   if (!record::is_possible_time(*row.utc)) return wrong("a time outside 1970 to 2116");
   if (!first_utc_) first_utc_ = *row.utc;

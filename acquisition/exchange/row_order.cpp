@@ -32,7 +32,7 @@ std::string remedy(const ImportMap& map, Duration back) {
     for (const int bits : {16, 24, 31, 32}) {
       const double most = std::ldexp(1, bits), units = to_seconds(back) / to_seconds(map.time_unit);
       if (units > most * (1 - kNear) && units <= most)
-        return fmt::format(", or wrap = {:.0f} in [time] if the counter of {} bits restarted", most, bits);
+        return fmt::format(", or wrap = {:.0f} in [time] if a {}-bit counter wrapped around", most, bits);
     }
   const bool is_civil = map.time_form != TimeForm::number;
   const auto hour = std::chrono::hours(1);
@@ -139,9 +139,10 @@ Result<void> RowOrder::finish() {
 
 void RowOrder::note(Notes& notes) const {
   if (left_out_ > 0) {
-    auto note = fmt::format("{} rows whose time was not after the row before were left out", left_out_);
+    auto note = fmt::format("{} rows were left out because their time was not after the previous row's", left_out_);
     if (end_of_sums_ > 0)
-      note += carries_ ? "; the increments of the last of them are lost" : "; their increments count in the rows after";
+      note += carries_ ? "; the increments of the last ones are lost"
+                       : "; their increments are added to the rows that follow";
     notes.push_back(std::move(note));
   }
   if (set_back_ > 0)

@@ -460,7 +460,7 @@ std::string TableSample::reference(std::size_t column, const std::string& key) c
 Result<TableSample> sample_table(Bytes bytes) {
   const std::string file = bytes.name();
   const auto no_table = [&] {
-    return failure(FaultKind::bad_file, file, "no text table of two columns or more, and no log that is known");
+    return failure(FaultKind::bad_file, file, "neither a text table of at least two columns nor a known log format");
   };
   TableSample sample;
   auto lines = read_sample_lines(std::move(bytes), sample);

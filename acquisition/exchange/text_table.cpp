@@ -109,7 +109,7 @@ class TextTable {
     if (map_.header)
       if (auto header = read_header(); !header) return header;
     for (std::size_t i = 0; i < map_.skip; ++i)
-      if (auto line = expect(lines_.pass(), "the file ends among the lines to skip"); !line) return line;
+      if (auto line = expect(lines_.pass(), "the file ends within the lines to skip"); !line) return line;
     return {};
   }
 
@@ -118,7 +118,7 @@ class TextTable {
     if (rows_ == 0) return failure(fault_at(1, "the file ends, expected at least one row"));
     if (damaged_.count() > static_cast<std::size_t>(rows_)) {
       Fault fault = damaged_.first();
-      fault.what += fmt::format("; {} lines are so, more than the {} rows", damaged_.count(), rows_);
+      fault.what += fmt::format("; {} lines cannot be read, more than the {} rows that can", damaged_.count(), rows_);
       return failure(std::move(fault));
     }
     Findings findings{.missing = std::move(missing_), .lines_left_out = damaged_.count()};
@@ -129,11 +129,11 @@ class TextTable {
   }
 
   std::string open_note() const {
-    return fmt::format("the last line, {}, has no end: its last value may be cut off", lines_.number());
+    return fmt::format("the last line, {}, has no line end: its last value may be cut off", lines_.number());
   }
   std::string torn_note() const {
     return fmt::format(
-        "the last line, {}, has no end and its last number fewer decimals than all before: it was left out",
+        "the last line, {}, was left out: it has no line end, and its last number has fewer decimals than all before",
         lines_.number());
   }
 

@@ -369,7 +369,8 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   if (!serial.empty() && serial != "labview")
     return finish(serial, "days, by the size of its numbers", "zone = \"Z\"        # is it UTC?\n");
   if (is_named) return finish(named, "as its name says", "");
-  const auto otherwise = named.empty() ? std::string() : fmt::format(", a map knows no {}", toml_text(named));
+  const auto otherwise =
+      named.empty() ? std::string() : fmt::format(", the unit {} is not supported", toml_text(named));
   if (!since.empty() && step * seconds_in(since) <= kSlowestOfAClock_s)
     return finish(since, "a guess by the size of its numbers" + otherwise, kSince);
   if (serial == "labview") return finish(serial, "seconds since 1904, by the size of its numbers", "");

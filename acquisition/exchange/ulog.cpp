@@ -337,11 +337,11 @@ class UlogReader {
   Result<void> read_flags(std::string_view message) {
     constexpr std::size_t kFlags = 8, kIncompatible = 8, kOffsets = 16, kSize = 40;
     constexpr unsigned char kAppended = 1;
-    if (message.size() < kSize) return wrong("flags of fewer than 40 bytes");
+    if (message.size() < kSize) return wrong("the flags message is shorter than 40 bytes");
     for (std::size_t i = 0; i < kFlags; ++i) {
       const auto flags = static_cast<unsigned char>(message[kIncompatible + i]);
       if ((i == 0 ? flags & ~kAppended : flags) != 0)
-        return wrong("the log says that it can be read only by programs that know flags of a later version");
+        return wrong("the log has incompatible flags that this version does not support");
     }
     appended_.clear();  // compared with each message
     if ((message[kIncompatible] & kAppended) == 0) return {};
@@ -358,7 +358,8 @@ class UlogReader {
     sizes_[id] = series ? std::pair(std::min(series->size, formats_.whole()), formats_.whole())
                         : std::pair(std::size_t{}, kLargestMessage);
     if (formats_.is_exhausted())
-      return wrong(fmt::format("its series come to more than {} fields, expected fewer", kMostExpanded));
+      return wrong(
+          fmt::format("the subscribed messages have more than {} fields in all, expected fewer", kMostExpanded));
     if (!series) return {};
     return record::into(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
   }

@@ -52,7 +52,7 @@ Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
     set_mismatch_text(fmt::format("{}: {}", known_.title, what));
     return failure(FaultKind::mismatch, known_.title, std::move(what));
   }
-  return failure(FaultKind::disconnected, known_.title, "the line breaks while it is asked who answers");
+  return failure(FaultKind::disconnected, known_.title, "the connection broke during every query of its identity");
 }
 
 void IdentityWatch::note_result(const Fault* fault) {

@@ -50,7 +50,7 @@ class Backlog {
 };
 
 /// The cause of a gap made of dropped rows.
-inline constexpr const char* kDropped = "dropped: the disk took no rows for longer than the memory holds them";
+inline constexpr const char* kDropped = "dropped: the disk accepted no rows for longer than memory could hold them";
 
 /// Returns whether an entry has an event that must be recorded even after a failure of the disk: interlocks, states,
 /// commands, and the end of the run.

@@ -72,7 +72,7 @@ Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
   for (std::uint64_t left = file->size; left > 0;) {
     const auto count = read_some(file->descriptor.number(), piece.data(), std::min<std::uint64_t>(piece.size(), left));
     if (count < 0) return failure(FaultKind::bad_file, path, std::string("cannot be read: ") + std::strerror(errno));
-    if (count == 0) return failure(FaultKind::bad_file, path, "cannot be read: it became shorter meanwhile");
+    if (count == 0) return failure(FaultKind::bad_file, path, "cannot be read: it became shorter while it was read");
     hash.add({piece.data(), static_cast<std::size_t>(count)});
     left -= static_cast<std::uint64_t>(count);
   }
@@ -231,7 +231,7 @@ Result<void> add_rows(RowChain& chain, Database& database, std::string_view tabl
 }
 
 tl::unexpected<Fault> broken_chain(const std::string& path, std::string_view what) {
-  return failure(FaultKind::bad_file, path, fmt::format("{} not what was written", what));
+  return failure(FaultKind::bad_file, path, fmt::format("{} does not match the hash chain", what));
 }
 
 /// The values of the chain that are stored outside the rows.
@@ -277,7 +277,7 @@ Result<void> each_cursor(Database& database, const RunInfo& info, const std::fun
 Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
   CheckedChain checked{.chain = RowChain(start)};
   const auto walked = each_cursor(database, info, [&](Cursor& at) -> Result<void> {
-    if (!at.fits(checked.chain)) return broken_chain(path, fmt::format("{}, or a row before it, is", at.name()));
+    if (!at.fits(checked.chain)) return broken_chain(path, fmt::format("{}, or an earlier row,", at.name()));
     ++checked.rows;
     return {};
   });
@@ -334,16 +334,16 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
   if (!seals) return failure(seals.error());
   const auto start = description_hash(database);
   if (!start) return failure(start.error());
-  if (hex(*start) != seals->start) return broken_chain(path, "the description of the run is");
-  if (!seals->is_single) return broken_chain(path, "the count of the frames is");
+  if (hex(*start) != seals->start) return broken_chain(path, "the description of the run");
+  if (!seals->is_single) return broken_chain(path, "the frame count");
   auto checked = walk(database, path, *info, *start);
   if (!checked) return checked;
   const auto head = hex(checked->chain.head());
-  if (head != (seals->head.empty() ? seals->start : seals->head)) return broken_chain(path, "the end of the record is");
+  if (head != (seals->head.empty() ? seals->start : seals->head)) return broken_chain(path, "the end of the record");
   const auto finished = is_finished(database);
   if (!finished) return failure(finished.error());
   const auto end = *finished ? hex(end_hash(checked->chain, seals->seen, seals->lost, seals->bad)) : std::string();
-  if (end != seals->end) return broken_chain(path, "the outcome of the run is");
+  if (end != seals->end) return broken_chain(path, "the outcome of the run");
   return checked;
 }
 

@@ -190,7 +190,7 @@ Result<FileWatch> FileWatch::begin(const std::string& path) {
   for (auto& file : files) {
     file.held = find_descriptor(folder->number(), file.name);
     if (file.held == kNoDescriptor)
-      return failure(FaultKind::storage, parent + "/" + file.name, "no descriptor of this process holds it");
+      return failure(FaultKind::storage, parent + "/" + file.name, "this process has no descriptor for it");
   }
   FileWatch watch(parent, std::move(folder), std::move(files));
   watch.remember();

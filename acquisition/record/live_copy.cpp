@@ -160,9 +160,9 @@ Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
   if (!free || *free >= bytes + options.left_free) return {};
   is_lost = *free < options.left_free / kScarce;
   constexpr unsigned kMebi = 20;
-  return failure(
-      FaultKind::storage, link,
-      fmt::format("its disk has {} MiB, and the last {} are the record's", *free >> kMebi, options.left_free >> kMebi));
+  return failure(FaultKind::storage, link,
+                 fmt::format("its disk has {} MiB free, and the last {} MiB are reserved for the record",
+                             *free >> kMebi, options.left_free >> kMebi));
 }
 
 /// Makes a file the present copy, even if the link cannot be set. prepare_to_write() then tries again to set it.
@@ -214,7 +214,7 @@ Result<void> LiveCopy::Worker::begin_new_file() {
   std::error_code unknown;
   const auto size = fs::file_size(file_path(number), unknown);
   if (auto space = check_space(unknown ? 0 : 2 * size); !space)
-    return failure(FaultKind::storage, link, "it must be restarted: " + space.error().what);
+    return failure(FaultKind::storage, link, "must be restarted: " + space.error().what);
   const int next = next_number(number);
   for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((file_path(next) + suffix).c_str());
   if (auto made = make_new_file(file_path(next)); !made) return made;
@@ -234,7 +234,7 @@ Result<void> LiveCopy::Worker::insert_all(std::span<const EntryPointer> entries,
 /// Ensures that a file can take the next rows: it exists, the link points at it, and its log is not too long.
 Result<void> LiveCopy::Worker::prepare_to_write() {
   const bool is_resting = steady_clock::now() - begun_at < options.rest && begun_at != steady_clock::time_point();
-  if (!file) return is_resting ? failure(FaultKind::storage, link, "it could not be started") : begin();
+  if (!file) return is_resting ? failure(FaultKind::storage, link, "cannot be started") : begin();
   std::error_code ignored;
   const bool is_gone = !fs::exists(file_path(number), ignored);
   const bool is_long = file->database().log_pages() * kPage > options.longest_log;
@@ -283,7 +283,7 @@ void LiveCopy::Worker::work() {
     lock.lock();
     if (written && !given_up) waiting.erase(waiting.begin(), waiting.begin() + std::ssize(batch));
     if (!given_up) trouble = written ? "" : text(written.error());
-    if (!given_up && is_lost) give_up("there is no live copy any more: " + trouble);
+    if (!given_up && is_lost) give_up("the live copy has ended: " + trouble);
     news.wait_for(lock, written ? options.pause : Duration(kRetry), [&] { return stop; });
   }
   lock.unlock();
@@ -346,7 +346,7 @@ void LiveCopy::add(std::span<const EntryPointer> entries, const FrameCount& fram
   worker_->waiting.insert(worker_->waiting.end(), entries.begin(), entries.end());
   worker_->frames = frames;
   if (worker_->waiting.size() > worker_->options.most_rows)
-    worker_->give_up(fmt::format("there is no live copy any more, because more rows wait than memory can hold: {}",
+    worker_->give_up(fmt::format("the live copy has ended, because more rows are waiting than memory can hold: {}",
                                  worker_->trouble));
   worker_->news.notify_all();
 }

@@ -135,7 +135,7 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
 }
 
 Result<void> RecordWriter::finish() {
-  if (!file_) return failure(FaultKind::storage, path_, "between two parts of the record: " + failed_);
+  if (!file_) return failure(FaultKind::storage, path_, "no part of the record is open: " + failed_);
   auto finished = file_->finish();
   if (!finished) return finished;
   file_.reset();

@@ -160,7 +160,7 @@ Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
   if (auto good = continuation ? check_channel_names(info) : check_new_channel_names(info); !good)
     return failure(good.error());
   if (std::ranges::any_of(path, [](unsigned char c) { return c < ' '; }))
-    return failure(FaultKind::usage, "record", "its name has a control character, which no list of files would bear");
+    return failure(FaultKind::usage, "record", "its name contains a control character, expected none");
   if (!in_memory(path))
     if (auto made = make_new_file(path); !made) return failure(made.error());
   auto file =
@@ -233,7 +233,7 @@ Result<RunFile> RunFile::open_copy(const std::string& path) {
 Result<void> RunFile::share() {
   auto mode = database_.ask("PRAGMA journal_mode = WAL");
   if (!mode) return failure(mode.error());
-  if (*mode != "wal") return failure(FaultKind::storage, path_, "SQLite makes no log for it");
+  if (*mode != "wal") return failure(FaultKind::storage, path_, "SQLite cannot switch it to a write-ahead log");
   database_.keep_log_on_close();
   if (auto set = database_.execute("PRAGMA wal_autocheckpoint = 0; PRAGMA journal_size_limit = 4194304"); !set)
     return set;
@@ -282,7 +282,7 @@ Result<void> RunFile::prove() {
   if (!found) return failure(found.error());
   const auto wanted = fmt::format("{} {} {} {}", same.seen, same.lost, same.bad, hex(now_.chain.head()));
   if (*found == wanted) return {};
-  return failure(FaultKind::storage, path_, "what was written to the record is not what is read back");
+  return failure(FaultKind::storage, path_, "the data read back differ from the data written");
 }
 
 Result<void> RunFile::roll_back() {
@@ -464,7 +464,7 @@ Result<void> RunFile::finish() {
       .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {
         if (busy == "0") return {};
-        return failure(FaultKind::storage, path_, "the log could not be folded into the record");
+        return failure(FaultKind::storage, path_, "the write-ahead log could not be copied into the record");
       })
       .and_then([this] { return keep_no_journal(database_, path_); });
 }

@@ -347,7 +347,7 @@ Result<void> read_units(Database& database, RunInfo& info) {
   const auto with_unit = [&](const Statement& row, const auto& use) -> Result<void> {
     const auto unit = static_cast<std::uint64_t>(row.integer(0));
     if (unit >= info.units.size())
-      return failure(FaultKind::bad_file, database.path(), "something belongs to a unit under test that is not there");
+      return failure(FaultKind::bad_file, database.path(), "a row refers to a unit under test that does not exist");
     use(info.units[unit]);
     return {};
   };

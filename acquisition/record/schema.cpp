@@ -50,7 +50,7 @@ CREATE TABLE fault(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, channel TEXT N
 CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL, chain INTEGER NOT NULL);
 )";
 
-constexpr const char* kTaken = "the name is taken, expected one of its own";
+constexpr const char* kTaken = "the name is already in use, expected a unique one";
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -66,8 +66,8 @@ bool is_thermometer_name_character(char c) { return is_name_character(c) || c ==
 
 /// Returns the reason why a name is malformed; nothing if it is not.
 std::optional<std::string> name_trouble(std::string_view name, bool (*is_allowed)(char), const char* of) {
-  if (name.empty() || name.size() > kLongestName) return "a name has 1 to 64 characters";
-  if (!std::ranges::all_of(name, is_allowed)) return fmt::format("a name is made of {}", of);
+  if (name.empty() || name.size() > kLongestName) return "expected 1 to 64 characters";
+  if (!std::ranges::all_of(name, is_allowed)) return fmt::format("expected only {}", of);
   return std::nullopt;
 }
 

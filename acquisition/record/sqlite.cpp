@@ -37,7 +37,7 @@ Fault last_fault(sqlite3* connection) {
     case SQLITE_FULL: return {FaultKind::storage, where, kDiskFull};
     case SQLITE_IOERR:
       return {FaultKind::storage, where,
-              fmt::format("{} (SQLite's code {})", sqlite3_errmsg(connection), sqlite3_extended_errcode(connection))};
+              fmt::format("{} (SQLite code {})", sqlite3_errmsg(connection), sqlite3_extended_errcode(connection))};
     default: return {FaultKind::storage, where, sqlite3_errmsg(connection)};
   }
 }

@@ -483,7 +483,7 @@ class BackgroundStore final : public OrderedStore {
   }
 
   Result<Record> read_back() override {
-    return failure(FaultKind::storage, status().path, "is with its worker, and cannot be read back");
+    return failure(FaultKind::storage, status().path, "cannot be read back while its writer thread is running");
   }
 
   void start_workers() {

@@ -27,7 +27,7 @@ inline constexpr const char* kRunSchema = "gyrotherm-run/1";
 /// A path that creates a record in memory. The record ends with its store and has no status file.
 inline constexpr const char* kInMemory = ":memory:";
 /// The message for an operator who names a record kInMemory.
-inline constexpr const char* kNotAFileName = "\":memory:\" is no name of a file here; ./:memory: is one";
+inline constexpr const char* kNotAFileName = "\":memory:\" is not accepted as a file name; write ./:memory:";
 
 struct StoreOptions {
   /// Makes rows durable in a separate worker, which handles a full, slow or failing disk. Only settle() and finish()

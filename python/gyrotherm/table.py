@@ -75,7 +75,7 @@ def _thermometer_attrs(record: Record, name: str, is_calibrated: bool) -> dict[s
 def _columns(record: Record, is_calibrated: bool, own_zero: bool) -> dict[str, Column]:
     info, raw = record.info, record.columns
     columns = {name: Column(raw[name], {"units": "degC", "long_name": long_name}) for name, long_name in (
-        ("set_point_c", "set point that the profile asks for"), ("chamber_air_c", "air of the chamber"),
+        ("set_point_c", "set point of the profile"), ("chamber_air_c", "air of the chamber"),
         ("chamber_set_point_c", "set point read back from the chamber"))}
     for t in info.thermometers:
         values = calibrated(t, raw[t.name]) if is_calibrated else raw[t.name]
@@ -115,7 +115,7 @@ def table_of(record: Record, is_calibrated: bool = True, own_zero: bool = True, 
     columns = _columns(record, is_calibrated, own_zero)
     columns["segment"] = Column(record.segment, {"long_name": "index of the segment, -1: none"})
     columns["cycle"] = Column(record.cycle, {"long_name": "index of the cycle, -1: none"})
-    columns["phase"] = Column(record.phase, {"long_name": "what the segment is doing"}, PHASES)
+    columns["phase"] = Column(record.phase, {"long_name": "phase of the segment"}, PHASES)
     columns["state"] = Column(record.state, {"long_name": "state of the run"}, STATES)
     for column in columns.values():
         column.values = grid.put(column.values, np.nan if column.values.dtype.kind == "f" else -1)

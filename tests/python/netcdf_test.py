@@ -284,7 +284,7 @@ class OfOthers(InAFolder):
             self.assertEqual(self.utcs([739000.25], units, calendar=calendar), [f"{said}+00:00"], calendar)
 
     def test_explains_invalid_units_of_time(self):
-        for units, said in (("fortnights since 2026-03-01", '"fortnights" is no unit of time'),
+        for units, said in (("fortnights since 2026-03-01", '"fortnights" is not a unit of time'),
                             ("seconds since the start", '"the start" is no time'),
                             ("seconds since 2026-02-30", '"2026-02-30" is no time')):
             with self.assertRaisesRegex(AssertionError, said):
@@ -334,7 +334,7 @@ class OfOthers(InAFolder):
         frame = self.imported(self.with_time(units=string(units), calendar=string("standard")))
         self.assertEqual(str(frame["utc"].iloc[0]), "2026-03-01 12:00:00+00:00")
         for calendar in ("noleap", string("noleap")):
-            with self.assertRaisesRegex(AssertionError, 'counts by the calendar "noleap"'):
+            with self.assertRaisesRegex(AssertionError, 'has the calendar "noleap"'):
                 self.imported(self.with_time(units=units, calendar=calendar))
 
     def test_refuses_units_and_calendar_that_are_not_text(self):

@@ -114,7 +114,7 @@ TEST(ChannelSummary, RefusesRowsOfSingleStretch) {
     import.time = "every = \"" + std::string(every) + "\"\n";
     const auto summary = import({});
     ASSERT_FALSE(summary) << every;
-    EXPECT_NE(summary.error().what.find("all 400 rows fall into one stretch"), std::string::npos);
+    EXPECT_NE(summary.error().what.find("all 400 rows fall into one interval"), std::string::npos);
   }
 }
 

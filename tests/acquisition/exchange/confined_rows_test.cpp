@@ -111,7 +111,7 @@ TEST(ConfinedRows, RefuseFileThatExceedsLimits) {
                 {.processor_time = std::chrono::seconds(1)})
                 .find("more than 1 s of processor time"),
             std::string::npos);
-  EXPECT_NE(refusal([] { ::sleep(60); }).find("gave no row for 0.3 s"), std::string::npos);
+  EXPECT_NE(refusal([] { ::sleep(60); }).find("returned no row for 0.3 s"), std::string::npos);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_NE(refusal([] {
               const std::vector<char> much(std::size_t{1} << 30);

@@ -107,7 +107,7 @@ TEST(Dataflash, ReportsMessagesBeforeSensorUnits) {
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 3}));
   EXPECT_EQ(rows->notes, (Notes{"4 bytes outside messages were skipped",
-                                "3 messages came before their sensor was known and were left out"}));
+                                "3 messages were left out because their sensor was not known yet"}));
   const tests::TestFolder folder;
   std::ofstream(folder / "log.bin", std::ios::binary) << log.text();
   std::vector<double> rates;

@@ -99,7 +99,7 @@ std::vector<ForeignFile> foreign_files() {
        "t,T,w\n2026-03-01T00:00:00Z,20.5,0.25\n2026-03-01T00:00:00Z,20.5,0.25\n", 0,
        ":3:1: the time does not increase, expected one after the row before, or out_of_order = \"skip\" in [time]"},
       {"times without a zone", table_map("", iso), "t,T,w\n2026-03-29T01:59:59,20.5,0.25\n", 0,
-       ":2:1: \"2026-03-29T01:59:59\" has no zone, expected one behind it, or zone = \"Z\" in [time]"},
+       ":2:1: \"2026-03-29T01:59:59\" has no zone, expected one after the time, or zone = \"Z\" in [time]"},
       {"time that goes back", table_map(""), "t,T,w\n0,20.5,0.25\n5,20.5,0.25\n4,20.5,0.25\n", 0,
        ":4:1: the time goes back 1 s, expected one after the row before, or out_of_order = \"skip\" in [time]"},
       {"time that goes back, and is allowed to", table_map("", every + "\nout_of_order = \"skip\""),

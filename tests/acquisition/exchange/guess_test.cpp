@@ -110,7 +110,7 @@ TEST(Guess, AcceptsClockOnlyWithUnitInName) {
 
 TEST(Guess, ReportsUnknownTimeUnit) {
   EXPECT_EQ(map_line(draft_map("t [weeks],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
-            "unit = \"s\"        # a guess by its steps, a map knows no \"weeks\"");
+            "unit = \"s\"        # a guess by its steps, the unit \"weeks\" is not supported");
 }
 
 TEST(Guess, MatchesOnlyWholeRateUnits) {
@@ -163,7 +163,7 @@ TEST(Guess, ConvertsOrReportsOtherTemperatureUnits) {
                                                                 "\" is not known: °C = number × scale + offset");
   for (const char* name : {"temp", "temp_raw", "temp_mC", "T1"})
     EXPECT_EQ(lines_of(name),
-              "column = \"" + std::string(name) + "\"        # a guess that it is in °C: °C = number × scale + offset");
+              "column = \"" + std::string(name) + "\"        # a guess, taken as °C: °C = number × scale + offset");
 }
 
 TEST(Guess, JoinsDateAndTimeOfDay) {
@@ -442,7 +442,7 @@ TEST(Guess, RefusesFileWithoutTable) {
   for (const std::string bytes : {"", "\n\n", "one\ntwo\n", "#\n", "a,b\n"}) {
     const auto map = guess_map_from_bytes(bytes, "f");
     ASSERT_FALSE(map) << bytes;
-    EXPECT_EQ(text(map.error()), "f: no text table of two columns or more, and no log that is known");
+    EXPECT_EQ(text(map.error()), "f: neither a text table of at least two columns nor a known log format");
   }
 }
 

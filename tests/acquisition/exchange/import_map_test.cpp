@@ -141,12 +141,12 @@ column = "g"
   const auto map = parse_import_map(kMap.substr(0, kMap.find("[gyro]")) + units, "m");
   ASSERT_FALSE(map);
   EXPECT_EQ(text(map.error()),
-            "m:16:8: gyro \"one two\": a name is made of letters, digits and _ -\n"
-            "m:23:8: channel \"one two.X.pulses\": the name is taken, expected one of its own\n"
-            "m:28:8: value \"a.b\": a name is made of letters, digits and _ -\n"
-            "m:37:8: channel \"B.interval_ns\": the name is taken, expected one of its own\n"
-            "m:42:8: thermometer \"T*\": a name is made of letters, digits, blanks and _ . -\n"
-            "m:45:8: thermometer \"DIE\": the name is taken, expected one of its own");
+            "m:16:8: gyro \"one two\": expected only letters, digits and _ -\n"
+            "m:23:8: channel \"one two.X.pulses\": the name is already in use, expected a unique one\n"
+            "m:28:8: value \"a.b\": expected only letters, digits and _ -\n"
+            "m:37:8: channel \"B.interval_ns\": the name is already in use, expected a unique one\n"
+            "m:42:8: thermometer \"T*\": expected only letters, digits, blanks and _ . -\n"
+            "m:45:8: thermometer \"DIE\": the name is already in use, expected a unique one");
   const auto missing = parse_import_map(replaced(kMap, "name = \"die\"\n", ""), "m");
   EXPECT_EQ(text(missing.error()).find("64 characters"), std::string::npos) << text(missing.error());
 }

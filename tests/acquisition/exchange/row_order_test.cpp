@@ -43,8 +43,8 @@ TEST(RowOrder, LeavesOutFewestRows) {
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_EQ(rows->time.size(), 200 - glitches.size());
     EXPECT_EQ(rows->time.back(), std::chrono::seconds(199));
-    EXPECT_EQ(rows->notes.front(),
-              std::to_string(glitches.size()) + " rows whose time was not after the row before were left out");
+    EXPECT_EQ(rows->notes.front(), std::to_string(glitches.size()) +
+                                       " rows were left out because their time was not after the previous row's");
   }
 }
 

@@ -119,7 +119,7 @@ TEST(TextTable, NamesMissingColumnNumber) {
   ImportMap map = numbered_map(4);
   EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
   map.skip = 2;
-  EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: the file ends among the lines to skip");
+  EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: the file ends within the lines to skip");
 }
 
 TEST(TextTable, IncrementCoversTimeSinceRowBefore) {
@@ -217,7 +217,7 @@ TEST(TextTable, RequiresZoneOfCalendarTimes) {
   EXPECT_EQ(rows->time[1], std::chrono::milliseconds(2500));
   EXPECT_EQ(rows->utc[0], std::chrono::seconds(1772362800)) << "11:00:00 UTC";
   EXPECT_EQ(text(with("").error()),
-            "f:2:1: \"2026-03-01T12:00:00\" has no zone, expected one behind it, or zone = \"Z\" in [time]");
+            "f:2:1: \"2026-03-01T12:00:00\" has no zone, expected one after the time, or zone = \"Z\" in [time]");
   map.zone = std::chrono::hours(-5);
   EXPECT_EQ(with("")->utc[0], std::chrono::seconds(1772362800 + 6 * 3600));
   EXPECT_EQ(with("Z")->utc[0], std::chrono::seconds(1772362800 + 3600)) << "the text's own zone counts";
@@ -284,7 +284,7 @@ TEST(TextTable, LeavesOutRowsOutOfOrder) {
   const auto rows = read_rows("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 4, 5, 6}));
-  EXPECT_EQ(rows->notes, Notes{"1 rows whose time was not after the row before were left out"});
+  EXPECT_EQ(rows->notes, Notes{"1 rows were left out because their time was not after the previous row's"});
 }
 
 }  // namespace

@@ -127,9 +127,10 @@ TEST(Ulog, CombinesSeveralSeries) {
     if (i % 100 == 0) log.data(1, baro(1'000'000 + 1000 * i - 200, static_cast<float>(20 + i / 1000)));
   }
   ImportMap map = ulog_map();
-  EXPECT_EQ(text(read_rows(log.text(), map, "f").error()),
-            "f: the map's columns come from several messages, expected every = \"1 s\" (or another stretch) in [time], "
-            "which puts them together");
+  EXPECT_EQ(
+      text(read_rows(log.text(), map, "f").error()),
+      "f: the map's columns come from several messages, expected every = \"1 s\" (or another interval) in [time], "
+      "which combines them");
   map.every = seconds(1);
   const auto rows = read_rows(log.text(), map, "f");
   ASSERT_TRUE(rows) << text(rows.error());

@@ -181,7 +181,7 @@ TEST(Chain, DetectsEachEditAndNamesFirstRow) {
       {"DELETE FROM list WHERE name = 'cycles'", "the description of the run"},
       {"DELETE FROM meta WHERE key = 'outcome'", "the outcome of the run"},
       {"UPDATE frames SET lost = 1", "the outcome of the run"},
-      {"INSERT INTO frames SELECT 2, seen, lost, bad, head FROM frames", "the count of the frames"}};
+      {"INSERT INTO frames SELECT 2, seen, lost, bad, head FROM frames", "the frame count"}};
   for (const auto& [edit, place] : edits) {
     const auto path = folder / "edited.db";
     std::filesystem::copy_file(folder / "run.db", path, std::filesystem::copy_options::overwrite_existing);

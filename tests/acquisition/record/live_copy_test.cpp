@@ -304,14 +304,14 @@ TEST(LiveCopy, LeavesReservedSpaceForRecord) {
     ASSERT_TRUE(store);
     for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
     const auto trouble = await_trouble(**store, path);
-    EXPECT_NE(trouble.find("are the record's"), std::string::npos) << trouble;
-    EXPECT_EQ(trouble.find("there is no live copy any more") != std::string::npos, goes) << trouble;
+    EXPECT_NE(trouble.find("are reserved for the record"), std::string::npos) << trouble;
+    EXPECT_EQ(trouble.find("the live copy has ended") != std::string::npos, goes) << trouble;
     EXPECT_FALSE(has_copy_files(folder));
     EXPECT_EQ((*store)->health().trouble, "");
     store->reset();
     store = Store::reopen(path, watched(false, options));
     ASSERT_TRUE(store) << text(store.error());
-    EXPECT_NE(await_trouble(**store, path).find("are the record's"), std::string::npos);
+    EXPECT_NE(await_trouble(**store, path).find("are reserved for the record"), std::string::npos);
     EXPECT_FALSE(has_copy_files(folder));
     append(**store, 5);
     ASSERT_TRUE((*store)->finish());
@@ -338,7 +338,7 @@ TEST(LiveCopy, RemovesDamagedCopy) {
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(kPage) << std::string(size - kPage, '\0');
   append(**store, kManySeconds + 1);
   const auto trouble = await_trouble(**store, path);
-  EXPECT_NE(trouble.find("there is no live copy any more"), std::string::npos) << trouble;
+  EXPECT_NE(trouble.find("the live copy has ended"), std::string::npos) << trouble;
   EXPECT_TRUE(loses_its_copy_files(folder));
   ASSERT_TRUE((*store)->finish());
   EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kManySeconds + 2));

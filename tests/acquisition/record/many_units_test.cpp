@@ -222,15 +222,14 @@ TEST(ManyUnits, HaveValidColumnNames) {
   };
   EXPECT_EQ(refused([](RunInfo&) {}), "");
   EXPECT_EQ(refused([](RunInfo& info) { info.units[1].name = "u\"2"; }),
-            "gyro \"u\"2\": a name is made of letters, digits and _ -");
-  EXPECT_EQ(refused([](RunInfo& info) { info.units[0].axes[1].name = ""; }),
-            "axis \"\": a name has 1 to 64 characters");
+            "gyro \"u\"2\": expected only letters, digits and _ -");
+  EXPECT_EQ(refused([](RunInfo& info) { info.units[0].axes[1].name = ""; }), "axis \"\": expected 1 to 64 characters");
   EXPECT_EQ(refused([](RunInfo& info) { info.units[0].values[0].name = "a b"; }),
-            "value \"a b\": a name is made of letters, digits and _ -");
+            "value \"a b\": expected only letters, digits and _ -");
   EXPECT_EQ(refused([](RunInfo& info) { info.units[1].name = "U1"; }),
-            "channel \"U1.interval_ns\": the name is taken, expected one of its own");
+            "channel \"U1.interval_ns\": the name is already in use, expected a unique one");
   EXPECT_EQ(refused([](RunInfo& info) { info.thermometers[0].name = "u1.Temperature"; }),
-            "thermometer \"u1.Temperature\": the name is taken, expected one of its own");
+            "thermometer \"u1.Temperature\": the name is already in use, expected a unique one");
 }
 
 TEST(ManyUnits, RefuseThermometerWithNameOfColumn) {
@@ -241,7 +240,7 @@ TEST(ManyUnits, RefuseThermometerWithNameOfColumn) {
     const auto good = check_new_channel_names(info);
     ASSERT_FALSE(good) << name;
     EXPECT_EQ(text(good.error()),
-              std::string("thermometer \"") + name + "\": the name is taken, expected one of its own");
+              std::string("thermometer \"") + name + "\": the name is already in use, expected a unique one");
     EXPECT_TRUE(check_channel_names(info)) << "a record that has it already is read";
   }
   RunInfo one = two_thermometers();
@@ -260,7 +259,7 @@ TEST(ManyUnits, RefuseRowsOfMissingUnit) {
   ASSERT_TRUE(database.execute("INSERT INTO axis(unit, position, name, kind, scale) VALUES(7, 0, 'x', 'rate', 1)"));
   const auto info = read_run_info(database);
   ASSERT_FALSE(info);
-  EXPECT_EQ(info.error().what, "something belongs to a unit under test that is not there");
+  EXPECT_EQ(info.error().what, "a row refers to a unit under test that does not exist");
 }
 
 TEST(ManyUnits, ContinueInSecondFile) {

@@ -26,8 +26,8 @@ TEST(RecordedRun, IsRefusedWithPositionWhenChangedUnlessUnverified) {
   for (const auto& command : commands) {
     const auto refused = gyrotherm_with(command);
     EXPECT_EQ(refused.exit_code, 4) << command;
-    EXPECT_EQ(refused.err,
-              "gyrotherm: " + record + ": sample 2000 of second 2000, or a row before it, is not what was written\n")
+    EXPECT_EQ(refused.err, "gyrotherm: " + record +
+                               ": sample 2000 of second 2000, or an earlier row, does not match the hash chain\n")
         << command;
     EXPECT_EQ(refused.out, "") << command;
     const auto taken = gyrotherm_with(command + " --unverified");

@@ -163,7 +163,7 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
 }
 
 /// Searches both ends of the values for a step that separates a few distinct numbers from all others.
-Result<void> ChannelTally::judge_isolated(const Column& column, const std::string& file, Notes& notes) const {
+Result<void> ChannelTally::check_isolated(const Column& column, const std::string& file, Notes& notes) const {
   constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMostShare = 0.2, kRangeMultiple = 50;
   constexpr std::size_t kFewest = 20;
   if (column.summary.values < kFewest || column.kind == Kind::value || column.valid) return {};
@@ -213,7 +213,7 @@ Result<void> ChannelTally::judge(const std::string& file, const std::vector<Miss
     if (channel.missing > channel.values)
       notes.push_back(fmt::format("{} of {} values of {} are missing", channel.missing,
                                   channel.missing + channel.values, channel.name));
-    if (auto isolated = judge_isolated(columns_[i], file, notes); !isolated) return isolated;
+    if (auto isolated = check_isolated(columns_[i], file, notes); !isolated) return isolated;
   }
   return {};
 }

@@ -74,7 +74,7 @@ class ChannelTally {
   };
   void add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale, double offset);
   [[nodiscard]] Fault impossible(const Column& column, double number) const;
-  [[nodiscard]] Result<void> judge_isolated(const Column& column, const std::string& file, Notes& notes) const;
+  [[nodiscard]] Result<void> check_isolated(const Column& column, const std::string& file, Notes& notes) const;
   [[nodiscard]] std::string remedy(const Column& column, double number) const;
 
   bool is_text_, is_log_;

@@ -24,7 +24,7 @@ struct FormatCharacter {
   std::optional<NumberType> type{};
   double scale = 1;
 };
-constexpr double kHundredth = 0.01, kDegreeOfPlace = 1e-7;
+constexpr double kHundredth = 0.01, kLocationUnit_deg = 1e-7;
 constexpr std::array<FormatCharacter, 21> kFormatCharacters{{{'a', 64},
                                                              {'b', 1, NumberType::int8},
                                                              {'B', 1, NumberType::uint8},
@@ -42,7 +42,7 @@ constexpr std::array<FormatCharacter, 21> kFormatCharacters{{{'a', 64},
                                                              {'C', 2, NumberType::uint16, kHundredth},
                                                              {'e', 4, NumberType::int32, kHundredth},
                                                              {'E', 4, NumberType::uint32, kHundredth},
-                                                             {'L', 4, NumberType::int32, kDegreeOfPlace},
+                                                             {'L', 4, NumberType::int32, kLocationUnit_deg},
                                                              {'M', 1, NumberType::uint8},
                                                              {'q', 8, NumberType::int64},
                                                              {'Q', 8, NumberType::uint64}}};
@@ -182,7 +182,7 @@ class DataflashReader {
   /// units may mark a field as the sensor number.
   bool has_unknown_sensor(std::string_view message) const {
     const auto& kind = kinds_[static_cast<unsigned char>(message[2])];
-    return kind && !kind->has_units && reading_.wants(kind->name);
+    return kind && !kind->has_units && reading_.selects_message(kind->name);
   }
 
   /// Searches the remaining log for kinds whose units define a sensor number, and returns to the present position.

@@ -227,7 +227,7 @@ std::optional<std::int64_t> days_since_1970(const Date& given, EarlyDays early) 
 
 /// Returns the month with whose name a word begins; 0 if there is none. The names in the five languages do not
 /// conflict.
-int month_named(std::string_view word) {
+int parse_month_name(std::string_view word) {
   static constexpr std::array<std::pair<std::string_view, int>, 38> kNames{
       {{"jan", 1},  {"jän", 1},  {"ene", 1},  {"gen", 1},  {"feb", 2},  {"fev", 2},  {"fév", 2},  {"mar", 3},
        {"mär", 3},  {"mrz", 3},  {"mae", 3},  {"apr", 4},  {"avr", 4},  {"abr", 4},  {"may", 5},  {"mai", 5},
@@ -320,7 +320,7 @@ std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, Date
     if (parts[i].empty() || is_digit(parts[i].front())) continue;
     const auto& other = parts[1 - i];
     const bool year_is_last = other.size() <= 2;
-    return Date{whole_year(year_is_last ? parts[2] : other), month_named(parts[i]),
+    return Date{whole_year(year_is_last ? parts[2] : other), parse_month_name(parts[i]),
                 parse_digits(year_is_last ? other : parts[2])};
   }
   if (parts[0].size() == 4 || order == DateOrder::year_first)
@@ -386,7 +386,7 @@ bool take_zone(Front& front, CivilTime& time) {
 
 /// Removes "Mar  1 08:00:10 2026", the C notation after the day of the week.
 std::optional<CivilTime> take_c_time(Front front) {
-  const int month = month_named(front.word());
+  const int month = parse_month_name(front.word());
   front.pass_blanks();
   const int day = parse_digits(front.digits());
   front.pass_blanks();
@@ -522,7 +522,7 @@ bool looks_like_time(std::string_view text) {
   Front front(trimmed(text));
   while (!front.rest().empty()) {
     const auto word = front.word();
-    if (word.size() >= 3 && month_named(word) != 0 && digits >= 2) return true;
+    if (word.size() >= 3 && parse_month_name(word) != 0 && digits >= 2) return true;
     if (word.empty()) (void)front.take_if(front.rest().substr(0, 1));
   }
   return false;

@@ -299,11 +299,11 @@ class ImportedRecord {
 
 /// Fails if another column of dates or times of day has another duration than the map's time.
 Result<void> check_span(const std::string& path, const Findings& findings, Duration span) {
-  constexpr double kAlike = 0.02;
+  constexpr double kRelativeTolerance = 0.02;
   constexpr Duration kAtLeast = std::chrono::minutes(1);
   const auto agrees = [&](Duration other) {
     const Duration most = std::max(span, other);
-    return std::chrono::abs(span - other) <= std::max(kAtLeast, from_seconds(kAlike * to_seconds(most)));
+    return std::chrono::abs(span - other) <= std::max(kAtLeast, from_seconds(kRelativeTolerance * to_seconds(most)));
   };
   if (findings.other_spans.empty() || std::ranges::any_of(findings.other_spans, agrees)) return {};
   return failure(

@@ -29,7 +29,7 @@ double half(std::uint16_t bits) {
   return (bits & 0x8000) != 0 ? -size : size;
 }
 
-double or_missing(double number) { return std::isfinite(number) ? number : record::kMissing; }
+double finite_or_missing(double number) { return std::isfinite(number) ? number : record::kMissing; }
 
 /// Returns whether a time is counted since 1970, as in logs of a simulator or ROS, and not since the machine started.
 bool is_since_1970(double time_us) {
@@ -77,8 +77,8 @@ double number_at(std::string_view message, std::size_t offset, NumberType type) 
     case NumberType::int32: return static_cast<std::int32_t>(bits);
     case NumberType::int64: return static_cast<double>(static_cast<std::int64_t>(bits));
     case NumberType::float16: return half(static_cast<std::uint16_t>(bits));
-    case NumberType::float32: return or_missing(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    case NumberType::float64: return or_missing(std::bit_cast<double>(bits));
+    case NumberType::float32: return finite_or_missing(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+    case NumberType::float64: return finite_or_missing(std::bit_cast<double>(bits));
     case NumberType::uint8:
     case NumberType::uint16:
     case NumberType::uint32:
@@ -144,7 +144,7 @@ std::vector<LogColumn> LogReading::published() const {
   return columns;
 }
 
-bool LogReading::wants(std::string_view message) const {
+bool LogReading::selects_message(std::string_view message) const {
   return std::ranges::find(columns_, message, &LogColumn::message) != columns_.end();
 }
 

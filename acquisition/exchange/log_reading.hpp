@@ -78,7 +78,7 @@ class LogReading {
   [[nodiscard]] Result<void> finish(const std::string& file) const;
 
   /// Returns whether the map has a column of messages with this name.
-  [[nodiscard]] bool wants(std::string_view message) const;
+  [[nodiscard]] bool selects_message(std::string_view message) const;
   [[nodiscard]] const std::vector<LogColumn>& there() const { return there_; }
   /// Returns the columns of series with at least one message.
   [[nodiscard]] std::vector<LogColumn> published() const;

@@ -67,7 +67,7 @@ std::size_t end_of_line(std::string_view ahead, Encoding encoding) {
 
 std::size_t unit_size(Encoding encoding) { return encoding == Encoding::utf8 ? 1 : 2; }
 
-bool names_separator(std::string_view line) { return line.size() == 5 && line.starts_with("sep="); }
+bool is_separator_declaration(std::string_view line) { return line.size() == 5 && line.starts_with("sep="); }
 
 }  // namespace
 
@@ -105,7 +105,7 @@ Fault TextLines::fault_at(std::size_t column, std::string what) const {
 }
 
 bool TextLines::has_content() const {
-  const bool is_separator_line = number_ == 1 && names_separator(line_);
+  const bool is_separator_line = number_ == 1 && is_separator_declaration(line_);
   return !is_separator_line && !is_comment() && !record::trimmed(line_).empty();
 }
 

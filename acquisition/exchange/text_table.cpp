@@ -204,11 +204,11 @@ class TextTable {
     if (const auto unit = unit_behind_number(field.text);
         is_utf8(unit) && unit.size() < field.text.size() && !unit.empty())
       expected += fmt::format(", or cell_units = [\"{}\"] in [file]", plain(unit));
-    return fault_at(field.column, fmt::format("\"{}\"{}, expected {}", shown, in_column(field), expected));
+    return fault_at(field.column, fmt::format("\"{}\"{}, expected {}", shown, describe_column(field), expected));
   }
 
   /// Returns " in column "T1"" for a column with a name in the header.
-  std::string in_column(const Field& field) const {
+  std::string describe_column(const Field& field) const {
     const auto at = static_cast<std::size_t>(&field - fields_.data());
     return at < header_.size() ? fmt::format(" in column \"{}\"", plain(header_[at])) : "";
   }

@@ -390,7 +390,7 @@ bool lock_out_writers(int file) {
 }
 
 /// Returns whether another program holds a lock that conflicts with `lock` on the open file.
-bool is_held_against(short lock, int file) {
+bool has_conflicting_lock(short lock, int file) {
   auto range = locked_range(lock);
   return ::fcntl(file, F_OFD_GETLK, &range) == 0 && range.l_type != F_UNLCK;
 }
@@ -465,14 +465,14 @@ const char* reader_vfs() {
 bool is_being_read(const std::string& path) {
   if (is_written_here(path)) return false;
   const auto file = open_regular_file(path);
-  return file && is_held_against(F_WRLCK, file->descriptor.number()) &&
-         !is_held_against(F_RDLCK, file->descriptor.number());
+  return file && has_conflicting_lock(F_WRLCK, file->descriptor.number()) &&
+         !has_conflicting_lock(F_RDLCK, file->descriptor.number());
 }
 
 bool is_being_written(const std::string& path) {
   if (is_written_here(path)) return true;
   const auto file = open_regular_file(path);
-  return file && is_held_against(F_RDLCK, file->descriptor.number());
+  return file && has_conflicting_lock(F_RDLCK, file->descriptor.number());
 }
 
 namespace {

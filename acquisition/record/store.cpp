@@ -46,7 +46,7 @@ class OrderedStore : public Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> events) final {
     assert(sample.thermometers.size() == info_.thermometers.size());
-    if (auto follows = follow_on(sample.slot); !follows) return follows;
+    if (auto follows = check_slot_order(sample.slot); !follows) return follows;
     Entry entry = sample_entry(sample, events, info_);
     number(entry);
     const auto faults = static_cast<std::int64_t>(entry.missing.size());
@@ -62,7 +62,7 @@ class OrderedStore : public Store {
 
   Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) final {
     assert(first <= last);
-    if (auto follows = follow_on(first); !follows) return follows;
+    if (auto follows = check_slot_order(first); !follows) return follows;
     if (last > kMostSlots)
       return failure(FaultKind::storage, fmt::format("slot {}", last), fmt::format("a record holds {}", kMostSlots));
     auto taken = take(gap_entry(first, last, cause));
@@ -107,7 +107,7 @@ class OrderedStore : public Store {
   [[nodiscard]] std::int64_t last() const { return last_; }
 
  private:
-  Result<void> follow_on(std::int64_t slot) const {
+  Result<void> check_slot_order(std::int64_t slot) const {
     if (slot == last_ + 1) return {};
     const std::string where = fmt::format("slot {}", slot);
     if (slot <= last_) return failure(FaultKind::storage, where, fmt::format("comes after slot {}", last_));

@@ -181,7 +181,7 @@ void describe(auto& form, Like<ResultTable> auto& table) {
   const auto as_long = [&](const Column& column) {
     return column.values.size() == table.columns.front().values.size();
   };
-  form.expect("columns", std::ranges::all_of(table.columns, as_long), "wrong length, expected columns of one length");
+  form.expect("columns", std::ranges::all_of(table.columns, as_long), "wrong length, expected columns of equal length");
 }
 
 void describe(auto& form, Like<ReportedBudget> auto& budget) {

@@ -202,8 +202,8 @@ double days_between(const std::string& before, const std::string& now) {
 Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now) {
   if (before.item.serial_number != now.item.serial_number || before.item.model != now.item.model)
     return failure(FaultKind::usage, now.number,
-                   fmt::format("is of {} {}, the other report of {} {}", now.item.model, now.item.serial_number,
-                               before.item.model, before.item.serial_number));
+                   fmt::format("calibrates {} {}, but the other report calibrates {} {}", now.item.model,
+                               now.item.serial_number, before.item.model, before.item.serial_number));
   Comparison comparison{.before_number = before.number,
                         .now_number = now.number,
                         .model = now.item.model,
@@ -217,7 +217,7 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
   comparing.compare(Stage::as_left, Stage::as_found);
   if (comparison.results.empty())
     return failure(FaultKind::usage, now.number,
-                   "has no result in common with the other report, of the same program and zero of the bias");
+                   "has no result in common with the other report for the same profile and bias reference");
   return comparison;
 }
 
@@ -261,7 +261,7 @@ std::string describe(const Comparison& comparison) {
                         plot::significant(one->change), plot::significant(one->expanded), one->axis, one->key,
                         one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
                         name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
-  return text + fmt::format("{} of {} results differ by more than both are uncertain (|E_n| > 1)\n",
+  return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
                             count_disagreeing(comparison), all.size());
 }
 

@@ -256,16 +256,16 @@ class Certificate {
   void statements() {
     state_statement();
     statement(
-        {"Results relate only to the item", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
+        {"Scope of the results", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
         joined(joined(texts_for("say.only_this_item"), " ", texts_for("say.standing")), " ", texts_for("say.in_full")));
     traceability();
     xml_.element("dcc:statement", {{"refType", "gyrotherm_norm"}}, [&] {
-      dcc_.text("dcc:name", {"What a report has", "Inhalt des Berichts"});
+      dcc_.text("dcc:name", {"Content of the report", "Inhalt des Berichts"});
       xml_.leaf("dcc:norm", "ISO/IEC 17025:2017, 7.8.2 and 7.8.4");
-      dcc_.text("dcc:declaration", {"It has the fields that the standard asks for. That the laboratory is accredited "
-                                    "is not said by this.",
-                                    "Er hat die Angaben, die die Norm verlangt. Über eine Akkreditierung des "
-                                    "Laboratoriums sagt das nichts aus."});
+      dcc_.text("dcc:declaration", {"The report contains the information required by the standard. This is not a "
+                                    "statement that the laboratory is accredited.",
+                                    "Der Bericht enthält die von der Norm verlangten Angaben. Dies ist keine Aussage "
+                                    "über eine Akkreditierung des Laboratoriums."});
     });
     conformity();
     if (report_.replaces) revision();
@@ -322,7 +322,7 @@ class Certificate {
 
   void document(const ReadableReport& pdf) {
     xml_.element("dcc:document", [&] {
-      dcc_.text("dcc:name", {"The report for people", "Der Bericht für Menschen"});
+      dcc_.text("dcc:name", {"Human-readable report", "Bericht in lesbarer Form"});
       xml_.leaf("dcc:fileName", or_not_given(pdf.name));
       xml_.leaf("dcc:mimeType", "application/pdf");
       xml_.leaf("dcc:dataBase64", plot::base64(pdf.bytes));
@@ -341,7 +341,7 @@ Result<std::string> make_dcc(const CalibrationReport& report, const DccOptions& 
   const auto names = missing_data(report);
   if (!is_draft(report) && !names.empty())
     return failure(FaultKind::bad_file, kCalibrationFile,
-                   fmt::format("a report that is not a draft must have {}", fmt::join(names, ", ")));
+                   fmt::format("missing data, required unless the report is a draft: {}", fmt::join(names, ", ")));
   return Certificate(report, options).write();
 }
 

@@ -134,7 +134,7 @@ ReportFigure correlation_array(const Report& report) {
                           .simulated = report.rig.is_virtual};
   return {"table-3",
           "Correlation coefficients |r| between the bias and the temperature gradients, from the training clusters "
-          "alone. The array is symmetric; its diagonal is zero by convention.",
+          "only. The array is symmetric; its diagonal is zero by convention.",
           to_svg(map)};
 }
 

@@ -199,7 +199,7 @@ std::string result_section(const model::FusionSummary& summary) {
   std::string keys = key("error of the fused rate", plot::format_bias(summary.error->rms_deg_per_h), "°/h", "best");
   if (summary.axes.size() > 3) {
     keys += key("all axes, none excluded", plot::format_bias(summary.of_all_axes->rms_deg_per_h), "°/h") +
-            key("the first three axes alone", plot::format_bias(summary.of_three->rms_deg_per_h), "°/h") +
+            key("only the first three axes", plot::format_bias(summary.of_three->rms_deg_per_h), "°/h") +
             key("inconsistent seconds", std::to_string(summary.contradictions), "");
   }
   if (summary.rest && summary.rest->heading_deg)

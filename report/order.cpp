@@ -171,7 +171,7 @@ void check_is_result(const TomlTable& limit, const std::string& quantity) {
     return;
   }
   const std::string near = nearest(quantity, known);
-  limit.mistake("quantity", fmt::format("no result is called \"{}\", {}", quantity,
+  limit.mistake("quantity", fmt::format("unknown result \"{}\", {}", quantity,
                                         near.empty() ? "expected one like \"compensated_mean.compensated_bias\""
                                                      : fmt::format("did you mean \"{}\"?", near)));
 }
@@ -206,7 +206,7 @@ std::vector<Deviation> deviations(const TomlTable& table) {
   for (const TomlTable& one : table.tables("deviation")) {
     all.push_back({.utc = one.text("utc", ""), .kind = "other", .text = one.text("text")});
     if (const std::string& utc = all.back().utc; !utc.empty() && !is_instant(utc))
-      one.mistake("utc", fmt::format("\"{}\", expected an instant of UTC like \"2026-11-25T14:03:00Z\"", utc));
+      one.mistake("utc", fmt::format("\"{}\", expected a UTC time like \"2026-11-25T14:03:00Z\"", utc));
   }
   return all;
 }
@@ -447,9 +447,9 @@ Result<void> check_units(const OrderFile& order, const std::vector<CalibratedIte
   if (items.size() > 1 && unnamed != order.units.end()) {
     std::vector<std::string> names;
     for (const CalibratedItem& item : items) names.push_back(item.name);
-    return failure(
-        FaultKind::bad_file, unnamed->place,
-        fmt::format("the unit has no name, but {} has several, expected one of {}", from, fmt::join(names, ", ")));
+    return failure(FaultKind::bad_file, unnamed->place,
+                   fmt::format("the unit has no name although {} has several units, expected one of {}", from,
+                               fmt::join(names, ", ")));
   }
   for (const CalibratedItem& item : items)
     if (const OrderedUnit* unit = find_ordered_unit(order, item.name))

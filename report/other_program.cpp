@@ -29,7 +29,7 @@ std::string package_for(const std::string& program) {
 
 tl::unexpected<Fault> not_started(const std::string& program) {
   return failure(FaultKind::bad_file, program,
-                 fmt::format("is not installed, or cannot be run; Debian has it in the package {}: "
+                 fmt::format("is not installed or cannot be run; it is in the Debian package {}: "
                              "sudo apt install {}",
                              package_for(program), package_for(program)));
 }
@@ -52,10 +52,10 @@ Result<ProgramRun> run_program(const std::string& program, const std::vector<std
   if (!process.waitForFinished(milliseconds)) {
     process.kill();
     process.waitForFinished(milliseconds);
-    return failure(FaultKind::timeout, program, fmt::format("did not end in {} ms", milliseconds));
+    return failure(FaultKind::timeout, program, fmt::format("did not exit within {} ms", milliseconds));
   }
   if (process.exitStatus() != QProcess::NormalExit)
-    return failure(FaultKind::refused, program, "was ended by a signal");
+    return failure(FaultKind::refused, program, "was terminated by a signal");
   return ProgramRun{process.exitCode(), process.readAll().toStdString()};
 }
 

@@ -77,7 +77,7 @@ void describe(auto& form, Like<ReportedCycle> auto& cycle) {
 void describe(auto& form, Like<ReportedSeries> auto& series) {
   const auto column = [&](const char* key, auto& values) {
     form(key, values);
-    form.expect(key, values.size() == series.time_s.size(), "wrong length, expected one value of each point");
+    form.expect(key, values.size() == series.time_s.size(), "wrong length, expected one value per point");
   };
   form("time_s", series.time_s);
   column("set_point_c", series.set_point_c);
@@ -85,7 +85,7 @@ void describe(auto& form, Like<ReportedSeries> auto& series) {
   const auto fits = [&](const auto& named) { return named.second.size() == series.time_s.size(); };
   form.expect("thermometers", !series.thermometers_c.empty(), "empty, expected at least one thermometer");
   form.expect("thermometers", std::ranges::all_of(series.thermometers_c, fits),
-              "wrong length, expected one value of each point");
+              "wrong length, expected one value per point");
   column("raw", series.raw);
   for_each_model(series.residual, column);
   form("cycles", series.cycles);

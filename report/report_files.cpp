@@ -31,7 +31,7 @@ void describe(auto& form, Like<AuthorisedFiles> auto& authorisation) {
   form("files", authorisation.files);
   std::set<std::string> names;
   for (const IssuedFile& file : authorisation.files) names.insert(file.name);
-  form.expect("files", names.size() == authorisation.files.size(), "a file is there twice");
+  form.expect("files", names.size() == authorisation.files.size(), "a file is listed twice");
   form.expect("files", names.contains(kCalibrationFile), "calibration.json is missing");
 }
 

@@ -81,8 +81,8 @@ Strings all_between(std::string_view text, std::string_view before, std::string_
 Result<SignedDcc> split_certificate(std::string_view dcc, const std::string& file) {
   const auto refused = [&](const char* what) { return failure(FaultKind::bad_file, file, what); };
   const auto begins = dcc.find(kBeforeDigest.substr(0, kBeforeDigest.find('>')));
-  if (begins == std::string_view::npos) return refused("has no signature of the form that gyrotherm makes");
-  if (!dcc.ends_with(kRootEnd)) return refused("it continues after its signature");
+  if (begins == std::string_view::npos) return refused("contains no signature written by gyrotherm");
+  if (!dcc.ends_with(kRootEnd)) return refused("has unexpected content after its signature");
   const std::string_view signature = dcc.substr(begins, dcc.size() - kRootEnd.size() - begins);
   SignedDcc parts;
   parts.text = std::string(dcc.substr(0, begins)) + std::string(kRootEnd);
@@ -93,7 +93,7 @@ Result<SignedDcc> split_certificate(std::string_view dcc, const std::string& fil
                       std::ranges::all_of(parts.certificates, [](const auto& one) { return is_base64(one); });
   const bool has_certificates = !parts.certificates.empty() && parts.certificates.size() <= kMostCertificates;
   if (!base64 || !has_certificates || signature != signature_xml(parts))
-    return refused("its signature is not of the form that gyrotherm makes");
+    return refused("has a signature that was not written by gyrotherm");
   return parts;
 }
 
@@ -157,7 +157,7 @@ bool has_any(const Strings& usages, const auto& permitted) {
 std::string usage_refusal(std::string_view extensions) {
   const auto constraints = extension_values(extensions, "X509v3 Basic Constraints:");
   if (constraints && std::ranges::find(*constraints, "CA:TRUE") != constraints->end())
-    return "is the certificate of an authority, which issues certificates and signs no reports";
+    return "belongs to a certificate authority and cannot sign reports";
   const auto usage = extension_values(extensions, "X509v3 Key Usage:");
   if (!usage || !has_any(*usage, kSigningUsages))
     return fmt::format(
@@ -166,7 +166,8 @@ std::string usage_refusal(std::string_view extensions) {
   const auto extended = extension_values(extensions, "X509v3 Extended Key Usage:");
   if (extended && !has_any(*extended, kDocumentUsages))
     return fmt::format(
-        "is not a certificate for documents: its extended key usage is {}, expected emailProtection or documentSigning",
+        "is not a certificate for signing documents: its extended key usage is {}, expected emailProtection or "
+        "documentSigning",
         plain(fmt::format("{}", fmt::join(*extended, ", "))));
   return {};
 }
@@ -177,7 +178,7 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
   const auto run = run_program(
       "openssl", {"x509", "-in", certificate, "-noout", "-ext", "basicConstraints,keyUsage,extendedKeyUsage"});
   if (!run) return failure(run.error());
-  if (run->exit_code != 0) return failure(FaultKind::bad_file, where, "openssl does not read the signer's certificate");
+  if (run->exit_code != 0) return failure(FaultKind::bad_file, where, "openssl cannot read the signer's certificate");
   const std::string refusal = usage_refusal(run->out);
   return refusal.empty() ? Result<void>{} : failure(FaultKind::bad_file, where, "the signer's certificate " + refusal);
 }
@@ -228,7 +229,7 @@ Result<void> check_trust(const PrivateFolder& folder, const Trust& trust, const 
   const auto run = run_trusting(trust, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code == 0) return check_usage(folder / "own.pem", where);
-  const std::string why = between(run->out, "lookup: ", "\n").value_or("it cannot be read");
+  const std::string why = between(run->out, "lookup: ", "\n").value_or("the certificate cannot be read");
   return failure(FaultKind::bad_file, where, "the signer is not trusted: " + plain(why));
 }
 
@@ -249,7 +250,7 @@ Result<void> check_chain(const PrivateFolder& folder, const Strings& certificate
                                              "-CAfile", folder / "above.pem", folder / "below.pem"});
     if (!run) return failure(run.error());
     if (run->exit_code != 0)
-      return failure(FaultKind::bad_file, file, "its certificates are no chain: each must be followed by its issuer's");
+      return failure(FaultKind::bad_file, file, "its certificates do not form a chain: the issuer's must follow each");
   }
   return {};
 }
@@ -260,7 +261,7 @@ Result<Signer> read_signer(const std::string& certificate) {
   const auto output = run_step("openssl",
                                {"x509", "-in", certificate, "-noout", "-subject", "-issuer", "-serial", "-fingerprint",
                                 "-sha256", "-enddate", "-nameopt", "RFC2253,-esc_msb,utf8"},
-                               "does not read the signer's certificate");
+                               "cannot read the signer's certificate");
   if (!output) return failure(output.error());
   const std::string lines = "\n" + *output;
   std::string fingerprint = line_value(lines, "\nsha256 Fingerprint=");
@@ -281,14 +282,14 @@ Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
   Strings arguments{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
   if (!key.password_file.empty()) arguments.insert(arguments.end(), {"-passin", "file:" + key.password_file});
   if (auto there = read_text_file(key.key_file); !there) return failure(there.error());
-  if (auto unlocked = run_step("openssl", arguments, "does not open the key"); !unlocked)
+  if (auto unlocked = run_step("openssl", arguments, "cannot open the key"); !unlocked)
     return failure(unlocked.error());
   const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
   if (!rsa) return failure(rsa.error());
-  if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is a key of another kind, expected RSA");
-  const auto of_key = run_step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "does not read the key");
+  if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is not an RSA key");
+  const auto of_key = run_step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "cannot read the key");
   const auto of_certificate =
-      run_step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "does not read the certificate");
+      run_step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "cannot read the certificate");
   if (!of_key) return failure(of_key.error());
   if (!of_certificate) return failure(of_certificate.error());
   if (*of_key != *of_certificate)
@@ -337,12 +338,12 @@ Result<PdfSignature> read_signature(const std::string& output, const std::string
   for (const char* line : {"Signature #", "- Signed Ranges: ", "- Signature Validation: ", "otal document signed"})
     if (count_occurrences(output, line) != 1) return refused("is not signed exactly once");
   const std::string validation = line_value(output, "- Signature Validation: ");
-  if (validation != "Signature is Valid.") return refused("its signature does not hold: " + plain(validation));
+  if (validation != "Signature is Valid.") return refused("its signature is not valid: " + plain(validation));
   if (output.find("- Total document signed\n") == std::string::npos)
-    return refused("its signature is not over all of it");
+    return refused("its signature does not cover the whole file");
   static const std::regex ranges(R"(- Signed Ranges: \[0 - (\d{1,12})\], \[(\d{1,12}) - (\d{1,12})\]\n)");
   std::smatch match;
-  if (!std::regex_search(output, match, ranges)) return refused("its signature is not over all of it");
+  if (!std::regex_search(output, match, ranges)) return refused("its signature does not cover the whole file");
   return PdfSignature{std::stoul(match[1]), std::stoul(match[2]), std::stoul(match[3])};
 }
 
@@ -377,7 +378,9 @@ Result<void> extract_signature(const PrivateFolder& folder, const std::string& p
   if (!pdf) return failure(pdf.error());
   const std::string_view bytes = *pdf;
   const auto [first_end, second_begin, end] = signature;
-  const auto refused = [&] { return failure(FaultKind::bad_file, path, "its signature is not over all of it"); };
+  const auto refused = [&] {
+    return failure(FaultKind::bad_file, path, "its signature does not cover the whole file");
+  };
   if (end != bytes.size() || first_end + 2 > second_begin || second_begin > end) return refused();
   if (bytes[first_end] != '<' || bytes[second_begin - 1] != '>') return refused();
   const auto der = decode_hex(bytes.substr(first_end + 1, second_begin - first_end - 2));
@@ -399,7 +402,7 @@ Result<void> make_store(const PrivateFolder& folder) {
       {"certutil", {"-N", "--empty-password", "-d", store}},
       {"pk12util", {"-i", folder / "own.p12", "-d", store, "-W", ""}}};
   for (const auto& [program, arguments] : steps)
-    if (auto done = run_step(program, arguments, "does not take the key"); !done) return failure(done.error());
+    if (auto done = run_step(program, arguments, "cannot import the key"); !done) return failure(done.error());
   return {};
 }
 
@@ -419,7 +422,7 @@ Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   const auto made = run_step("xmlsec1",
                              {"--sign", "--privkey-pem", *folder / "key.pem", "--enabled-key-data", "key-name",
                               "--output", *folder / "out.xml", *folder / "in.xml"},
-                             "does not sign");
+                             "cannot sign");
   if (!made) return failure(made.error());
   const auto out = read_text_file(*folder / "out.xml", kLargestTable);
   if (!out) return failure(out.error());
@@ -451,7 +454,7 @@ Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, 
                                            "key-name", "--enabled-reference-uris", "empty", *folder / "in.xml"});
   if (!run) return failure(run.error());
   if (run->exit_code != 0)
-    return failure(FaultKind::bad_file, file, "its signature does not hold: it was changed after it was signed");
+    return failure(FaultKind::bad_file, file, "its signature is not valid: the file was changed after it was signed");
   if (auto chain = check_chain(*folder, parts->certificates, file); !chain) return failure(chain.error());
   if (auto trusted = check_trust(*folder, trust, file); !trusted) return failure(trusted.error());
   return read_signer(*folder / "own.pem");
@@ -468,7 +471,7 @@ Result<void> sign_pdf(const std::string& path, const std::string& signed_path, c
   Strings arguments{"-nssdir", "sql:" + *folder / "store", "-nick", "gyrotherm", "-reason", reason};
   arguments.insert(arguments.end(), way->begin(), way->end());
   arguments.insert(arguments.end(), {absolute(path), absolute(signed_path)});
-  const auto done = run_step("pdfsig", arguments, "does not sign");
+  const auto done = run_step("pdfsig", arguments, "cannot sign");
   if (!done) return failure(done.error());
   if (auto holds = verify_pdf(signed_path, {.certificates_file = key.certificate_file}); !holds)
     return failure(holds.error());
@@ -489,7 +492,7 @@ Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
                               *folder / "signature.der", "-content", *folder / "content", "-out", "/dev/null",
                               "-signer", *folder / "own.pem", "-certsout", *folder / "chain.pem"});
   if (!run) return failure(run.error());
-  if (run->exit_code != 0) return failure(FaultKind::bad_file, path, "its signature does not hold");
+  if (run->exit_code != 0) return failure(FaultKind::bad_file, path, "its signature is not valid");
   if (auto trusted = check_trust(*folder, trust, path); !trusted) return failure(trusted.error());
   return read_signer(*folder / "own.pem");
 }

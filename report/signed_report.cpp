@@ -59,7 +59,7 @@ Result<AuthorisedFiles> authorisation_in(const std::string& folder) {
   if (!json) return failure(json.error());
   if (!*json)
     return failure(FaultKind::bad_file, path,
-                   "is missing, as of a report that gyrotherm 0.1.0 authorised; authorise the report again");
+                   "is missing, for example because gyrotherm 0.1.0 authorised the report; authorise the report again");
   auto authorised = authorised_files_from_json(**json, path);
   if (authorised && to_json(*authorised) != **json)
     return failure(FaultKind::bad_file, path, "was changed by hand; authorise the report again");
@@ -90,9 +90,10 @@ Result<std::vector<NewFile>> rendered_files(const std::string& folder, const Aut
     if (made == rendered->end() || sha256(made->bytes) != file.sha256)
       return failure(
           FaultKind::bad_file, path_in(folder, file.name),
-          fmt::format("was authorised, but is not what this program renders from calibration.json; gyrotherm "
-                      "{} rendered it; authorise the report again",
-                      plain(authorised.program_version)));
+          fmt::format(
+              "differs from the file that this program renders from calibration.json; gyrotherm {} rendered the "
+              "authorised file; authorise the report again",
+              plain(authorised.program_version)));
     if (file.name != kDccFile) files.push_back(*made);
   }
   std::ranges::sort(files, {}, &NewFile::name);
@@ -126,9 +127,9 @@ class FileChecks {
     const std::string path = folder_ + "/" + file.name;
     const auto bytes = read_text_file_if_any(path, kLargestTable);
     if (!bytes) return Check{file.name, fails, text(bytes.error())};
-    if (!*bytes) return Check{file.name, missing, "was signed with the report, and is not in the folder"};
-    if (sha256(**bytes) != file.sha256) return Check{file.name, fails, "is not the file that was signed"};
-    return is_pdf(file.name) ? pdf(file.name, path) : Check{file.name, holds, "as it was signed"};
+    if (!*bytes) return Check{file.name, missing, "was signed with the report but is missing from the folder"};
+    if (sha256(**bytes) != file.sha256) return Check{file.name, fails, "was changed after it was signed"};
+    return is_pdf(file.name) ? pdf(file.name, path) : Check{file.name, holds, "unchanged since it was signed"};
   }
 
  private:
@@ -138,8 +139,8 @@ class FileChecks {
     if (!signer && signer.error().where == path) return Check{name, fails, signer.error().what};
     if (!signer && signer.error().kind != FaultKind::bad_file) return Check{name, fails, text(signer.error())};
     if (!signer) return failure(signer.error());
-    if (*signer != signer_) return Check{name, fails, "is signed by another: " + signer->subject};
-    return Check{name, holds, "as it was signed, by the same signer"};
+    if (*signer != signer_) return Check{name, fails, "has a different signer: " + signer->subject};
+    return Check{name, holds, "unchanged since it was signed, by the same signer"};
   }
 
   std::string folder_;
@@ -177,7 +178,7 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
                                              const RenderFiles& render) {
   const auto already = is_signed(folder);
   if (!already) return failure(already.error());
-  if (*already) return failure(FaultKind::bad_file, path_in(folder, kDccFile), "is signed already");
+  if (*already) return failure(FaultKind::bad_file, path_in(folder, kDccFile), "is already signed");
   const std::string path = path_in(folder, kCalibrationFile);
   const auto json = read_text_file(path, kLargestTable);
   if (!json) return failure(json.error());
@@ -188,7 +189,7 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
   if (const auto differences = compare_with(folder, *authorised, *report); !differences.empty())
     return failure(
         FaultKind::bad_file, folder,
-        fmt::format("is not as {} authorised it: {}", plain(authorised->authorised.name), text(differences)));
+        fmt::format("was changed after {} authorised it: {}", plain(authorised->authorised.name), text(differences)));
   const auto files = rendered_files(folder, *authorised, *report, render);
   if (!files) return failure(files.error());
   auto pdfs = signed_pdfs(folder, *files, key, report->number);

@@ -25,7 +25,7 @@ struct Check {
     missing,    ///< listed in dcc.xml
     foreign     ///< in the folder, not listed
   } outcome{};
-  std::string text{};  ///< "as it was signed"
+  std::string text{};  ///< "unchanged since it was signed"
 };
 /// Returns true if the outcome means that the folder is not the report that was signed.
 [[nodiscard]] bool is_failure(Check::Outcome outcome);

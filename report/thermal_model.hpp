@@ -99,7 +99,7 @@ void describe(auto& form, Like<ReportedThermal> auto& thermal) {
   form("reason", thermal.reason);
   form("model", thermal.model);
   form.expect("model", thermal.model.has_value() == thermal.missing.empty(),
-              "expected a model, or a word under \"missing\" and a reason");
+              "expected either a model, or \"missing\" with a reason");
 }
 
 /// Reads the output of `gyrotherm-thermal figure`. Fails with bad_file and lists every error with its position.

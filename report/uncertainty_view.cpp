@@ -58,15 +58,17 @@ void add_cells(Cells& cells, const ReportedVerification& found) {
 }
 
 HtmlTable lasting_table(const Report& report) {
-  HtmlTable table{.caption =
-                      "Validity over time: U of one mean over 1 h, °/h; sensitivity to the thermometers, °/h/K; for "
-                      "the random run and later runs the RMSE, the RMSE of the error to the true bias (virtual gyros), "
-                      "°/h, and the share of means inside the 95&nbsp;% prediction intervals of the model",
-                  .header = {"Inputs", "Method", "U", "rss ∂b/∂T", "RMSE", "to truth", "% in 95&nbsp;%"},
-                  .text_columns = 2,
-                  .style = "small"};
+  HtmlTable table{
+      .caption =
+          "Validity over time: U of one mean over 1 h, °/h; sensitivity to the thermometers, °/h/K; for "
+          "the random run and later runs the RMSE, the RMSE of the error relative to the true bias (virtual gyros), "
+          "°/h, and the share of means inside the 95&nbsp;% prediction intervals of the model",
+      .header = {"Inputs", "Method", "U", "rss ∂b/∂T", "RMSE", "RMSE, true bias", "% in 95&nbsp;%"},
+      .text_columns = 2,
+      .style = "small"};
   for (const ReportedLaterRun& run : report.later)
-    for (const std::string& head : {plot::escaped(run.name) + ": RMSE", std::string("to truth"), table.header[6]})
+    for (const std::string& head :
+         {plot::escaped(run.name) + ": RMSE", std::string("RMSE, true bias"), table.header[6]})
       table.header.push_back(head);
   for (const ReportedMethod& method : report.methods) {
     const std::optional<ReportedUncertainty>& known = method.uncertainty;

@@ -93,8 +93,8 @@ std::string describe_summary(const Report& report) {
       "In the {} run the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); in the {} run by "
       "{}&nbsp;°/h ({} means). "
       "In the latter, the residual of multi-point with temperature is {}&nbsp;°/h: {} less than before compensation "
-      "and {} less than that of the three-point model ({}&nbsp;°/h). The residual of the paper’s multi-point model, "
-      "gradients alone, is {}&nbsp;°/h. {}",
+      "and {} less than that of the three-point model ({}&nbsp;°/h). The residual of the paper’s multi-point model "
+      "with gradients only, is {}&nbsp;°/h. {}",
       plot::escaped(rate.profile), plot::format_bias(rate.raw.std), rate.clusters,
       plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::format_bias(random.raw.std),
       random.clusters, plot::format_bias(random.residual.multi_point_t.all.std),
@@ -397,7 +397,7 @@ std::string noise_section(const Report& report) {
          noise_note(report.random.noise.compensated_holds, "Random run") +
          "<p class=\"note\">The squares of the coefficients are fitted to σ² by non-negative weighted least squares; a "
          "term is significant if its square is at least twice its standard error. For other terms the table contains "
-         "the upper limit of 95&nbsp;%.</p>\n";
+         "the 95&nbsp;% upper limit.</p>\n";
 }
 
 std::string result_table(const ReportedRun& run) {
@@ -413,7 +413,7 @@ std::string result_table(const ReportedRun& run) {
                 cells("… its standard error", r, [](const ReportedResidual& v) { return format_std_error(v.all); }),
                 {"Noise floor of this record", floor, floor, floor}};
   if (std::isfinite(r.multi_point.expected_in_sample_std)) {
-    table.rows.push_back(cells("Expected in-sample STD of a fit to noise alone", r,
+    table.rows.push_back(cells("Expected in-sample STD of a fit to pure noise", r,
                                [](const ReportedResidual& v) { return plot::format_bias(v.expected_in_sample_std); }));
   }
   const std::vector<std::vector<std::string>> rest = {
@@ -432,7 +432,7 @@ std::string result_table(const ReportedRun& run) {
     const auto to_truth = [&](const char* head, double data::Figures::*figure) {
       return cells(head, r, [&](const ReportedResidual& v) { return format_truth(v.to_truth, figure); });
     };
-    table.rows.push_back(to_truth("Prediction less the <b>true bias</b>, STD", &data::Figures::std));
+    table.rows.push_back(to_truth("Prediction minus the <b>true bias</b>, STD", &data::Figures::std));
     table.rows.push_back(to_truth("… RMSE", &data::Figures::rmse));
   }
   if (r.multi_point.streamed) {
@@ -474,10 +474,10 @@ std::string methods_section(const Report& report) {
   HtmlTable table{
       .caption = fmt::format("STD of every method, °/h. Held-out: {}, parameters chosen with all cycles. Nested: "
                              "nested cross-validation, parameters chosen without the held-out cycle. ±, mean, maximum "
-                             "and, for a virtual gyro, the error to the true bias refer to the random run",
+                             "and, for a virtual gyro, the error relative to the true bias refer to the random run",
                              plot::escaped(report.folds)),
       .header = {"Inputs", "Method", "Ramp, in-sample", "Held-out", "Nested", "<b>Random</b>", "±", "Mean", "Max",
-                 "RMSE to truth", "Effective par.", "Parameters stored"},
+                 "RMSE, true bias", "Effective par.", "Parameters stored"},
       .text_columns = 2,
       .style = "small"};
   std::map<std::string, std::size_t> sources;

@@ -59,7 +59,9 @@ void Console::never_wait() {
 void Console::write_message(std::string message) {
   const auto text = plain(message, Blanks::kept);
   err_.write_lines([&](std::size_t dropped) {
-    return dropped == 0 ? text : fmt::format("({} messages could not be shown in time)\n{}", dropped, text);
+    return dropped == 0
+               ? text
+               : fmt::format("({} messages were dropped because the terminal was too slow)\n{}", dropped, text);
   });
 }
 

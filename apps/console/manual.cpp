@@ -273,10 +273,10 @@ void add_manual(Program& program) {
   auto& command = add_command(program, "manual", "Prints the manual page of a command in the macros of man(7).",
                               "gyrotherm manual run --prose docs/man/gyrotherm-run.md");
   command.group("");
-  command.add_option("command", options->command, "the command (default: the program itself)");
-  command.add_option("--prose", options->prose, "text of the page in addition to the options");
-  command.add_option("--name", options->name, "name of a page that consists of prose alone, for another program");
-  command.add_option("--date", options->date, "date of the release");
+  command.add_option("command", options->command, "command to describe (default: the program itself)");
+  command.add_option("--prose", options->prose, "file with the text of the page");
+  command.add_option("--name", options->name, "name of a page without options, for a program with its own parser");
+  command.add_option("--date", options->date, "release date, such as 2026-11-21");
   command.callback([&program, options] { program.outcome = print_page(program, *options); });
 }
 

@@ -116,11 +116,11 @@ Result<FinishedFile> figure_png(const Arguments& arguments) {
 /// that a record is never overwritten.
 Result<void> check_is_free(const std::string& path, bool force) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return {};
-  if (!force) return failure(FaultKind::usage, path, "exists; --force replaces it");
+  if (!force) return failure(FaultKind::usage, path, "exists; --force overwrites it");
   const auto there = read_text_file(path, kLargestTable);
   if (!there) return failure(there.error());
   if (there->empty() || there->starts_with("%PDF-") || there->starts_with("\x89PNG")) return {};
-  return failure(FaultKind::usage, path, "is neither a PDF nor a PNG, and --force replaces nothing else");
+  return failure(FaultKind::usage, path, "is neither a PDF nor a PNG; --force does not overwrite other files");
 }
 
 Result<void> make(const Arguments& arguments) {
@@ -140,12 +140,12 @@ int run(int argc, char** argv) {
       "gyrotherm-pdf");
   Arguments arguments;
   app.set_version_flag("--version", "gyrotherm-pdf " GYROTHERM_VERSION);
-  auto* report = app.add_option("report", arguments.report, "calibration.json");
+  auto* report = app.add_option("report", arguments.report, "calibration.json of the report");
   app.add_option("--language", arguments.language, "en or de")->check(CLI::IsMember({"en", "de"}));
-  app.add_option("--png", arguments.figure, "instead of a report: an SVG of gyrotherm to convert to PNG")
+  app.add_option("--png", arguments.figure, "SVG figure of gyrotherm to convert to PNG, instead of a report")
       ->excludes(report);
   app.add_option("--width", arguments.width_px, "width of the PNG in pixels")->check(CLI::Range(16, 20000));
-  app.add_option("--out", arguments.out, "the file")->required();
+  app.add_option("--out", arguments.out, "output file")->required();
   app.add_flag("--force", arguments.force, "overwrite an existing PDF or PNG");
   refuse_invalid_values(app);
   try {

@@ -44,7 +44,7 @@ def run(command: list[str], given: bytes = b"") -> bytes:
     except FileNotFoundError as error:
         raise PaperError(f"{command[0]} is not installed (Debian: {PACKAGES[command[0]]})") from error
     except subprocess.TimeoutExpired as error:
-        raise PaperError(f"{command[0]} did not end in 50 s") from error
+        raise PaperError(f"{command[0]} did not exit within 50 s") from error
     except subprocess.CalledProcessError as error:
         raise PaperError(f"{command[0]}: {error.stderr.decode(errors='replace').strip()}") from error
     return done.stdout
@@ -86,7 +86,7 @@ def size_of(svg: str) -> tuple[float, float]:
     try:
         parser.Parse(svg.encode(), True)
     except expat.ExpatError as error:
-        raise PaperError(f"figure: is a broken SVG: {error}") from error
+        raise PaperError(f"figure: not a valid SVG: {error}") from error
     name, attributes = roots[0]
     box = re.split(r"[ ,]+", attributes.get("viewBox", "").strip())
     size = box[2:] if len(box) == 4 else [attributes.get("width", ""), attributes.get("height", "")]
@@ -95,7 +95,7 @@ def size_of(svg: str) -> tuple[float, float]:
     except ValueError:
         width = height = 0.0
     if name != f"{SVG} svg" and name != "svg" or not (0 < width < 1e9 and 0 < height < 1e9):
-        raise PaperError("figure: expected svg with a size")
+        raise PaperError("figure: expected an svg element with a size")
     return width, height
 
 
@@ -104,7 +104,7 @@ def png_of(svg: str, width_px: int) -> bytes:
     width, height = size_of(svg)
     height_px = round(width_px * height / width)
     if height_px < 1 or height_px * width_px > 100_000_000:
-        raise PaperError("figure: it would have more than 100 million pixels, or none")
+        raise PaperError("figure: the PNG would have no pixels or more than 100 million")
     return drawn(for_paper(svg).encode(), width_px, height_px)
 
 
@@ -139,10 +139,10 @@ class LogoCheck:
         self.text: list[str] = []
 
     def refuse_entity(self, *_: object) -> None:
-        raise LogoError("has entities of its own")
+        raise LogoError("declares entities")
 
     def refuse_instruction(self, *_: object) -> None:
-        raise LogoError("has an instruction to another program")
+        raise LogoError("contains a processing instruction")
 
     def take_text(self, text: str) -> None:
         self.text.append(text)
@@ -150,7 +150,7 @@ class LogoCheck:
     def end(self, _: str = "") -> None:
         """Checks the complete text of an element."""
         if not is_harmless("".join(self.text)):
-            raise LogoError("has a style that a logo may not have")
+            raise LogoError("contains a style that is not permitted in a logo")
         self.text = []
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
@@ -158,19 +158,19 @@ class LogoCheck:
         self.elements += 1
         space, _, element = name.rpartition(" ")
         if self.elements == 1 and element != "svg":
-            raise LogoError("is no SVG")
+            raise LogoError("is not an SVG")
         if self.elements > 5000:
             raise LogoError("has more than 5000 elements")
         if space != SVG:  # private data of drawing programs
             return
         if element not in KNOWN:
-            raise LogoError(f"has <{element}>, which a logo may not")
+            raise LogoError(f"contains <{element}>, which is not permitted in a logo")
         for long_name, value in attributes.items():
             attribute = long_name.rpartition(" ")[2]
             if attribute == "href" and not value.startswith("#"):
-                raise LogoError("refers to something outside itself")
+                raise LogoError("contains an external reference")
             if attribute == "stroke-dasharray" and value != "none" or not is_harmless(value):
-                raise LogoError(f'has "{attribute}", which a logo may not have like that')
+                raise LogoError(f'contains a value of "{attribute}" that is not permitted in a logo')
 
 
 def svg_logo(content: bytes) -> bytes:
@@ -184,7 +184,7 @@ def svg_logo(content: bytes) -> bytes:
         parser.Parse(content, True)
         return drawn(content, *LOGO_PX, shape=True)
     except expat.ExpatError as error:
-        raise LogoError(f"is a broken SVG: {error}") from error
+        raise LogoError(f"is not a valid SVG: {error}") from error
     except PaperError as error:
         raise LogoError(f"cannot be drawn: {error}") from error
 
@@ -195,14 +195,14 @@ def on_white_png(content: bytes) -> bytes:
 
     ImageFile.LOAD_TRUNCATED_IMAGES = False  # WeasyPrint sets it to True
     if not content.startswith(b"\x89PNG\r\n\x1a\n"):
-        raise LogoError("is no PNG")
+        raise LogoError("is not a PNG")
     try:
         with Image.open(io.BytesIO(content), formats=["PNG"]) as opened:
             if max(opened.size) > 4000:
                 raise LogoError("is wider or higher than 4000 pixels")
             picture = opened.convert("RGBA")
     except (OSError, ValueError, SyntaxError) as error:
-        raise LogoError(f"is a broken PNG: {error}") from error
+        raise LogoError(f"is not a valid PNG: {error}") from error
     flat = Image.new("RGB", picture.size, "white")
     flat.paste(picture, mask=picture)
     bytes_out = io.BytesIO()
@@ -215,16 +215,16 @@ def fetch(url: str, remarks: list[str]) -> dict[str, Any]:
     header, _, coded = url.partition(",")
     try:
         if not header.startswith("data:image/"):
-            raise LogoError("refers to something outside the report")
+            raise LogoError("is not embedded in the report")
         try:
             content = base64.b64decode(coded, validate=True)
         except binascii.Error as error:
-            raise LogoError("is not in base64") from error
+            raise LogoError("is not valid base64") from error
         if len(content) > 2_000_000:
-            raise LogoError("has more than 2 MB")
+            raise LogoError("is larger than 2 MB")
         picture = svg_logo(content) if header.startswith("data:image/svg+xml") else on_white_png(content)
     except LogoError as error:
-        remarks.append(f"laboratory.logo: {error}; it is left out")
+        remarks.append(f"laboratory.logo: {error}; the logo is omitted")
         raise ValueError(str(error)) from error
     return {"string": picture, "mime_type": "image/png"}
 
@@ -236,14 +236,14 @@ def check_fonts(text: str) -> list[str]:
     """Fails if the font is not installed. Returns a remark on characters that no installed font has."""
     family, _, charset = run(["fc-match", "-f", "%{family[0]}|%{charset}", FAMILY]).decode().partition("|")
     if family != FAMILY:
-        raise PaperError(f"{FAMILY}: the font is not installed (Debian: fonts-dejavu-core)")
+        raise PaperError(f"{FAMILY}: font not installed (Debian: fonts-dejavu-core)")
     ranges = [[int(end, 16) for end in part.split("-")] for part in charset.split()]
     strange = [letter for letter in sorted(set(text)) if letter.isprintable() and not letter.isspace()
                and not any(part[0] <= ord(letter) <= part[-1] for part in ranges)]
     missing = [f"U+{ord(one):04X}" for one in strange if not run(["fc-list", f":charset={ord(one):x}", "family"])]
     if not missing:
         return []
-    return [f"no installed font has {', '.join(missing)}; they are left out (Debian: fonts-noto-core, fonts-noto-cjk)"]
+    return [f"no installed font has {', '.join(missing)}; they are omitted (Debian: fonts-noto-core, fonts-noto-cjk)"]
 
 
 # The PDF
@@ -334,7 +334,7 @@ def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes
         import weasyprint
         from weasyprint.pdf.pdfa import pdfa
     except ImportError as error:
-        raise PaperError(f"WeasyPrint cannot be loaded ({error}); Debian has it in the package weasyprint") from error
+        raise PaperError(f"cannot load WeasyPrint ({error}); install the Debian package weasyprint") from error
     logging.getLogger("weasyprint").disabled = True
 
     def finish(document: Any, pdf: Any) -> None:

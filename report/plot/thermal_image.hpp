@@ -82,7 +82,8 @@ void describe(auto& form, Like<ThermalImage> auto& image) {
   form("colours_c", image.colours_c);
   form("marks", image.marks);
   form("simulated", image.simulated);
-  form.expect("celsius", can_be_drawn(image), "not as many as rows and columns, or in a range that cannot be drawn");
+  form.expect("celsius", can_be_drawn(image),
+              "wrong number of values for the rows and columns, or a range that cannot be drawn");
 }
 
 /// Returns an SVG document with axes, a colour bar and labelled isotherms. The colours are a PNG inside it.

@@ -32,7 +32,7 @@ TEST(Calibration, RefusesColumnsOfUnequalLength) {
   report.results[0].columns[0].values.push_back({.value = 1});
   const auto read = calibration_from_json(to_json(report), "calibration.json");
   ASSERT_FALSE(read);
-  EXPECT_NE(text(read.error()).find("columns of one length"), std::string::npos) << text(read.error());
+  EXPECT_NE(text(read.error()).find("columns of equal length"), std::string::npos) << text(read.error());
 }
 
 TEST(Decision, PassesUpToLimitBySimpleRule) {

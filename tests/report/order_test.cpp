@@ -150,7 +150,7 @@ TEST(Order, IsRefusedWithEachErrorAndItsPosition) {
   EXPECT_NE(said.find("above 0"), std::string::npos) << said;
   for (const char* utc : {"order.toml:22:7: \"2026-11-20T10:00:00+01:00\"", "order.toml:25:7: \"2026-11-20\"",
                           "order.toml:28:7: \"2026-02-30T10:00:00Z\""})
-    EXPECT_NE(said.find(fmt::format("{}, expected an instant of UTC", utc)), std::string::npos) << said;
+    EXPECT_NE(said.find(fmt::format("{}, expected a UTC time", utc)), std::string::npos) << said;
 }
 
 TEST(Order, SkipsLimitsForInSampleResults) {
@@ -182,12 +182,12 @@ TEST(Order, SuggestsResultForUnknownLimit) {
   };
   EXPECT_EQ(refused("stabilised_bias.bias"), "");
   EXPECT_EQ(refused("stabilised_bias.bais"),
-            "order.toml:18:12: no result is called \"stabilised_bias.bais\", did you mean \"stabilised_bias.bias\"?");
+            "order.toml:18:12: unknown result \"stabilised_bias.bais\", did you mean \"stabilised_bias.bias\"?");
   EXPECT_EQ(refused("coverage.seen_share"),
             "order.toml:18:12: \"coverage.seen_share\" cannot have a limit: limits are upper limits, and larger values "
             "of it are better");
   for (const char* quantity : {"nothing", "stabilised_bias", "bias.rmse", "heading.results", "."})
-    EXPECT_NE(refused(quantity).find("no result is called"), std::string::npos) << quantity;
+    EXPECT_NE(refused(quantity).find("unknown result"), std::string::npos) << quantity;
 }
 
 TEST(Order, IsRefusedWhenUnitDiffersFromRecord) {
@@ -218,7 +218,7 @@ TEST(Order, RequiresUnitNamesForSeveralUnits) {
   const auto refused = check_units(*order, {{.name = "u1"}, {.name = "u2"}}, "lot.db");
   ASSERT_FALSE(refused) << "both would be the 0042";
   EXPECT_EQ(text(refused.error()),
-            "order.toml:10:1: the unit has no name, but lot.db has several, expected one of u1, u2");
+            "order.toml:10:1: the unit has no name although lot.db has several units, expected one of u1, u2");
   std::string named = kOrder;
   named.insert(named.find("model = "), "name = \"u2\"\n");
   EXPECT_TRUE(check_units(*parse_order(named, "order.toml"), {{.name = "u1"}, {.name = "u2"}}, "lot.db"));

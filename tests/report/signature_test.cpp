@@ -290,7 +290,7 @@ TEST_F(Signed, VerifyRefusesReplacedPageInPdf) {
   appended +=
       fmt::format("xref\n2 1\n{:010} 00000 n \ntrailer\n<< /Size 19 /Root 1 0 R /Prev {} >>\nstartxref\n{}\n%%EOF\n",
                   object, std::stoul(previous), table);
-  EXPECT_EQ(refused(appended), "its signature is not over all of it");
+  EXPECT_EQ(refused(appended), "its signature does not cover the whole file");
   EXPECT_NE(refused(pdf_of("Bias 0.0001 deg/h", "page 2")), "");
 }
 
@@ -355,7 +355,7 @@ TEST_F(Signed, RefusesFolderChangedAfterAuthorisation) {
     EXPECT_FALSE(std::filesystem::exists(at("dcc.xml")));
     return done ? "" : text(done.error());
   };
-  const std::string begins = folder_path() + ": is not as A. Metrologist authorised it: ";
+  const std::string begins = folder_path() + ": was changed after A. Metrologist authorised it: ";
   const auto with = [&](const std::string& name, const std::string& other) {
     const std::string before = bytes(name);
     write(name, other);
@@ -594,7 +594,7 @@ TEST_F(Signed, RequiresPasswordOfLockedKey) {
   key.password_file = *keys_ / "wrong-password";
   const auto refused = signed_with(key);
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().what.find("does not open the key"), std::string::npos) << text(refused.error());
+  EXPECT_NE(refused.error().what.find("cannot open the key"), std::string::npos) << text(refused.error());
   key.password_file = *keys_ / "password";
   const auto done = signed_with(key);
   ASSERT_TRUE(done) << text(done.error());
@@ -618,7 +618,7 @@ TEST_F(Signed, RefusesKeyThatIsNotRsa) {
                   "basicConstraints=critical,CA:FALSE", "-addext", "keyUsage=critical,digitalSignature"});
   const auto refused = signed_with({.key_file = key, .certificate_file = certificate});
   ASSERT_FALSE(refused);
-  EXPECT_EQ(text(refused.error()), key + ": is a key of another kind, expected RSA");
+  EXPECT_EQ(text(refused.error()), key + ": is not an RSA key");
 }
 
 /// The disk becomes full while the last file is written.
@@ -663,7 +663,7 @@ TEST_F(Signed, RefusesSignedReport) {
   sign();
   const auto again = signed_with(keys_->key("lab"));
   ASSERT_FALSE(again);
-  EXPECT_EQ(text(again.error()), at("dcc.xml") + ": is signed already");
+  EXPECT_EQ(text(again.error()), at("dcc.xml") + ": is already signed");
   EXPECT_TRUE(failing().empty());
   std::filesystem::remove(at("dcc.xml"));
   const auto pdf = signed_with(keys_->key("lab"));

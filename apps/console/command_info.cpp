@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view kExampleMark = "Example: ";
 
 /// Returns the permitted values in CLI11's type name: "TEXT:{a,b}" gives "a" and "b".
-std::vector<std::string> choices_in(std::string_view type) {
+std::vector<std::string> parse_choices(std::string_view type) {
   std::vector<std::string> choices;
   const auto begins = type.find('{'), ends = type.rfind('}');
   if (begins == std::string_view::npos || ends == std::string_view::npos || ends < begins) return choices;
@@ -26,7 +26,7 @@ std::vector<std::string> choices_in(std::string_view type) {
   return choices;
 }
 
-std::string value_in(const std::string& type, bool has_choices) {
+std::string value_name(const std::string& type, bool has_choices) {
   const auto word = type.substr(0, type.find(':'));
   if (word == "UINT" || word == "INT" || word == "FLOAT") return "N";
   return has_choices && word == "TEXT" ? "WORD" : word;
@@ -39,8 +39,8 @@ OptionInfo describe_option(const CLI::Option& option) {
   info.is_required = option.get_required();
   if (option.get_items_expected_max() == 0) return info;  // a flag
   const auto type = option.get_type_name();
-  info.choices = choices_in(type);
-  info.value = value_in(type, !info.choices.empty());
+  info.choices = parse_choices(type);
+  info.value = value_name(type, !info.choices.empty());
   info.repeats = option.get_items_expected_max() > 1;
   return info;
 }
@@ -82,7 +82,7 @@ const std::vector<ValueKind>& value_kinds() {
 
 }  // namespace
 
-const ValueKind* value_kind(std::string_view name) {
+const ValueKind* find_value_kind(std::string_view name) {
   const auto found = std::ranges::find(value_kinds(), name, &ValueKind::name);
   return found == value_kinds().end() ? nullptr : &*found;
 }

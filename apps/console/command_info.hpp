@@ -47,7 +47,7 @@ struct ValueKind {
 };
 
 /// Returns the kind of value with this name, or null if values of this name are not files.
-[[nodiscard]] const ValueKind* value_kind(std::string_view name);
+[[nodiscard]] const ValueKind* find_value_kind(std::string_view name);
 
 /// Describes all commands and options except hidden ones.
 [[nodiscard]] CommandInfo describe_commands(const CLI::App& program);

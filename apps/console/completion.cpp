@@ -29,7 +29,7 @@ std::string fish_quoted(const std::string& text) {
   return "'" + replace_all(replace_all(text, "\\", "\\\\"), "'", "\\'") + "'";
 }
 
-std::string joined(const std::vector<std::string>& words, const char* by = " ") {
+std::string join_words(const std::vector<std::string>& words, const char* by = " ") {
   return fmt::format("{}", fmt::join(words, by));
 }
 
@@ -41,31 +41,31 @@ std::string function_name(const CommandInfo& command, const char* prefix = "_") 
   return replace_all(name, "-", "_");
 }
 
-std::vector<std::string> list_names(const std::vector<CommandInfo>& commands) {
+std::vector<std::string> collect_names(const std::vector<CommandInfo>& commands) {
   std::vector<std::string> names;
   for (const auto& command : commands) names.push_back(command.path.back());
   return names;
 }
 
-std::vector<std::string> list_names(const std::vector<OptionInfo>& options) {
+std::vector<std::string> collect_names(const std::vector<OptionInfo>& options) {
   std::vector<std::string> names;
   for (const auto& option : options) names.insert(names.end(), option.names.begin(), option.names.end());
   return names;
 }
 
 /// Calls `what` for a command and all commands below it.
-void for_each(const CommandInfo& command, const std::function<void(const CommandInfo&)>& visit) {
+void for_each_command(const CommandInfo& command, const std::function<void(const CommandInfo&)>& visit) {
   visit(command);
-  for (const auto& subcommand : command.subcommands) for_each(subcommand, visit);
+  for (const auto& subcommand : command.subcommands) for_each_command(subcommand, visit);
 }
 
 // ---- bash
 
 /// Returns the argument for the script's _…_reply: "shipped RIG toml", "words coarse fine", "folders", "files db" or
 /// "none".
-std::string bash_offer(const OptionInfo& option) {
-  if (!option.choices.empty()) return "words " + joined(option.choices);
-  const auto* kind = value_kind(option.value);
+std::string bash_reply_arguments(const OptionInfo& option) {
+  if (!option.choices.empty()) return "words " + join_words(option.choices);
+  const auto* kind = find_value_kind(option.value);
   if (kind == nullptr) return "none";
   if (kind->is_folder) return "folders";
   const auto endings = fmt::format("{}", fmt::join(kind->endings, " "));
@@ -74,18 +74,19 @@ std::string bash_offer(const OptionInfo& option) {
 }
 
 std::string bash_cases(const CommandInfo& command) {
-  const auto path = joined(command.path);
+  const auto path = join_words(command.path);
   std::string cases;
   for (const auto& option : command.options)
     if (!option.value.empty()) {
       std::vector<std::string> patterns;
       for (const auto& name : option.names) patterns.push_back(shell_quoted(path + "/" + name));
-      cases += fmt::format("    {}) offer={} ;;\n", joined(patterns, " | "), shell_quoted(bash_offer(option)));
+      cases +=
+          fmt::format("    {}) offer={} ;;\n", join_words(patterns, " | "), shell_quoted(bash_reply_arguments(option)));
     }
   for (std::size_t i = 0; i < command.positionals.size(); ++i) {
     const auto position = command.positionals[i].repeats ? shell_quoted(path + "/") + "[0-9]*"
                                                          : shell_quoted(fmt::format("{}/{}", path, i + 1));
-    cases += fmt::format("    {}) offer={} ;;\n", position, shell_quoted(bash_offer(command.positionals[i])));
+    cases += fmt::format("    {}) offer={} ;;\n", position, shell_quoted(bash_reply_arguments(command.positionals[i])));
   }
   return cases;
 }
@@ -178,8 +179,8 @@ std::string zsh_text(const std::string& description) {
 }
 
 std::string zsh_action(const OptionInfo& option, const std::string& function) {
-  if (!option.choices.empty()) return "(" + joined(option.choices) + ")";
-  const auto* kind = value_kind(option.value);
+  if (!option.choices.empty()) return "(" + join_words(option.choices) + ")";
+  const auto* kind = find_value_kind(option.value);
   if (kind == nullptr) return " ";
   if (kind->is_folder) return "_files -/";
   std::string pattern;
@@ -197,8 +198,8 @@ std::string zsh_specification(const OptionInfo& option, const std::string& funct
   const auto rest = fmt::format("{}[{}]{}", value.empty() ? "" : "=", text, value);
   const std::string again = option.repeats ? "*" : "";
   if (option.names.size() == 1) return shell_quoted(again + option.names.front() + rest);
-  const auto others = option.repeats ? "'*'" : shell_quoted("(" + joined(option.names) + ")");
-  return fmt::format("{}{{{}}}{}", others, joined(option.names, ","), shell_quoted(rest));
+  const auto others = option.repeats ? "'*'" : shell_quoted("(" + join_words(option.names) + ")");
+  return fmt::format("{}{{{}}}{}", others, join_words(option.names, ","), shell_quoted(rest));
 }
 
 std::string zsh_function(const CommandInfo& command, const std::string& base) {
@@ -244,8 +245,8 @@ FUNCTION__shipped() {
 // ---- fish
 
 std::string fish_arguments(const OptionInfo& option, const std::string& function) {
-  if (!option.choices.empty()) return joined(option.choices);
-  const auto* kind = value_kind(option.value);
+  if (!option.choices.empty()) return join_words(option.choices);
+  const auto* kind = find_value_kind(option.value);
   if (kind == nullptr) return "";
   if (kind->is_folder) return "(__fish_complete_directories)";
   std::string text;
@@ -254,9 +255,10 @@ std::string fish_arguments(const OptionInfo& option, const std::string& function
   return text.empty() ? "(__fish_complete_path)" : text;
 }
 
-std::string fish_lines(const CommandInfo& command, const std::string& function) {
-  const auto begin = fmt::format("complete -c {} -n {}", command.program,
-                                 fish_quoted(fmt::format("{}_at {}", function, shell_quoted(joined(command.path)))));
+std::string fish_completions(const CommandInfo& command, const std::string& function) {
+  const auto begin =
+      fmt::format("complete -c {} -n {}", command.program,
+                  fish_quoted(fmt::format("{}_at {}", function, shell_quoted(join_words(command.path)))));
   std::string text;
   for (const auto& subcommand : command.subcommands)
     text += fmt::format("{} -a {} -d {}\n", begin, subcommand.path.back(),
@@ -313,10 +315,10 @@ std::string fill_template(std::string_view text, const CommandInfo& program, con
 
 std::string bash_completion(const CommandInfo& program) {
   std::string words, offers;
-  for_each(program, [&](const CommandInfo& command) {
-    words += fmt::format("    {}) commands={} options={} ;;\n", shell_quoted(joined(command.path)),
-                         shell_quoted(joined(list_names(command.subcommands))),
-                         shell_quoted(joined(list_names(command.options))));
+  for_each_command(program, [&](const CommandInfo& command) {
+    words += fmt::format("    {}) commands={} options={} ;;\n", shell_quoted(join_words(command.path)),
+                         shell_quoted(join_words(collect_names(command.subcommands))),
+                         shell_quoted(join_words(collect_names(command.options))));
     offers += bash_cases(command);
   });
   return replace_all(replace_all(fill_template(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ",
@@ -326,16 +328,16 @@ std::string bash_completion(const CommandInfo& program) {
 std::string zsh_completion(const CommandInfo& program) {
   auto text = fill_template(kZsh, program, "_");
   const auto base = function_name(program);
-  for_each(program, [&](const CommandInfo& command) { text += zsh_function(command, base); });
+  for_each_command(program, [&](const CommandInfo& command) { text += zsh_function(command, base); });
   return text + fmt::format("{} \"$@\"\n", base);
 }
 
 std::string fish_completion(const CommandInfo& program) {
   const auto function = function_name(program, "__");
   std::string paths, lines;
-  for_each(program, [&](const CommandInfo& command) {
-    if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + fish_quoted(joined(command.path));
-    lines += fish_lines(command, function);
+  for_each_command(program, [&](const CommandInfo& command) {
+    if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + fish_quoted(join_words(command.path));
+    lines += fish_completions(command, function);
   });
   return replace_all(fill_template(kFish, program, "__"), "PATHS", paths) + lines;
 }
@@ -346,7 +348,7 @@ struct CompletionArguments {
 
 Result<Exit> complete(Program& program, const CompletionArguments& options) {
   if (!options.names.empty()) {
-    const auto* kind = value_kind(options.names);
+    const auto* kind = find_value_kind(options.names);
     if (kind == nullptr || kind->shipped == nullptr)
       return failure(FaultKind::usage, "--names", fmt::format("\"{}\" has no shipped files", options.names));
     for (const auto& name : shipped_names(*kind->shipped)) program.console.print(name + "\n");

@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr auto kPlainPanelEvery = std::chrono::milliseconds(60000);
+constexpr auto kPlainPanelInterval = std::chrono::milliseconds(60000);
 
 bool can_redraw() {
   const char* terminal = std::getenv("TERM");
@@ -26,7 +26,7 @@ bool can_redraw() {
 }
 
 /// Returns ", 12 min 03 s left", or nothing until 1 % and two seconds have passed.
-std::string time_left(double fraction, steady_clock::duration spent) {
+std::string format_time_left(double fraction, steady_clock::duration spent) {
   if (fraction < 0.01 || spent < std::chrono::seconds(2) || fraction >= 1) return {};
   const auto seconds = std::chrono::duration<double>(spent).count() * (1 - fraction) / fraction;
   return ", " + spoken(from_seconds(seconds)) + " left";
@@ -100,7 +100,7 @@ void Console::progress(std::string_view stage, double fraction) {
   if (new_stage && !redraws_ && fraction >= 1) return;
   last_shown_ = now;
   auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
-                          time_left(fraction, now - stage_began_));
+                          format_time_left(fraction, now - stage_began_));
   if (redraws_)
     err_.draw({std::move(line)});
   else
@@ -110,7 +110,7 @@ void Console::progress(std::string_view stage, double fraction) {
 void Console::panel(const std::function<std::vector<std::string>()>& lines, bool at_once) {
   if (quiet) return;
   const auto now = steady_clock::now();
-  const auto interval = redraws_ ? std::chrono::milliseconds(100) : kPlainPanelEvery;
+  const auto interval = redraws_ ? std::chrono::milliseconds(100) : kPlainPanelInterval;
   if (!(at_once && !redraws_) && now - last_shown_ < interval) return;
   last_shown_ = now;
   auto shown = lines();
@@ -118,7 +118,7 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   const auto [columns, rows] = terminal_size();
   // Lines that have scrolled off the top cannot be redrawn.
   if (shown.size() >= rows) shown.resize(std::max<std::size_t>(rows, 2) - 1);
-  for (auto& line : shown) line = cut_to(plain(line), columns);
+  for (auto& line : shown) line = truncate_line(plain(line), columns);
   err_.draw(std::move(shown));
 }
 

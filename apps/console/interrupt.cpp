@@ -14,14 +14,14 @@ namespace gyrotherm::app {
 namespace {
 
 /// Signals within this time after the first one belong to the same key press, ns.
-constexpr std::int64_t kOnePress = 500'000'000;
+constexpr std::int64_t kSamePressNs = 500'000'000;
 
-std::atomic<int> stops_so_far{0};
-std::atomic<int> terminations_so_far{0};
-std::atomic<int> hangups_so_far{0};
-std::atomic<int> hangups_forgiven{0};
-std::atomic<std::int64_t> first_at{0};  ///< ns of the monotonic clock
-std::atomic<bool> second_ends{false};
+std::atomic<int> stop_count{0};
+std::atomic<int> termination_count{0};
+std::atomic<int> hangup_count{0};
+std::atomic<int> forgiven_hangup_count{0};
+std::atomic<std::int64_t> first_signal_ns{0};  ///< ns of the monotonic clock
+std::atomic<bool> second_signal_ends_program{false};
 int wake_pipe[2] = {-1, -1};
 
 std::int64_t now_ns() {
@@ -32,11 +32,11 @@ std::int64_t now_ns() {
 
 void on_signal(int number) {
   const int before = errno;
-  ++(number == SIGHUP ? hangups_so_far : stops_so_far);
-  if (number == SIGTERM) ++terminations_so_far;
+  ++(number == SIGHUP ? hangup_count : stop_count);
+  if (number == SIGTERM) ++termination_count;
   if (interrupts() == 1) {
-    first_at = now_ns();
-  } else if (second_ends && now_ns() - first_at > kOnePress) {
+    first_signal_ns = now_ns();
+  } else if (second_signal_ends_program && now_ns() - first_signal_ns > kSamePressNs) {
     std::signal(number, SIG_DFL);
     std::raise(number);  // delivered when this handler returns
   }
@@ -52,7 +52,7 @@ bool is_ignored(int number) {
 }  // namespace
 
 void watch_for_interrupts(SecondInterrupt second) {
-  second_ends = second == SecondInterrupt::ends;
+  second_signal_ends_program = second == SecondInterrupt::ends;
   if (wake_pipe[0] >= 0) return;
   if (::pipe2(wake_pipe, O_CLOEXEC | O_NONBLOCK) != 0) wake_pipe[0] = wake_pipe[1] = -1;
   struct sigaction action {};
@@ -68,15 +68,15 @@ void ignore_write_signals() {
 
 bool interrupted() { return interrupts() > 0; }
 
-int interrupts() { return stops_so_far + hangups_so_far - hangups_forgiven; }
+int interrupts() { return stop_count + hangup_count - forgiven_hangup_count; }
 
-int stops() { return stops_so_far; }
+int stops() { return stop_count; }
 
-int terminations() { return terminations_so_far; }
+int terminations() { return termination_count; }
 
-int hangups() { return hangups_so_far; }
+int hangups() { return hangup_count; }
 
-void forgive_hangups() { hangups_forgiven = hangups_so_far.load(); }
+void forgive_hangups() { forgiven_hangup_count = hangup_count.load(); }
 
 int interrupt_descriptor() { return wake_pipe[0]; }
 

@@ -27,7 +27,7 @@ struct ManualText {
 };
 
 /// Escapes text for roff: backslashes and hyphens are printed literally, and no line is taken for a request.
-std::string roff(std::string_view text) {
+std::string escape_roff(std::string_view text) {
   std::string escaped;
   bool begins_line = true;
   for (const char character : text) {
@@ -43,8 +43,8 @@ std::string roff(std::string_view text) {
   return escaped;
 }
 
-std::string bold(std::string_view text) { return "\\fB" + roff(text) + "\\fP"; }
-std::string italic(std::string_view text) { return "\\fI" + roff(text) + "\\fP"; }
+std::string bold(std::string_view text) { return "\\fB" + escape_roff(text) + "\\fP"; }
+std::string italic(std::string_view text) { return "\\fI" + escape_roff(text) + "\\fP"; }
 
 std::string upper_case(std::string text) {
   std::ranges::transform(text, text.begin(),
@@ -70,7 +70,7 @@ std::string format_value(const OptionInfo& option) {
 }
 
 /// Returns the command with its required arguments and options; all other options are shown as "[options]".
-std::string synopsis(const CommandInfo& command) {
+std::string format_synopsis(const CommandInfo& command) {
   auto text = bold(full_name(command));
   for (const auto& argument : command.positionals) {
     auto shown = italic(argument.value) + (argument.repeats ? " …" : "");
@@ -81,14 +81,14 @@ std::string synopsis(const CommandInfo& command) {
   return text + " [" + italic("options") + "]\n";
 }
 
-std::string option_entry(const OptionInfo& option) {
+std::string format_option(const OptionInfo& option) {
   std::string names;
   for (const auto& name : option.names) names += (names.empty() ? "" : ", ") + bold(name);
   if (option.names.empty())
     names = italic(option.value);
   else if (!option.value.empty())
     names += " " + format_value(option);
-  return fmt::format(".TP\n{}\n{}{}\n", names, roff(option.description),
+  return fmt::format(".TP\n{}\n{}{}\n", names, escape_roff(option.description),
                      !option.names.empty() && option.repeats ? "; may be given several times" : "");
 }
 
@@ -98,21 +98,21 @@ bool is_common(const OptionInfo& option) {
   return name == "--help" || name == "--json" || name == "--verbose" || name == "--quiet" || name == "--version";
 }
 
-std::string option_entries(const CommandInfo& command) {
+std::string format_options(const CommandInfo& command) {
   std::string text, common;
-  for (const auto& argument : command.positionals) text += option_entry(argument);
-  for (const auto& option : command.options) (is_common(option) ? common : text) += option_entry(option);
+  for (const auto& argument : command.positionals) text += format_option(argument);
+  for (const auto& option : command.options) (is_common(option) ? common : text) += format_option(option);
   return text + common;
 }
 
 /// Returns the paragraphs of a description, which empty lines separate. A line of a list begins with its keyword and a
 /// colon.
-std::string paragraphs(const std::string& description) {
+std::string format_paragraphs(const std::string& description) {
   std::string text;
   for (std::size_t at = 0; at < description.size();) {
     const auto ends = std::min(description.find("\n\n", at), description.size());
     const auto paragraph = description.substr(at, ends - at);
-    std::string shown = roff(paragraph);
+    std::string shown = escape_roff(paragraph);
     for (auto line = shown.find('\n'); line != std::string::npos; line = shown.find('\n', line + 5))
       shown.replace(line, 1, "\n.br\n");
     text += (text.empty() ? "" : ".PP\n") + shown + "\n";
@@ -122,18 +122,18 @@ std::string paragraphs(const std::string& description) {
 }
 
 std::string format_example(const CommandInfo& command) {
-  return command.example.empty() ? "" : fmt::format(".PP\n.EX\n{}\n.EE\n", roff(command.example));
+  return command.example.empty() ? "" : fmt::format(".PP\n.EX\n{}\n.EE\n", escape_roff(command.example));
 }
 
 /// Formats `text` as bold and *text* as italic. No other character is special.
-std::string inline_roff(std::string_view line) {
+std::string format_inline(std::string_view line) {
   std::string shown;
   std::string_view left = line;
   while (!left.empty()) {
     const auto mark = left.find_first_of("`*");
     const auto ends = mark == std::string_view::npos ? mark : left.find(left[mark], mark + 1);
-    if (ends == std::string_view::npos) return shown + roff(left);
-    shown += roff(left.substr(0, mark));
+    if (ends == std::string_view::npos) return shown + escape_roff(left);
+    shown += escape_roff(left.substr(0, mark));
     const auto words = left.substr(mark + 1, ends - mark - 1);
     shown += left[mark] == '`' ? bold(words) : italic(words);
     left.remove_prefix(ends + 1);
@@ -166,16 +166,16 @@ std::string prose_to_roff(const std::string& prose) {
     } else if (line.starts_with("# ")) {
       page += ".SH " + line.substr(2) + "\n";
     } else if (line.starts_with("## ")) {
-      page += ".SS " + roff(line.substr(3)) + "\n";
+      page += ".SS " + escape_roff(line.substr(3)) + "\n";
     } else if (indented) {
-      page += roff(line.substr(4)) + "\n";
+      page += escape_roff(line.substr(4)) + "\n";
     } else if (line.starts_with(": ")) {
-      page += inline_roff(line.substr(2)) + "\n";
+      page += format_inline(line.substr(2)) + "\n";
     } else if (is_term) {
-      page += ".TP\n" + inline_roff(line) + "\n";
+      page += ".TP\n" + format_inline(line) + "\n";
     } else {
       const bool follows_heading = i == 0 || (i > 1 && lines[i - 2].starts_with("#") && lines[i - 1].empty());
-      page += (is_new && !follows_heading ? ".PP\n" : "") + inline_roff(line) + "\n";
+      page += (is_new && !follows_heading ? ".PP\n" : "") + format_inline(line) + "\n";
     }
     if (!line.empty()) is_new = false;
   }
@@ -194,36 +194,36 @@ Sections split_sections(const std::string& prose) {
           prose_to_roff(prose.substr(last))};
 }
 
-std::string header(const std::string& name, const ManualText& text) {
+std::string page_header(const std::string& name, const ManualText& text) {
   return fmt::format(".\\\" SPDX-License-Identifier: Apache-2.0\n.TH {} 1 {} \"gyrotherm {}\" \"gyrotherm\"\n.nh\n",
-                     roff(upper_case(name)), text.date, text.version);
+                     escape_roff(upper_case(name)), text.date, text.version);
 }
 
 /// Returns the purpose of a command. A program's name is removed from the start of its description.
-std::string purpose(const CommandInfo& command) {
+std::string command_purpose(const CommandInfo& command) {
   auto text = short_description(command.description);
   return text.starts_with(command.program + " ") ? text.substr(command.program.size() + 1) : text;
 }
 
 /// Lists the commands below a command: for the program itself one line and a page for each, otherwise their complete
 /// entries.
-std::string commands_below(const CommandInfo& command) {
+std::string format_subcommands(const CommandInfo& command) {
   if (command.subcommands.empty()) return {};
   std::string text = ".SH COMMANDS\n";
   const bool have_pages = command.path.empty() && command.program == "gyrotherm";
   for (const auto& subcommand : command.subcommands)
-    text += have_pages ? fmt::format(".TP\n.BR {} (1)\n{}\n", roff(page_name(subcommand)),
-                                     roff(short_description(subcommand.description)))
-                       : fmt::format(".SS {}\n{}.PP\n{}{}{}", roff(full_name(subcommand)), synopsis(subcommand),
-                                     paragraphs(subcommand.description), format_example(subcommand),
-                                     option_entries(subcommand));
+    text += have_pages ? fmt::format(".TP\n.BR {} (1)\n{}\n", escape_roff(page_name(subcommand)),
+                                     escape_roff(short_description(subcommand.description)))
+                       : fmt::format(".SS {}\n{}.PP\n{}{}{}", escape_roff(full_name(subcommand)),
+                                     format_synopsis(subcommand), format_paragraphs(subcommand.description),
+                                     format_example(subcommand), format_options(subcommand));
   return text;
 }
 
-std::string exit_status() {
+std::string exit_status_section() {
   std::string text = ".SH EXIT STATUS\n";
   for (const auto& [exit, meaning] : kExitMeanings)
-    text += fmt::format(".TP\n.B {}\n{}\n", static_cast<int>(exit), roff(meaning));
+    text += fmt::format(".TP\n.B {}\n{}\n", static_cast<int>(exit), escape_roff(meaning));
   return text;
 }
 
@@ -231,17 +231,17 @@ std::string exit_status() {
 /// with its page. The sections of the prose are between the options and the exit status; SEE ALSO is at the end.
 std::string manual_page(const CommandInfo& command, const ManualText& text) {
   const auto prose = split_sections(text.prose);
-  auto page = header(page_name(command), text) +
-              fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n{}.SH DESCRIPTION\n{}{}", roff(page_name(command)),
-                          roff(purpose(command)), synopsis(command), paragraphs(command.description),
-                          prose.first.empty() ? "" : ".PP\n" + prose.first);
-  if (const auto entries = option_entries(command); !entries.empty()) page += ".SH OPTIONS\n" + entries;
-  return page + commands_below(command) + prose.middle + exit_status() + prose.see_also;
+  auto page = page_header(page_name(command), text) +
+              fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n{}.SH DESCRIPTION\n{}{}", escape_roff(page_name(command)),
+                          escape_roff(command_purpose(command)), format_synopsis(command),
+                          format_paragraphs(command.description), prose.first.empty() ? "" : ".PP\n" + prose.first);
+  if (const auto entries = format_options(command); !entries.empty()) page += ".SH OPTIONS\n" + entries;
+  return page + format_subcommands(command) + prose.middle + exit_status_section() + prose.see_also;
 }
 
 /// Returns a page that consists of prose only, for a program with a parser of its own.
 std::string manual_page(const std::string& name, const ManualText& text) {
-  return header(name, text) + prose_to_roff(text.prose);
+  return page_header(name, text) + prose_to_roff(text.prose);
 }
 
 struct ManualArguments {

@@ -19,7 +19,7 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr auto kLongestFlush = std::chrono::seconds(1);
+constexpr auto kFlushTimeout = std::chrono::seconds(1);
 constexpr int kForever = -1;
 
 /// Writes all text, however long the reader takes. Returns false if a write fails or, with `stops_on_interrupt`, if the
@@ -54,12 +54,12 @@ struct Outlet::SharedState {
   std::size_t dropped{};  ///< since the last accepted lines
   std::optional<std::vector<std::string>> picture;
   Screen screen;  ///< state of the descriptor's terminal
-  bool by_thread{}, writing{}, stop{}, failed{};
+  bool has_thread{}, is_writing{}, stop{}, write_failed{};
 
-  [[nodiscard]] bool is_idle() const { return lines.empty() && !picture && !writing; }
+  [[nodiscard]] bool is_idle() const { return lines.empty() && !picture && !is_writing; }
 
   /// Returns the next bytes, lines before the picture. Requires the lock, and something to write.
-  std::string next() {
+  std::string take_next() {
     if (lines.empty()) return screen.picture(*std::exchange(picture, std::nullopt));
     auto text = screen.message(lines.front());
     waiting -= lines.front().size();
@@ -69,18 +69,18 @@ struct Outlet::SharedState {
 
   /// Writes the next bytes. Releases the lock while it writes.
   void write_next(std::unique_lock<std::mutex>& lock) {
-    const auto text = next();
-    writing = true;
+    const auto text = take_next();
+    is_writing = true;
     lock.unlock();
-    const bool written = write_all(descriptor, text, !by_thread);
+    const bool written = write_all(descriptor, text, !has_thread);
     lock.lock();
-    writing = false;
-    failed = failed || !written;
+    is_writing = false;
+    write_failed = write_failed || !written;
     progress.notify_all();
   }
 
   /// Writes until it is asked to stop. Runs in the thread.
-  void serve() {
+  void run_thread() {
     block_signals();
     std::unique_lock lock(mutex);
     for (;;) {
@@ -91,8 +91,8 @@ struct Outlet::SharedState {
   }
 
   /// Writes everything, or wakes the thread to do it. Requires the lock.
-  void hand_over(std::unique_lock<std::mutex>& lock) {
-    if (by_thread) return available.notify_one();
+  void write_or_wake_thread(std::unique_lock<std::mutex>& lock) {
+    if (has_thread) return available.notify_one();
     while (!is_idle()) write_next(lock);
   }
 };
@@ -101,8 +101,8 @@ Outlet::Outlet(int descriptor) : state_(std::make_shared<SharedState>(descriptor
 
 void Outlet::never_wait() {
   if (writer_.joinable()) return;
-  state_->by_thread = true;
-  writer_ = std::thread([state = state_] { state->serve(); });
+  state_->has_thread = true;
+  writer_ = std::thread([state = state_] { state->run_thread(); });
 }
 
 void Outlet::write_lines(const Lines& lines) {
@@ -116,18 +116,18 @@ void Outlet::write_lines(const Lines& lines) {
   state_->dropped = 0;
   state_->waiting += text.size();
   state_->lines.push_back(std::move(text));
-  state_->hand_over(lock);
+  state_->write_or_wake_thread(lock);
 }
 
 void Outlet::draw(std::vector<std::string> picture) {
   std::unique_lock lock(state_->mutex);
   state_->picture = std::move(picture);
-  state_->hand_over(lock);
+  state_->write_or_wake_thread(lock);
 }
 
 bool Outlet::has_failed() const {
   const std::lock_guard lock(state_->mutex);
-  return state_->failed;
+  return state_->write_failed;
 }
 
 /// Waits one second at most for the thread. If its write hangs, the thread is detached.
@@ -136,7 +136,7 @@ Outlet::~Outlet() {
   std::unique_lock lock(state_->mutex);
   state_->stop = true;
   state_->available.notify_one();
-  const bool done = state_->progress.wait_for(lock, kLongestFlush, [this] { return state_->is_idle(); });
+  const bool done = state_->progress.wait_for(lock, kFlushTimeout, [this] { return state_->is_idle(); });
   lock.unlock();
   if (done)
     writer_.join();
@@ -158,7 +158,7 @@ std::string Screen::picture(const std::vector<std::string>& lines) {
   return text;
 }
 
-std::string cut_to(const std::string& line, std::size_t width) {
+std::string truncate_line(const std::string& line, std::size_t width) {
   std::size_t characters = 0;
   for (std::size_t i = 0; i < line.size(); ++i)
     if ((static_cast<unsigned char>(line[i]) & 0xC0) != 0x80 && characters++ == width) return line.substr(0, i);

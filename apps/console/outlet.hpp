@@ -63,6 +63,6 @@ class Screen {
 };
 
 /// Shortens a line to `width` characters, because a line that wraps cannot be erased completely.
-[[nodiscard]] std::string cut_to(const std::string& line, std::size_t width);
+[[nodiscard]] std::string truncate_line(const std::string& line, std::size_t width);
 
 }  // namespace gyrotherm::app

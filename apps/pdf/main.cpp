@@ -39,10 +39,11 @@ void print_error(std::string_view message) { write_to_stderr(fmt::format("gyroth
 
 /// Returns midnight UTC of a day such as "2026-11-20".
 std::optional<std::int64_t> utc_midnight(const std::string& day) {
-  int year{}, month{}, of_month{};
-  if (day.size() != 10 || std::sscanf(day.c_str(), "%4d-%2d-%2d", &year, &month, &of_month) != 3) return std::nullopt;
+  int year{}, month{}, day_of_month{};
+  if (day.size() != 10 || std::sscanf(day.c_str(), "%4d-%2d-%2d", &year, &month, &day_of_month) != 3)
+    return std::nullopt;
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(of_month))};
+                                         std::chrono::day(static_cast<unsigned>(day_of_month))};
   if (!date.ok()) return std::nullopt;
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::sys_days(date).time_since_epoch()).count();
 }
@@ -62,37 +63,37 @@ std::optional<std::int64_t> pdf_date(const report::CalibrationReport& report) {
   return issued ? issued : utc_midnight(report.ended);
 }
 
-struct FinishedFile {
+struct RenderedFile {
   std::string bytes;
   /// One sentence per line, such as an omitted logo or characters that no font has.
   std::string remarks;
 };
 
 /// Returns the last line, which is the error message even after a Python traceback.
-std::string last_line(std::string text) {
+std::string find_last_line(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);
 }
 
 /// Runs paper.py on the text `given`, in a folder that only this user can read. Faults name the file `from`.
-Result<FinishedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
+Result<RenderedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
                                const std::string& option) {
-  constexpr std::chrono::minutes kLongest{5};
+  constexpr std::chrono::minutes kTimeout{5};
   const auto program = shipped_file("apps/pdf/paper.py");
   if (program.empty()) return failure(FaultKind::bad_file, "apps/pdf/paper.py", "is not installed");
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());
   const std::string source = *folder / "given", out = *folder / "made";
   if (auto put = replace_own_file(source, given, Syncing::not_awaited); !put) return failure(put.error());
-  const auto ran = report::run_program(std::filesystem::absolute(program), {kind, source, out, option}, kLongest);
+  const auto ran = report::run_program(std::filesystem::absolute(program), {kind, source, out, option}, kTimeout);
   if (!ran) return failure(ran.error());
-  if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, last_line(ran->out));
+  if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, find_last_line(ran->out));
   auto bytes = read_text_file(out, kLargestTable);
   if (!bytes) return failure(bytes.error());
-  return FinishedFile{std::move(*bytes), ran->out};
+  return RenderedFile{std::move(*bytes), ran->out};
 }
 
-Result<FinishedFile> report_pdf(const Arguments& arguments) {
+Result<RenderedFile> render_report(const Arguments& arguments) {
   const auto json = read_text_file(arguments.report, kLargestTable);
   if (!json) return failure(json.error());
   const auto report = report::calibration_from_json(*json, arguments.report);
@@ -106,7 +107,7 @@ Result<FinishedFile> report_pdf(const Arguments& arguments) {
                    report->state == report::ReportState::authorised ? "--signature-field" : "--plain");
 }
 
-Result<FinishedFile> figure_png(const Arguments& arguments) {
+Result<RenderedFile> render_figure(const Arguments& arguments) {
   const auto svg = read_text_file(arguments.figure, kLargestTable);
   if (!svg) return failure(svg.error());
   return run_paper("png", *svg, arguments.figure, std::to_string(arguments.width_px));
@@ -114,18 +115,18 @@ Result<FinishedFile> figure_png(const Arguments& arguments) {
 
 /// Checks that the output file may be written. An existing file requires --force and must be empty, a PDF or a PNG, so
 /// that a record is never overwritten.
-Result<void> check_is_free(const std::string& path, bool force) {
+Result<void> check_output_path(const std::string& path, bool force) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return {};
   if (!force) return failure(FaultKind::usage, path, "exists; --force overwrites it");
-  const auto there = read_text_file(path, kLargestTable);
-  if (!there) return failure(there.error());
-  if (there->empty() || there->starts_with("%PDF-") || there->starts_with("\x89PNG")) return {};
+  const auto existing = read_text_file(path, kLargestTable);
+  if (!existing) return failure(existing.error());
+  if (existing->empty() || existing->starts_with("%PDF-") || existing->starts_with("\x89PNG")) return {};
   return failure(FaultKind::usage, path, "is neither a PDF nor a PNG; --force does not overwrite other files");
 }
 
-Result<void> make(const Arguments& arguments) {
-  if (auto free = check_is_free(arguments.out, arguments.force); !free) return free;
-  const auto made = arguments.figure.empty() ? report_pdf(arguments) : figure_png(arguments);
+Result<void> write_output(const Arguments& arguments) {
+  if (auto free = check_output_path(arguments.out, arguments.force); !free) return free;
+  const auto made = arguments.figure.empty() ? render_report(arguments) : render_figure(arguments);
   if (!made) return failure(made.error());
   if (auto written = replace_text_file(arguments.out, made->bytes); !written) return written;
   std::istringstream remarks(made->remarks);
@@ -159,7 +160,7 @@ int run(int argc, char** argv) {
     print_error("expected a calibration.json, or --png with a figure; see --help");
     return static_cast<int>(PdfExit::usage);
   }
-  const auto made = make(arguments);
+  const auto made = write_output(arguments);
   if (made) return static_cast<int>(PdfExit::done);
   print_error(text(made.error()));
   return static_cast<int>(made.error().kind == FaultKind::usage ? PdfExit::usage : PdfExit::file);

@@ -6,7 +6,7 @@
     paper.py png FIGURE.svg OUT.png WIDTH
 
 gyrotherm-pdf runs it. Each omission is reported as a line on stdout. A failure is one line, with exit code 1.
-Equal input gives equal bytes if the same fonts and the same WeasyPrint are installed."""
+With the same fonts and the same WeasyPrint version, the same input gives the same bytes."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ PACKAGES = {"rsvg-convert": "librsvg2-bin", "fc-match": "fontconfig", "fc-list":
 
 
 class PaperError(Exception):
-    """An error that prevents the file, in one sentence."""
+    """The output file cannot be made. The text is one sentence for the user."""
 
 
 class LogoError(Exception):
-    """The reason why a logo is left out."""
+    """The logo is refused and will be omitted from the report. The text is the reason."""
 
 
 def run(command: list[str], given: bytes = b"") -> bytes:
-    """Returns the standard output of a program."""
+    """Runs a program and returns its standard output. `given` is its standard input."""
     try:
         done = subprocess.run(command, input=given, capture_output=True, timeout=50, check=True)
     except FileNotFoundError as error:
@@ -53,14 +53,14 @@ def run(command: list[str], given: bytes = b"") -> bytes:
 # Figures
 
 
-def on_white(colour: str, opacity: float) -> str:
+def blend_with_white(colour: str, opacity: float) -> str:
     """Returns the opaque colour that equals "#rrggbb" with this opacity on white paper."""
     parts = [int(colour[at : at + 2], 16) for at in (1, 3, 5)]
     return "#" + "".join(f"{round(255 - opacity * (255 - part)):02x}" for part in parts)
 
 
-def condensed(text: re.Match[str]) -> str:
-    """Returns the start of a text element with letters condensed to 0.88 of their width and an unchanged rotation.
+def condense_text(text: re.Match[str]) -> str:
+    """Returns the start of a text element with letters condensed to 0.88 of their width. Keeps the rotation.
 
     Figures are laid out for a narrower font than DejaVu Sans."""
     x, y, attributes = text.groups()
@@ -70,15 +70,15 @@ def condensed(text: re.Match[str]) -> str:
     return f'<text x="0" y="0" transform="translate({x} {y}){turn} scale(0.88 1)"{attributes}>'
 
 
-def for_paper(markup: str) -> str:
+def prepare_for_print(markup: str) -> str:
     """Returns markup with the figures of report/plot prepared for a page: opaque colours, one condensed font."""
     markup = re.sub(r'fill="(#[0-9a-f]{6})"([^<>]*?) fill-opacity="([0-9.]+)"',
                     lambda found: f'fill="{on_white(found[1], float(found[3]))}"{found[2]}', markup)
     markup = re.sub(r'font-family="[^"]*"', f'font-family="{FAMILY}"', markup)
-    return re.sub(r'<text x="([^"]*)" y="([^"]*)"([^<>]*)>', condensed, markup)
+    return re.sub(r'<text x="([^"]*)" y="([^"]*)"([^<>]*)>', condense_text, markup)
 
 
-def size_of(svg: str) -> tuple[float, float]:
+def svg_size(svg: str) -> tuple[float, float]:
     """Returns width and height of an SVG in its own pixels."""
     roots: list[tuple[str, dict[str, str]]] = []
     parser = expat.ParserCreate(namespace_separator=" ")
@@ -99,25 +99,27 @@ def size_of(svg: str) -> tuple[float, float]:
     return width, height
 
 
-def png_of(svg: str, width_px: int) -> bytes:
+def figure_to_png(svg: str, width_px: int) -> bytes:
     """Returns a figure as a PNG; its aspect ratio determines the height."""
-    width, height = size_of(svg)
+    width, height = svg_size(svg)
     height_px = round(width_px * height / width)
     if height_px < 1 or height_px * width_px > 100_000_000:
         raise PaperError("figure: the PNG would have no pixels or more than 100 million")
-    return drawn(for_paper(svg).encode(), width_px, height_px)
+    return render_svg(prepare_for_print(svg).encode(), width_px, height_px)
 
 
-def drawn(svg: bytes, width_px: int, height_px: int, *, shape: bool = False) -> bytes:
-    """Returns an SVG as a PNG on white. With `shape`, the size is a maximum and the aspect ratio is kept."""
-    size = ["--width", str(width_px), "--height", str(height_px)] + (["--keep-aspect-ratio"] if shape else [])
+def render_svg(svg: bytes, width_px: int, height_px: int, *, keep_aspect_ratio: bool = False) -> bytes:
+    """Returns an SVG as a PNG on white. With `keep_aspect_ratio`, the given size is a maximum."""
+    size = ["--width", str(width_px), "--height", str(height_px)]
+    if keep_aspect_ratio:
+        size.append("--keep-aspect-ratio")
     return run(["rsvg-convert", *size, "--background-color", "white"], svg)
 
 
 # The laboratory's logo is untrusted input.
 
-KNOWN = frozenset("svg g defs title desc metadata rect circle ellipse line polyline polygon path text tspan style "
-                  "linearGradient radialGradient stop switch".split())
+PERMITTED_ELEMENTS = frozenset("svg g defs title desc metadata rect circle ellipse line polyline polygon path text "
+                               "tspan style linearGradient radialGradient stop switch".split())
 LOGO_PX = (1240, 472)  # 52.5 mm × 20 mm at 600 dpi
 
 
@@ -132,7 +134,7 @@ def is_harmless(value: str) -> bool:
 
 
 class LogoCheck:
-    """Refuses an SVG with external references, and a small one that is expensive to draw."""
+    """Refuses an SVG with external references, or with elements that make a small file expensive to draw."""
 
     def __init__(self) -> None:
         self.elements = 0
@@ -144,7 +146,7 @@ class LogoCheck:
     def refuse_instruction(self, *_: object) -> None:
         raise LogoError("contains a processing instruction")
 
-    def take_text(self, text: str) -> None:
+    def add_text(self, text: str) -> None:
         self.text.append(text)
 
     def end(self, _: str = "") -> None:
@@ -163,7 +165,7 @@ class LogoCheck:
             raise LogoError("has more than 5000 elements")
         if space != SVG:  # private data of drawing programs
             return
-        if element not in KNOWN:
+        if element not in PERMITTED_ELEMENTS:
             raise LogoError(f"contains <{element}>, which is not permitted in a logo")
         for long_name, value in attributes.items():
             attribute = long_name.rpartition(" ")[2]
@@ -173,24 +175,24 @@ class LogoCheck:
                 raise LogoError(f'contains a value of "{attribute}" that is not permitted in a logo')
 
 
-def svg_logo(content: bytes) -> bytes:
+def logo_to_png(content: bytes) -> bytes:
     """Checks an SVG and returns it as a PNG on white."""
     check = LogoCheck()
     parser = expat.ParserCreate(namespace_separator=" ")
     parser.StartElementHandler, parser.EndElementHandler = check.start, check.end
     parser.EntityDeclHandler, parser.ProcessingInstructionHandler = check.refuse_entity, check.refuse_instruction
-    parser.CharacterDataHandler = check.take_text
+    parser.CharacterDataHandler = check.add_text
     try:
         parser.Parse(content, True)
-        return drawn(content, *LOGO_PX, shape=True)
+        return render_svg(content, *LOGO_PX, keep_aspect_ratio=True)
     except expat.ExpatError as error:
         raise LogoError(f"is not a valid SVG: {error}") from error
     except PaperError as error:
         raise LogoError(f"cannot be drawn: {error}") from error
 
 
-def on_white_png(content: bytes) -> bytes:
-    """Returns a PNG without transparency. Refuses one larger than a logo needs."""
+def flatten_png(content: bytes) -> bytes:
+    """Returns a PNG without transparency. Refuses a PNG larger than 4000 pixels in either direction."""
     from PIL import Image, ImageFile
 
     ImageFile.LOAD_TRUNCATED_IMAGES = False  # WeasyPrint sets it to True
@@ -222,7 +224,7 @@ def fetch(url: str, remarks: list[str]) -> dict[str, Any]:
             raise LogoError("is not valid base64") from error
         if len(content) > 2_000_000:
             raise LogoError("is larger than 2 MB")
-        picture = svg_logo(content) if header.startswith("data:image/svg+xml") else on_white_png(content)
+        picture = logo_to_png(content) if header.startswith("data:image/svg+xml") else flatten_png(content)
     except LogoError as error:
         remarks.append(f"laboratory.logo: {error}; the logo is omitted")
         raise ValueError(str(error)) from error
@@ -238,9 +240,9 @@ def check_fonts(text: str) -> list[str]:
     if family != FAMILY:
         raise PaperError(f"{FAMILY}: font not installed (Debian: fonts-dejavu-core)")
     ranges = [[int(end, 16) for end in part.split("-")] for part in charset.split()]
-    strange = [letter for letter in sorted(set(text)) if letter.isprintable() and not letter.isspace()
+    uncovered = [letter for letter in sorted(set(text)) if letter.isprintable() and not letter.isspace()
                and not any(part[0] <= ord(letter) <= part[-1] for part in ranges)]
-    missing = [f"U+{ord(one):04X}" for one in strange if not run(["fc-list", f":charset={ord(one):x}", "family"])]
+    missing = [f"U+{ord(one):04X}" for one in uncovered if not run(["fc-list", f":charset={ord(one):x}", "family"])]
     if not missing:
         return []
     return [f"no installed font has {', '.join(missing)}; they are omitted (Debian: fonts-noto-core, fonts-noto-cjk)"]
@@ -252,7 +254,7 @@ def check_fonts(text: str) -> list[str]:
 def add_signature_field(pdf: Any, pydyf: Any) -> None:
     """Adds an invisible empty signature field to the last page.
 
-    Signing into it adds only the signature. Without a field, signing adds one, and some programs (pdfsig) also a font.
+    A later signature then adds no other object. Without the field, signing adds one, and pdfsig also adds a font.
     """
     page = pdf.objects[pdf.pages["Kids"][-3]]
     look = pydyf.Stream([], {"Type": "/XObject", "Subtype": "/Form", "BBox": pydyf.Array([0, 0, 0, 0])})
@@ -269,7 +271,7 @@ def add_signature_field(pdf: Any, pydyf: Any) -> None:
 def add_glyph_sets(pdf: Any, pydyf: Any) -> None:
     """Adds to each font the list of its glyphs, required by PDF/A-1 (ISO 19005-1, 6.3.5).
 
-    WeasyPrint 57.2 writes it for PDF 1.4 only, and fails if the number of the last glyph is a multiple of 8."""
+    WeasyPrint 57.2 writes the list for PDF 1.4 only, and fails if the number of the last glyph is a multiple of 8."""
     for font in [one for one in pdf.objects if isinstance(one, dict) and "DescendantFonts" in one]:
         inner = pdf.objects[int(font["DescendantFonts"][0].split()[0])]
         glyphs = [first + k for first, widths in zip(inner["W"][::2], inner["W"][1::2]) for k in range(len(widths))]
@@ -315,10 +317,10 @@ XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <?xpacket end="r"?>"""
 
 
-def xmp_of(facts: Any, version: str) -> bytes:
+def make_xmp(facts: Any, version: str) -> bytes:
     """Returns the metadata of a document as XMP.
 
-    PDFBox's preflight does not find the PDF/A part in the packet of WeasyPrint 57.2."""
+    Replaces the packet of WeasyPrint 57.2, in which PDFBox's preflight does not find the PDF/A part."""
     dates = "".join(f"<xmp:{name}>{escape(day)}</xmp:{name}>\n"
                     for name, day in (("CreateDate", facts.created), ("ModifyDate", facts.modified)) if day)
     return XMP.format(title=escape(facts.title or ""), author=escape(", ".join(facts.authors)),
@@ -326,7 +328,7 @@ def xmp_of(facts: Any, version: str) -> bytes:
                       program=escape(facts.generator or ""), dates=dates).encode()
 
 
-def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes:
+def html_to_pdf(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes:
     """Returns the PDF/A-1b of a report's HTML."""
     os.environ["SOURCE_DATE_EPOCH"] = "0"  # date inside fonts; the PDF date is in the HTML
     try:
@@ -340,7 +342,7 @@ def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes
     def finish(document: Any, pdf: Any) -> None:
         pdfa(pdf, document.metadata, document, [], 1)
         metadata = pdf.objects[int(pdf.catalog["Metadata"].split()[0])]
-        metadata.stream = [xmp_of(document.metadata, weasyprint.__version__)]
+        metadata.stream = [make_xmp(document.metadata, weasyprint.__version__)]
         add_glyph_sets(pdf, pydyf)
         pdf.version = b"1.4"
         pdf.catalog["PageMode"] = "/UseOutlines"
@@ -349,7 +351,7 @@ def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes
             add_signature_field(pdf, pydyf)
 
     remarks += check_fonts(unescape(re.sub(r"<svg.*?</svg>|<[^>]*>", "", html, flags=re.DOTALL)))
-    page = weasyprint.HTML(string=for_paper(html), url_fetcher=lambda url, **_: fetch(url, remarks))
+    page = weasyprint.HTML(string=prepare_for_print(html), url_fetcher=lambda url, **_: fetch(url, remarks))
     sheet = weasyprint.CSS(string=Path(__file__).with_name("paper.css").read_text())
     digest = hashlib.sha256(html.encode()).hexdigest()[:32]
     return page.write_pdf(stylesheets=[sheet], finisher=finish, identifier=digest.encode())
@@ -361,9 +363,9 @@ def main(arguments: list[str]) -> int:
     try:
         given, out = Path(arguments[1]).read_text(encoding="utf-8"), Path(arguments[2])
         if arguments[0] == "png":
-            out.write_bytes(png_of(given, int(arguments[3])))
+            out.write_bytes(figure_to_png(given, int(arguments[3])))
         else:
-            out.write_bytes(pdf_of(given, has_signature_field="--signature-field" in arguments, remarks=remarks))
+            out.write_bytes(html_to_pdf(given, has_signature_field="--signature-field" in arguments, remarks=remarks))
     except (PaperError, OSError, UnicodeDecodeError) as error:
         print(error)
         return 1

@@ -57,14 +57,14 @@ double estimate_width(std::string_view text) {
   return width;
 }
 
-/// Calls `take` with each word and each blank or line break of a text, in their order.
-template <class Take>
-void for_each_word(std::string_view text, Take take) {
+/// Calls `visit` with each word and each blank or line break of a text, in their order.
+template <class Visit>
+void for_each_word(std::string_view text, Visit visit) {
   while (!text.empty()) {
     const std::size_t end = text.find_first_of(" \n");
-    take(text.substr(0, end));
+    visit(text.substr(0, end));
     if (end == std::string_view::npos) return;
-    take(text.substr(end, 1));
+    visit(text.substr(end, 1));
     text.remove_prefix(end + 1);
   }
 }
@@ -76,7 +76,7 @@ double longest_word(std::string_view text, double (&measure)(std::string_view)) 
 }
 
 /// Escapes a text and forbids line breaks at a slash or hyphen inside a short word: "°/h" and "A-D" stay on one line.
-std::string text_html(std::string_view text) {
+std::string text_to_html(std::string_view text) {
   constexpr double kShort = 16;
   std::string html;
   for_each_word(text, [&](std::string_view word) {
@@ -102,24 +102,24 @@ Mark mark_style(Cell::Mark mark) {
 }
 
 /// Returns true for a short note. Such a note stays on one line if the table is wide enough.
-bool is_brief(std::string_view note) { return count_letters(note) <= 32; }
+bool is_short_note(std::string_view note) { return count_letters(note) <= 32; }
 
-std::string cell_html(const Cell& cell) {
-  std::string html = text_html(cell.text);
+std::string cell_to_html(const Cell& cell) {
+  std::string html = text_to_html(cell.text);
   if (const auto [sign, style] = mark_style(cell.mark); *sign != '\0')
     html = fmt::format("<span class=\"{}\">{}\u00a0{}</span>", style, sign, html);
   if (!cell.note.empty())
-    html +=
-        fmt::format("<div class=\"cell-note{}\">{}</div>", is_brief(cell.note) ? " brief" : "", text_html(cell.note));
+    html += fmt::format("<div class=\"cell-note{}\">{}</div>", is_short_note(cell.note) ? " brief" : "",
+                        text_to_html(cell.note));
   return html;
 }
 
 /// Returns the smallest width of a cell without broken words, in font sizes. Numbers and brief notes are not broken.
-double least_width(const Cell& cell, bool is_text) {
+double min_width(const Cell& cell, bool is_text) {
   constexpr double kNote = 0.86;  // size ratio, note to cell
   const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
   const double text = is_text ? longest_word(cell.text, estimate_width) : estimate_width(cell.text);
-  const double note = is_brief(cell.note) ? estimate_width(cell.note) : longest_word(cell.note, estimate_width);
+  const double note = is_short_note(cell.note) ? estimate_width(cell.note) : longest_word(cell.note, estimate_width);
   return std::max(sign + bold * text, kNote * note);
 }
 
@@ -130,20 +130,20 @@ const char* size_class(const DocumentTable& table) {
   double width = 0;
   for (std::size_t k = 0; k < table.header.size(); ++k) {
     double widest = kBold * longest_word(table.header[k], estimate_width);
-    for (const auto& row : table.rows) widest = std::max(widest, least_width(row[k], k < table.text_columns));
+    for (const auto& row : table.rows) widest = std::max(widest, min_width(row[k], k < table.text_columns));
     width += k < table.text_columns ? std::min(kLongest, widest) : widest;
   }
-  const double room = kTextWidthPt - 3 / 25.4 * 72 * static_cast<double>(table.header.size() - 1);
+  const double available_pt = kTextWidthPt - 3 / 25.4 * 72 * static_cast<double>(table.header.size() - 1);
   for (const auto& [name, size] : {std::pair("large", 8.0), std::pair("medium", 7.2), std::pair("small", 6.4)})
-    if (width * size <= room) return name;
+    if (width * size <= available_pt) return name;
   return "crowded";
 }
 
 /// Returns the font size, points, at which a key value fills its cell on one line.
-double key_size(const KeyFigures::One& one, double room) {
+double key_size(const KeyFigures::One& one, double available_pt) {
   constexpr double kLargest = 14, kSmallest = 7, kUnit = 7.6;
-  const double has = room - kUnit * (estimate_width(one.unit) + 0.4);
-  return std::clamp(has / (kBold * std::max(1.0, estimate_width(one.value))), kSmallest, kLargest);
+  const double value_pt = available_pt - kUnit * (estimate_width(one.unit) + 0.4);
+  return std::clamp(value_pt / (kBold * std::max(1.0, estimate_width(one.value))), kSmallest, kLargest);
 }
 
 /// Writes the blocks one after the other. Headings are numbered: 1, 1.1.
@@ -160,52 +160,52 @@ class PaperWriter {
     subsection_ = heading.sub ? subsection_ + 1 : 0;
     const std::string number = heading.sub ? fmt::format("{}.{}", section_, subsection_) : std::to_string(section_);
     html_ += fmt::format("<h{0} data-bookmark=\"{1}  {2}\"><span class=\"number\">{1}</span> {3}</h{0}>\n",
-                         heading.sub ? 3 : 2, number, escaped(heading.text), text_html(heading.text));
+                         heading.sub ? 3 : 2, number, escaped(heading.text), text_to_html(heading.text));
   }
 
   void operator()(const Paragraph& paragraph) {
     constexpr const char* kStyles[] = {"plain", "note", "caution"};
     html_ += fmt::format("<p class=\"{}\">{}</p>\n", kStyles[static_cast<std::size_t>(paragraph.style)],
-                         text_html(paragraph.text));
+                         text_to_html(paragraph.text));
   }
 
   void operator()(const Definitions& definitions) {
     html_ += "<table class=\"definitions\">\n";
     for (const auto& [what, value] : definitions.lines)
-      html_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", text_html(what), text_html(value));
+      html_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", text_to_html(what), text_to_html(value));
     html_ += "</table>\n";
   }
 
   void operator()(const KeyFigures& keys) {
-    constexpr std::size_t kMostInARow = 4;
+    constexpr std::size_t kMaxPerRow = 4;
     if (keys.figures.empty()) return;
-    if (!keys.title.empty()) html_ += "<p class=\"keys-title\">" + text_html(keys.title) + "</p>\n";
-    const std::size_t rows = (keys.figures.size() + kMostInARow - 1) / kMostInARow;
-    const std::size_t in_a_row = (keys.figures.size() + rows - 1) / rows;
+    if (!keys.title.empty()) html_ += "<p class=\"keys-title\">" + text_to_html(keys.title) + "</p>\n";
+    const std::size_t rows = (keys.figures.size() + kMaxPerRow - 1) / kMaxPerRow;
+    const std::size_t per_row = (keys.figures.size() + rows - 1) / rows;
     html_ += "<table class=\"keys\">\n";
     for (std::size_t k = 0; k < keys.figures.size(); ++k) {
-      if (k % in_a_row == 0) html_ += k == 0 ? "<tr>" : "</tr>\n<tr>";
-      add_key(keys.figures[k], in_a_row);
+      if (k % per_row == 0) html_ += k == 0 ? "<tr>" : "</tr>\n<tr>";
+      add_key(keys.figures[k], per_row);
     }
     html_ += "</tr>\n</table>\n";
   }
 
   void operator()(const DocumentTable& table) {
-    constexpr std::size_t kKeptWhole = 5;
+    constexpr std::size_t kUnsplitRows = 5;
     if (table.header.empty()) return;
     html_ += fmt::format("<div class=\"results {}{}\">\n", size_class(table),
-                         table.rows.size() <= kKeptWhole ? " short" : "");
-    if (!table.caption.empty()) html_ += "<p class=\"caption\">" + text_html(table.caption) + "</p>\n";
+                         table.rows.size() <= kUnsplitRows ? " short" : "");
+    if (!table.caption.empty()) html_ += "<p class=\"caption\">" + text_to_html(table.caption) + "</p>\n";
     html_ += "<table><thead><tr>";
     for (std::size_t k = 0; k < table.header.size(); ++k)
-      html_ += fmt::format("<th{}>{}</th>", cell_class(table, k, table.header[k]), text_html(table.header[k]));
+      html_ += fmt::format("<th{}>{}</th>", cell_class(table, k, table.header[k]), text_to_html(table.header[k]));
     html_ += "</tr></thead>\n<tbody>\n";
     for (const auto& row : table.rows) add_row(table, row);
     html_ += "</tbody>\n</table></div>\n";
   }
 
   void operator()(const DocumentFigure& figure) {
-    html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", figure.svg, text_html(figure.caption));
+    html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", figure.svg, text_to_html(figure.caption));
   }
 
  private:
@@ -219,16 +219,17 @@ class PaperWriter {
   void add_row(const DocumentTable& table, const std::vector<Cell>& row) {
     html_ += "<tr>";
     for (std::size_t k = 0; k < row.size(); ++k)
-      html_ += fmt::format("<td{}>{}</td>", cell_class(table, k, row[k].text + "\n" + row[k].note), cell_html(row[k]));
+      html_ +=
+          fmt::format("<td{}>{}</td>", cell_class(table, k, row[k].text + "\n" + row[k].note), cell_to_html(row[k]));
     html_ += "</tr>\n";
   }
 
-  void add_key(const KeyFigures::One& one, std::size_t in_a_row) {
-    const double room = kTextWidthPt / static_cast<double>(in_a_row) - 2 * 3 / 25.4 * 72;
+  void add_key(const KeyFigures::One& one, std::size_t per_row) {
+    const double available_pt = kTextWidthPt / static_cast<double>(per_row) - 2 * 3 / 25.4 * 72;
     html_ +=
         fmt::format("<td{}><b style=\"font-size: {:.1f}pt\">{}</b> <span class=\"unit\">{}</span><div>{}</div></td>",
-                    one.best ? " class=\"best\"" : "", key_size(one, room), text_html(one.value), text_html(one.unit),
-                    text_html(one.label));
+                    one.best ? " class=\"best\"" : "", key_size(one, available_pt), text_to_html(one.value),
+                    text_to_html(one.unit), text_to_html(one.label));
   }
 
   std::string html_{};
@@ -236,7 +237,7 @@ class PaperWriter {
 };
 
 /// Returns as many letters of a text as fit in a margin, and "…". The first page has the whole text.
-std::string shortened(std::string_view text) {
+std::string truncate_to_margin(std::string_view text) {
   // Width of a margin text, in font sizes.
   constexpr double kRoom = 24;
   if (estimate_width(text) <= kRoom) return std::string(text);
@@ -248,29 +249,29 @@ std::string shortened(std::string_view text) {
 }
 
 /// Returns the texts in the margins of every page; paper.css defines their appearance.
-std::string margins(const Document& document, const PaperFacts& facts) {
+std::string margin_style(const Document& document, const PaperFacts& facts) {
   const auto source = facts.source_sha256.empty() ? "" : "calibration.json SHA-256 " + facts.source_sha256;
   return fmt::format(
       "@page {{ @top-left {{ content: {} }} @top-center {{ content: {} }} @top-right {{ content: {} }}\n"
       "@bottom-left {{ content: {} }} @bottom-center {{ content: {} }} @bottom-right {{ content: {} }} }}",
-      report::css_string(shortened(document.laboratory)), report::css_string(document.mark),
-      report::css_string(shortened(document.number)), report::css_string(facts.program), report::css_string(source),
-      report::page_counter(document.page_of));
+      report::css_string(truncate_to_margin(document.laboratory)), report::css_string(document.mark),
+      report::css_string(truncate_to_margin(document.number)), report::css_string(facts.program),
+      report::css_string(source), report::page_counter(document.page_of));
 }
 
-std::string meta(std::string_view name, std::string_view content) {
+std::string meta_element(std::string_view name, std::string_view content) {
   return fmt::format("<meta name=\"{}\" content=\"{}\"/>\n", name, escaped(content));
 }
 
 std::string head_html(const Document& document, const PaperFacts& facts) {
   std::string html = fmt::format("<title>{} {}</title>\n", escaped(document.title), escaped(document.number));
-  html += meta("author", document.laboratory) + meta("generator", facts.program);
-  if (!facts.source_sha256.empty()) html += meta("keywords", "calibration.json sha256:" + facts.source_sha256);
+  html += meta_element("author", document.laboratory) + meta_element("generator", facts.program);
+  if (!facts.source_sha256.empty()) html += meta_element("keywords", "calibration.json sha256:" + facts.source_sha256);
   if (facts.utc_s) {
     const auto day = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(*facts.utc_s)));
-    html += meta("dcterms.created", day) + meta("dcterms.modified", day);
+    html += meta_element("dcterms.created", day) + meta_element("dcterms.modified", day);
   }
-  return html + "<style>" + margins(document, facts) + "</style>\n";
+  return html + "<style>" + margin_style(document, facts) + "</style>\n";
 }
 
 /// Returns the mark across a page, as large as its diagonal permits. It is painted first, behind the text.
@@ -292,8 +293,8 @@ std::string paper_html(const Document& document, const PaperFacts& facts) {
     html += fmt::format("<img alt=\"\" src=\"data:{};base64,{}\"/>", escaped(document.logo->media_type),
                         escaped(document.logo->base64));
   html += fmt::format("<p class=\"laboratory\">{}</p>\n<h1>{}</h1>\n<p class=\"report-number\">{}</p></header>\n",
-                      text_html(document.laboratory), text_html(document.title), text_html(document.number));
-  return html + PaperWriter(document).html() + "<p class=\"end\">— " + text_html(document.end) +
+                      text_to_html(document.laboratory), text_to_html(document.title), text_to_html(document.number));
+  return html + PaperWriter(document).html() + "<p class=\"end\">— " + text_to_html(document.end) +
          " —</p>\n</body>\n</html>\n";
 }
 

@@ -160,7 +160,7 @@ MUTANTS = [
 
     # What the program says.
     ("messages wait for their reader", "apps/console/outlet.cpp",
-     "if (by_thread) return available.notify_one();", "",
+     "if (has_thread) return available.notify_one();", "",
      "console_test", "Outlet.DoesNotWaitForBlockedReader"),
     ("messages wait without bound", "apps/console/outlet.cpp",
      "if (!state_->lines.empty() && state_->waiting + text.size() > kMostWaiting) {", "if (false) {",

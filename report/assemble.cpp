@@ -14,13 +14,13 @@ namespace gyrotherm::report {
 namespace {
 
 template <class Vector>
-std::vector<double> listed(const Vector& values) {
+std::vector<double> to_vector(const Vector& values) {
   return {values.begin(), values.end()};
 }
 
 std::vector<std::vector<double>> matrix_rows(const Eigen::MatrixXd& matrix) {
   std::vector<std::vector<double>> rows;
-  for (Eigen::Index k = 0; k < matrix.rows(); ++k) rows.push_back(listed(matrix.row(k)));
+  for (Eigen::Index k = 0; k < matrix.rows(); ++k) rows.push_back(to_vector(matrix.row(k)));
   return rows;
 }
 
@@ -30,7 +30,7 @@ std::vector<std::string> term_texts(const std::vector<data::Term>& terms) {
   return texts;
 }
 
-double known_or_nan(double value) { return value > 0 ? value : kNotKnown; }
+double positive_or_nan(double value) { return value > 0 ? value : kNotKnown; }
 
 /// Applies `make` to each of the three models.
 template <class Make>
@@ -44,8 +44,8 @@ ReportedCorrelation make_correlation(const data::RecordedRun& rate, const model:
   return {.names = correlation.names,
           .magnitude = matrix_rows(correlation.gradient.cwiseAbs()),
           .gradient = matrix_rows(correlation.gradient),
-          .temperature = listed(correlation.temperature),
-          .rate = listed(correlation.rate),
+          .temperature = to_vector(correlation.temperature),
+          .rate = to_vector(correlation.rate),
           .selected_pairs = term_texts(selection.terms),
           .threshold = selection.threshold,
           .rank = selection.rank,
@@ -60,7 +60,7 @@ ReportedResidual make_residual(const model::Verification& verification) {
           .corners = verification.corners,
           .to_truth = verification.to_truth,
           .outside = verification.outside,
-          .effective_parameters = known_or_nan(verification.effective_parameters),
+          .effective_parameters = positive_or_nan(verification.effective_parameters),
           .expected_in_sample_std = verification.expected_in_sample_std,
           .streamed = verification.streamed};
 }
@@ -81,25 +81,27 @@ std::vector<ReportedCycle> find_cycles(const data::RecordedRun& run) {
   return cycles;
 }
 
-using On = model::Verification model::TrainedModel::*;
+using RunMember = model::Verification model::TrainedModel::*;
 
-ReportedSeries make_series(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
+ReportedSeries make_series(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models,
+                           RunMember on) {
   const data::Clusters& clusters = run.clusters;
   ReportedSeries series{
-      .time_s = listed(clusters.start_s),
-      .set_point_c = listed(clusters.set_point_c),
-      .raw = listed(clusters.bias_deg_per_h),
+      .time_s = to_vector(clusters.start_s),
+      .set_point_c = to_vector(clusters.set_point_c),
+      .raw = to_vector(clusters.bias_deg_per_h),
       .thermometers_c = {},
-      .residual = per_model(models, [&](const auto& m) { return listed((m.*on).residual_deg_per_h); }),
+      .residual = per_model(models, [&](const auto& m) { return to_vector((m.*on).residual_deg_per_h); }),
       .cycles = find_cycles(run)};
   for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
     if (data::is_temperature(clusters.thermometers[k]))
       series.thermometers_c.emplace_back(clusters.thermometers[k],
-                                         listed(clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
+                                         to_vector(clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
   return series;
 }
 
-ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
+ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models,
+                         RunMember on) {
   const auto residual_after = [&](const model::TrainedModel& model) -> const Eigen::VectorXd& {
     return (model.*on).residual_deg_per_h;
   };
@@ -111,17 +113,19 @@ ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<mod
               per_model(models, [&](const auto& m) { return cluster_allan_curve(residual_after(m), run.clusters); })};
 }
 
-model::PerModel<ReportedGain> compute_gains(const model::PerModel<model::TrainedModel>& models, On on) {
+model::PerModel<ReportedGain> compute_gains(const model::PerModel<model::TrainedModel>& models, RunMember on) {
   const double raw = (models.multi_point.*on).raw.std, three = (models.three_point.*on).compensated.std;
-  const auto over_three = [&](const model::TrainedModel& model) -> ReportedGain {
+  const auto gain_over_three_point = [&](const model::TrainedModel& model) -> ReportedGain {
     const data::Improvement gain = data::improvement(raw, three, (model.*on).compensated.std);
     return {gain.multi_point_from_original, gain.paper_ratio, gain.residual_reduction};
   };
   const double of_three = data::improvement(raw, three, three).three_point_from_original;
-  return {{.from_original = of_three}, over_three(models.multi_point), over_three(models.multi_point_t)};
+  return {{.from_original = of_three},
+          gain_over_three_point(models.multi_point),
+          gain_over_three_point(models.multi_point_t)};
 }
 
-ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model::TrainedModel>& models, On on) {
+ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model::TrainedModel>& models, RunMember on) {
   const data::RecordedRun& run = source.recorded;
   const model::Verification& verification = models.multi_point.*on;
   bool in_sample = false;
@@ -158,7 +162,7 @@ ReportedModel make_reported_model(const model::TrainedModel& trained) {
                          .terms = term_texts(model.terms),
                          .rank = polynomial_rank(model.terms),
                          .stored_numbers = stored_numbers(model),
-                         .effective_parameters = known_or_nan(model.effective_parameters),
+                         .effective_parameters = positive_or_nan(model.effective_parameters),
                          .residual_std_deg_per_h = model.residual_std_deg_per_h,
                          .trained_on = {},
                          .options = model.tuning_options,
@@ -210,7 +214,7 @@ ReportedMethod make_method(std::string name, const model::TrainedModel& trained)
                      .between_runs = compare_runs(trained),
                      .uncertainty = combine_uncertainty(model),
                      .stored_numbers = stored_numbers(model),
-                     .effective_parameters = known_or_nan(model.effective_parameters)};
+                     .effective_parameters = positive_or_nan(model.effective_parameters)};
   std::ranges::transform(trained.later, std::back_inserter(row.later), make_verification);
   if (const auto method = methods::find_method(model.method)) {
     row.title = (*method)->title;
@@ -241,7 +245,7 @@ std::vector<ReportedLaterRun> collect_later_runs(const ReportSource& source) {
 }
 
 void add_segments(std::vector<ReportedSegment>& all, const char* run,
-                  const model::PerModel<model::TrainedModel>& models, On on) {
+                  const model::PerModel<model::TrainedModel>& models, RunMember on) {
   for (std::size_t k = 0; k < (models.multi_point.*on).segments.size(); ++k) {
     const model::SegmentFigures& segment = (models.multi_point.*on).segments[k];
     all.push_back({run, segment.segment, segment.name, segment.hold, segment.start_s, segment.duration_s,

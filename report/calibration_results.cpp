@@ -298,8 +298,7 @@ Result<VerifiedRun> verify_run(const CalibratedAxis& axis, const data::RecordedR
 void add_courses(CalibrationReport& report, const std::string& axis, const VerifiedRun& verified) {
   const auto& [dataset, clusters] = verified.run;
   const auto course = [&clusters](FigureLine line, const Eigen::Ref<const Eigen::VectorXd>& values) {
-    auto [x, y] =
-        plot::broken_at_gaps(to_hours(clusters.start_s), numbers(values), clusters.length_s / kSecondsPerHour);
+    auto [x, y] = plot::break_at_gaps(to_hours(clusters.start_s), numbers(values), clusters.length_s / kSecondsPerHour);
     line.x = std::move(x);
     line.y = std::move(y);
     return line;

@@ -80,8 +80,10 @@ bool has_same_models(const CalibrationReport& before, const CalibrationReport& n
   bool any = false;
   for (const UsedFile& found : now.files) {
     if (found.role != "model_found") continue;
-    const auto is_it = [&](const UsedFile& left) { return left.role == "model_left" && left.sha256 == found.sha256; };
-    if (std::ranges::none_of(before.files, is_it)) return false;
+    const auto is_same_model = [&](const UsedFile& left) {
+      return left.role == "model_left" && left.sha256 == found.sha256;
+    };
+    if (std::ranges::none_of(before.files, is_same_model)) return false;
     any = true;
   }
   return any;
@@ -212,9 +214,9 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
                         .days_between = days_between(before.begun, now.begun),
                         .simulated = before.simulated || now.simulated,
                         .same_model = has_same_models(before, now)};
-  ReportComparer comparing(before, now, comparison);
-  comparing.compare(Stage::uncompensated, Stage::uncompensated);
-  comparing.compare(Stage::as_left, Stage::as_found);
+  ReportComparer comparer(before, now, comparison);
+  comparer.compare(Stage::uncompensated, Stage::uncompensated);
+  comparer.compare(Stage::as_left, Stage::as_found);
   if (comparison.results.empty())
     return failure(FaultKind::usage, now.number,
                    "has no result in common with the other report for the same profile and bias reference");
@@ -232,7 +234,7 @@ ReportedValue change_with_uncertainty(const ComparedResult& result) {
   return {.value = result.change, .standard_uncertainty = result.expanded / kCoverage, .coverage_factor = kCoverage};
 }
 
-std::vector<const ComparedResult*> by_normalised_error(const Comparison& comparison) {
+std::vector<const ComparedResult*> sort_by_normalised_error(const Comparison& comparison) {
   std::vector<const ComparedResult*> all;
   for (const ComparedResult& result : comparison.results) all.push_back(&result);
   std::ranges::stable_sort(all, [](const ComparedResult* a, const ComparedResult* b) {
@@ -241,13 +243,13 @@ std::vector<const ComparedResult*> by_normalised_error(const Comparison& compari
   return all;
 }
 
-std::size_t count_disagreeing(const Comparison& comparison) {
+std::size_t count_disagreements(const Comparison& comparison) {
   return static_cast<std::size_t>(std::ranges::count_if(
       comparison.results, [](const ComparedResult& one) { return std::abs(one.normalised_error) > 1; }));
 }
 
 std::string describe(const Comparison& comparison) {
-  const auto all = by_normalised_error(comparison);
+  const auto all = sort_by_normalised_error(comparison);
   std::string text =
       fmt::format("{}{} {}: {} against {}{}\n", comparison.simulated ? "SIMULATED " : "", comparison.model,
                   comparison.serial_number, comparison.now_number, comparison.before_number,
@@ -262,7 +264,7 @@ std::string describe(const Comparison& comparison) {
                         one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
                         name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
   return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
-                            count_disagreeing(comparison), all.size());
+                            count_disagreements(comparison), all.size());
 }
 
 }  // namespace gyrotherm::report

@@ -64,9 +64,9 @@ struct Comparison {
 /// Returns the change and its U.
 [[nodiscard]] ReportedValue change_with_uncertainty(const ComparedResult& result);
 /// Returns the results sorted by |E_n|, greatest first.
-[[nodiscard]] std::vector<const ComparedResult*> by_normalised_error(const Comparison& comparison);
+[[nodiscard]] std::vector<const ComparedResult*> sort_by_normalised_error(const Comparison& comparison);
 /// Counts the results with |E_n| > 1.
-[[nodiscard]] std::size_t count_disagreeing(const Comparison& comparison);
+[[nodiscard]] std::size_t count_disagreements(const Comparison& comparison);
 
 /// Returns comparison.json, ending in a newline.
 [[nodiscard]] std::string to_json(const Comparison& comparison);

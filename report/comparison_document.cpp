@@ -14,7 +14,7 @@ namespace {
 class ComparisonWriter : public BlockWriter {
  public:
   ComparisonWriter(const Comparison& comparison, Language in_language)
-      : BlockWriter(in_language), comparison_(comparison), by_weight_(by_normalised_error(comparison)) {}
+      : BlockWriter(in_language), comparison_(comparison), by_weight_(sort_by_normalised_error(comparison)) {}
 
   [[nodiscard]] Document document() && {
     heading("heading.summary");
@@ -57,7 +57,7 @@ class ComparisonWriter : public BlockWriter {
     return lines;
   }
 
-  [[nodiscard]] std::size_t disagreeing() const { return count_disagreeing(comparison_); }
+  [[nodiscard]] std::size_t disagreeing() const { return count_disagreements(comparison_); }
 
   [[nodiscard]] KeyFigures key_figures() const {
     KeyFigures keys{.title = "", .figures = {}};

@@ -44,7 +44,7 @@ std::string make_identifier(const CalibrationReport& report) {
   return marks.empty() ? or_not_given(report.number) : fmt::format("{} ({})", or_not_given(report.number), marks);
 }
 
-std::string day_or_placeholder(const std::string& text) { return calendar_day(text).value_or("0001-01-01"); }
+std::string valid_day_or_placeholder(const std::string& text) { return calendar_day(text).value_or("0001-01-01"); }
 
 class Certificate {
  public:
@@ -115,8 +115,8 @@ class Certificate {
     xml_.element("dcc:identifications", [&] { files(); });
     if (const auto day = calendar_day(report_.received)) xml_.leaf("dcc:receiptDate", *day);
     const bool both = calendar_day(report_.begun) && calendar_day(report_.ended);
-    xml_.leaf("dcc:beginPerformanceDate", day_or_placeholder(both ? report_.begun : ""));
-    xml_.leaf("dcc:endPerformanceDate", day_or_placeholder(both ? report_.ended : ""));
+    xml_.leaf("dcc:beginPerformanceDate", valid_day_or_placeholder(both ? report_.begun : ""));
+    xml_.leaf("dcc:endPerformanceDate", valid_day_or_placeholder(both ? report_.ended : ""));
     const bool is_place = report_.place_kind == "laboratory" || report_.place_kind == "customer";
     xml_.leaf("dcc:performanceLocation", is_place ? report_.place_kind : "other");
     if (const auto day = calendar_day(report_.issued)) xml_.leaf("dcc:issueDate", *day);
@@ -163,7 +163,7 @@ class Certificate {
       item.description.empty() ? dcc_.proper_name("dcc:name", item.name.empty() ? item.model : item.name)
                                : dcc_.text("dcc:name", item.description);
       if (!item.condition.empty())
-        dcc_.text("dcc:description", joined(texts_for("label.condition"), ": ", item.condition));
+        dcc_.text("dcc:description", join_texts(texts_for("label.condition"), ": ", item.condition));
       if (!item.manufacturer.empty())
         xml_.element("dcc:manufacturer", [&] { dcc_.proper_name("dcc:name", item.manufacturer); });
       if (!xml_characters(item.model).empty()) xml_.leaf("dcc:model", item.model);
@@ -226,8 +226,8 @@ class Certificate {
 
   [[nodiscard]] Texts authorised() const {
     const Authorisation& by = *report_.authorised;
-    return joined(texts_for("label.authorised"), ": ",
-                  same_text(fmt::format("{}, {}", or_not_given(by.name), or_not_given(by.utc))));
+    return join_texts(texts_for("label.authorised"), ": ",
+                      same_text(fmt::format("{}, {}", or_not_given(by.name), or_not_given(by.utc))));
   }
 
   /// Writes the persons, first the authorising one or a note that the report is not authorised.
@@ -255,9 +255,9 @@ class Certificate {
 
   void statements() {
     state_statement();
-    statement(
-        {"Scope of the results", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
-        joined(joined(texts_for("say.only_this_item"), " ", texts_for("say.standing")), " ", texts_for("say.in_full")));
+    statement({"Scope of the results", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
+              join_texts(join_texts(texts_for("say.only_this_item"), " ", texts_for("say.standing")), " ",
+                         texts_for("say.in_full")));
     traceability();
     xml_.element("dcc:statement", {{"refType", "gyrotherm_norm"}}, [&] {
       dcc_.text("dcc:name", {"Content of the report", "Inhalt des Berichts"});
@@ -275,21 +275,22 @@ class Certificate {
       if (!further.empty()) statement({"Statement", "Erklärung"}, "gyrotherm_statement", further);
   }
 
-  void not_valid(const char* mark, const Texts& declaration) {
+  void write_invalid_state(const char* mark, const Texts& declaration) {
     statement(texts_for(mark), "gyrotherm_state", declaration, [&] { xml_.leaf("dcc:valid", "false"); });
   }
 
   /// Writes the state of the report: valid, draft, simulated or superseded.
   void state_statement() {
     if (is_draft(report_))
-      not_valid("mark.draft", report_.missing.empty()
-                                  ? texts_for("say.draft")
-                                  : texts_for("say.missing", fmt::format("{}", fmt::join(report_.missing, ", "))));
-    if (report_.simulated) not_valid("mark.simulated", texts_for("say.simulated"));
+      write_invalid_state("mark.draft",
+                          report_.missing.empty()
+                              ? texts_for("say.draft")
+                              : texts_for("say.missing", fmt::format("{}", fmt::join(report_.missing, ", "))));
+    if (report_.simulated) write_invalid_state("mark.simulated", texts_for("say.simulated"));
     if (report_.state == ReportState::superseded)
-      not_valid("mark.superseded", report_.replaced_by
-                                       ? texts_for("say.superseded", or_not_given(report_.replaced_by->number))
-                                       : texts_for("say.superseded_plainly"));
+      write_invalid_state("mark.superseded",
+                          report_.replaced_by ? texts_for("say.superseded", or_not_given(report_.replaced_by->number))
+                                              : texts_for("say.superseded_plainly"));
     if (is_draft(report_) || report_.simulated || report_.state == ReportState::superseded) return;
     statement(report_.title.empty() ? texts_for("title.report") : report_.title, "gyrotherm_state", authorised(),
               [&] { xml_.leaf("dcc:valid", "true"); });
@@ -309,15 +310,16 @@ class Certificate {
     const auto verdict = verdict_of(report_);
     const Texts rule = texts_for(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band");
     statement(texts_for("heading.conformity"), "basic_conformity",
-              verdict ? joined(texts_for(name(*verdict)), ". ", rule) : texts_for("say.no_limits"), [&] {
+              verdict ? join_texts(texts_for(name(*verdict)), ". ", rule) : texts_for("say.no_limits"), [&] {
                 if (verdict && *dcc_verdict(*verdict) != '\0') xml_.leaf("dcc:conformity", dcc_verdict(*verdict));
               });
   }
 
   void revision() {
-    const Texts replaced = joined(texts_for("label.replaces"), ": ", same_text(or_not_given(report_.replaces->number)));
+    const Texts replaced =
+        join_texts(texts_for("label.replaces"), ": ", same_text(or_not_given(report_.replaces->number)));
     statement({"Revision", "Änderung"}, "basic_revision",
-              report_.replaces->reason.empty() ? replaced : joined(replaced, ". ", report_.replaces->reason));
+              report_.replaces->reason.empty() ? replaced : join_texts(replaced, ". ", report_.replaces->reason));
   }
 
   void document(const ReadableReport& pdf) {

@@ -125,7 +125,8 @@ class MeasurementResults {
                       {{.value = report_.cluster_length_s}}, "dcc:usedMethodQuantity");
       });
     });
-    method("gyrotherm_biasZero", texts_for("label.bias_zero"), joined(bias_zero(), ". ", texts_for("say.bias")), {});
+    method("gyrotherm_biasZero", texts_for("label.bias_zero"), join_texts(bias_zero(), ". ", texts_for("say.bias")),
+           {});
     method("gyrotherm_stages", texts_for("column.stage"), texts_for("say.stages"), {});
     method("basic_methodMeasurementUncertainty", texts_for("heading.uncertainty"), texts_for("say.coverage"),
            "JCGM 100:2008");
@@ -162,8 +163,8 @@ class MeasurementResults {
     if (!report_.bias_zero.empty()) return texts_or_key(report_.bias_zero);
     Texts zeros;
     for (const BiasReference& one : report_.bias_zeros) {
-      const Texts zero = joined(same_text(fmt::format("{}, {}", one.axis, one.run)), ": ", texts_or_key(one.zero));
-      zeros = zeros.empty() ? zero : joined(zeros, "; ", zero);
+      const Texts zero = join_texts(same_text(fmt::format("{}, {}", one.axis, one.run)), ": ", texts_or_key(one.zero));
+      zeros = zeros.empty() ? zero : join_texts(zeros, "; ", zero);
     }
     return zeros.empty() ? texts_for("label.not_given") : zeros;
   }
@@ -198,9 +199,9 @@ class MeasurementResults {
   static Texts equipment_state(const Equipment& one) {
     Texts text = texts_or_key(one.role);
     if (!one.calibrated.empty())
-      text = joined(text, "; ", joined(texts_for("column.calibrated"), " ", same_text(one.calibrated)));
-    if (!one.due.empty()) text = joined(text, "; ", joined(texts_for("column.due"), " ", same_text(one.due)));
-    return one.overdue ? joined(text, "; ", texts_for("label.overdue")) : text;
+      text = join_texts(text, "; ", join_texts(texts_for("column.calibrated"), " ", same_text(one.calibrated)));
+    if (!one.due.empty()) text = join_texts(text, "; ", join_texts(texts_for("column.due"), " ", same_text(one.due)));
+    return one.overdue ? join_texts(text, "; ", texts_for("label.overdue")) : text;
   }
 
   /// Writes a reference to the instrument's certificate. The schema requires a hash, which a paper certificate does not
@@ -319,7 +320,7 @@ class MeasurementResults {
     for (const ReportedBudget& budget : report_.budgets)
       if (budget.axis == axis)
         result("", "gyrotherm_uncertaintyBudget " + stage_type(budget.stage),
-               joined({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", texts_for(name(budget.stage))),
+               join_texts({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", texts_for(name(budget.stage))),
                describe_result(budget), make_table(budget));
     if (const DccTable models = compared_models(axis); models.rows() > 0)
       result("", "gyrotherm_comparedModels",
@@ -337,20 +338,21 @@ class MeasurementResults {
 
   static Texts result_name(const ResultTable& one) {
     const Texts key = texts_or_key(one.key);
-    return joined(one.detail.empty() ? key : joined(key, " ", same_text(one.detail)), ", ", texts_for(name(one.stage)));
+    return join_texts(one.detail.empty() ? key : join_texts(key, " ", same_text(one.detail)), ", ",
+                      texts_for(name(one.stage)));
   }
 
   static Texts describe_result(const ResultTable& one) {
     const Texts run = same_text(record_text(one.run));
     if (!one.in_sample) return run;
-    return joined(run, run.empty() ? "" : "; ",
-                  {"the model was fitted to this record: not a verification",
-                   "das Modell wurde an diese Aufzeichnung angepasst: kein Nachweis seiner Güte"});
+    return join_texts(run, run.empty() ? "" : "; ",
+                      {"the model was fitted to this record: not a verification",
+                       "das Modell wurde an diese Aufzeichnung angepasst: kein Nachweis seiner Güte"});
   }
 
   static Texts describe_result(const ReportedBudget& budget) {
     const Texts run = same_text(record_text(budget.run));
-    return joined(run, run.empty() ? "" : "; ", texts_for("say.budget"));
+    return join_texts(run, run.empty() ? "" : "; ", texts_for("say.budget"));
   }
 
   static DccTable make_table(const ResultTable& one) {
@@ -448,8 +450,8 @@ class MeasurementResults {
     Texts unknown;
     for (std::size_t i = 0; i < table.columns.size(); ++i)
       if (group.pattern[i] == Certainty::nothing)
-        unknown = unknown.empty() ? table.columns[i].name : joined(unknown, ", ", table.columns[i].name);
-    if (!unknown.empty()) dcc_.text("dcc:description", joined(texts_for("label.not_known"), ": ", unknown));
+        unknown = unknown.empty() ? table.columns[i].name : join_texts(unknown, ", ", table.columns[i].name);
+    if (!unknown.empty()) dcc_.text("dcc:description", join_texts(texts_for("label.not_known"), ": ", unknown));
     for (const DccTexts& column : table.words)
       dcc_.quantity_of_texts(column.name, column.ref_type, at(column.values, group.rows));
     for (std::size_t i = 0; i < table.columns.size(); ++i)
@@ -482,8 +484,8 @@ Texts limit_name(const Conformity& one) {
   const std::string key = one.quantity.substr(0, dot);
   const std::string quantity = dot == std::string::npos ? "" : one.quantity.substr(dot + 1);
   const Texts name_of_key = texts_or_key(key);
-  return joined(quantity.empty() ? name_of_key : joined(name_of_key, ": ", texts_or_key(quantity)), ", ",
-                texts_for(name(one.stage)));
+  return join_texts(quantity.empty() ? name_of_key : join_texts(name_of_key, ": ", texts_or_key(quantity)), ", ",
+                    texts_for(name(one.stage)));
 }
 
 }  // namespace
@@ -503,9 +505,9 @@ void write_conformity(DccText& dcc, const Conformity& conformity, const std::str
   XmlText& xml = dcc.xml();
   xml.element("dcc:metaData", {{"refId", result_id}, {"refType", "basic_conformity"}}, [&] {
     dcc.text("dcc:name", limit_name(conformity));
-    dcc.text("dcc:declaration",
-             joined(texts_for(name(conformity.verdict)), ". ",
-                    texts_for(conformity.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band")));
+    dcc.text("dcc:declaration", join_texts(texts_for(name(conformity.verdict)), ". ",
+                                           texts_for(conformity.rule == DecisionRule::simple ? "say.rule_simple"
+                                                                                             : "say.rule_guard_band")));
     if (*dcc_verdict(conformity.verdict) != '\0') xml.leaf("dcc:conformity", dcc_verdict(conformity.verdict));
     xml.element("dcc:data", [&] {
       if (classify_certainty(conformity.value) != Certainty::nothing)

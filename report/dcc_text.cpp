@@ -14,7 +14,7 @@
 namespace gyrotherm::report {
 namespace {
 
-std::string with_value(std::string_view text, std::string_view of) {
+std::string insert_value(std::string_view text, std::string_view of) {
   std::string result(text);
   if (const auto at = result.find("{}"); at != std::string::npos) result.replace(at, 2, of);
   return result;
@@ -53,7 +53,7 @@ Texts texts_for(std::string_view key) {
 }
 
 Texts texts_for(std::string_view key, std::string_view of) {
-  return {with_value(translate(Language::english, key), of), with_value(translate(Language::german, key), of)};
+  return {insert_value(translate(Language::english, key), of), insert_value(translate(Language::german, key), of)};
 }
 
 Texts texts_or_key(std::string_view key) {
@@ -62,7 +62,7 @@ Texts texts_or_key(std::string_view key) {
 
 Texts same_text(std::string_view text) { return {std::string(text), std::string(text)}; }
 
-Texts joined(const Texts& first, std::string_view between, const Texts& second) {
+Texts join_texts(const Texts& first, std::string_view between, const Texts& second) {
   return {fmt::format("{}{}{}", first.en, between, second.en), fmt::format("{}{}{}", first.de, between, second.de)};
 }
 

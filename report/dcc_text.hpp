@@ -23,7 +23,7 @@ namespace gyrotherm::report {
 /// Returns a text that is the same in both languages.
 [[nodiscard]] Texts same_text(std::string_view text);
 /// Joins two texts in each language.
-[[nodiscard]] Texts joined(const Texts& first, std::string_view between, const Texts& second);
+[[nodiscard]] Texts join_texts(const Texts& first, std::string_view between, const Texts& second);
 
 /// Returns the language in which all texts of the laboratory are given: English if possible, otherwise German; English
 /// if neither is complete.

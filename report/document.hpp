@@ -74,7 +74,7 @@ struct DocumentFigure {
 /// Returns the colour of a line as "#rrggbb".
 [[nodiscard]] std::string line_colour(const FigureData& figure, std::size_t index);
 /// Returns true for a dashed line; dashes distinguish lines without colour.
-[[nodiscard]] bool line_is_dashed(const FigureData& figure, std::size_t index);
+[[nodiscard]] bool is_line_dashed(const FigureData& figure, std::size_t index);
 
 using Block = std::variant<Heading, Paragraph, Definitions, KeyFigures, DocumentTable, DocumentFigure>;
 

@@ -128,7 +128,7 @@ std::string chart_data(const FigureData& figure, Language language, std::size_t 
     const plot::Points kept = plot::decimate(line.x, line.y, std::max<std::size_t>(1, most_points / 2));
     lines += fmt::format("{}{{\"name\":{},\"colour\":\"{}\",\"dashed\":{},\"x\":{},\"y\":{}}}",
                          lines.empty() ? "" : ",", quoted(unique_name(language, figure, k)), line_colour(figure, k),
-                         line_is_dashed(figure, k), numbers(kept.x, kDigitsOfX), numbers(kept.y, kDigitsOfY));
+                         is_line_dashed(figure, k), numbers(kept.x, kDigitsOfX), numbers(kept.y, kDigitsOfY));
   }
   return fmt::format("{{\"x\":{},\"y\":{},\"lines\":[{}]}}",
                      quoted(with_unit(translate(language, figure.x_key), figure.x_unit)),

@@ -22,7 +22,7 @@ bool has_different(const FigureData& figure, auto FigureLine::*member) {
                              [&](const FigureLine& line) { return line.*member != figure.lines.front().*member; });
 }
 
-std::string shortened(const std::string& name) {
+std::string shorten_name(const std::string& name) {
   std::size_t letters = 0, end = 0;
   for (; end < name.size() && letters <= kLongestName; ++end)
     if ((static_cast<unsigned char>(name[end]) & 0xC0) != 0x80) ++letters;
@@ -32,7 +32,7 @@ std::string shortened(const std::string& name) {
 }
 
 /// Reduces a line that reverses in x to the minimum and maximum y of consecutive sections.
-plot::Points thinned_loop(const std::vector<double>& x, const std::vector<double>& y) {
+plot::Points decimate_loop(const std::vector<double>& x, const std::vector<double>& y) {
   if (x.size() <= kMostLoopPoints) return {x, y};
   std::vector<double> order(x.size());
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<double>(k);
@@ -61,11 +61,11 @@ plot::Curve make_curve(const FigureData& figure, std::size_t index, std::string 
   const FigureLine& line = figure.lines[index];
   plot::Curve curve{.name = std::move(name), .colour = line_colour(figure, index), .x = line.x, .y = line.y};
   curve.width_px = line.stage == Stage::as_left ? 1.6 : 1.2;
-  curve.dashed = line_is_dashed(figure, index);
+  curve.dashed = is_line_dashed(figure, index);
   curve.error = line.error;
   if (figure.logarithmic) curve.marker = stage_marker(line);
   if (!std::ranges::is_sorted(line.x)) {
-    plot::Points kept = thinned_loop(line.x, line.y);
+    plot::Points kept = decimate_loop(line.x, line.y);
     curve.x = std::move(kept.x);
     curve.y = std::move(kept.y);
     curve.error.clear();
@@ -97,7 +97,7 @@ std::string to_svg(const DocumentWriter& writer, const FigureData& figure, const
   plot::Panel panel;
   panel.left = axis_style(writer, figure.y_key, figure.y_unit, figure.logarithmic);
   for (std::size_t k = 0; k < figure.lines.size(); ++k)
-    panel.curves.push_back(make_curve(figure, k, shortened(line_name(writer.language, figure, k))));
+    panel.curves.push_back(make_curve(figure, k, shorten_name(line_name(writer.language, figure, k))));
   plot.panels.push_back(std::move(panel));
   return plot::to_svg(plot);
 }
@@ -116,7 +116,7 @@ std::string line_colour(const FigureData& figure, std::size_t index) {
   return plot::colour::kInk;
 }
 
-bool line_is_dashed(const FigureData& figure, std::size_t index) {
+bool is_line_dashed(const FigureData& figure, std::size_t index) {
   const FigureLine& line = figure.lines[index];
   if (line.key == "temperature") return count_previous_temperatures(figure, index) >= plot::kPaletteSize;
   return line.key == "set_point" || line.key == "fit" || line.stage == Stage::as_found;

@@ -36,15 +36,15 @@ std::size_t row_count(const ResultTable& table) {
   return table.columns.empty() ? 0 : table.columns.front().values.size();
 }
 
-bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+bool are_same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-bool same_values(const Column& a, const Column& b) {
+bool have_same_values(const Column& a, const Column& b) {
   return std::ranges::equal(a.values, b.values, [](const ReportedValue& x, const ReportedValue& y) {
-    return same_number(x.value, y.value) && same_number(x.standard_uncertainty, y.standard_uncertainty);
+    return are_same_number(x.value, y.value) && are_same_number(x.standard_uncertainty, y.standard_uncertainty);
   });
 }
 
-bool same_shape(const ResultTable& a, const ResultTable& b) {
+bool have_same_shape(const ResultTable& a, const ResultTable& b) {
   return row_count(a) == row_count(b) && std::ranges::equal(a.columns, b.columns, [](const Column& x, const Column& y) {
            return x.quantity == y.quantity && x.unit == y.unit;
          });
@@ -54,7 +54,7 @@ bool same_shape(const ResultTable& a, const ResultTable& b) {
 /// record and stage.
 bool add_to_group(TableGroup& tables, const ResultTable& table) {
   const ResultTable& other = tables.any();
-  if (other.key != table.key || other.detail != table.detail || !same_shape(other, table)) return false;
+  if (other.key != table.key || other.detail != table.detail || !have_same_shape(other, table)) return false;
   auto record = std::ranges::find(tables.records, table.run, &RecordTables::run);
   if (record == tables.records.end())
     record = tables.records.insert(tables.records.end(), RecordTables{.run = table.run});
@@ -83,7 +83,7 @@ bool is_condition(const TableGroup& tables, const std::string& quantity) {
   if (!kConditions.contains(quantity)) return false;
   for (const RecordTables& record : tables.records)
     for (const ResultTable* table : record.by_stage)
-      if (table != nullptr && !same_values(*find_column(*table, quantity), *find_column(record.any(), quantity)))
+      if (table != nullptr && !have_same_values(*find_column(*table, quantity), *find_column(record.any(), quantity)))
         return false;
   return true;
 }
@@ -137,9 +137,9 @@ class ResultsTable {
   ResultsTable(const DocumentWriter& writer, const std::vector<const TableGroup*>& of) : writer_(writer) {
     for (const TableGroup* tables : of)
       for (const RecordTables& record : tables->records) take(record);
-    with_record_ =
+    has_record_column_ =
         std::ranges::any_of(runs_, [&](const std::string& run) { return !record_label(writer.report, run).empty(); });
-    with_quantity_ = of.size() > 1 || separate_quantities(*of.front()).results.size() > 1;
+    has_quantity_column_ = of.size() > 1 || separate_quantities(*of.front()).results.size() > 1;
     start(*of.front());
     for (const TableGroup* tables : of) add(*tables);
   }
@@ -148,7 +148,7 @@ class ResultsTable {
     table_.caption = std::move(caption);
     return std::move(table_);
   }
-  [[nodiscard]] bool with_quantity() const { return with_quantity_; }
+  [[nodiscard]] bool has_quantity_column() const { return has_quantity_column_; }
 
  private:
   void take(const RecordTables& record) {
@@ -157,8 +157,8 @@ class ResultsTable {
       if (record.by_stage.at(stage_index(stage)) != nullptr) stages_.insert(stage);
   }
   void start(const TableGroup& first) {
-    if (with_quantity_) table_.header.push_back(writer_.translated("column.quantity"));
-    if (with_record_) table_.header.push_back(writer_.translated("column.record"));
+    if (has_quantity_column_) table_.header.push_back(writer_.translated("column.quantity"));
+    if (has_record_column_) table_.header.push_back(writer_.translated("column.record"));
     table_.text_columns = table_.header.size();
     for (const std::string& condition : separate_quantities(first).conditions)
       table_.header.push_back(with_unit(writer_.translated(condition), find_column(first.any(), condition)->unit));
@@ -174,8 +174,8 @@ class ResultsTable {
   void add_row(const TableGroup& tables, const RecordTables& record, const std::vector<std::string>& conditions,
                const std::string& quantity, std::size_t row) {
     std::vector<Cell> cells;
-    if (with_quantity_) cells.push_back({.text = quantity_name(writer_, tables, quantity)});
-    if (with_record_) cells.push_back({.text = record_label(writer_.report, record.run)});
+    if (has_quantity_column_) cells.push_back({.text = quantity_name(writer_, tables, quantity)});
+    if (has_record_column_) cells.push_back({.text = record_label(writer_.report, record.run)});
     for (const std::string& condition : conditions)
       cells.push_back(value_cell(writer_, find_column(record.any(), condition)->values[row], false));
     for (const Stage stage : stages_) {
@@ -190,7 +190,7 @@ class ResultsTable {
   const DocumentWriter& writer_;
   std::set<std::string> runs_{};
   std::set<Stage> stages_{};
-  bool with_record_{}, with_quantity_{};
+  bool has_record_column_{}, has_quantity_column_{};
   DocumentTable table_{};
 };
 
@@ -199,10 +199,10 @@ std::string group_name(const DocumentWriter& writer, Group group) {
 }
 
 /// Returns "Random drift: Noise floor / (°/h)". If the rows name the quantities, the caption omits them.
-std::string results_caption(const DocumentWriter& writer, const TableGroup& tables, bool with_quantity) {
+std::string results_caption(const DocumentWriter& writer, const TableGroup& tables, bool has_quantity_column) {
   const std::string group = group_name(writer, tables.any().group);
-  std::string own = with_quantity ? key_with_detail(writer, tables.any())
-                                  : quantity_name(writer, tables, separate_quantities(tables).results.front());
+  std::string own = has_quantity_column ? key_with_detail(writer, tables.any())
+                                        : quantity_name(writer, tables, separate_quantities(tables).results.front());
   return contains_name(own, group) ? own : group + ": " + own;
 }
 
@@ -216,13 +216,13 @@ void add_group(DocumentWriter& writer, Group group, const std::string& axis) {
       continue;
     }
     ResultsTable table(writer, {&one});
-    std::string caption = results_caption(writer, one, table.with_quantity());
+    std::string caption = results_caption(writer, one, table.has_quantity_column());
     writer.table(std::move(table).finish(std::move(caption)));
   }
   if (without_conditions.empty()) return;
   ResultsTable table(writer, without_conditions);
-  std::string caption =
-      table.with_quantity() ? group_name(writer, group) : results_caption(writer, *without_conditions.front(), false);
+  std::string caption = table.has_quantity_column() ? group_name(writer, group)
+                                                    : results_caption(writer, *without_conditions.front(), false);
   writer.table(std::move(table).finish(std::move(caption)));
 }
 
@@ -231,9 +231,7 @@ std::string axis_and_stage(const DocumentWriter& writer, const std::string& axis
   return axis.empty() ? by_stage : axis + ", " + by_stage;
 }
 
-std::string with_unit_behind(std::string number, std::string_view unit) {
-  return number + "\u00a0" + format_unit(unit);
-}
+std::string append_unit(std::string number, std::string_view unit) { return number + "\u00a0" + format_unit(unit); }
 
 std::string freedom_text(Language language, double degrees_of_freedom) {
   return std::isfinite(degrees_of_freedom) ? format_number(language, std::floor(degrees_of_freedom), 0) : "∞";
@@ -254,11 +252,11 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
   return {{.text = std::move(source), .note = std::move(note)},
           {.text = model::name(row.evaluation)},
           {.text = writer.translated(std::string("distribution.") + model::name(row.distribution))},
-          {.text = with_unit_behind("0", unit)},
-          {.text = with_unit_behind(format_significant(language, row.standard_uncertainty, 2), unit)},
+          {.text = append_unit("0", unit)},
+          {.text = append_unit(format_significant(language, row.standard_uncertainty, 2), unit)},
           {.text = freedom_text(language, row.degrees_of_freedom)},
           {.text = unit == "°/h" ? format_plain(language, row.sensitivity)
-                                 : with_unit_behind(format_significant(language, row.sensitivity, 2), "°/h/" + unit)},
+                                 : append_unit(format_significant(language, row.sensitivity, 2), "°/h/" + unit)},
           {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
 }
 

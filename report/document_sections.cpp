@@ -32,7 +32,9 @@ void add_party(DocumentWriter& writer, const char* heading_key, const char* id, 
   writer.add(std::move(lines).finish());
 }
 
-std::string listed(const std::vector<std::string>& texts) { return fmt::format("{}", fmt::join(texts, ", ")); }
+std::string join_with_commas(const std::vector<std::string>& texts) {
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
 
 void add_item(DocumentWriter& writer) {
   const CalibratedItem& item = writer.report.item;
@@ -46,7 +48,7 @@ void add_item(DocumentWriter& writer) {
   lines.line("label.name_in_rig", item.name);
   std::vector<std::string> named = item.axes;
   std::erase(named, "");
-  lines.line("label.axes", listed(named));
+  lines.line("label.axes", join_with_commas(named));
   lines.required_line("label.condition", in(writer.language, item.condition));
   writer.add(std::move(lines).finish());
 }
@@ -239,7 +241,7 @@ void add_equipment(DocumentWriter& writer) {
   writer.paragraph(in(writer.language, writer.report.traceability));
   if (writer.report.equipment.empty()) writer.paragraph(writer.translated("say.no_equipment"));
   if (const auto names = overdue_names(writer); !names.empty())
-    writer.paragraph(writer.sentence("say.overdue", listed(names)), Paragraph::Style::caution);
+    writer.paragraph(writer.sentence("say.overdue", join_with_commas(names)), Paragraph::Style::caution);
   writer.table(equipment_table(writer));
 }
 
@@ -269,7 +271,7 @@ void add_files(DocumentWriter& writer) {
     if (file.role == "record" && !file.chain_verified) broken.push_back(file.name);
   }
   if (!broken.empty())
-    writer.paragraph(writer.sentence("say.chain_broken", listed(broken)), Paragraph::Style::caution);
+    writer.paragraph(writer.sentence("say.chain_broken", join_with_commas(broken)), Paragraph::Style::caution);
   else if (has_record)
     writer.paragraph(writer.translated("say.chain_verified"));
   if (report.files.empty()) writer.paragraph(writer.translated("say.no_files"));

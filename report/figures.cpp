@@ -24,9 +24,9 @@ std::vector<plot::Stretch> cycle_stretches(const ReportedRun& run) {
   return all;
 }
 
-plot::Curve over_time(const Report& report, const ReportedRun& run, const std::vector<double>& values, const char* name,
-                      const char* colour) {
-  auto [x, y] = plot::broken_at_gaps(run.series.time_s, values, report.cluster_length_s);
+plot::Curve make_time_curve(const Report& report, const ReportedRun& run, const std::vector<double>& values,
+                            const char* name, const char* colour) {
+  auto [x, y] = plot::break_at_gaps(run.series.time_s, values, report.cluster_length_s);
   for (double& at : x) at /= kSecondsPerHour;
   return {.name = name, .colour = colour, .x = std::move(x), .y = std::move(y)};
 }
@@ -52,26 +52,28 @@ struct ModelCurve {
   const std::vector<double>& residual;
 };
 
-plot::Panel error_panel(const Report& report, const ReportedRun& run, const std::string& title, const ModelCurve& drawn,
-                        std::optional<plot::Range> range, double height_px) {
-  plot::Panel made = plot::make_panel(title, kErrorTitle,
-                                      {over_time(report, run, drawn.residual, drawn.name, drawn.colour)}, height_px);
+plot::Panel error_panel(const Report& report, const ReportedRun& run, const std::string& title,
+                        const ModelCurve& model_curve, std::optional<plot::Range> range, double height_px) {
+  plot::Panel made = plot::make_panel(
+      title, kErrorTitle, {make_time_curve(report, run, model_curve.residual, model_curve.name, model_curve.colour)},
+      height_px);
   made.left.range = range;
   made.bands = floor_band(run);
   return made;
 }
 
-ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, const std::string& id) {
+ReportFigure before_after_figure(const Report& report, const ModelCurve& model_curve, const std::string& id) {
   const ReportedRun& run = report.rate;
-  plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
-  plot::Panel both = plot::make_panel("(a) Before and after", kBiasTitle,
-                                      {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
-                                       over_time(report, run, drawn.residual, drawn.name, drawn.colour)},
-                                      210);
-  plot.panels = {both, error_panel(report, run, "(b) Residual, enlarged", drawn, {}, 170)};
+  plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", model_curve.name));
+  plot::Panel both =
+      plot::make_panel("(a) Before and after", kBiasTitle,
+                       {make_time_curve(report, run, run.series.raw, "before", plot::colour::kRaw),
+                        make_time_curve(report, run, model_curve.residual, model_curve.name, model_curve.colour)},
+                       210);
+  plot.panels = {both, error_panel(report, run, "(b) Residual, enlarged", model_curve, {}, 170)};
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the residual enlarged; {}.", run.profile,
-                  drawn.name, in_sample_text(run));
+                  model_curve.name, in_sample_text(run));
   return {id, caption, to_svg(plot)};
 }
 
@@ -92,14 +94,14 @@ plot::Curve correlation_curve(const ReportedCorrelation& correlation, std::size_
 /// Returns the range for the enlarged panel: from a multiple of 0.05 that is at least 0.025 below the threshold, to 1.
 plot::Range enlarged_range(double threshold) { return {std::max(0.0, std::floor(20 * threshold - 0.5) / 20), 1.0}; }
 
-std::vector<double> roots(std::vector<double> squares) {
+std::vector<double> square_roots(std::vector<double> squares) {
   for (double& value : squares) value = std::sqrt(value);
   return squares;
 }
 
 plot::Curve history_curve(const ReportedModel& model, const char* name, const char* colour) {
   plot::Curve curve{
-      .name = name, .colour = colour, .y = roots(model.tuning.swarm.history), .width_px = 1.6, .steps = true};
+      .name = name, .colour = colour, .y = square_roots(model.tuning.swarm.history), .width_px = 1.6, .steps = true};
   for (std::size_t k = 0; k < model.tuning.swarm.history.size(); ++k) curve.x.push_back(static_cast<double>(k));
   return curve;
 }
@@ -107,14 +109,14 @@ plot::Curve history_curve(const ReportedModel& model, const char* name, const ch
 ReportFigure temperature_figure(const Report& report, const ReportedRun& run, const std::string& id) {
   const auto& [first_name, first] = run.series.thermometers_c.front();
   plot::Plot plot = time_plot(report, run, id, "Set point, block temperature and bias over time");
-  plot::Curve bias = over_time(report, run, run.series.raw, "bias", plot::colour::kBias);
+  plot::Curve bias = make_time_curve(report, run, run.series.raw, "bias", plot::colour::kBias);
   bias.side = plot::Side::right;
-  plot::Curve set_point = over_time(report, run, run.series.set_point_c, "set point", plot::colour::kSetPoint);
+  plot::Curve set_point = make_time_curve(report, run, run.series.set_point_c, "set point", plot::colour::kSetPoint);
   set_point.dashed = true;
   const std::string block_name = "block (" + first_name + ")";
   plot::Panel only = plot::make_panel(
       "", "Temperature, °C",
-      {bias, set_point, over_time(report, run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
+      {bias, set_point, make_time_curve(report, run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
   only.left.colour = plot::colour::kTemperature;
   only.right = plot::AxisStyle{.title = kBiasTitle, .colour = plot::colour::kBias};
   plot.panels = {only};
@@ -164,10 +166,11 @@ ReportFigure correlation_curves(const Report& report) {
 
 std::vector<ReportFigure> rate_figures(const Report& report) {
   const auto& residual = report.rate.series.residual;
-  return {before_and_after(report, {"three-point", plot::colour::kThreePoint, residual.three_point}, "figure-6"),
-          before_and_after(report, {"multi-point", plot::colour::kMultiPoint, residual.multi_point}, "figure-7"),
-          before_and_after(report, {"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t},
-                           "figure-7-with-temperature")};
+  return {
+      before_after_figure(report, {"three-point", plot::colour::kThreePoint, residual.three_point}, "figure-6"),
+      before_after_figure(report, {"multi-point", plot::colour::kMultiPoint, residual.multi_point}, "figure-7"),
+      before_after_figure(report, {"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t},
+                          "figure-7-with-temperature")};
 }
 
 ReportFigure random_figure(const Report& report) {
@@ -181,9 +184,9 @@ ReportFigure random_figure(const Report& report) {
   range = rounded_out(range, 3);
   plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
   plot.panels = {plot::make_panel("(a) Before and after", kBiasTitle,
-                                  {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
-                                   over_time(report, run, multi.residual, multi.name, multi.colour),
-                                   over_time(report, run, multi_t.residual, multi_t.name, multi_t.colour)},
+                                  {make_time_curve(report, run, run.series.raw, "before", plot::colour::kRaw),
+                                   make_time_curve(report, run, multi.residual, multi.name, multi.colour),
+                                   make_time_curve(report, run, multi_t.residual, multi_t.name, multi_t.colour)},
                                   210),
                  error_panel(report, run, "(b) Residual, enlarged", three, range, 120),
                  error_panel(report, run, "(c)", multi, range, 120),
@@ -254,7 +257,7 @@ plot::Range measured_range(const std::vector<plot::Curve>& curves) {
       ends.insert(ends.end(), {curve.y[k], curve.y[k] + error});
     }
   }
-  return plot::logarithmically_rounded_out(plot::positive_range_of(ends));
+  return plot::round_out_logarithmically(plot::find_positive_range(ends));
 }
 
 plot::Panel allan_panel(const ReportedRun& run, const std::string& title) {

@@ -32,7 +32,7 @@ std::string superscript(int n) {
 }
 
 /// Groups digits in threes from the decimal sign outwards, if there are more than four.
-std::string grouped(std::string_view digits, bool from_the_right) {
+std::string group_digits(std::string_view digits, bool from_the_right) {
   if (digits.size() <= 4) return std::string(digits);
   std::string text;
   const std::size_t first = from_the_right ? digits.size() % 3 : 0;
@@ -50,19 +50,19 @@ int decimal_exponent(double value, int digits) {
 }
 
 /// Formats with fixed decimals; a negative number of decimals rounds to tens and hundreds.
-std::string fixed(Language language, double value, int decimals) {
+std::string format_fixed(Language language, double value, int decimals) {
   if (decimals < 0) {
     const double unit = std::pow(10.0, -decimals);
-    return fixed(language, std::round(value / unit) * unit, 0);
+    return format_fixed(language, std::round(value / unit) * unit, 0);
   }
   const std::string magnitude = fmt::format("{:.{}f}", std::abs(value), decimals);
   const bool is_zero = magnitude.find_first_not_of("0.") == std::string::npos;
   const auto point = std::min(magnitude.find('.'), magnitude.size());
   std::string text = value < 0 && !is_zero ? kMinus : "";
-  text += grouped(std::string_view(magnitude).substr(0, point), true);
+  text += group_digits(std::string_view(magnitude).substr(0, point), true);
   if (point == magnitude.size()) return text;
   return text + (language == Language::german ? "," : ".") +
-         grouped(std::string_view(magnitude).substr(point + 1), false);
+         group_digits(std::string_view(magnitude).substr(point + 1), false);
 }
 
 std::string times_power(int power) { return kTimesTenTo + superscript(power); }
@@ -123,8 +123,9 @@ FormattedValue format_parts(Language language, const ReportedValue& value) {
   if (!has_expanded(value)) return {format_plain(language, value.value), ""};
   const Rounding rounding = choose_rounding(value.value, value.expanded());
   const auto part = [&](double number) {
-    if (rounding.power == 0) return fixed(language, number, rounding.decimals);
-    return fixed(language, number / std::pow(10.0, rounding.power), rounding.decimals) + times_power(rounding.power);
+    if (rounding.power == 0) return format_fixed(language, number, rounding.decimals);
+    return format_fixed(language, number / std::pow(10.0, rounding.power), rounding.decimals) +
+           times_power(rounding.power);
   };
   return {part(value.value), part(value.expanded())};
 }
@@ -133,13 +134,13 @@ std::string format(Language language, const ReportedValue& value) {
   if (!std::isfinite(value.value) || !has_expanded(value)) return format_parts(language, value).value;
   const Rounding rounding = choose_rounding(value.value, value.expanded());
   const double scale = std::pow(10.0, rounding.power);
-  const std::string both = fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
-                           fixed(language, value.expanded() / scale, rounding.decimals);
+  const std::string both = format_fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
+                           format_fixed(language, value.expanded() / scale, rounding.decimals);
   return rounding.power == 0 ? both : "(" + both + ")" + times_power(rounding.power);
 }
 
 std::string format_number(Language language, double value, int decimals) {
-  return std::isfinite(value) ? fixed(language, value, decimals) : kDash;
+  return std::isfinite(value) ? format_fixed(language, value, decimals) : kDash;
 }
 
 std::string format_significant(Language language, double value, int digits) {
@@ -147,13 +148,14 @@ std::string format_significant(Language language, double value, int digits) {
   if (!std::isfinite(value)) return kDash;
   if (value == 0) return "0";
   const int power = decimal_exponent(value, digits);
-  if (power >= kLeastPower && power < kGreatestPower) return fixed(language, value, digits - 1 - power);
-  return fixed(language, value / std::pow(10.0, power), digits - 1) + times_power(power);
+  if (power >= kLeastPower && power < kGreatestPower) return format_fixed(language, value, digits - 1 - power);
+  return format_fixed(language, value / std::pow(10.0, power), digits - 1) + times_power(power);
 }
 
 std::string format_plain(Language language, double value) {
   if (!std::isfinite(value)) return kDash;
-  if (value == std::round(value) && std::abs(value) < std::pow(10.0, kGreatestPower)) return fixed(language, value, 0);
+  if (value == std::round(value) && std::abs(value) < std::pow(10.0, kGreatestPower))
+    return format_fixed(language, value, 0);
   return format_significant(language, value, digits_needed(value, kDigitsOfAValue));
 }
 
@@ -161,9 +163,9 @@ std::string format_probability(Language language, double probability) {
   // A smaller probability would be printed as 0.0 %.
   constexpr double kLeast = 0.0005;
   if (!std::isfinite(probability)) return kDash;
-  if (probability < kLeast) return "<\u00a0" + fixed(language, 0.1, 1) + "\u00a0%";
-  if (probability > 1 - kLeast) return ">\u00a0" + fixed(language, 99.9, 1) + "\u00a0%";
-  return fixed(language, 100 * probability, 1) + "\u00a0%";
+  if (probability < kLeast) return "<\u00a0" + format_fixed(language, 0.1, 1) + "\u00a0%";
+  if (probability > 1 - kLeast) return ">\u00a0" + format_fixed(language, 99.9, 1) + "\u00a0%";
+  return format_fixed(language, 100 * probability, 1) + "\u00a0%";
 }
 
 std::string format_day(Language language, std::string_view day) {

@@ -24,11 +24,11 @@ namespace {
 constexpr double kMean_s = 100;
 constexpr std::array kComponents = {"x", "y", "z"};
 
-std::vector<double> listed(const Eigen::VectorXd& column) { return {column.begin(), column.end()}; }
+std::vector<double> to_vector(const Eigen::VectorXd& column) { return {column.begin(), column.end()}; }
 
-std::vector<double> hours_from(const Eigen::VectorXd& seconds) { return listed(seconds / kSecondsPerHour); }
+std::vector<double> to_hours(const Eigen::VectorXd& seconds) { return to_vector(seconds / kSecondsPerHour); }
 
-plot::Plot over_hours(const model::FusionSummary& summary, const char* id, const char* title) {
+plot::Plot make_hour_plot(const model::FusionSummary& summary, const char* id, const char* title) {
   return {
       .id = id, .title = title, .x = {.title = "Time since the start of the run, h"}, .simulated = summary.simulated};
 }
@@ -41,7 +41,7 @@ std::string figure(const plot::Plot& plot, const std::string& caption) {
 std::string rate_figure(const model::FusedRun& run) {
   const bool is_error = !run.summary.earth_deg_per_h.empty();
   model::ClusterMeans means = model::cluster_means(run.time_s, run.rate_deg_per_h, kMean_s);
-  plot::Plot plot = over_hours(run.summary, "fused-rate", "The fused rate over time");
+  plot::Plot plot = make_hour_plot(run.summary, "fused-rate", "The fused rate over time");
   for (std::size_t k = 0; k < kComponents.size(); ++k) {
     Eigen::VectorXd values = means.mean.col(static_cast<Eigen::Index>(k));
     if (is_error) values.array() -= run.summary.earth_deg_per_h[k];
@@ -49,8 +49,8 @@ std::string rate_figure(const model::FusedRun& run) {
                                          is_error ? "Error, °/h" : "Rate, °/h",
                                          {{.name = is_error ? "fused rate minus Earth rate" : "fused rate",
                                            .colour = plot::colour::kMultiPointT,
-                                           .x = hours_from(means.end_s),
-                                           .y = listed(values)}},
+                                           .x = to_hours(means.end_s),
+                                           .y = to_vector(values)}},
                                          130);
     plot.panels.push_back(std::move(panel));
   }
@@ -62,15 +62,15 @@ std::string rate_figure(const model::FusedRun& run) {
 std::string parity_figure(const model::FusedRun& run) {
   if (!std::isfinite(run.summary.limit)) return {};
   const model::ClusterMeans means = model::cluster_means(run.time_s, run.statistic, kMean_s);
-  plot::Plot plot = over_hours(run.summary, "parity", "Parity of the axes over time");
+  plot::Plot plot = make_hour_plot(run.summary, "parity", "Parity of the axes over time");
   const auto degrees = run.summary.axes.size() - 3;
   plot::Panel panel = plot::make_panel(
       {}, "pᵀp",
-      {{.name = "each second", .colour = plot::colour::kRaw, .x = hours_from(run.time_s), .y = listed(run.statistic)},
+      {{.name = "each second", .colour = plot::colour::kRaw, .x = to_hours(run.time_s), .y = to_vector(run.statistic)},
        {.name = fmt::format("mean over {:.0f} s", kMean_s),
         .colour = plot::colour::kMultiPoint,
-        .x = hours_from(means.end_s),
-        .y = listed(means.mean.col(0))}},
+        .x = to_hours(means.end_s),
+        .y = to_vector(means.mean.col(0))}},
       200);
   panel.rules = {{"limit", run.summary.limit}};
   const double greatest = run.statistic.array().isFinite().select(run.statistic, 0).maxCoeff();
@@ -85,12 +85,12 @@ std::string parity_figure(const model::FusedRun& run) {
 
 /// Returns a figure with a line per axis while it contributes to the rate.
 std::string axes_figure(const model::FusedRun& run) {
-  plot::Plot plot = over_hours(run.summary, "axes", "Axes used for the rate");
+  plot::Plot plot = make_hour_plot(run.summary, "axes", "Axes used for the rate");
   plot::Panel panel = plot::make_panel({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
   panel.left.range = plot::Range{0, static_cast<double>(run.summary.axes.size()) + 1};
   for (std::size_t a = 0; a < run.summary.axes.size(); ++a) {
     plot::Curve curve{
-        .name = run.summary.axes[a].name, .colour = plot::palette(a), .x = hours_from(run.time_s), .width_px = 5};
+        .name = run.summary.axes[a].name, .colour = plot::palette(a), .x = to_hours(run.time_s), .width_px = 5};
     for (const model::AxisSet used : run.used)
       curve.y.push_back((used >> a & 1) != 0 ? static_cast<double>(a + 1) : std::numeric_limits<double>::quiet_NaN());
     panel.curves.push_back(std::move(curve));
@@ -143,7 +143,8 @@ std::string axes_table(const model::FusionSummary& summary) {
          "the axis.</p>\n";
 }
 
-std::string with_expanded(const std::vector<double>& values, const std::vector<double>& expanded, std::size_t k) {
+std::string format_with_expanded(const std::vector<double>& values, const std::vector<double>& expanded,
+                                 std::size_t k) {
   return fmt::format("{}&nbsp;±&nbsp;{}", plot::decimal(values[k], 4), plot::decimal(expanded[k], 4));
 }
 
@@ -160,9 +161,9 @@ std::string rest_table(const model::FusionSummary& summary) {
   const auto add = [&](const model::RestStretch& rest, const std::string& label) {
     double squares = 0;
     for (const double by : rest.residual_deg_per_h) squares += by * by;
-    table.rows.push_back({label, with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 0),
-                          with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 1),
-                          with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 2),
+    table.rows.push_back({label, format_with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 0),
+                          format_with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 1),
+                          format_with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 2),
                           plot::format_bias(std::sqrt(squares)), heading_text(rest),
                           fmt::format("{} ({})", plot::decimal(rest.statistic, 1), plot::decimal(rest.limit, 1))});
   };
@@ -187,7 +188,8 @@ std::string bias_table(const model::RestStretch& rest) {
   return to_html(table);
 }
 
-std::string key(const std::string& label, const std::string& value, const char* unit, const char* style = "") {
+std::string key_value_html(const std::string& label, const std::string& value, const char* unit,
+                           const char* style = "") {
   return fmt::format(
       "<div class=\"key {}\"><span class=\"value\">{}</span><span class=\"unit\">{}</span>"
       "<span class=\"label\">{}</span></div>\n",
@@ -196,15 +198,16 @@ std::string key(const std::string& label, const std::string& value, const char* 
 
 std::string result_section(const model::FusionSummary& summary) {
   if (!summary.error || !summary.of_three) return {};
-  std::string keys = key("error of the fused rate", plot::format_bias(summary.error->rms_deg_per_h), "°/h", "best");
+  std::string keys =
+      key_value_html("error of the fused rate", plot::format_bias(summary.error->rms_deg_per_h), "°/h", "best");
   if (summary.axes.size() > 3) {
-    keys += key("all axes, none excluded", plot::format_bias(summary.of_all_axes->rms_deg_per_h), "°/h") +
-            key("only the first three axes", plot::format_bias(summary.of_three->rms_deg_per_h), "°/h") +
-            key("inconsistent seconds", std::to_string(summary.contradictions), "");
+    keys += key_value_html("all axes, none excluded", plot::format_bias(summary.of_all_axes->rms_deg_per_h), "°/h") +
+            key_value_html("only the first three axes", plot::format_bias(summary.of_three->rms_deg_per_h), "°/h") +
+            key_value_html("inconsistent seconds", std::to_string(summary.contradictions), "");
   }
   if (summary.rest && summary.rest->heading_deg)
-    keys += key("heading minus stated heading",
-                plot::decimal(60 * (*summary.rest->heading_deg - *summary.said_heading_deg), 2), "arcmin");
+    keys += key_value_html("heading minus stated heading",
+                           plot::decimal(60 * (*summary.rest->heading_deg - *summary.said_heading_deg), 2), "arcmin");
   return "<div class=\"keys\">\n" + keys + "</div>\n" +
          fmt::format(
              "<p class=\"note\">RMS length of the error of the rate vector, means over 100&nbsp;s, relative to the "

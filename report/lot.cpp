@@ -121,7 +121,7 @@ namespace {
 std::string number(double value) { return std::isnan(value) ? "–" : fmt::format("{:.5f}", value); }
 std::string score(double value) { return std::isnan(value) ? "–" : fmt::format("{:+.1f}", value); }
 
-std::string remark_on(const LotAxis& axis) {
+std::string make_remark(const LotAxis& axis) {
   std::string remark = axis.trouble;
   const auto add = [&](const std::string& more) { remark += (remark.empty() ? "" : "; ") + more; };
   if (axis.is_outlier) add("outlier");
@@ -134,7 +134,7 @@ std::vector<std::vector<std::string>> lot_rows(const Lot& lot, const std::string
   std::vector<std::vector<std::string>> rows;
   for (const auto& axis : lot.axes)
     if (only_unit.empty() || axis.unit == only_unit)
-      rows.push_back({axis_label(axis), axis.serial_number, axis.verdict, remark_on(axis),
+      rows.push_back({axis_label(axis), axis.serial_number, axis.verdict, make_remark(axis),
                       number(axis.raw_std_deg_per_h), number(axis.compensated_std_deg_per_h),
                       number(axis.floor_deg_per_h), number(axis.expanded_deg_per_h), score(axis.raw_score),
                       score(axis.compensated_score)});
@@ -190,7 +190,7 @@ std::string events_html(const Lot& lot) {
 }
 
 /// Prefixes all ids and references of an axis' page with the axis, which makes them unique on the page of the unit.
-std::string with_unique_ids(std::string html, const std::string& axis) {
+std::string prefix_ids(std::string html, const std::string& axis) {
   for (const std::string before : {" id=\"", "url(#", "href=\"#"}) {
     for (auto at = html.find(before); at != std::string::npos; at = html.find(before, at + before.size()))
       html.insert(at + before.size(), axis + "-");
@@ -248,7 +248,7 @@ std::string unit_to_html(const Lot& lot, const std::string& unit,
   auto body = to_html(lot_table(lot, unit));
   for (const auto& [axis, report] : axes)
     body += fmt::format("<h1 id=\"axis-{0}\">Axis {0}</h1>\n", plot::escaped(axis)) +
-            with_unique_ids(body_html(report, all_figures(report)), axis);
+            prefix_ids(body_html(report, all_figures(report)), axis);
   const auto found = std::ranges::find(lot.axes, unit, &LotAxis::unit);
   const auto serial = found == lot.axes.end() || found->serial_number.empty() ? "" : ", " + found->serial_number;
   return to_html(HtmlPage{

@@ -188,7 +188,7 @@ std::vector<ReportedLimit> limits(const TomlTable& table) {
   return all;
 }
 
-std::optional<OtherReport> replaced(const TomlTable& table) {
+std::optional<OtherReport> read_replaced_report(const TomlTable& table) {
   if (!table.has("replaces")) return std::nullopt;
   const TomlTable other = table.table("replaces");
   return OtherReport{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
@@ -248,7 +248,7 @@ Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
                   .deviations = deviations(*table),
                   .rule = one_of(kRules, *table, "decision_rule", "simple"),
                   .limits = limits(*table),
-                  .replaces = replaced(*table)};
+                  .replaces = read_replaced_report(*table)};
   if (auto verdict = table->verdict(); !verdict) return failure(verdict.error());
   return order;
 }
@@ -256,10 +256,10 @@ Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
 namespace {
 
 /// Replaces `into` unless `from` is empty.
-void take(std::string& into, const std::string& from) {
+void replace_if_given(std::string& into, const std::string& from) {
   if (!from.empty()) into = from;
 }
-void take(Texts& into, const Texts& from) {
+void replace_if_given(Texts& into, const Texts& from) {
   if (!from.empty()) into = from;
 }
 
@@ -289,12 +289,12 @@ const OrderedUnit* find_ordered_unit(const OrderFile& order, const std::string& 
 }
 
 void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
-  take(item.description, ordered.description);
-  take(item.manufacturer, ordered.manufacturer);
+  replace_if_given(item.description, ordered.description);
+  replace_if_given(item.manufacturer, ordered.manufacturer);
   if (item.model.empty()) item.model = ordered.model;
   if (item.serial_number.empty()) item.serial_number = ordered.serial_number;
-  take(item.customers_number, ordered.customers_number);
-  take(item.condition, ordered.condition);
+  replace_if_given(item.customers_number, ordered.customers_number);
+  replace_if_given(item.condition, ordered.condition);
 }
 
 void add_order(CalibrationReport& report, const OrderFile& order) {
@@ -306,7 +306,7 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   report.issued = order.issued;
   report.place_kind = order.place_kind;
   report.place = order.place;
-  take(report.method, order.method);
+  replace_if_given(report.method, order.method);
   report.remarks = order.remarks;
   append(report.influences, order.influences);
   append(report.deviations, order.deviations);

@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 4> kMarks{"todo", "tbd", "fixme", "xxx"};
 constexpr std::array<std::string_view, 4> kExampleDomains{"example.org", "example.com", "example.net", ".example"};
 
 /// Returns the text with ASCII letters in lower case and without blanks at its ends.
-std::string lowered(std::string_view text) {
+std::string to_lower_trimmed(std::string_view text) {
   std::string lower(trimmed(text, " \t\r\n"));
   for (char& c : lower)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -102,7 +102,7 @@ void check_order(Placeholders& all, const CalibrationReport& report) {
 }  // namespace
 
 bool is_placeholder(std::string_view text) {
-  const std::string lower = lowered(text);
+  const std::string lower = to_lower_trimmed(text);
   const auto has = [&](std::string_view part) { return lower.find(part) != std::string::npos; };
   return std::ranges::find(kExamples, lower) != kExamples.end() || std::ranges::any_of(kUnfinished, has) ||
          std::ranges::any_of(kMarks, [&](std::string_view mark) { return has_separate_word(lower, mark); }) ||

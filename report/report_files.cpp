@@ -93,8 +93,8 @@ std::string text(const FolderDifferences& differences) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-std::vector<std::string> other_entries(const std::string& folder, const std::vector<std::string>& names,
-                                       const std::vector<UsedFile>& used) {
+std::vector<std::string> find_unlisted_entries(const std::string& folder, const std::vector<std::string>& names,
+                                               const std::vector<UsedFile>& used) {
   std::set<std::string> known(names.begin(), names.end());
   for (const UsedFile& file : used) {
     known.insert(file.name);
@@ -107,8 +107,8 @@ std::vector<std::string> other_entries(const std::string& folder, const std::vec
   return foreign;
 }
 
-FolderDifferences compare_with(const std::string& folder, const std::vector<IssuedFile>& files,
-                               const std::vector<UsedFile>& used, const std::vector<std::string>& beside) {
+FolderDifferences compare_folder(const std::string& folder, const std::vector<IssuedFile>& files,
+                                 const std::vector<UsedFile>& used, const std::vector<std::string>& beside) {
   FolderDifferences found;
   std::vector<std::string> names = beside;
   for (const IssuedFile& file : files) {
@@ -121,7 +121,7 @@ FolderDifferences compare_with(const std::string& folder, const std::vector<Issu
     }
   }
   for (auto* list : {&found.changed, &found.missing}) std::ranges::sort(*list);
-  found.foreign = other_entries(folder, names, used);
+  found.foreign = find_unlisted_entries(folder, names, used);
   return found;
 }
 

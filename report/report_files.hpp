@@ -55,12 +55,13 @@ struct FolderDifferences {
 
 /// Compares a folder with the listed files. The folder may also contain the files used by the report, the manifest of
 /// each used record, and the files in `beside`. A file that cannot be read is reported as changed.
-[[nodiscard]] FolderDifferences compare_with(const std::string& folder, const std::vector<IssuedFile>& files,
-                                             const std::vector<UsedFile>& used,
-                                             const std::vector<std::string>& beside = {});
+[[nodiscard]] FolderDifferences compare_folder(const std::string& folder, const std::vector<IssuedFile>& files,
+                                               const std::vector<UsedFile>& used,
+                                               const std::vector<std::string>& beside = {});
 
 /// Returns the entries of a folder that are neither in `names` nor used by the report, sorted.
-[[nodiscard]] std::vector<std::string> other_entries(const std::string& folder, const std::vector<std::string>& names,
-                                                     const std::vector<UsedFile>& used);
+[[nodiscard]] std::vector<std::string> find_unlisted_entries(const std::string& folder,
+                                                             const std::vector<std::string>& names,
+                                                             const std::vector<UsedFile>& used);
 
 }  // namespace gyrotherm::report

@@ -42,7 +42,7 @@ constexpr std::string_view kCertificate = "<ds:X509Certificate>", kCertificateEn
 constexpr std::string_view kAfter = "</ds:X509Data></ds:KeyInfo></ds:Signature>";
 constexpr std::string_view kRootEnd = "\n</dcc:digitalCalibrationCertificate>\n";
 
-constexpr std::size_t kMostCertificates = 8;
+constexpr std::size_t kMaxCertificates = 8;
 
 /// The parts of a signed certificate.
 struct SignedDcc {
@@ -61,7 +61,7 @@ std::string signature_xml(const SignedDcc& parts) {
 }
 
 /// Returns the text between the first `before` and the next `after`; nothing if one is missing.
-std::optional<std::string> between(std::string_view text, std::string_view before, std::string_view after) {
+std::optional<std::string> text_between(std::string_view text, std::string_view before, std::string_view after) {
   const auto begins = text.find(before);
   if (begins == std::string_view::npos) return std::nullopt;
   const auto from = begins + before.size(), to = text.find(after, from);
@@ -69,9 +69,9 @@ std::optional<std::string> between(std::string_view text, std::string_view befor
   return std::string(text.substr(from, to - from));
 }
 
-Strings all_between(std::string_view text, std::string_view before, std::string_view after) {
+Strings all_texts_between(std::string_view text, std::string_view before, std::string_view after) {
   Strings found;
-  for (auto one = between(text, before, after); one; one = between(text, before, after)) {
+  for (auto one = text_between(text, before, after); one; one = text_between(text, before, after)) {
     found.push_back(*one);
     text.remove_prefix(text.find(before) + before.size() + one->size() + after.size());
   }
@@ -86,12 +86,12 @@ Result<SignedDcc> split_certificate(std::string_view dcc, const std::string& fil
   const std::string_view signature = dcc.substr(begins, dcc.size() - kRootEnd.size() - begins);
   SignedDcc parts;
   parts.text = std::string(dcc.substr(0, begins)) + std::string(kRootEnd);
-  parts.digest = between(signature, "<ds:DigestValue>", "</ds:DigestValue>").value_or("");
-  parts.value = between(signature, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or("");
-  parts.certificates = all_between(signature, kCertificate, kCertificateEnd);
+  parts.digest = text_between(signature, "<ds:DigestValue>", "</ds:DigestValue>").value_or("");
+  parts.value = text_between(signature, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or("");
+  parts.certificates = all_texts_between(signature, kCertificate, kCertificateEnd);
   const bool base64 = is_base64(parts.digest) && is_base64(parts.value) &&
                       std::ranges::all_of(parts.certificates, [](const auto& one) { return is_base64(one); });
-  const bool has_certificates = !parts.certificates.empty() && parts.certificates.size() <= kMostCertificates;
+  const bool has_certificates = !parts.certificates.empty() && parts.certificates.size() <= kMaxCertificates;
   if (!base64 || !has_certificates || signature != signature_xml(parts))
     return refused("has a signature that was not written by gyrotherm");
   return parts;
@@ -100,7 +100,7 @@ Result<SignedDcc> split_certificate(std::string_view dcc, const std::string& fil
 // Other programs
 
 /// Returns an absolute path, which no program interprets as an option.
-std::string absolute(const std::string& path) {
+std::string absolute_path(const std::string& path) {
   std::error_code error;
   return std::filesystem::absolute(path, error).string();
 }
@@ -187,7 +187,7 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
 
 /// Returns the instants at which certificates are verified, s since 1970; absent for the current time. For a day these
 /// are its last second, its first second (a certificate may start or end on this day) and noon.
-std::vector<std::optional<std::int64_t>> judgement_times(const Trust& trust) {
+std::vector<std::optional<std::int64_t>> verification_times(const Trust& trust) {
   if (!trust.on_day) return {std::nullopt};
   int year = 0;
   unsigned month = 0, day = 0;
@@ -203,10 +203,10 @@ std::vector<std::optional<std::int64_t>> judgement_times(const Trust& trust) {
 
 /// Runs `openssl verify` with the certificates of `trust` and without those of the system. Succeeds if the certificates
 /// are valid at any of the instants. check_usage() verifies the key usage separately.
-Result<ProgramRun> run_trusting(const Trust& trust, const Strings& files) {
+Result<ProgramRun> run_openssl_verify(const Trust& trust, const Strings& files) {
   const Strings all{"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-CAfile", trust.certificates_file};
   Result<ProgramRun> run = ProgramRun{};
-  for (const auto& moment : judgement_times(trust)) {
+  for (const auto& moment : verification_times(trust)) {
     Strings arguments = all;
     if (moment) arguments.insert(arguments.end(), {"-attime", std::to_string(*moment)});
     arguments.insert(arguments.end(), files.begin(), files.end());
@@ -226,10 +226,10 @@ Result<void> check_trust_file(const Trust& trust) {
 /// Checks that "own.pem" in the folder is trusted, with "chain.pem" as intermediate certificates, and that it may sign
 /// the document at `where`.
 Result<void> check_trust(const PrivateFolder& folder, const Trust& trust, const std::string& where) {
-  const auto run = run_trusting(trust, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
+  const auto run = run_openssl_verify(trust, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code == 0) return check_usage(folder / "own.pem", where);
-  const std::string why = between(run->out, "lookup: ", "\n").value_or("the certificate cannot be read");
+  const std::string why = text_between(run->out, "lookup: ", "\n").value_or("the certificate cannot be read");
   return failure(FaultKind::bad_file, where, "the signer is not trusted: " + plain(why));
 }
 
@@ -255,7 +255,9 @@ Result<void> check_chain(const PrivateFolder& folder, const Strings& certificate
   return {};
 }
 
-std::string line_value(std::string_view text, std::string_view key) { return between(text, key, "\n").value_or(""); }
+std::string line_value(std::string_view text, std::string_view key) {
+  return text_between(text, key, "\n").value_or("");
+}
 
 Result<Signer> read_signer(const std::string& certificate) {
   const auto output = run_step("openssl",
@@ -274,7 +276,7 @@ Result<Signer> read_signer(const std::string& certificate) {
 }
 
 /// Writes "key.pem", unlocked, "own.pem" and "chain.pem" into the folder. Fails unless key and certificate match.
-Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
+Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
   const auto certificates = read_text_file(key.certificate_file);
   if (!certificates) return failure(certificates.error());
   if (auto written = write_private(folder / "chain.pem", *certificates); !written) return written;
@@ -298,18 +300,18 @@ Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
 }
 
 Strings read_certificates(const std::string& pem) {
-  Strings all = all_between(pem, "-----BEGIN CERTIFICATE-----", "-----END CERTIFICATE-----");
+  Strings all = all_texts_between(pem, "-----BEGIN CERTIFICATE-----", "-----END CERTIFICATE-----");
   for (std::string& one : all) std::erase_if(one, [](char c) { return c == '\n' || c == '\r' || c == ' '; });
   return all;
 }
 
-std::string without_blanks(std::string text) {
+std::string remove_blanks(std::string text) {
   std::erase_if(text, [](char c) { return c == '\n' || c == '\r' || c == ' '; });
   return text;
 }
 
 /// Writes the certificates of a signature into the folder in the form required by check_trust().
-Result<void> put_certificates(const PrivateFolder& folder, const Strings& certificates) {
+Result<void> write_certificates(const PrivateFolder& folder, const Strings& certificates) {
   std::string chain;
   for (const std::string& one : certificates) chain += to_pem(one);
   if (auto written = write_private(folder / "chain.pem", chain); !written) return written;
@@ -350,7 +352,7 @@ Result<PdfSignature> read_signature(const std::string& output, const std::string
 /// Returns the options with which pdfsig signs a PDF: into the empty field left by gyrotherm-pdf, or into a new field,
 /// which adds a font of half a megabyte.
 Result<Strings> signing_options(const std::string& path) {
-  const auto run = run_program("pdfsig", {"-nocert", absolute(path)});
+  const auto run = run_program("pdfsig", {"-nocert", absolute_path(path)});
   if (!run) return failure(run.error());
   if (run->out.find("does not contain any signatures") != std::string::npos) return Strings{"-add-signature"};
   const std::string field = line_value(run->out, "- Signature Field Name: ");
@@ -391,7 +393,7 @@ Result<void> extract_signature(const PrivateFolder& folder, const std::string& p
 }
 
 /// Exports the folder's key and certificates as "own.p12" into an NSS key store for pdfsig.
-Result<void> make_store(const PrivateFolder& folder) {
+Result<void> make_key_store(const PrivateFolder& folder) {
   const std::string store = "sql:" + folder / "store";
   std::error_code error;
   std::filesystem::create_directory(folder / "store", error);
@@ -412,7 +414,7 @@ Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   if (auto written = read_dcc(dcc, kDccFile); !written) return failure(written.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto unlocked = unlock(*folder, key); !unlocked) return failure(unlocked.error());
+  if (auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
   const auto chain = read_text_file(*folder / "chain.pem");
   if (!chain) return failure(chain.error());
   SignedDcc parts{.text = std::string(dcc), .digest = "", .value = "", .certificates = read_certificates(*chain)};
@@ -426,15 +428,15 @@ Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   if (!made) return failure(made.error());
   const auto out = read_text_file(*folder / "out.xml", kLargestTable);
   if (!out) return failure(out.error());
-  parts.digest = without_blanks(between(*out, "<ds:DigestValue>", "</ds:DigestValue>").value_or(""));
-  parts.value = without_blanks(between(*out, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or(""));
+  parts.digest = remove_blanks(text_between(*out, "<ds:DigestValue>", "</ds:DigestValue>").value_or(""));
+  parts.value = remove_blanks(text_between(*out, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or(""));
   std::string signed_dcc = before + signature_xml(parts) + std::string(kRootEnd);
   const Trust own{.certificates_file = key.certificate_file};
   if (auto holds = verify_dcc(signed_dcc, kDccFile, own); !holds) return failure(holds.error());
   return signed_dcc;
 }
 
-Result<std::string> without_signature(std::string_view signed_dcc, const std::string& file) {
+Result<std::string> remove_signature(std::string_view signed_dcc, const std::string& file) {
   auto parts = split_certificate(signed_dcc, file);
   if (!parts) return failure(parts.error());
   return std::move(parts->text);
@@ -447,7 +449,7 @@ Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, 
   if (auto read = read_dcc(parts->text, file); !read) return failure(read.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto written = put_certificates(*folder, parts->certificates); !written) return failure(written.error());
+  if (auto written = write_certificates(*folder, parts->certificates); !written) return failure(written.error());
   if (auto written = write_private(*folder / "in.xml", signed_dcc); !written) return failure(written.error());
   // Verify with the key of the first certificate only: it is the reported signer. Ignore other keys in the document.
   const auto run = run_program("xmlsec1", {"--verify", "--pubkey-cert-pem", *folder / "own.pem", "--enabled-key-data",
@@ -462,15 +464,15 @@ Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, 
 
 Result<void> sign_pdf(const std::string& path, const std::string& signed_path, const SigningKey& key,
                       const std::string& reason) {
-  const auto way = signing_options(path);
-  if (!way) return failure(way.error());
+  const auto field_options = signing_options(path);
+  if (!field_options) return failure(field_options.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto unlocked = unlock(*folder, key); !unlocked) return unlocked;
-  if (auto made = make_store(*folder); !made) return made;
+  if (auto unlocked = prepare_key(*folder, key); !unlocked) return unlocked;
+  if (auto made = make_key_store(*folder); !made) return made;
   Strings arguments{"-nssdir", "sql:" + *folder / "store", "-nick", "gyrotherm", "-reason", reason};
-  arguments.insert(arguments.end(), way->begin(), way->end());
-  arguments.insert(arguments.end(), {absolute(path), absolute(signed_path)});
+  arguments.insert(arguments.end(), field_options->begin(), field_options->end());
+  arguments.insert(arguments.end(), {absolute_path(path), absolute_path(signed_path)});
   const auto done = run_step("pdfsig", arguments, "cannot sign");
   if (!done) return failure(done.error());
   if (auto holds = verify_pdf(signed_path, {.certificates_file = key.certificate_file}); !holds)
@@ -480,13 +482,13 @@ Result<void> sign_pdf(const std::string& path, const std::string& signed_path, c
 
 Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
   if (auto usable = check_trust_file(trust); !usable) return failure(usable.error());
-  const auto output = run_program("pdfsig", {"-nocert", absolute(path)});
+  const auto output = run_program("pdfsig", {"-nocert", absolute_path(path)});
   if (!output) return failure(output.error());
   const auto signature = read_signature(output->out, path);
   if (!signature) return failure(signature.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto apart = extract_signature(*folder, path, *signature); !apart) return failure(apart.error());
+  if (auto extracted = extract_signature(*folder, path, *signature); !extracted) return failure(extracted.error());
   const auto run =
       run_program("openssl", {"cms", "-verify", "-noverify", "-binary", "-inform", "DER", "-in",
                               *folder / "signature.der", "-content", *folder / "content", "-out", "/dev/null",

@@ -44,7 +44,7 @@ struct Signer {
 
 /// Returns the signed text of a certificate, without its signature. Fails with bad_file unless it has exactly one
 /// signature in the form that sign_dcc() writes.
-[[nodiscard]] Result<std::string> without_signature(std::string_view signed_dcc, const std::string& file);
+[[nodiscard]] Result<std::string> remove_signature(std::string_view signed_dcc, const std::string& file);
 
 /// Verifies a certificate and returns its signer. Fails with bad_file if it is not signed, was changed in any byte, or
 /// its signer is not trusted.

@@ -18,11 +18,11 @@ namespace {
 
 bool is_pdf(const std::string& name) { return name.ends_with(".pdf"); }
 
-std::string path_in(const std::string& folder, const std::string& name) { return folder + "/" + name; }
+std::string join_path(const std::string& folder, const std::string& name) { return folder + "/" + name; }
 
 /// Signs the PDFs among the rendered files.
-Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::vector<NewFile>& files,
-                                         const SigningKey& key, const std::string& number) {
+Result<std::vector<NewFile>> sign_pdfs(const std::string& folder, const std::vector<NewFile>& files,
+                                       const SigningKey& key, const std::string& number) {
   const auto place = PrivateFolder::make();
   if (!place) return failure(place.error());
   std::string reason = "Calibration report ";
@@ -34,7 +34,7 @@ Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::v
     if (auto put = replace_own_file(rendered, file.bytes, Syncing::not_awaited); !put) return failure(put.error());
     if (auto made = sign_pdf(rendered, path, key, reason); !made)
       return failure(made.error().kind,
-                     made.error().where == rendered ? path_in(folder, file.name) : made.error().where,
+                     made.error().where == rendered ? join_path(folder, file.name) : made.error().where,
                      made.error().what);
     auto bytes = read_text_file(path, kLargestTable);
     if (!bytes) return failure(bytes.error());
@@ -43,7 +43,7 @@ Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::v
   return pdfs;
 }
 
-Result<CalibrationReport> report_to_sign(const std::string& json, const std::string& path) {
+Result<CalibrationReport> read_report_to_sign(const std::string& json, const std::string& path) {
   auto report = calibration_from_json(json, path);
   if (!report) return report;
   if (report->state == ReportState::draft || !report->authorised)
@@ -53,8 +53,8 @@ Result<CalibrationReport> report_to_sign(const std::string& json, const std::str
   return report;
 }
 
-Result<AuthorisedFiles> authorisation_in(const std::string& folder) {
-  const std::string path = path_in(folder, kAuthorisationFile);
+Result<AuthorisedFiles> read_authorisation(const std::string& folder) {
+  const std::string path = join_path(folder, kAuthorisationFile);
   const auto json = read_text_file_if_any(path, kLargestTable);
   if (!json) return failure(json.error());
   if (!*json)
@@ -66,9 +66,9 @@ Result<AuthorisedFiles> authorisation_in(const std::string& folder) {
   return authorised;
 }
 
-FolderDifferences compare_with(const std::string& folder, const AuthorisedFiles& authorised,
-                               const CalibrationReport& report) {
-  auto found = compare_with(folder, authorised.files, report.files, {kAuthorisationFile, kDccFile});
+FolderDifferences compare_folder(const std::string& folder, const AuthorisedFiles& authorised,
+                                 const CalibrationReport& report) {
+  auto found = compare_folder(folder, authorised.files, report.files, {kAuthorisationFile, kDccFile});
   const auto& by = report.authorised;
   if (authorised.number != report.number || !by || by->name != authorised.authorised.name ||
       by->utc != authorised.authorised.utc)
@@ -78,8 +78,8 @@ FolderDifferences compare_with(const std::string& folder, const AuthorisedFiles&
 
 /// Renders the files of the report again and checks that they are as authorised. Returns them sorted by name, without
 /// the unsigned dcc.xml.
-Result<std::vector<NewFile>> rendered_files(const std::string& folder, const AuthorisedFiles& authorised,
-                                            const CalibrationReport& report, const RenderFiles& render) {
+Result<std::vector<NewFile>> render_authorised_files(const std::string& folder, const AuthorisedFiles& authorised,
+                                                     const CalibrationReport& report, const RenderFiles& render) {
   std::vector<std::string> names;
   for (const IssuedFile& file : authorised.files) names.push_back(file.name);
   const auto rendered = render(report, names);
@@ -89,7 +89,7 @@ Result<std::vector<NewFile>> rendered_files(const std::string& folder, const Aut
     const auto made = std::ranges::find(*rendered, file.name, &NewFile::name);
     if (made == rendered->end() || sha256(made->bytes) != file.sha256)
       return failure(
-          FaultKind::bad_file, path_in(folder, file.name),
+          FaultKind::bad_file, join_path(folder, file.name),
           fmt::format(
               "differs from the file that this program renders from calibration.json; gyrotherm {} rendered the "
               "authorised file; authorise the report again",
@@ -101,8 +101,8 @@ Result<std::vector<NewFile>> rendered_files(const std::string& folder, const Aut
 }
 
 /// Lists calibration.json first and authorisation.json last; PDFs have the hash of their signed bytes.
-DccOptions options_for(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
-                       const AuthorisedFiles& authorised) {
+DccOptions make_dcc_options(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
+                            const AuthorisedFiles& authorised) {
   DccOptions options;
   for (const bool first : {true, false})
     for (const NewFile& file : files) {
@@ -163,38 +163,38 @@ bool is_failure(Check::Outcome outcome) {
 }
 
 Result<bool> is_signed(const std::string& folder) {
-  const auto dcc = read_text_file_if_any(path_in(folder, kDccFile), kLargestTable);
+  const auto dcc = read_text_file_if_any(join_path(folder, kDccFile), kLargestTable);
   if (!dcc) return failure(dcc.error());
   return *dcc && (*dcc)->find("<ds:Signature") != std::string::npos;
 }
 
 Result<FolderDifferences> compare_with_authorisation(const std::string& folder, const CalibrationReport& report) {
-  const auto authorised = authorisation_in(folder);
+  const auto authorised = read_authorisation(folder);
   if (!authorised) return failure(authorised.error());
-  return compare_with(folder, *authorised, report);
+  return compare_folder(folder, *authorised, report);
 }
 
 Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key,
                                              const RenderFiles& render) {
   const auto already = is_signed(folder);
   if (!already) return failure(already.error());
-  if (*already) return failure(FaultKind::bad_file, path_in(folder, kDccFile), "is already signed");
-  const std::string path = path_in(folder, kCalibrationFile);
+  if (*already) return failure(FaultKind::bad_file, join_path(folder, kDccFile), "is already signed");
+  const std::string path = join_path(folder, kCalibrationFile);
   const auto json = read_text_file(path, kLargestTable);
   if (!json) return failure(json.error());
-  const auto report = report_to_sign(*json, path);
+  const auto report = read_report_to_sign(*json, path);
   if (!report) return failure(report.error());
-  const auto authorised = authorisation_in(folder);
+  const auto authorised = read_authorisation(folder);
   if (!authorised) return failure(authorised.error());
-  if (const auto differences = compare_with(folder, *authorised, *report); !differences.empty())
+  if (const auto differences = compare_folder(folder, *authorised, *report); !differences.empty())
     return failure(
         FaultKind::bad_file, folder,
         fmt::format("was changed after {} authorised it: {}", plain(authorised->authorised.name), text(differences)));
-  const auto files = rendered_files(folder, *authorised, *report, render);
+  const auto files = render_authorised_files(folder, *authorised, *report, render);
   if (!files) return failure(files.error());
-  auto pdfs = signed_pdfs(folder, *files, key, report->number);
+  auto pdfs = sign_pdfs(folder, *files, key, report->number);
   if (!pdfs) return failure(pdfs.error());
-  const DccOptions options = options_for(*files, *pdfs, *authorised);
+  const DccOptions options = make_dcc_options(*files, *pdfs, *authorised);
   const auto dcc = make_dcc(*report, options);
   if (!dcc) return failure(dcc.error());
   const auto signed_dcc = sign_dcc(*dcc, key);
@@ -220,7 +220,7 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   }
   found.signer = *signer;
   found.checks.push_back({kDccFile, holds, signer_text(*signer)});
-  const auto text = without_signature(*bytes, path);
+  const auto text = remove_signature(*bytes, path);
   if (!text) return failure(text.error());
   const auto read = read_dcc(*text, path);
   if (!read) return failure(read.error());
@@ -239,7 +239,7 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   std::vector<std::string> names{kDccFile};
   for (const IssuedFile& file : read->files) names.push_back(file.name);
   const auto used = found.report ? found.report->files : std::vector<UsedFile>();
-  for (const std::string& name : other_entries(folder, names, used))
+  for (const std::string& name : find_unlisted_entries(folder, names, used))
     found.checks.push_back({plain(name), foreign, "is not part of the report that was signed"});
   return found;
 }

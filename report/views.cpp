@@ -31,7 +31,7 @@ std::vector<std::string> model_header(std::string head) {
   return {std::move(head), "Three-point", "Multi-point", "Multi-point with temperature"};
 }
 
-std::string joined(const std::vector<std::string>& texts) {
+std::string join_escaped(const std::vector<std::string>& texts) {
   std::string all;
   for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + plot::escaped(text);
   return all;
@@ -117,7 +117,7 @@ std::string verdict_table(const Report& report) {
   return to_html(table);
 }
 
-std::string run_row(const ReportedRun& run) {
+std::string describe_run(const ReportedRun& run) {
   std::string text = fmt::format("{} · {} means", plot::escaped(run.profile), run.clusters);
   if (!run.gaps_s.empty()) text += fmt::format(" · {} gaps", run.gaps_s.size());
   if (run.dropped_gaps > 0) text += fmt::format(" · {} means dropped at gaps", run.dropped_gaps);
@@ -144,8 +144,8 @@ std::string identity_section(const Report& report) {
   return "<dl class=\"identity\">\n" +
          definition("Rig", plot::escaped(report.rig.title) + " <code>" + plot::escaped(report.rig.name) + "</code>" +
                                (report.rig.is_virtual ? " – virtual instruments" : "")) +
-         definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
-         definition("Verification", run_row(report.random)) +
+         definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", describe_run(report.rate)) +
+         definition("Verification", describe_run(report.random)) +
          definition("Bias reference", bias_reference_text(report)) +
          definition("Program", "gyrotherm " + plot::escaped(report.program_version) + ", seed " +
                                    std::to_string(report.seed) +
@@ -179,7 +179,7 @@ std::string selection_section(const Report& report) {
   }
   return paragraph(fmt::format("Selected {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(),
                                correlation.rank, correlation.fallback ? ", by the fallback rule" : "",
-                               joined(correlation.selected_pairs))) +
+                               join_escaped(correlation.selected_pairs))) +
          (correlation.statement.empty() ? "" : "<p class=\"note\">" + plot::escaped(correlation.statement) + "</p>\n") +
          to_html(table);
 }
@@ -236,8 +236,8 @@ std::string models_section(const Report& report) {
              format_bounds("C", bounds.log2_c), format_bounds("σ", bounds.log2_sigma),
              bounds.fixed_epsilon > 0 ? "ε fixed at " + plot::significant(bounds.fixed_epsilon)
                                       : format_bounds("ε", bounds.log2_epsilon)) +
-         "<p class=\"note\">Inputs of multi-point: " + joined(m.terms) +
-         ". Inputs of three-point: " + joined(report.models.three_point.terms) + ".</p>\n";
+         "<p class=\"note\">Inputs of multi-point: " + join_escaped(m.terms) +
+         ". Inputs of three-point: " + join_escaped(report.models.three_point.terms) + ".</p>\n";
 }
 
 std::string warnings_section(const Report& report) {

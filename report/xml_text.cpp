@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n";
 
-std::string replaced(std::string_view text, std::string_view what, std::string_view with) {
+std::string replace_all(std::string_view text, std::string_view what, std::string_view with) {
   std::string result;
   for (auto at = text.find(what); at != std::string_view::npos; at = text.find(what)) {
     result.append(text.substr(0, at)).append(with);
@@ -20,18 +20,18 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
 }  // namespace
 
 std::string xml_characters(std::string_view text) {
-  std::string safe = replaced(replaced(text, "\r\n", "\n"), "\r", "\n");
+  std::string safe = replace_all(replace_all(text, "\r\n", "\n"), "\r", "\n");
   safe = plain(safe, Blanks::kept);
-  for (const char* forbidden : {"\uFFFE", "\uFFFF"}) safe = replaced(safe, forbidden, "\uFFFD");
+  for (const char* forbidden : {"\uFFFE", "\uFFFF"}) safe = replace_all(safe, forbidden, "\uFFFD");
   return std::string(trimmed(safe, kBlanks));
 }
 
 std::string escaped_text(std::string_view text) {
-  return replaced(replaced(replaced(text, "&", "&amp;"), "<", "&lt;"), ">", "&gt;");
+  return replace_all(replace_all(replace_all(text, "&", "&amp;"), "<", "&lt;"), ">", "&gt;");
 }
 
 std::string escaped_attribute(std::string_view text) {
-  return replaced(replaced(replaced(escaped_text(text), "\"", "&quot;"), "\n", " "), "\t", " ");
+  return replace_all(replace_all(replace_all(escaped_text(text), "\"", "&quot;"), "\n", " "), "\t", " ");
 }
 
 bool is_base64(std::string_view text) {

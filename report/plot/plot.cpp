@@ -154,7 +154,7 @@ Range logarithmic_range(const Panel& panel, Side side) {
       ends.insert(ends.end(), {curve.y[k], curve.y[k] - error, curve.y[k] + error});
     }
   }
-  return logarithmically_rounded_out(positive_range_of(ends));
+  return round_out_logarithmically(find_positive_range(ends));
 }
 
 Range y_range(const Panel& panel, Side side) {
@@ -182,7 +182,7 @@ Range x_range(const Plot& plot) {
     for (const Curve& curve : panel.curves) range = range ? joined(*range, range_of(curve.x)) : range_of(curve.x);
   }
   Range whole = range.value_or(Range{0, 1});
-  if (plot.x.logarithmic) return logarithmically_rounded_out(positive_range_of({whole.low, whole.high}));
+  if (plot.x.logarithmic) return round_out_logarithmically(find_positive_range({whole.low, whole.high}));
   if (whole.high <= whole.low) whole.high = whole.low + 1;
   return whole;
 }
@@ -430,9 +430,11 @@ Range rounded_out(const Range& range, int count) {
   return out;
 }
 
-Range positive_range_of(const std::vector<double>& values) { return finite_extremes(values, 0).value_or(Range{1, 10}); }
+Range find_positive_range(const std::vector<double>& values) {
+  return finite_extremes(values, 0).value_or(Range{1, 10});
+}
 
-Range logarithmically_rounded_out(const Range& range) {
+Range round_out_logarithmically(const Range& range) {
   const auto rounded = [](double value, bool up) {
     const double decade = std::pow(10.0, std::floor(std::log10(value) + kRounding));
     const double digit = value / decade;
@@ -509,7 +511,7 @@ Points decimate(const std::vector<double>& x, const std::vector<double>& y, std:
   return std::move(thinner).finish();
 }
 
-Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step) {
+Points break_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step) {
   assert(x.size() == y.size());
   constexpr double kFarthest = 1.5;  // steps between neighbours
   Points broken;
@@ -561,7 +563,7 @@ void draw_cell(SvgWriter& svg, const HeatMap& map, std::size_t row, std::size_t 
   svg.text(x + kCellWidth / 2, y + kCellHeight / 2 + 4.2, diagonal ? "0" : decimal(value, 3),
            {.size_px = 12,
             .colour = diagonal               ? colour::kFaintInk
-                      : shade_is_dark(value) ? "#ffffff"
+                      : is_shade_dark(value) ? "#ffffff"
                                              : colour::kInk,
             .anchor = Anchor::middle,
             .bold = above});

@@ -38,10 +38,10 @@ struct Tick {
 [[nodiscard]] std::vector<Tick> ticks(const Range& range, int count);
 
 /// Returns the range of the finite values above 0, for a logarithmic axis; {1, 10} if there is none.
-[[nodiscard]] Range positive_range_of(const std::vector<double>& values);
+[[nodiscard]] Range find_positive_range(const std::vector<double>& values);
 
 /// Extends both ends of a positive range to 1, 2 or 5 times a power of ten.
-[[nodiscard]] Range logarithmically_rounded_out(const Range& range);
+[[nodiscard]] Range round_out_logarithmically(const Range& range);
 
 /// Returns a tick at each digit of each decade inside the range. Powers of ten have labels; 2 and 5 have labels if the
 /// range is shorter than two decades.
@@ -71,7 +71,7 @@ struct Points {
 /// Returns the line of cluster means with a NaN in y for each gap, so that no line is drawn across the gap. `x` has the
 /// start of each cluster, and `step` is the length of a cluster. The NaN is at the x at which the first missing mean
 /// would start.
-[[nodiscard]] Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step);
+[[nodiscard]] Points break_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step);
 
 enum class Side { left, right };
 enum class Marker { none, circle, square, diamond, triangle };

@@ -30,7 +30,7 @@ std::uint8_t between(std::uint8_t from, std::uint8_t to, double part) {
   return static_cast<std::uint8_t>(std::lround(from + part * (to - from)));
 }
 
-Rgb mixed(std::span<const Rgb> stops, double fraction) {
+Rgb interpolate_colour(std::span<const Rgb> stops, double fraction) {
   const double place = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(stops.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(place), stops.size() - 2);
   const double part = place - static_cast<double>(below);
@@ -79,13 +79,13 @@ std::string palette(std::size_t index) {
 }
 
 std::string shade(double fraction) {
-  const Rgb rgb = mixed(kShades, fraction);
+  const Rgb rgb = interpolate_colour(kShades, fraction);
   return fmt::format("#{:02x}{:02x}{:02x}", rgb.red, rgb.green, rgb.blue);
 }
 
-Rgb heat(double fraction) { return mixed(kHeats, fraction); }
+Rgb heat(double fraction) { return interpolate_colour(kHeats, fraction); }
 
-bool shade_is_dark(double fraction) { return fraction > 0.6; }
+bool is_shade_dark(double fraction) { return fraction > 0.6; }
 
 std::string decimal(double value, int digits) {
   if (!std::isfinite(value)) return "–";

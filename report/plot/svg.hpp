@@ -43,7 +43,7 @@ inline constexpr const char* kSimulated = "#a8371b";
 [[nodiscard]] Rgb heat(double fraction);
 
 /// Returns true if white text is easier to read than dark text on shade(fraction).
-[[nodiscard]] bool shade_is_dark(double fraction);
+[[nodiscard]] bool is_shade_dark(double fraction);
 
 /// Formats a number with fixed decimals and a true minus sign: decimal(0.00214, 4) is "0.0021". NaN is "–", and zero is
 /// never negative.

@@ -182,7 +182,7 @@ TEST(Comparison, HasPageWithEachChange) {
       EXPECT_TRUE(contains(format(language, change_with_uncertainty(one)))) << one.key;
       EXPECT_TRUE(contains(format_number(language, one.normalised_error, 2))) << one.key;
     }
-    EXPECT_TRUE(contains(sentence(language, "title.of", count_disagreeing(*comparison), comparison->results.size())));
+    EXPECT_TRUE(contains(sentence(language, "title.of", count_disagreements(*comparison), comparison->results.size())));
     EXPECT_TRUE(contains(std::string(translate(language, "mark.simulated"))));
     EXPECT_TRUE(contains("C-2027-0042"));
   }
@@ -193,7 +193,7 @@ TEST(Comparison, ReportsNoChange) {
   std::erase_if(now.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
   const auto comparison = compare(sample_calibration(), now);
   ASSERT_TRUE(comparison);
-  EXPECT_EQ(count_disagreeing(*comparison), 0U);
+  EXPECT_EQ(count_disagreements(*comparison), 0U);
   const std::string page = to_html(make_document(*comparison, Language::english));
   EXPECT_NE(page.find("No result has changed"), std::string::npos);
   EXPECT_NE(page.find("is not the as-left model of the previous one"), std::string::npos);

@@ -325,9 +325,9 @@ TEST(Document, DashesThermometerLinesBeyondPalette) {
   }
   std::set<std::pair<std::string, bool>> looks;
   for (std::size_t k = 0; k < figure.lines.size(); ++k)
-    EXPECT_TRUE(looks.emplace(line_colour(figure, k), line_is_dashed(figure, k)).second) << figure.lines[k].detail;
-  EXPECT_FALSE(line_is_dashed(figure, 8)) << "H, the eighth";
-  EXPECT_TRUE(line_is_dashed(figure, 9)) << "shell";
+    EXPECT_TRUE(looks.emplace(line_colour(figure, k), is_line_dashed(figure, k)).second) << figure.lines[k].detail;
+  EXPECT_FALSE(is_line_dashed(figure, 8)) << "H, the eighth";
+  EXPECT_TRUE(is_line_dashed(figure, 9)) << "shell";
 }
 
 TEST(Document, IsCompleteForEmptyReport) {

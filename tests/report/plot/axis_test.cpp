@@ -53,7 +53,7 @@ TEST(Axis, HasWidthForSingleValue) {
 TEST(LogarithmicAxis, RoundsOutToOneTwoOrFive) {
   for (int k = -40; k < 40; ++k) {
     const Range data{std::pow(10.0, 0.17 * k), std::pow(10.0, 0.17 * k + 0.9)};
-    const Range range = logarithmically_rounded_out(data);
+    const Range range = round_out_logarithmically(data);
     EXPECT_LE(range.low, data.low * (1 + 1e-5)) << k;
     EXPECT_GE(range.high, data.high * (1 - 1e-5)) << k;
     EXPECT_GT(range.low, data.low / 2.6) << k;
@@ -84,10 +84,10 @@ TEST(LogarithmicAxis, SpacesDecadesEvenly) {
 }
 
 TEST(LogarithmicAxis, IsDecadeWithoutData) {
-  const Range range = positive_range_of({-1, 0, std::numeric_limits<double>::quiet_NaN()});
+  const Range range = find_positive_range({-1, 0, std::numeric_limits<double>::quiet_NaN()});
   EXPECT_EQ(range.low, 1);
   EXPECT_EQ(range.high, 10);
-  EXPECT_LT(logarithmically_rounded_out({5, 5}).low, logarithmically_rounded_out({5, 5}).high);
+  EXPECT_LT(round_out_logarithmically({5, 5}).low, round_out_logarithmically({5, 5}).high);
 }
 
 }  // namespace

@@ -48,12 +48,12 @@ TEST(Decimation, KeepsGapOnce) {
 
 TEST(Gaps, HaveNanAtStartOfFirstMissingMean) {
   const std::vector<double> x = {0, 100, 200, 400, 500}, y = {1, 2, 3, 4, 5};
-  const Points broken = broken_at_gaps(x, y, 100);
+  const Points broken = break_at_gaps(x, y, 100);
   EXPECT_EQ(broken.x, (std::vector<double>{0, 100, 200, 300, 400, 500}));
   EXPECT_TRUE(std::isnan(broken.y[3]));
   EXPECT_EQ(broken.y[4], 4);
-  EXPECT_EQ(broken_at_gaps({0, 100, 249}, {1, 2, 3}, 100).x.size(), 3u) << "a row late is no gap";
-  EXPECT_TRUE(broken_at_gaps({}, {}, 100).x.empty());
+  EXPECT_EQ(break_at_gaps({0, 100, 249}, {1, 2, 3}, 100).x.size(), 3u) << "a row late is no gap";
+  EXPECT_TRUE(break_at_gaps({}, {}, 100).x.empty());
 }
 
 }  // namespace

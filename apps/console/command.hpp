@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Building blocks of all subcommands: options, an action that ends in an exit code or a fault, and small functions
-/// that several commands share.
+/// Registers subcommands with their options and actions, and runs the selected one. An action returns an exit code or
+/// a fault.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -34,6 +34,7 @@ enum class Exit : int {
   interlock = 6,
 };
 
+/// Returns the exit code for a fault that ends a command.
 [[nodiscard]] Exit exit_for(const Fault& fault);
 
 /// Meaning of each exit code, for manual pages.
@@ -48,7 +49,7 @@ inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
     {Exit::interrupted, "interrupted; gyrotherm resume continues the run"},
     {Exit::interlock, "an interlock ended the run; the message states whether the chamber was made safe"}};
 
-/// Program with subcommands.
+/// A command-line program with subcommands, and the result of the subcommand that was run.
 struct Program {
   Program(const std::string& name, const std::string& description);
 
@@ -89,16 +90,16 @@ std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& 
 
 /// Adds `completion SHELL`, which prints a script that completes this program's command lines.
 void add_completion(Program& program);
-/// Adds `manual [COMMAND]`. The build makes the manual pages with it.
+/// Adds the hidden subcommand `manual [COMMAND]`, with which the build generates the manual pages.
 void add_manual(Program& program);
 
 /// Adds the option --outside, which determines how inputs outside the trained range are treated. `refused` is the help
 /// text for the treatment of a refused input.
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");
 
-/// Refuses a value that begins with a minus sign.
+/// Refuses a value that begins with a minus sign: a negative number or a mistyped option.
 [[nodiscard]] CLI::Validator not_negative();
-/// Refuses "-" as the name of an output file or folder: "-" does not mean standard output there.
+/// Refuses "-" for an output file or folder that cannot be standard output.
 [[nodiscard]] CLI::Validator not_a_dash();
 
 /// Adds a subcommand that does not parse its arguments, not even --help, and passes all of them to `action`.

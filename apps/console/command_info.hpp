@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Description of a program's commands and options, read from the command-line parser. Manual pages and shell
-/// completions are made from it.
+/// completions are generated from it.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -36,14 +36,14 @@ struct CommandInfo {
   std::vector<CommandInfo> subcommands{};
 };
 
-/// Kind of value, with the files that a shell offers for it.
+/// Kind of file that an option expects. Shell completion offers only such files.
 struct ValueKind {
   std::string_view name;
   /// kind of shipped files, or null
   const ShippedKind* shipped;
   /// file name endings such as "db"; empty for all files
   std::vector<std::string_view> endings;
-  bool is_folder = false;  ///< only folders
+  bool is_folder = false;  ///< offers folders only
 };
 
 /// Returns the kind of value with this name, or null if values of this name are not files.
@@ -52,7 +52,8 @@ struct ValueKind {
 /// Describes all commands and options except hidden ones.
 [[nodiscard]] CommandInfo describe_commands(const CLI::App& program);
 
-/// Returns the first sentence of a description for a list: without full stop, first letter in lower case.
+/// Returns the first sentence of a description, up to a colon or semicolon, without full stop and with the first letter
+/// in lower case.
 [[nodiscard]] std::string short_description(const std::string& description);
 
 }  // namespace gyrotherm::app

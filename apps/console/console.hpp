@@ -24,17 +24,18 @@ class Console {
   bool quiet = false;    ///< no messages, no progress
   bool verbose = false;  ///< more messages
 
-  /// Makes all later calls return without waiting for a slow reader of stdout or stderr. Output that cannot be written
-  /// in time is dropped, panels first. The next message or fact reports how many of its kind were dropped.
+  /// Makes all later calls return without waiting for a slow reader of stdout or stderr. Output that exceeds the buffer
+  /// is dropped. The next message or fact reports how many messages or facts were dropped before it.
   void never_wait();
 
-  /// Prints one line for people on stderr.
+  /// Prints one line on stderr unless --quiet was given.
   void print_message(std::string_view message);
   /// Prints one line of detail on stderr if --verbose was given.
   void print_detail(std::string_view message);
   /// Prints text on stdout, without characters that could control a terminal.
   void print(std::string_view text);
-  /// Prints one line of data. `text` gets the number of such lines that were dropped since the last printed one.
+  /// Prints one line of data on stdout. `text` returns the line; `missed` is the number of lines dropped since the last
+  /// printed one.
   void print_fact(const std::function<std::string(std::size_t missed)>& text);
   /// Prints a fault of the named program on stderr, in full even with --quiet.
   void print_fault(std::string_view program, const Fault& fault);
@@ -48,9 +49,9 @@ class Console {
   /// Returns a sink that calls progress() and requests a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();
 
-  /// Returns whether a panel is redrawn in place.
+  /// Returns true if stderr is a terminal on which panels are redrawn in place.
   [[nodiscard]] bool redraws() const { return redraws_; }
-  /// Returns whether some data could not be written.
+  /// Returns true if a write to stdout has failed.
   [[nodiscard]] bool has_lost_data() const { return out_.has_failed(); }
 
  private:

@@ -20,18 +20,18 @@ void watch_for_interrupts(SecondInterrupt second);
 /// program. Call it once, at the start of the program.
 void ignore_write_signals();
 
-/// Returns whether a signal has arrived. Forgiven hang-ups do not count.
+/// Returns true if interrupts() is above 0.
 [[nodiscard]] bool interrupted();
 
-/// Counts all signals except forgiven hang-ups.
+/// Returns the number of signals so far, except hang-ups discarded by forgive_hangups().
 [[nodiscard]] int interrupts();
-/// Counts the requests to stop: SIGINT and SIGTERM.
+/// Returns the number of requests to stop so far: SIGINT and SIGTERM.
 [[nodiscard]] int stops();
-/// Counts only SIGTERM, which is sent by a shutdown, a service manager or the end of a session.
+/// Returns the number of SIGTERM signals so far. A shutdown, a service manager or the end of a session sends SIGTERM.
 [[nodiscard]] int terminations();
-/// Counts the losses of the terminal (SIGHUP).
+/// Returns the number of hang-ups (SIGHUP: loss of the terminal) so far, including discarded ones.
 [[nodiscard]] int hangups();
-/// Marks all hang-ups so far as handled; interrupts() no longer counts them.
+/// Discards all hang-ups so far: interrupts() no longer counts them.
 void forgive_hangups();
 
 /// Returns a descriptor that becomes readable at each signal, for an event loop; −1 before watch_for_interrupts().

@@ -92,7 +92,7 @@ std::string format_option(const OptionInfo& option) {
                      !option.names.empty() && option.repeats ? "; may be given several times" : "");
 }
 
-/// Recognises the options that every command has. They are listed last.
+/// Returns true for an option that every command has. Such options are listed last.
 bool is_common(const OptionInfo& option) {
   const auto& name = option.names.back();
   return name == "--help" || name == "--json" || name == "--verbose" || name == "--quiet" || name == "--version";
@@ -105,8 +105,7 @@ std::string format_options(const CommandInfo& command) {
   return text + common;
 }
 
-/// Returns the paragraphs of a description, which empty lines separate. A line of a list begins with its keyword and a
-/// colon.
+/// Formats a description, whose paragraphs are separated by empty lines. Line breaks inside a paragraph are kept.
 std::string format_paragraphs(const std::string& description) {
   std::string text;
   for (std::size_t at = 0; at < description.size();) {
@@ -182,7 +181,7 @@ std::string prose_to_roff(const std::string& prose) {
   return page + (is_code ? ".EE\n.RE\n" : "");
 }
 
-/// Text before the first section, the sections, and SEE ALSO, which is the last one.
+/// Prose of a page in roff: text before the first section, the sections, and SEE ALSO, which must be the last one.
 struct Sections {
   std::string first, middle, see_also;
 };
@@ -199,14 +198,13 @@ std::string page_header(const std::string& name, const ManualText& text) {
                      escape_roff(upper_case(name)), text.date, text.version);
 }
 
-/// Returns the purpose of a command. A program's name is removed from the start of its description.
+/// Returns the short description of a command, without the program's name at its start.
 std::string command_purpose(const CommandInfo& command) {
   auto text = short_description(command.description);
   return text.starts_with(command.program + " ") ? text.substr(command.program.size() + 1) : text;
 }
 
-/// Lists the commands below a command: for the program itself one line and a page for each, otherwise their complete
-/// entries.
+/// Lists the subcommands. The page of gyrotherm refers to the page of each; other pages contain complete entries.
 std::string format_subcommands(const CommandInfo& command) {
   if (command.subcommands.empty()) return {};
   std::string text = ".SH COMMANDS\n";
@@ -227,8 +225,8 @@ std::string exit_status_section() {
   return text;
 }
 
-/// Returns the page of a command with all commands below it. The page of the program lists its commands instead, each
-/// with its page. The sections of the prose are between the options and the exit status; SEE ALSO is at the end.
+/// Returns the page of a command and its subcommands. The sections of the prose are between the options and the exit
+/// status; SEE ALSO is at the end.
 std::string manual_page(const CommandInfo& command, const ManualText& text) {
   const auto prose = split_sections(text.prose);
   auto page = page_header(page_name(command), text) +
@@ -239,7 +237,7 @@ std::string manual_page(const CommandInfo& command, const ManualText& text) {
   return page + format_subcommands(command) + prose.middle + exit_status_section() + prose.see_also;
 }
 
-/// Returns a page that consists of prose only, for a program with a parser of its own.
+/// Returns a page of prose only, for a program that parses its command line itself.
 std::string manual_page(const std::string& name, const ManualText& text) {
   return page_header(name, text) + prose_to_roff(text.prose);
 }

@@ -22,7 +22,7 @@ namespace {
 constexpr auto kFlushTimeout = std::chrono::seconds(1);
 constexpr int kForever = -1;
 
-/// Writes all text, however long the reader takes. Returns false if a write fails or, with `stops_on_interrupt`, if the
+/// Writes all text and waits as long as necessary. Returns false if a write fails or, with `stops_on_interrupt`, if the
 /// user requests a stop before all text is written.
 bool write_all(int descriptor, std::string_view text, bool stops_on_interrupt) {
   while (!text.empty()) {
@@ -58,7 +58,7 @@ struct Outlet::SharedState {
 
   [[nodiscard]] bool is_idle() const { return lines.empty() && !picture && !is_writing; }
 
-  /// Returns the next bytes, lines before the picture. Requires the lock, and something to write.
+  /// Removes and returns the next bytes to write: first the lines, then the picture. Requires the lock and !is_idle().
   std::string take_next() {
     if (lines.empty()) return screen.picture(*std::exchange(picture, std::nullopt));
     auto text = screen.message(lines.front());
@@ -79,7 +79,7 @@ struct Outlet::SharedState {
     progress.notify_all();
   }
 
-  /// Writes until it is asked to stop. Runs in the thread.
+  /// Body of the writer thread. Returns once `stop` is set and everything is written.
   void run_thread() {
     block_signals();
     std::unique_lock lock(mutex);
@@ -90,7 +90,7 @@ struct Outlet::SharedState {
     }
   }
 
-  /// Writes everything, or wakes the thread to do it. Requires the lock.
+  /// Wakes the writer thread, or writes everything itself if there is none. Requires the lock.
   void write_or_wake_thread(std::unique_lock<std::mutex>& lock) {
     if (has_thread) return available.notify_one();
     while (!is_idle()) write_next(lock);
@@ -130,7 +130,7 @@ bool Outlet::has_failed() const {
   return state_->write_failed;
 }
 
-/// Waits one second at most for the thread. If its write hangs, the thread is detached.
+/// Detaches the thread if it has not finished within one second.
 Outlet::~Outlet() {
   if (!writer_.joinable()) return;
   std::unique_lock lock(state_->mutex);

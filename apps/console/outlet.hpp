@@ -32,10 +32,10 @@ class Outlet {
   /// call receives the count as `dropped`.
   using Lines = std::function<std::string(std::size_t dropped)>;
   void write_lines(const Lines& lines);
-  /// Draws lines in place on a terminal. A new picture replaces one that is still waiting.
+  /// Draws lines in place on a terminal. If the previous picture has not been written yet, this one replaces it.
   void draw(std::vector<std::string> picture);
 
-  /// Returns whether some text could not be written: the disk is full or the reader has gone.
+  /// Returns true if a write has failed, for example on a full disk or a closed pipe.
   [[nodiscard]] bool has_failed() const;
 
   /// Maximum number of waiting bytes.
@@ -43,16 +43,16 @@ class Outlet {
 
  private:
   struct SharedState;
-  std::shared_ptr<SharedState>
-      /// Shared with the thread, which may outlive the object if a write hangs.
-      state_;
+  /// Shared with the thread, which may outlive the object if a write hangs.
+  std::shared_ptr<SharedState> state_;
   std::thread writer_;
 };
 
+/// Tracks the lines that were drawn in place, and generates the terminal output that replaces them.
 class Screen {
  public:
-  /// Returns the bytes that replace the picture by whole lines of text. The picture is drawn again with the next
-  /// picture().
+  /// Returns the bytes that erase the picture and print whole lines of text in its place. The next picture() draws the
+  /// picture below them.
   [[nodiscard]] std::string message(std::string_view text);
   /// Returns the bytes that replace the previous picture by these lines. The cursor remains in the last line.
   [[nodiscard]] std::string picture(const std::vector<std::string>& lines);

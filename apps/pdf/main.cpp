@@ -26,7 +26,7 @@
 namespace gyrotherm::pdf {
 namespace {
 
-/// The exit codes of gyrotherm used here.
+/// Exit codes; the values are those of gyrotherm.
 enum class PdfExit : int { done = 0, usage = 2, file = 4 };
 
 struct Arguments {
@@ -65,17 +65,18 @@ std::optional<std::int64_t> pdf_date(const report::CalibrationReport& report) {
 
 struct RenderedFile {
   std::string bytes;
-  /// One sentence per line, such as an omitted logo or characters that no font has.
+  /// Warnings, one per line, for example about an omitted logo or missing glyphs.
   std::string remarks;
 };
 
-/// Returns the last line, which is the error message even after a Python traceback.
+/// Returns the last line of the output. After a Python traceback, it is the error message.
 std::string find_last_line(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);
 }
 
-/// Runs paper.py on the text `given`, in a folder that only this user can read. Faults name the file `from`.
+/// Runs paper.py on the text `given` in a folder that only this user can read. A fault names `from`, the user's input
+/// file.
 Result<RenderedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
                                const std::string& option) {
   constexpr std::chrono::minutes kTimeout{5};

@@ -37,8 +37,7 @@ double count_letters(std::string_view text) {
       std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-/// Estimates the width of a text in DejaVu Sans, in font sizes. The estimate is about 3 % too large rather than too
-/// small.
+/// Estimates the width of a text in DejaVu Sans, as a multiple of the font size. The estimate is about 3 % too large.
 double estimate_width(std::string_view text) {
   double width = 0;
   for (const char c : text) {
@@ -57,7 +56,7 @@ double estimate_width(std::string_view text) {
   return width;
 }
 
-/// Calls `visit` with each word and each blank or line break of a text, in their order.
+/// Calls `visit` with each word and each separator (blank or line break) of a text, in order.
 template <class Visit>
 void for_each_word(std::string_view text, Visit visit) {
   while (!text.empty()) {
@@ -101,7 +100,7 @@ Mark mark_style(Cell::Mark mark) {
   return {"", ""};
 }
 
-/// Returns true for a short note. Such a note stays on one line if the table is wide enough.
+/// Returns true for a note that stays on one line if the table is wide enough.
 bool is_short_note(std::string_view note) { return count_letters(note) <= 32; }
 
 std::string cell_to_html(const Cell& cell) {
@@ -114,7 +113,8 @@ std::string cell_to_html(const Cell& cell) {
   return html;
 }
 
-/// Returns the smallest width of a cell without broken words, in font sizes. Numbers and brief notes are not broken.
+/// Returns the minimum width of a cell, as a multiple of the font size. Words, numbers and short notes stay on one
+/// line.
 double min_width(const Cell& cell, bool is_text) {
   constexpr double kNote = 0.86;  // size ratio, note to cell
   const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
@@ -139,14 +139,14 @@ const char* size_class(const DocumentTable& table) {
   return "crowded";
 }
 
-/// Returns the font size, points, at which a key value fills its cell on one line.
+/// Returns the font size in points at which a key value fills its cell on one line. `available_pt` is the cell width.
 double key_size(const KeyFigures::One& one, double available_pt) {
   constexpr double kLargest = 14, kSmallest = 7, kUnit = 7.6;
   const double value_pt = available_pt - kUnit * (estimate_width(one.unit) + 0.4);
   return std::clamp(value_pt / (kBold * std::max(1.0, estimate_width(one.value))), kSmallest, kLargest);
 }
 
-/// Writes the blocks one after the other. Headings are numbered: 1, 1.1.
+/// Converts the blocks of a document to HTML and numbers its headings: 1, 1.1.
 class PaperWriter {
  public:
   explicit PaperWriter(const Document& document) {
@@ -236,7 +236,7 @@ class PaperWriter {
   int section_ = 0, subsection_ = 0;
 };
 
-/// Returns as many letters of a text as fit in a margin, and "…". The first page has the whole text.
+/// Truncates a text to the width of a page margin, with "…". The first page contains the whole text.
 std::string truncate_to_margin(std::string_view text) {
   // Width of a margin text, in font sizes.
   constexpr double kRoom = 24;

@@ -56,12 +56,12 @@ const char* name(ReportState state) {
   return "";
 }
 
-/// Requires a key of words.hpp; some members may be empty.
+/// Reports an error unless `key` is a key of words.hpp, or empty if that is permitted.
 void expect_known_key(auto& form, const char* at, std::string_view key, bool may_be_empty = false) {
   form.expect(at, (may_be_empty && key.empty()) || has_text(key), "unknown, expected a key of the table of texts");
 }
 
-/// Returns true for KEY.QUANTITY of a result.
+/// Returns true for "KEY" or "KEY.QUANTITY" with keys of words.hpp.
 bool is_result_quantity(std::string_view quantity) {
   const auto dot = quantity.find('.');
   return has_text(quantity.substr(0, dot)) && (dot == std::string_view::npos || has_text(quantity.substr(dot + 1)));

@@ -57,7 +57,7 @@ struct CalibratedItem {
   Texts description{};
   std::string manufacturer{}, model{}, serial_number{};
   std::string customers_number{};
-  /// Condition of the item on receipt.
+  /// Condition in which the laboratory received the item.
   Texts condition{};
   /// Axis labels such as "u1.x"; "" for an axis without a name.
   std::vector<std::string> axes{};
@@ -75,13 +75,13 @@ struct Equipment {
   /// Standard uncertainty (k = 1) of a thermometer's calibration and of its drift.
   double standard_uncertainty_k = std::numeric_limits<double>::quiet_NaN();
   double drift_k_in_a_year = std::numeric_limits<double>::quiet_NaN();
-  /// The certificate had expired on a day of a run.
+  /// The calibration was overdue on the day of a run.
   bool overdue{};
 };
 
 /// An influence on the results: "relative humidity", 35 to 45 %.
 struct Influence {
-  /// Key of words.hpp; if it is empty, `name` contains the text.
+  /// Key of words.hpp; if empty, `name` is used instead.
   std::string key{};
   Texts name{};
   std::string unit{};
@@ -121,12 +121,12 @@ struct ReportedValue {
   double standard_uncertainty = std::numeric_limits<double>::quiet_NaN();  ///< u, k = 1; NaN: unknown
   double coverage_factor = std::numeric_limits<double>::quiet_NaN();       ///< k
   double degrees_of_freedom = std::numeric_limits<double>::infinity();     ///< ν_eff
-  /// Returns U = k·u for 95 % coverage; NaN if unknown.
+  /// Returns the expanded uncertainty U = k·u for 95 % coverage; NaN if unknown.
   [[nodiscard]] double expanded() const { return coverage_factor * standard_uncertainty; }
 };
 
-/// Returns a value with the coverage factor of Student's t for its degrees of freedom, truncated to an integer as in a
-/// budget.
+/// Returns a value whose coverage factor is that of Student's t. As in a budget, the degrees of freedom are truncated
+/// to an integer for this.
 [[nodiscard]] ReportedValue with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom);
 
 /// One quantity of a result with a value per row.
@@ -185,8 +185,7 @@ enum class DecisionRule {
 };
 [[nodiscard]] const char* name(DecisionRule rule);
 
-/// Verdicts from best to worst. The overall verdict is the worst single one; a failure is worse than an unknown
-/// verdict.
+/// Verdicts from best to worst; the order of the enumerators decides the overall verdict, which is the worst one.
 enum class Verdict { pass, conditional_pass, conditional_fail, not_known, fail };
 [[nodiscard]] const char* name(Verdict verdict);
 
@@ -194,13 +193,13 @@ enum class Verdict { pass, conditional_pass, conditional_fail, not_known, fail }
 struct ReportedLimit {
   /// KEY.QUANTITY of a result: "compensation.rmse", "stabilised_bias.bias".
   std::string quantity{};
-  /// Absent: applies to each stage that has the result.
+  /// If absent, the limit applies to each stage that has the result.
   std::optional<Stage> stage{};
   double at_most{};
 };
 
-/// Comparison of a result with a limit. The values are those of the worst row of the result, by verdict and then by
-/// probability.
+/// Comparison of a result with a limit. The value is that of the worst row of the result: the row with the worst
+/// verdict and, among those, the lowest probability.
 struct Conformity {
   std::string quantity{};
   std::string axis{};
@@ -215,7 +214,8 @@ struct Conformity {
   double probability = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Compares a value with a limit by a rule. Returns not_known without a value, or without U if the rule requires U.
+/// Compares a value with a limit by a decision rule. The verdict is not_known if the value is unknown, or if U is
+/// unknown and the rule requires it.
 [[nodiscard]] Conformity compare_with_limits(const ReportedValue& value, double limit, DecisionRule rule);
 
 /// A model that was evaluated on the same record, for comparison with the model as left.
@@ -223,12 +223,9 @@ struct ComparedModel {
   std::string axis{};
   std::string inputs{}, method{};
   double rmse_deg_per_h{}, std_deg_per_h{}, expanded_deg_per_h{};
-  /// This is the model as left.
-  bool left{};
-  /// The model recommended by the experiment.
-  bool recommended{};
-  /// The best linear model.
-  bool simple{};
+  bool left{};         ///< model as left
+  bool recommended{};  ///< recommended by the experiment
+  bool simple{};       ///< best linear model
 };
 
 /// A line of a figure; a NaN interrupts the line.
@@ -273,8 +270,8 @@ struct BiasReference {
   bool operator==(const BiasReference&) const = default;
 };
 
-/// Block temperatures covered by the training of an axis' model. Outside this range the model extrapolates, even at air
-/// temperatures that the chamber can reach.
+/// Block temperatures in the training records of an axis' model. Outside this range the model extrapolates, regardless
+/// of the range of the chamber.
 struct TrainedRange {
   std::string axis{};
   Stage stage{};                             ///< as_found or as_left
@@ -324,7 +321,7 @@ struct CalibrationReport {
   std::string program_version{};
 };
 
-/// Returns the worst verdict; nothing if the report has no limits.
+/// Returns the worst verdict of the report; nothing if no limits were agreed.
 [[nodiscard]] std::optional<Verdict> verdict_of(const CalibrationReport& report);
 
 /// Returns the results of a group in their order.

@@ -42,7 +42,7 @@ Column column(std::string quantity, std::string unit, std::vector<ReportedValue>
   return {.quantity = std::move(quantity), .unit = std::move(unit), .values = std::move(values)};
 }
 
-/// Report to which the results of one record at one stage are added, and the uncertainty of the bias reference.
+/// Target for the results of one record at one stage, with the uncertainty of the bias reference.
 struct ResultTarget {
   CalibrationReport& report;
   std::string axis, run;
@@ -52,7 +52,7 @@ struct ResultTarget {
   double u_reference{};
 };
 
-/// Adds a table unless it has no rows.
+/// Adds a result table unless it has no rows.
 void add(const ResultTarget& of, Group group, std::string key, std::vector<Column> columns, std::string detail = {}) {
   if (columns.front().values.empty()) return;
   of.report.results.push_back({.group = group,
@@ -223,8 +223,8 @@ void add_behaviour(const ResultTarget& of, const model::Characterisation& found,
   add_hysteresis(of, found.hysteresis);
 }
 
-/// Adds the value to which the unit is calibrated: the mean of its compensated bias with the uncertainty of the model's
-/// budget in that run. For the training record, there is no thermometer drift since training.
+/// Adds the calibrated value of the unit: the mean of its compensated bias, with the uncertainty of the model's budget
+/// in that run. For a training record the budget omits the thermometer drift since training.
 void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, const model::Model& model,
                           const data::Dataset& dataset) {
   ReportedValue value = exact(figures.mean);
@@ -343,8 +343,7 @@ void add_allan_figure(CalibrationReport& report, const std::string& axis, const 
   report.figures.push_back(std::move(figure));
 }
 
-/// Adds the results of one record. Returns the characteristics of the unit in this record, one for each stage, in the
-/// order of stages.
+/// Adds the results of one record to the report. Returns the characteristics of the unit in this record by stage.
 std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
                                                  const VerifiedRun& verified) {
   const auto& [dataset, clusters] = verified.run;
@@ -375,7 +374,7 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
 /// Characteristics of the unit in all records at one stage.
 struct AllRecords {
   std::vector<model::Characterisation> characterised{};
-  /// The model of the stage was fitted to a record with a start of the unit.
+  /// The model of this stage was fitted to a record that contains a start of the unit.
   bool in_sample{};
 };
 

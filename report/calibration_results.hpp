@@ -13,7 +13,7 @@
 
 namespace gyrotherm::report {
 
-/// One axis with its part of each record, and its models.
+/// One axis: its data from each record, and its models as found and as left.
 struct CalibratedAxis {
   std::string label{};
   std::vector<data::RecordedRun> runs{};
@@ -21,8 +21,8 @@ struct CalibratedAxis {
 };
 
 /// Adds the results, budgets and figures of the axis. Each record contributes results for the uncompensated bias and
-/// for the bias as found and as left, in the order of Group. All records together give the spread of the final biases
-/// over several starts.
+/// for the bias as found and as left, in the order of Group. The turn-on repeatability is computed over the starts in
+/// all records.
 ///
 /// The stated uncertainty is that of the measurement: type A from the noise of the record, with its degrees of freedom
 /// where known, and type B from the removed Earth rate and the scale factor, for each quantity that depends on the bias

@@ -50,7 +50,7 @@ void describe(auto& form, Like<Comparison> auto& comparison) {
 namespace {
 
 constexpr double kDaysInAYear = 365.25;
-// Temperature of a hold. It is a condition set by the chamber, not a result of the unit.
+// Quantity that is not compared: the temperature of a hold is a condition set by the chamber, not a result of the unit.
 constexpr std::string_view kConditionQuantity = "temperature";
 
 /// Returns the profile of a run; empty if unknown.
@@ -59,7 +59,7 @@ std::string find_profile(const CalibrationReport& report, const std::string& run
   return run.empty() || file == report.files.end() ? std::string() : file->profile;
 }
 
-/// Counts the comparable tables before this one that have the same key, axis, stage, detail and profile.
+/// Counts the tables before this one that are not in-sample and have the same key, axis, stage, detail and profile.
 std::ptrdiff_t count_previous(const CalibrationReport& report, const ResultTable& table) {
   const std::string profile = find_profile(report, table.run);
   return std::count_if(report.results.data(), &table, [&](const ResultTable& one) {
@@ -75,7 +75,7 @@ std::string numbered_profile(const CalibrationReport& report, const ResultTable&
   return number > 0 && !profile.empty() ? fmt::format("{}, {}", profile, number + 1) : profile;
 }
 
-/// Returns true if the previous calibration has each model as found among its models as left.
+/// Returns true if each as-found model is an as-left model of the previous calibration.
 bool has_same_models(const CalibrationReport& before, const CalibrationReport& now) {
   bool any = false;
   for (const UsedFile& found : now.files) {
@@ -136,8 +136,9 @@ bool depends_on_bias_reference(const std::string& quantity) {
   return std::ranges::find(kReferenceDependent, quantity) != kReferenceDependent.end();
 }
 
-/// Returns the table of `in` at `stage` that corresponds to `table` of `of`: same key, axis, detail and profile, and
-/// the same position among the records of the profile. Ignores in-sample tables. Returns null if there is none.
+/// Returns the table of the report `in` at `stage` that corresponds to `table` of the report `of`: it has the same key,
+/// axis, detail and profile, and the same position among the records of that profile. Ignores in-sample tables. Returns
+/// null if there is none.
 const ResultTable* find_matching_table(const ResultTable& table, const CalibrationReport& of,
                                        const CalibrationReport& in, Stage stage) {
   for (const ResultTable& other : in.results)
@@ -230,7 +231,7 @@ std::string to_json(const Comparison& comparison) {
 }
 
 ReportedValue change_with_uncertainty(const ComparedResult& result) {
-  constexpr double kCoverage = 2;  // only the product is shown
+  constexpr double kCoverage = 2;  // arbitrary: only k·u is printed
   return {.value = result.change, .standard_uncertainty = result.expanded / kCoverage, .coverage_factor = kCoverage};
 }
 

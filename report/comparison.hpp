@@ -38,7 +38,7 @@ struct ComparedResult {
   /// calibrations, such as those of the laboratory's thermometers and mount, make U too large and E_n too small by
   /// their share of the budgets.
   double normalised_error = std::numeric_limits<double>::quiet_NaN();
-  /// Change per year.
+  /// Change extrapolated to a year; NaN if the days between are unknown.
   double in_a_year = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -49,7 +49,7 @@ struct Comparison {
   std::string laboratory{};                                        ///< laboratory of the later report
   double days_between = std::numeric_limits<double>::quiet_NaN();  ///< between the starts of the runs
   bool simulated{};
-  /// The unit returned with the model with which it had left the previous calibration.
+  /// Each as-found model of this calibration is an as-left model of the previous one.
   bool same_model{};
   std::vector<ComparedResult> results{};
 };
@@ -61,7 +61,7 @@ struct Comparison {
 /// no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
-/// Returns the change and its U.
+/// Returns the change with its expanded uncertainty.
 [[nodiscard]] ReportedValue change_with_uncertainty(const ComparedResult& result);
 /// Returns the results sorted by |E_n|, greatest first.
 [[nodiscard]] std::vector<const ComparedResult*> sort_by_normalised_error(const Comparison& comparison);

@@ -75,7 +75,7 @@ void copy_results(const Report& report, LotAxis& axis) {
 }
 
 std::vector<double> robust_scores(const std::vector<double>& values) {
-  // MAD of a normal distribution, in standard deviations.
+  // MAD of a normal distribution divided by its standard deviation.
   constexpr double kOfNormal = 0.6745;
   constexpr std::size_t kFewest = 6;
   std::vector<double> scores(values.size(), kNotKnown), known;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Summary of a chamber full of gyros: one table with all axes of all units, and the outliers among them.
+/// Summary of a lot, the gyros tested together in one chamber: one table with all axes of all units, and the outliers.
 #pragma once
 
 #include <optional>
@@ -24,12 +24,12 @@ struct LotAxis {
   std::string verdict;
   /// Reason for a training failure, or empty.
   std::string trouble;
-  /// Standard deviation and root mean square of the bias in the random run, which was not used in training:
-  /// uncompensated, and compensated by the model multi-point with temperature. Unknown if training failed.
+  /// Standard deviation and RMSE of the bias in the random run, which was not used in training: uncompensated (raw),
+  /// and compensated by multi-point with temperature. Unknown if training failed.
   double raw_std_deg_per_h = kNotKnown, compensated_std_deg_per_h = kNotKnown, compensated_rmse_deg_per_h = kNotKnown;
   double floor_deg_per_h = kNotKnown;     ///< noise floor
   double expanded_deg_per_h = kNotKnown;  ///< U of a 1 h mean
-  double missing_s{};                     ///< s without a reading, both runs
+  double missing_s{};                     ///< time without a reading, both runs
   /// Distance of the uncompensated and the compensated standard deviation from the lot's median, in robust standard
   /// deviations.
   double raw_score = kNotKnown, compensated_score = kNotKnown;
@@ -59,10 +59,10 @@ void copy_results(const Report& report, LotAxis& axis);
 /// logarithms. Returns NaN for all values if fewer than six are known, or if the MAD is 0.
 [[nodiscard]] std::vector<double> robust_scores(const std::vector<double>& values);
 
-/// Computes the scores of all axes.
+/// Computes the scores of all axes and marks the outliers.
 void compare(Lot& lot);
 
-/// Returns "PASS", "FAIL" or "no limit" for the lot. An axis with failed training fails.
+/// Returns "PASS", "FAIL" or "no limit" for the lot. An axis whose training failed counts as a failure.
 [[nodiscard]] std::string verdict_of(const Lot& lot);
 
 /// Returns lot.json, ending in a newline.

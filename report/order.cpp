@@ -134,7 +134,7 @@ std::vector<Influence> influences(const TomlTable& table) {
   return all;
 }
 
-/// Returns KEY.QUANTITY of each result that a limit can apply to.
+/// Returns all values of `quantity` that a limit may have, each as KEY.QUANTITY of a result.
 std::vector<std::string> results_with_limits() {
   return {"turn_on_repeatability.std_of_bias",
           "warm_up.duration",
@@ -158,7 +158,7 @@ std::vector<std::string> results_with_limits() {
           "compensated_mean.compensated_bias"};
 }
 
-/// Greater shares are better, so an upper limit would reject good results.
+/// Result that cannot have a limit: limits are upper limits, but a larger share is better.
 constexpr std::string_view kShare = "coverage.seen_share";
 
 void check_is_result(const TomlTable& limit, const std::string& quantity) {
@@ -194,7 +194,7 @@ std::optional<OtherReport> read_replaced_report(const TomlTable& table) {
   return OtherReport{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
 }
 
-/// Returns true for an instant in the format of the record.
+/// Returns true for a UTC time such as "2026-11-25T14:03:00Z".
 bool is_instant(const std::string& text) {
   constexpr std::size_t kDayLength = 10;
   static const std::regex kTime("T([01][0-9]|2[0-3])(:[0-5][0-9]){2}Z");
@@ -255,7 +255,7 @@ Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
 
 namespace {
 
-/// Replaces `into` unless `from` is empty.
+/// Assigns `from` to `into` unless `from` is empty.
 void replace_if_given(std::string& into, const std::string& from) {
   if (!from.empty()) into = from;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data that people add to a calibration report: laboratory.toml, which applies to every order, and order.toml, which
-/// applies to one order.
+/// Data that the laboratory provides for a calibration report: laboratory.toml for all orders, and order.toml for one
+/// order.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct LaboratoryFile {
 struct OrderedUnit {
   /// Name in the rig; empty for the only unit.
   std::string name{};
-  std::string place{};  ///< position in the file: "order.toml:12:1"
+  std::string place{};  ///< position: "order.toml:12:1"
   CalibratedItem item{};
 };
 
@@ -59,9 +59,9 @@ struct OrderFile {
 /// Reads order.toml. Fails with bad_file and lists every error with its position.
 [[nodiscard]] Result<OrderFile> parse_order(std::string_view toml, const std::string& file);
 
-/// Checks the units of an order against a record or a rig, named `from`. Fails with bad_file if the order has another
-/// model or serial number than `from`, because an order may only add missing data. Fails with bad_file also if a unit
-/// has no name although `from` has several: its data would apply to all of them.
+/// Checks the units of an order against a record or a rig, named `from`. Fails with bad_file if the model or serial
+/// number in the order differs from that in `from`, because an order may only add missing data; and if a unit has no
+/// name although `from` has several units, because its data would then apply to all of them.
 [[nodiscard]] Result<void> check_units(const OrderFile& order, const std::vector<CalibratedItem>& items,
                                        const std::string& from);
 
@@ -76,18 +76,18 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 /// Checks that `by` has the role authorising in the report. Fails with usage and lists the persons with that role.
 [[nodiscard]] Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by);
 
-/// Compares the results with the limits of an order, row by row. The result gets the verdict of its worst row; among
+/// Compares the results with the limits of an order, row by row. A result gets the verdict of its worst row; among
 /// rows with the same verdict, the worst is the one with the lowest probability of conformity. In-sample results are
 /// not compared. A limit without a result gets the verdict not_known.
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
 
-/// Returns true for a text copied from an example and not replaced: an unfinished text ("…", "...", "todo", "tbd",
-/// "fixme", "xxx"), an address in a domain reserved for examples (RFC 2606), or a name or sentence from the examples in
-/// docs/calibration-report.md.
+/// Returns true for a placeholder that must be replaced before authorisation: an unfinished text ("…", "...", "todo",
+/// "tbd", "fixme", "xxx"), an address in a domain reserved for examples (RFC 2606), or a name or sentence from the
+/// examples in docs/calibration-report.md.
 [[nodiscard]] bool is_placeholder(std::string_view text);
 
-/// Returns the placeholders in a report, each with its key: `laboratory.toml: traceability.en, which is "Temperatures
-/// are … through …", a text of an example`.
+/// Returns the placeholders in a report, each with its key: `laboratory.toml: traceability.en, which is the example
+/// text "Temperatures are … through …"`.
 [[nodiscard]] std::vector<std::string> find_placeholders(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

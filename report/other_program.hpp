@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs third-party programs as child processes. They make and verify the signatures of reports.
+/// Runs third-party programs that create or verify the signatures of reports, as child processes.
 #pragma once
 
 #include <chrono>

@@ -70,8 +70,9 @@ struct ReportedCorrelation {
   std::vector<std::string> selected_pairs;
   double threshold{};
   int rank{};
+  /// Too few gradients exceeded the threshold, so the fallback rule selected the inputs.
   bool fallback{};
-  std::string statement;
+  std::string statement;  ///< remark on the selection
 };
 
 /// Residual bias of a record after compensation.
@@ -90,7 +91,7 @@ struct ReportedCycle {
   double start_s{}, end_s{};
 };
 
-/// Values drawn by the figures, one per cluster.
+/// Time series for the figures, one value per cluster.
 struct ReportedSeries {
   std::vector<double> time_s, set_point_c, raw;
   std::vector<std::pair<std::string, std::vector<double>>> thermometers_c;
@@ -98,7 +99,7 @@ struct ReportedSeries {
   std::vector<ReportedCycle> cycles;
 };
 
-/// Noise of the holds and of the whole run, before and after compensation.
+/// Noise during the holds and Allan deviation of the whole run, before and after compensation.
 struct ReportedNoise {
   /// Noise of the holds, uncompensated and compensated by multi_point_t.
   data::HoldNoise holds, compensated_holds;
@@ -106,7 +107,7 @@ struct ReportedNoise {
   model::PerModel<data::AllanCurve> compensated;
 };
 
-/// Gain of a model. The last two values compare the model with three-point and are unknown for three-point itself.
+/// Improvement by a model, as fractions. The last two values are relative to three-point and unknown for three-point.
 struct ReportedGain {
   double from_original{}, paper_ratio = kNotKnown, residual_reduction = kNotKnown;
 };
@@ -134,7 +135,7 @@ struct ReportedTraining {
   std::optional<model::BlockRange> block{};
 };
 
-/// One of the three models: its inputs, the tuning of its parameters, and the certificate of the solution.
+/// One of the three models: its inputs, the tuning of its parameters, and the optimality certificate of the solution.
 struct ReportedModel {
   std::string inputs, method;
   std::vector<std::string> terms;
@@ -154,7 +155,7 @@ struct ReportedModel {
 /// Combined uncertainty from the budget of a 1 h mean.
 struct ReportedUncertainty {
   double standard_deg_per_h{}, coverage_factor{}, expanded_deg_per_h{};  ///< u, k, U = k·u
-  /// Sensitivity to the thermometers: root sum of squares of their root mean squares.
+  /// Sensitivity of the compensated bias to the thermometers: root sum of squares of the RMS sensitivity to each.
   double sensitivity_deg_per_h_per_k{};
 };
 
@@ -165,7 +166,7 @@ struct ReportedVerification {
   std::optional<model::Coverage> coverage;      ///< intervals of the method's budget
 };
 
-/// A record of the same gyro made after the two of the experiment. It shows whether a model remains valid.
+/// A later record of the same gyro, used to check whether the models remain valid.
 struct ReportedLaterRun {
   std::string name;  ///< "30 days later", or the file name
   std::string profile, run_id, record_sha256;
@@ -183,8 +184,8 @@ struct ReportedMethod {
   /// Leave-cycle-out with parameters chosen without the held-out cycle.
   std::optional<data::Figures> nested;
   ReportedVerification random;
-  std::vector<ReportedVerification> later;         ///< in the order of Report.later
-  std::optional<model::BetweenRuns> between_runs;  ///< random run and later ones
+  std::vector<ReportedVerification> later;         ///< in the order of Report::later
+  std::optional<model::BetweenRuns> between_runs;  ///< random and later runs
   std::optional<ReportedUncertainty> uncertainty;
   /// Size of the model for a navigation computer; 0 if unknown.
   int stored_numbers{};
@@ -206,7 +207,7 @@ struct Report {
   bool quick{};
   std::vector<AcceptedLimit> accept;  ///< empty: no limit in the profiles
   double cluster_length_s{};
-  /// Clusters of the ramp run over the gradient thermometers.
+  /// From the clusters of the ramp run and the gradient thermometers.
   ReportedCorrelation correlation;
   ReportedRun rate, random;
   std::string folds;
@@ -227,25 +228,24 @@ struct Report {
 /// Returns "PASS", "FAIL" or "no limit".
 [[nodiscard]] std::string verdict_of(const Report& report);
 
-/// Returns "in-sample: the models were fitted to these data" or "not used to train any model" for texts next to a
-/// value.
+/// Returns "in-sample: the models were fitted to these data" or "not used to train any model".
 [[nodiscard]] const char* in_sample_text(const ReportedRun& run);
 
-/// Returns report.json, ending in a newline. Each top-level key is on a separate line, which permits a line-by-line
-/// comparison of reports. Numbers have the fewest digits that restore the same double; NaN is null.
+/// Returns report.json, ending in a newline. Each top-level key is on a separate line, so that reports can be compared
+/// by line. Numbers have the fewest digits that restore the same double; NaN is null.
 [[nodiscard]] std::string to_json(const Report& report);
 
 /// Reads report.json. Fails with bad_file on syntax errors (where: file:line:column), and on another schema, a missing
 /// key, a wrong type or a wrong length (where: path of the key).
 [[nodiscard]] Result<Report> read_report(std::string_view json, const std::string& file);
 
-/// A value of the report and its greatest permitted amount.
+/// An upper limit for a value of the report.
 struct Limit {
   std::string figure;
   double at_most{};
 };
 
-/// Checks that the report has a value of that name with which a limit can be compared. Fails with usage and suggests
+/// Checks that reports contain a value named `figure` that can have a limit. Otherwise fails with usage and suggests
 /// the nearest name.
 [[nodiscard]] Result<void> check_limit(const std::string& figure);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files in the folder of a report. They are replaced together. Authorisation records the SHA-256 of
-/// calibration.json and each view in authorisation.json; only files with these hashes are signed later.
+/// Files in the folder of a report: how they are replaced together, and how a folder is compared with its
+/// authorisation. authorisation.json contains the SHA-256 of calibration.json and of each view; only files with these
+/// hashes are signed.
 #pragma once
 
 #include <string>
@@ -18,8 +19,8 @@ struct NewFile {
   std::string name, bytes;
 };
 
-/// Replaces files of a folder in the given order; the last file makes the others valid. All files are first written
-/// under temporary names, so nothing changes if the disk is full. Fails with storage; the files after the failed one
+/// Replaces files of a folder in the given order, the file that makes the others valid last. All files are first
+/// written under temporary names, so a full disk changes nothing. Fails with storage; the files after the failed one
 /// are then not replaced.
 [[nodiscard]] Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files);
 
@@ -54,7 +55,7 @@ struct FolderDifferences {
 [[nodiscard]] std::string text(const FolderDifferences& differences);
 
 /// Compares a folder with the listed files. The folder may also contain the files used by the report, the manifest of
-/// each used record, and the files in `beside`. A file that cannot be read is reported as changed.
+/// each used record, and the files named in `beside`. A file that cannot be read is reported as changed.
 [[nodiscard]] FolderDifferences compare_folder(const std::string& folder, const std::vector<IssuedFile>& files,
                                                const std::vector<UsedFile>& used,
                                                const std::vector<std::string>& beside = {});

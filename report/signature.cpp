@@ -26,8 +26,8 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-// Fixed form of the signature; only the parts between these texts vary. An enveloped signature over the empty reference
-// covers the whole document.
+// The signature has a fixed form: only the parts between these texts vary. An enveloped signature over the empty
+// reference covers the whole document.
 constexpr std::string_view kBeforeDigest =
     "\n  <ds:Signature xmlns:ds=\"http://www.w3.org/2000/09/xmldsig#\"><ds:SignedInfo>"
     "<ds:CanonicalizationMethod Algorithm=\"http://www.w3.org/2001/10/xml-exc-c14n#\"></ds:CanonicalizationMethod>"
@@ -44,7 +44,7 @@ constexpr std::string_view kRootEnd = "\n</dcc:digitalCalibrationCertificate>\n"
 
 constexpr std::size_t kMaxCertificates = 8;
 
-/// The parts of a signed certificate.
+/// Parts of a signed certificate (DCC).
 struct SignedDcc {
   /// The text that was signed.
   std::string text;
@@ -119,7 +119,7 @@ Result<std::string> run_step(const std::string& program, const Strings& argument
   return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, output.substr(0, 600)));
 }
 
-// The purposes that a certificate permits
+// Permitted uses of a certificate
 
 constexpr std::array<std::string_view, 2> kSigningUsages{"Digital Signature", "Non Repudiation"};
 /// Usages as openssl prints them. openssl has a name for emailProtection; later versions also have names for
@@ -275,7 +275,8 @@ Result<Signer> read_signer(const std::string& certificate) {
                 .not_after = line_value(lines, "\nnotAfter=")};
 }
 
-/// Writes "key.pem", unlocked, "own.pem" and "chain.pem" into the folder. Fails unless key and certificate match.
+/// Writes the decrypted key as "key.pem" and the certificates as "chain.pem" into the folder. Fails unless the key is
+/// an RSA key that matches the first certificate.
 Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
   const auto certificates = read_text_file(key.certificate_file);
   if (!certificates) return failure(certificates.error());
@@ -392,7 +393,7 @@ Result<void> extract_signature(const PrivateFolder& folder, const std::string& p
                        std::string(bytes.substr(0, first_end)) + std::string(bytes.substr(second_begin)));
 }
 
-/// Exports the folder's key and certificates as "own.p12" into an NSS key store for pdfsig.
+/// Creates the NSS key store "store" for pdfsig in the folder and imports the folder's key and certificates.
 Result<void> make_key_store(const PrivateFolder& folder) {
   const std::string store = "sql:" + folder / "store";
   std::error_code error;

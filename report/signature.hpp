@@ -16,15 +16,16 @@ struct SigningKey {
   std::string key_file{};
   /// The key's certificate first, then the intermediate certificates.
   std::string certificate_file{};
-  /// File with the password of the key on its first line; empty if the key has none, or if openssl shall prompt for it.
+  /// File with the password of the key on its first line; empty if the key has no
+  /// password, or if openssl is to prompt for it.
   std::string password_file{};
 };
 
 /// Trust settings of the verifier.
 struct Trust {
-  /// PEM: certificates of authorities or of the laboratory itself.
+  /// PEM file with the certificates of trusted authorities, or of the laboratory itself.
   std::string certificates_file{};
-  /// Day of validity such as "2026-11-25"; absent for today.
+  /// Day for which the certificates must be valid, such as "2026-11-25"; absent for today.
   std::optional<std::string> on_day{};
 };
 
@@ -42,8 +43,8 @@ struct Signer {
 /// new signature does not verify.
 [[nodiscard]] Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key);
 
-/// Returns the signed text of a certificate, without its signature. Fails with bad_file unless it has exactly one
-/// signature in the form that sign_dcc() writes.
+/// Returns a signed certificate without its signature: the text that was signed. Fails with bad_file unless it has
+/// exactly one signature in the form that sign_dcc() writes.
 [[nodiscard]] Result<std::string> remove_signature(std::string_view signed_dcc, const std::string& file);
 
 /// Verifies a certificate and returns its signer. Fails with bad_file if it is not signed, was changed in any byte, or

@@ -76,8 +76,8 @@ FolderDifferences compare_folder(const std::string& folder, const AuthorisedFile
   return found;
 }
 
-/// Renders the files of the report again and checks that they are as authorised. Returns them sorted by name, without
-/// the unsigned dcc.xml.
+/// Renders the files of the report again and checks them against the authorised hashes. Returns the files sorted by
+/// name, without the unsigned dcc.xml.
 Result<std::vector<NewFile>> render_authorised_files(const std::string& folder, const AuthorisedFiles& authorised,
                                                      const CalibrationReport& report, const RenderFiles& render) {
   std::vector<std::string> names;
@@ -100,7 +100,8 @@ Result<std::vector<NewFile>> render_authorised_files(const std::string& folder, 
   return files;
 }
 
-/// Lists calibration.json first and authorisation.json last; PDFs have the hash of their signed bytes.
+/// Lists the files with their hashes, calibration.json first and authorisation.json last. The hash of a PDF is that of
+/// the signed PDF.
 DccOptions make_dcc_options(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
                             const AuthorisedFiles& authorised) {
   DccOptions options;

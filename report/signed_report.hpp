@@ -27,10 +27,10 @@ struct Check {
   } outcome{};
   std::string text{};  ///< "unchanged since it was signed"
 };
-/// Returns true if the outcome means that the folder is not the report that was signed.
+/// Returns true for an outcome that makes the verification of the folder fail: all except holds and not_there.
 [[nodiscard]] bool is_failure(Check::Outcome outcome);
 
-/// Renders the files of an authorised report that have the given names.
+/// Callback that renders the files with the given names from an authorised report.
 using RenderFiles =
     std::function<Result<std::vector<NewFile>>(const CalibrationReport& report, const std::vector<std::string>& names)>;
 
@@ -49,7 +49,7 @@ using RenderFiles =
 [[nodiscard]] Result<FolderDifferences> compare_with_authorisation(const std::string& folder,
                                                                    const CalibrationReport& report);
 
-/// Returns true if dcc.xml of a folder has a signature, valid or not. Fails with storage.
+/// Returns true if the dcc.xml of a folder contains a signature, without verifying it. Fails with storage.
 [[nodiscard]] Result<bool> is_signed(const std::string& folder);
 
 /// Result of verifying a signed folder.

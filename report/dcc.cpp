@@ -19,7 +19,7 @@ bool is_country(std::string_view code) {
   return code.size() == 2 && std::ranges::all_of(code, [](unsigned char c) { return std::isupper(c) != 0; });
 }
 
-/// Returns the missing data that the schema requires and a report must have unless it is a draft.
+/// Returns the keys of missing data that the schema requires. Only a draft may omit them.
 std::vector<std::string> missing_data(const CalibrationReport& report) {
   std::vector<std::string> names;
   const auto require_data = [&](bool is_present, const char* name) {

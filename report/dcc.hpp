@@ -40,7 +40,7 @@ struct ReadableReport {
 inline constexpr std::size_t kLargestEmbeddedPdf = 7'000'000;
 
 struct DccOptions {
-  /// calibration.json is added as to_json() returns it, unless it is listed here.
+  /// Files to list. If calibration.json is not among them, it is listed with the hash of to_json().
   std::vector<IssuedFile> files{};
   std::optional<ReadableReport> pdf{};
 };
@@ -50,7 +50,7 @@ struct DccOptions {
 /// with bad_file if a report that is not a draft has no results or is missing data required by the schema.
 [[nodiscard]] Result<std::string> make_dcc(const CalibrationReport& report, const DccOptions& options = {});
 
-/// Contents of a certificate needed to verify its files.
+/// Contents of a certificate that are needed to verify its files.
 struct ReadDcc {
   std::string identifier{};
   std::vector<IssuedFile> files{};

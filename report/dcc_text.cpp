@@ -14,13 +14,13 @@
 namespace gyrotherm::report {
 namespace {
 
-std::string insert_value(std::string_view text, std::string_view of) {
+std::string insert_value(std::string_view text, std::string_view value) {
   std::string result(text);
-  if (const auto at = result.find("{}"); at != std::string::npos) result.replace(at, 2, of);
+  if (const auto at = result.find("{}"); at != std::string::npos) result.replace(at, 2, value);
   return result;
 }
 
-/// Returns the texts of people in this report, without empty ones.
+/// Returns the non-empty texts that persons wrote for this report.
 std::vector<const Texts*> collect_texts(const CalibrationReport& report) {
   std::vector<const Texts*> all{&report.title,  &report.item.description, &report.item.condition, &report.place,
                                 &report.method, &report.traceability,     &report.remarks};
@@ -52,8 +52,9 @@ Texts texts_for(std::string_view key) {
   return {std::string(translate(Language::english, key)), std::string(translate(Language::german, key))};
 }
 
-Texts texts_for(std::string_view key, std::string_view of) {
-  return {insert_value(translate(Language::english, key), of), insert_value(translate(Language::german, key), of)};
+Texts texts_for(std::string_view key, std::string_view value) {
+  return {insert_value(translate(Language::english, key), value),
+          insert_value(translate(Language::german, key), value)};
 }
 
 Texts texts_or_key(std::string_view key) {

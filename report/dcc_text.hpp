@@ -14,9 +14,9 @@
 
 namespace gyrotherm::report {
 
-/// Returns the text of a key in both languages; `of` replaces {}.
+/// Returns the text of a key in both languages. `value`, if given, replaces {}.
 [[nodiscard]] Texts texts_for(std::string_view key);
-[[nodiscard]] Texts texts_for(std::string_view key, std::string_view of);
+[[nodiscard]] Texts texts_for(std::string_view key, std::string_view value);
 /// Returns the text of a key from a report, or the key itself if the table does not have it. A report of a newer
 /// version may have unknown keys.
 [[nodiscard]] Texts texts_or_key(std::string_view key);
@@ -32,7 +32,7 @@ namespace gyrotherm::report {
 /// Returns the text, or "not given" if it is empty.
 [[nodiscard]] std::string or_not_given(std::string_view text);
 
-/// Returns "2026-11-25" unchanged if it is a day, otherwise nothing.
+/// Returns the text unchanged if it is a valid day such as "2026-11-25", otherwise nothing.
 [[nodiscard]] std::optional<std::string> calendar_day(std::string_view text);
 
 /// Writes the elements of one certificate.
@@ -47,7 +47,7 @@ class DccText {
   /// Writes a text in both languages. If the text in the mandatory language is missing, it is replaced by the other
   /// text with a note.
   void text(const char* name, const Texts& texts, const XmlText::Attributes& attributes = {});
-  /// Writes a name, which has no language.
+  /// Writes a proper name, without a language attribute.
   void proper_name(const char* name, std::string_view proper);
   /// Writes dcc:identification. An empty name is omitted.
   void identification(const char* issuer, std::string_view value, const Texts& name,
@@ -60,7 +60,7 @@ class DccText {
                 const std::vector<ReportedValue>& values);
   /// Writes a list of texts. Blanks become underscores, because blanks separate the items of an XML list.
   void quantity_of_texts(const Texts& name, const std::string& ref_type, const std::vector<std::string>& values);
-  /// Writes a value as text: one with a unit unknown to D-SI, or an unknown value.
+  /// Writes a value as text, for an unknown value or a unit that D-SI cannot express.
   void quantity_as_text(const Texts& name, const std::string& ref_type, std::string_view unit, double value,
                         const char* element = "dcc:quantity");
 
@@ -77,7 +77,7 @@ class DccText {
 /// Writes dcc:measurementResults.
 void write_measurement_results(DccText& dcc);
 
-/// Writes a limit as dcc:metaData or dcc:statement. `result_id` may be empty.
+/// Writes the comparison with a limit as dcc:metaData. `result_id` is the id of the result; it may be empty.
 void write_conformity(DccText& dcc, const Conformity& conformity, const std::string& result_id);
 
 /// Returns the verdict as an enumerator of the DCC; an empty text if it is unknown.

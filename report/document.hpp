@@ -29,7 +29,7 @@ struct Paragraph {
   std::string text;
 };
 
-/// Lines of a label and a value: "Customer", "Navigation Works, …". A value may contain line breaks.
+/// A list of labels with values, such as "Customer" and "Navigation Works, …". A value may contain line breaks.
 struct Definitions {
   std::vector<std::pair<std::string, std::string>> lines;
 };
@@ -69,11 +69,11 @@ struct DocumentFigure {
   FigureData data;
 };
 
-/// Returns the legend text of a line, with only the parts that distinguish the line from the others.
+/// Returns the legend entry of a line. It contains only the parts that distinguish the line from the other lines.
 [[nodiscard]] std::string line_name(Language language, const FigureData& figure, std::size_t index);
 /// Returns the colour of a line as "#rrggbb".
 [[nodiscard]] std::string line_colour(const FigureData& figure, std::size_t index);
-/// Returns true for a dashed line; dashes distinguish lines without colour.
+/// Returns true if the line is dashed, which distinguishes it from others in print without colour.
 [[nodiscard]] bool is_line_dashed(const FigureData& figure, std::size_t index);
 
 using Block = std::variant<Heading, Paragraph, Definitions, KeyFigures, DocumentTable, DocumentFigure>;

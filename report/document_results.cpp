@@ -17,7 +17,7 @@ constexpr std::array kStages = {Stage::uncompensated, Stage::as_found, Stage::as
 
 std::size_t stage_index(Stage stage) { return static_cast<std::size_t>(stage); }
 
-/// Tables of one record with the same result, one for each stage.
+/// Tables of the same result in one record, at most one per stage.
 struct RecordTables {
   std::string run;
   std::array<const ResultTable*, kStages.size()> by_stage{};
@@ -260,7 +260,7 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
           {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
 }
 
-/// Returns a final row of a budget: name, degrees of freedom and value.
+/// Returns a summary row at the end of a budget: name, degrees of freedom and value.
 std::vector<Cell> budget_sum(std::string text, std::string freedom, std::string value) {
   std::vector<Cell> row(8);
   row[0].text = std::move(text);

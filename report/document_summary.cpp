@@ -12,7 +12,7 @@
 namespace gyrotherm::report {
 namespace {
 
-/// A quantity of a result with a single row.
+/// Value of one quantity in a result that has a single row.
 struct SummaryValue {
   const ResultTable* table = nullptr;
   ReportedValue value{};
@@ -47,7 +47,7 @@ std::optional<SummaryValue> find_mean(const CalibrationReport& report, const std
   return find_result_value(report, "compensated_mean", kMean, axis, stage);
 }
 
-/// Returns the mean as found if the unit was adjusted.
+/// Returns the as-found mean for comparison with the as-left mean; nothing if the unit was not adjusted.
 std::optional<SummaryValue> find_mean_as_found(const CalibrationReport& report, Stage last,
                                                const std::optional<SummaryValue>& mean) {
   return mean && last == Stage::as_left ? find_at_stage(report, Stage::as_found, *mean, kMean) : std::nullopt;
@@ -137,7 +137,7 @@ std::string trained_range_text(const DocumentWriter& writer, const std::string& 
   if (found == report.trained_ranges.end()) return {};
   const std::string prefix = axis.empty() ? "" : axis + ": ";
   if (!found->block) return writer.sentence("say.trained_range_unknown", prefix);
-  // Integer degrees inside the range, as `train` prints them.
+  // Rounded inwards to integer degrees, as `train` prints them.
   const auto whole = [&](double celsius) { return format_number(writer.language, celsius, 0); };
   return writer.sentence("say.trained_range", prefix, whole(std::ceil(found->block->low_c)),
                          whole(std::floor(found->block->high_c)));

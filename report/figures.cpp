@@ -45,7 +45,7 @@ std::vector<plot::Band> floor_band(const ReportedRun& run) {
   return {{"± noise floor", {-floor, floor}}};
 }
 
-/// The curve of one model.
+/// Name, colour and residual of a model for its curve.
 struct ModelCurve {
   const char* name;
   const char* colour;

@@ -19,7 +19,7 @@ constexpr const char* kTimesTenTo = "\u00a0×\u00a010";
 constexpr const char* kDash = "–";
 constexpr int kDigitsOfU = 2;
 constexpr int kDigitsOfAValue = 4;
-/// Numbers below the first power of ten, or from the second on, are written with a power of ten.
+/// Numbers below 10^kLeastPower, or of at least 10^kGreatestPower, are written with a power of ten.
 constexpr int kLeastPower = -4, kGreatestPower = 7;
 /// Values with U and more decimals than these are written with a power of ten.
 constexpr int kMostDecimals = 8;
@@ -31,7 +31,7 @@ std::string superscript(int n) {
   return text;
 }
 
-/// Groups digits in threes from the decimal sign outwards, if there are more than four.
+/// Groups more than four digits in threes, starting at the decimal sign.
 std::string group_digits(std::string_view digits, bool from_the_right) {
   if (digits.size() <= 4) return std::string(digits);
   std::string text;
@@ -67,7 +67,7 @@ std::string format_fixed(Language language, double value, int decimals) {
 
 std::string times_power(int power) { return kTimesTenTo + superscript(power); }
 
-/// Format of a value and its U: decimals after extraction of the power of ten.
+/// Format of a value and its U. `decimals` applies after division by the power of ten.
 struct Rounding {
   int decimals{};
   int power{};  ///< 0: none

@@ -26,7 +26,7 @@ std::string to_lower_trimmed(std::string_view text) {
   return lower;
 }
 
-/// Returns true if the text contains the mark as a separate word.
+/// Returns true if the text contains `word` between non-alphanumeric characters.
 bool has_separate_word(std::string_view text, std::string_view word) {
   const auto is_letter = [&](std::size_t at) {
     return at < text.size() && std::isalnum(static_cast<unsigned char>(text[at])) != 0;

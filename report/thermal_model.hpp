@@ -55,7 +55,7 @@ struct ReportedThermal {
   std::optional<ReportedThermalModel> model{};
 };
 
-/// Returns the entry for a virtual gyro if its model cannot be shown.
+/// Returns the entry for a virtual gyro whose finite-element model is not available.
 [[nodiscard]] inline ReportedThermal not_available(std::string reason) {
   return {.missing = "not available", .reason = std::move(reason)};
 }

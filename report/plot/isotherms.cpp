@@ -9,7 +9,7 @@
 namespace gyrotherm::plot {
 namespace {
 
-/// An edge of the grid from a sample to its neighbour on the right (even number) or below (odd number).
+/// Number of a grid edge: even for the edge from a sample to its right neighbour, odd for the one to the sample below.
 using Edge = std::size_t;
 
 /// The line segments of one level. Each segment connects two edges, and at most two segments meet at an edge.

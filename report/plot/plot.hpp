@@ -30,8 +30,8 @@ struct Tick {
 /// range is treated as a range of width 1.
 [[nodiscard]] double tick_step(const Range& range, int count);
 
-/// Extends both ends of the range to the next tick, for about `count` ticks. ticks() with the same count includes both
-/// ends.
+/// Extends both ends of the range to the next tick, for about `count` ticks. ticks() with the same count then includes
+/// both ends.
 [[nodiscard]] Range rounded_out(const Range& range, int count);
 
 /// Returns the ticks inside the range, ends included. Each label has as many decimals as the step requires.
@@ -68,9 +68,8 @@ struct Points {
 /// two points per column unchanged. `x` must not decrease and must have the length of `y`.
 [[nodiscard]] Points decimate(const std::vector<double>& x, const std::vector<double>& y, std::size_t columns);
 
-/// Returns the line of cluster means with a NaN in y for each gap, so that no line is drawn across the gap. `x` has the
-/// start of each cluster, and `step` is the length of a cluster. The NaN is at the x at which the first missing mean
-/// would start.
+/// Inserts a NaN in y at each gap of a line of cluster means, so no line is drawn across the gap. `x` contains the
+/// start of each cluster, and `step` is the cluster length. The NaN has the x of the first missing cluster.
 [[nodiscard]] Points break_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step);
 
 enum class Side { left, right };
@@ -85,11 +84,11 @@ struct Curve {
   Side side = Side::left;
   double width_px = 1.2;
   bool dashed = false;
-  /// Draws a staircase: a value is valid until the next point.
+  /// Draws a staircase: each value is kept until the next point.
   bool steps = false;
   Marker marker = Marker::none;
   bool hollow = false;
-  /// Error of each y, drawn as a vertical bar; empty for none.
+  /// Half-length of the error bar at each y; empty for no error bars.
   std::vector<double> error = {};
   bool line = true;  ///< false: markers only
 };
@@ -151,7 +150,7 @@ struct Plot {
   std::string title;  ///< for screen readers
   AxisStyle x;
   std::vector<Panel> panels = {};
-  /// Separated by thin lines through all panels, named above the first one.
+  /// Drawn with thin separating lines through all panels and with names above the first panel.
   std::vector<Stretch> stretches = {};
   /// Marks every panel as simulated.
   bool simulated = false;
@@ -162,7 +161,7 @@ struct Plot {
 /// Returns the figure as an SVG document. Long curves are reduced to the minimum and maximum of each pixel column.
 [[nodiscard]] std::string to_svg(const Plot& plot);
 
-/// A square array of numbers between 0 and 1 as shaded cells: Table 3 of the paper.
+/// A square matrix of numbers between 0 and 1, drawn as shaded cells, such as Table 3 of the paper.
 struct HeatMap {
   std::string title;  ///< for screen readers
   /// Names of rows and columns.

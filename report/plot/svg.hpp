@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes SVG: the shapes that figures need, with coordinates rounded to 0.1 px, so that the same figure always gives
-/// the same bytes.
+/// Writes SVG shapes. Coordinates are rounded to 0.1 px, so the same figure always gives the same bytes.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +10,8 @@
 
 namespace gyrotherm::plot {
 
-/// Number of colours in the palette. Not every reader could distinguish more colours; additional lines must differ in
-/// another way.
+/// Number of colours in the palette. More colours would be hard to distinguish; further lines must differ in another
+/// way.
 inline constexpr std::size_t kPaletteSize = 8;
 
 /// Returns a colour of the palette of Okabe and Ito (2008) without its yellow, which is too faint for a line. Repeats
@@ -55,15 +54,14 @@ inline constexpr const char* kSimulated = "#a8371b";
 /// Formats a fraction in per cent with one decimal: percent(0.76404) is "76.4 %".
 [[nodiscard]] std::string percent(double fraction);
 
-/// Formats three significant digits: 1.23e-05 is "1.23 × 10⁻⁵" and 4.84 is "4.84"; for certificates and tuned
-/// parameters.
+/// Formats a number with three significant digits: 1.23e-05 is "1.23 × 10⁻⁵" and 4.84 is "4.84".
 [[nodiscard]] std::string significant(double value);
 
-/// Returns the label of a logarithmic axis: "0.02" and "500" near 1, "10⁻⁵" and "2 × 10⁻⁵" far from it.
+/// Returns the label of digit × 10^exponent on a logarithmic axis: "0.02" and "500" near 1, otherwise "2 × 10⁻⁵".
 [[nodiscard]] std::string digit_and_power(int digit, int exponent);
 
-/// Formats a value and its standard error, both to the second digit of the error: "0.00214 ± 0.00006". Without an error
-/// it formats the value like significant().
+/// Formats a value and its standard error, both to the second significant digit of the error. Without an error, formats
+/// the value like significant().
 [[nodiscard]] std::string with_error(double value, double error);
 
 /// Formats a standard error to its second digit: "0.000057".
@@ -97,7 +95,7 @@ struct Stroke {
 /// Formats a coordinate: at most one decimal, no negative zero, "12" for 12.0.
 [[nodiscard]] std::string pixels(double value);
 
-/// Estimates the width of a text in pixels, well enough for the layout of a legend without font files.
+/// Estimates the width of a text in pixels without font files; accurate enough for the layout of a legend.
 [[nodiscard]] double text_width(std::string_view text, double size_px);
 
 class SvgWriter {
@@ -123,7 +121,7 @@ class SvgWriter {
   std::string out_;
 };
 
-/// Draws the mark of simulated data: large and pale across the given region. Call it before the data are drawn.
+/// Draws a large, pale mark of simulated data across the region. Call it before you draw the data.
 void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height,
                          std::string_view mark = "SIMULATED");
 

@@ -30,12 +30,14 @@ struct DccTexts {
 };
 
 struct DccTable {
-  std::vector<DccTexts> words;
+  std::vector<DccTexts> text_columns;
   std::vector<DccColumn> columns;
   /// Single values that follow the table.
   std::vector<DccColumn> singles{};
   [[nodiscard]] std::size_t rows() const {
-    return !columns.empty() ? columns.front().values.size() : words.empty() ? 0 : words.front().values.size();
+    return !columns.empty()       ? columns.front().values.size()
+           : text_columns.empty() ? 0
+                                  : text_columns.front().values.size();
   }
 };
 
@@ -427,7 +429,7 @@ class MeasurementResults {
       std.values.push_back({.value = model.std_deg_per_h});
       expanded.values.push_back({.value = model.expanded_deg_per_h});
     }
-    return {.words = {inputs, method, roles_text}, .columns = {rmse, std, expanded}};
+    return {.text_columns = {inputs, method, roles_text}, .columns = {rmse, std, expanded}};
   }
 
   // Tables
@@ -436,7 +438,7 @@ class MeasurementResults {
     bool any = false;
     for (const EqualRows& group : group_rows(table)) {
       const bool known = !std::ranges::all_of(group.pattern, [](Certainty one) { return one == Certainty::nothing; });
-      if (!known && table.words.empty()) continue;
+      if (!known && table.text_columns.empty()) continue;
       any = true;
       xml_.element("dcc:list", {{"refType", "basic_measurementTable"}}, [&] { list(table, group); });
     }
@@ -452,7 +454,7 @@ class MeasurementResults {
       if (group.pattern[i] == Certainty::nothing)
         unknown = unknown.empty() ? table.columns[i].name : join_texts(unknown, ", ", table.columns[i].name);
     if (!unknown.empty()) dcc_.text("dcc:description", join_texts(texts_for("label.not_known"), ": ", unknown));
-    for (const DccTexts& column : table.words)
+    for (const DccTexts& column : table.text_columns)
       dcc_.quantity_of_texts(column.name, column.ref_type, at(column.values, group.rows));
     for (std::size_t i = 0; i < table.columns.size(); ++i)
       if (const DccColumn& column = table.columns[i]; group.pattern[i] != Certainty::nothing)

@@ -37,11 +37,11 @@ struct Definitions {
 /// Large labelled numbers at the top of the document.
 struct KeyFigures {
   std::string title;  ///< "Axis u1.x"; empty: none
-  struct One {
+  struct Entry {
     std::string value, unit, label;
     bool best = false;
   };
-  std::vector<One> figures;
+  std::vector<Entry> figures;
 };
 
 /// A table cell. A mark is shown as text and sign, not by colour alone.

@@ -261,7 +261,7 @@ class BodyWriter {
   void operator()(const KeyFigures& keys) {
     if (!keys.title.empty()) html_ += "<p class=\"keys-title\">" + escaped(keys.title) + "</p>\n";
     html_ += "<div class=\"keys\">\n";
-    for (const KeyFigures::One& one : keys.figures)
+    for (const KeyFigures::Entry& one : keys.figures)
       html_ += fmt::format(
           "<div class=\"key{}\"><span class=\"value\">{}</span><span class=\"unit\">{}</span>"
           "<span class=\"label\">{}</span></div>\n",

@@ -99,7 +99,8 @@ void add_calibrated_item(DocumentWriter& writer) {
   writer.add(std::move(lines).finish());
 }
 
-KeyFigures::One key_figure(const DocumentWriter& writer, const SummaryValue& figure, const char* label_key, bool best) {
+KeyFigures::Entry key_figure(const DocumentWriter& writer, const SummaryValue& figure, const char* label_key,
+                             bool best) {
   const std::string stage = writer.translated(std::string("key.") + name(figure.table->stage));
   std::string label = writer.sentence("key.of_stage", writer.translated(label_key), stage);
   if (const std::string note = coverage_note(writer.language, figure.value); !note.empty()) label += " (" + note + ")";

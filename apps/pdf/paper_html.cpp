@@ -140,7 +140,7 @@ const char* size_class(const DocumentTable& table) {
 }
 
 /// Returns the font size in points at which a key value fills its cell on one line. `available_pt` is the cell width.
-double key_size(const KeyFigures::One& one, double available_pt) {
+double key_size(const KeyFigures::Entry& one, double available_pt) {
   constexpr double kLargest = 14, kSmallest = 7, kUnit = 7.6;
   const double value_pt = available_pt - kUnit * (estimate_width(one.unit) + 0.4);
   return std::clamp(value_pt / (kBold * std::max(1.0, estimate_width(one.value))), kSmallest, kLargest);
@@ -224,7 +224,7 @@ class PaperWriter {
     html_ += "</tr>\n";
   }
 
-  void add_key(const KeyFigures::One& one, std::size_t per_row) {
+  void add_key(const KeyFigures::Entry& one, std::size_t per_row) {
     const double available_pt = kTextWidthPt / static_cast<double>(per_row) - 2 * 3 / 25.4 * 72;
     html_ +=
         fmt::format("<td{}><b style=\"font-size: {:.1f}pt\">{}</b> <span class=\"unit\">{}</span><div>{}</div></td>",

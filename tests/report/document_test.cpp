@@ -31,7 +31,7 @@ struct Text {
   }
   void operator()(const KeyFigures& keys) {
     take(keys.title);
-    for (const KeyFigures::One& one : keys.figures) take(one.value + " " + one.unit + " " + one.label);
+    for (const KeyFigures::Entry& one : keys.figures) take(one.value + " " + one.unit + " " + one.label);
   }
   void operator()(const DocumentTable& table) {
     take(table.caption);

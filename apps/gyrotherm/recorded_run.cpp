@@ -136,10 +136,11 @@ std::string model_path(const std::string& folder, const data::AxisChoice& axis, 
 Result<void> write_model(const std::string& path, const model::Model& model) {
   const auto json = to_json(model);
   if (const auto read = model::model_from_json(json, path); !read)
-    return failure(FaultKind::numeric, path,
-                   fmt::format("the model cannot be written, for nothing could read it: {}; look at the values that it "
-                               "was trained on",
-                               text(read.error())));
+    return failure(
+        FaultKind::numeric, path,
+        fmt::format("the model is not written, because it could not be read back: {}; check the values that it "
+                    "was trained on",
+                    text(read.error())));
   return replace_text_file(path, json);
 }
 

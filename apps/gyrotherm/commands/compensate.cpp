@@ -110,9 +110,10 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
   if (const auto pace = table_.has_seconds() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
     return failure(
         FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(pace->row)]),
-        fmt::format("compensate takes a row a second, and by \"time [s]\" these are {:g} s apart; import them "
-                    "anew with every = \"1 s\" in [time], or take verify",
-                    pace->step_s));
+        fmt::format(
+            "compensate requires one row per second, but according to \"time [s]\" these rows are {:g} s apart; "
+            "import them again with every = \"1 s\" in [time], or use verify",
+            pace->step_s));
   if (good > 0) console.print(answer_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
@@ -245,8 +246,8 @@ Result<Expanded> expanded_uncertainty(Console& console, const model::Model& mode
     return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
   const model::CombinedUncertainty combined = of_mean_over(*model.uncertainty, model.cluster_length_s);
   console.print_message(fmt::format(
-      "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
-      "trained range, and wider outside; a single row has its own noise beside",
+      "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) applies to a mean of these rows over {:g} s inside the trained range; "
+      "outside it, U is larger; the noise of a single row is not included",
       combined.expanded_deg_per_h, combined.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
   return Expanded(
       [&model](double excess) { return expanded_outside(*model.uncertainty, model.cluster_length_s, excess); });
@@ -257,9 +258,8 @@ std::string describe_latency(const model::Model& model) {
   const std::string means = fmt::format("inputs are trailing {:g} s means", model.cluster_length_s);
   if (!is_led(model)) return fmt::format("{}: the compensation lags by {:g} s", means, model.cluster_length_s / 2);
   return fmt::format(
-      "{}, which lag by {:g} s: the compensation is extrapolated by as much, which leaves {:.2g} °/h (rms, in "
-      "training) "
-      "where the lag would leave {:.2g}",
+      "{}, which lag by {:g} s; the compensation is extrapolated by the same time: error in training {:.2g} °/h rms, "
+      "compared with {:.2g} °/h with the lag",
       means, model.latency->lag_s, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
 }
 
@@ -272,7 +272,7 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
     console.print_message("warning: " + warning);
   if (options.uncertainty && options.tracking.track)
     return failure(FaultKind::usage, "--uncertainty",
-                   "is of what the model leaves, not of what is tracked: one of the two");
+                   "not valid with --track; U applies to the residual bias without tracking");
   const auto noise =
       find_tracking_noise(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
@@ -295,13 +295,13 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
       answer(console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
              compensation);
   if (compensation && compensation->outside() > 0) {
-    console.print_message(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
-                                      compensation->outside(), name(*outside)));
+    console.print_message(
+        fmt::format("{} rows had an input outside the trained range ({})", compensation->outside(), name(*outside)));
   }
   if (compensation && compensation->missing_s() > 0) {
     console.print_message(
-        fmt::format("{} seconds are missing between the rows; after each gap there is no value until there is "
-                    "a whole mean again",
+        fmt::format("{} seconds are missing between the rows; after each gap, rows have no value until their "
+                    "mean is complete again",
                     compensation->missing_s()));
   }
   if (!answered) return failure(answered.error());

@@ -49,8 +49,8 @@ Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
   const double interval_s = data::sample_interval_s(dataset);
   if (std::abs(interval_s - 1) <= kOff) return {};
   return failure(FaultKind::usage, dataset.path,
-                 fmt::format("--compensated takes a row a second, and these are {:g} s apart; import them anew with "
-                             "every = \"1 s\" in [time]",
+                 fmt::format("--compensated requires one row per second, but these rows are {:g} s apart; import "
+                             "them again with every = \"1 s\" in [time]",
                              interval_s));
 }
 
@@ -179,7 +179,9 @@ Result<std::size_t> write_table(Console& console, const record::RecordFiles& fil
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
   const bool is_chosen = !(options.from + options.to + options.every).empty() || options.format != "csv";
   if (options.follow && (options.compensated || is_chosen || !options.out.empty()))
-    return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
+    return failure(
+        FaultKind::usage, "--follow",
+        "only prints recorded rows to stdout; not valid with --out, --as, --from, --to, --every or --compensated");
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; only --follow writes to stdout");
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
@@ -203,7 +205,9 @@ void add_export(Program& program) {
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the output file")->check(not_a_dash())->type_name(value::kTable);
   add_force_flag(command, options.force);
-  command.add_option("--as", options.format, "csv, netcdf (CF, by netCDF-4) or gnuplot (a script with its data)")
+  command
+      .add_option("--as", options.format,
+                  "output format: csv, netcdf (netCDF-4 with CF conventions) or gnuplot (a script with its data)")
       ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
       ->type_name("FORMAT");
   command.add_option("--from", options.from, "the first row: \"2 h\" since the start, or \"2026-03-01T12:00:00Z\"")
@@ -216,7 +220,7 @@ void add_export(Program& program) {
   auto* compensated =
       command.add_flag("--compensated", options.compensated,
                        "columns of one axis: calibrated temperatures, bias, compensated bias and its U");
-  command.add_option("--model", options.model, "the model that compensates")->type_name(value::kModel);
+  command.add_option("--model", options.model, "the compensation model")->type_name(value::kModel);
   add_outside_option(command, options.outside);
   add_axis_options(command, options.axis);
   for (const auto* of_it : {"--model", "--outside", "--unit", "--axis"}) command.get_option(of_it)->needs(compensated);

@@ -46,7 +46,8 @@ Result<void> export_data(Console& console, const ExportModelArguments& options, 
 Result<void> export_c(Console& console, const ExportModelArguments& options, const model::Model& model) {
   const std::filesystem::path source = options.out;
   if (source.extension() != ".c") {
-    return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
+    return failure(FaultKind::usage, "--out",
+                   "the name of a C source must end in .c; its header is written next to it");
   }
   const auto noise =
       find_tracking_noise(console, model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
@@ -64,7 +65,7 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
         text_of(Json{{"file", source.string()}, {"header", header.string()}, {"agrees_to_deg_per_h", within}}) + "\n");
   else
     console.print_message(
-        fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
+        fmt::format("wrote {} and {}; their self-test checks that they agree with this program to {:.2g} °/h",
                     source.string(), header.string(), within));
   return {};
 }
@@ -79,13 +80,14 @@ Result<void> write(Console& console, const ExportModelArguments& options, const 
 
 Result<Exit> export_model(Console& console, const ExportModelArguments& options) {
   if (options.as == "c" && !options.run.empty()) {
-    return failure(FaultKind::usage, "--data", "is for --as libsvm; a C program has a self-test inside");
+    return failure(FaultKind::usage, "--data",
+                   "only valid with --as libsvm; the self-test of a C export contains its own inputs");
   }
   if (options.as != "c" && (options.tracking.track || !options.tracking.noise.empty())) {
-    return failure(FaultKind::usage, "--track", "is for --as c");
+    return failure(FaultKind::usage, "--track", "only valid with --as c");
   }
   if (console.json && options.as != "c" && options.out.empty())
-    return failure(FaultKind::usage, "--json", "the model itself goes to stdout; name a file for it with --out");
+    return failure(FaultKind::usage, "--json", "the model itself is written to stdout; name a file for it with --out");
   if (!options.out.empty())
     if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);
@@ -102,7 +104,9 @@ void add_export_model(Program& program) {
                                         "source and header for a navigation computer.",
                                         "gyrotherm export-model model.json --as c --out compensation.c", export_model);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
-  command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
+  command.add_option("--as", options.as, "output format: libsvm or c")
+      ->required()
+      ->check(CLI::IsMember({"libsvm", "c"}));
   command.add_option("--out", options.out, "the file (default for libsvm: standard output)")
       ->check(not_a_dash())
       ->type_name(value::kCode);

@@ -68,7 +68,7 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
       std::vector<std::string> names;
       std::ranges::transform(all, std::back_inserter(names), data::in_words);
       return failure(FaultKind::usage, path,
-                     fmt::format("has no axis \"{}\", it has {}", name, fmt::join(names, ", ")));
+                     fmt::format("has no axis \"{}\"; its axes are {}", name, fmt::join(names, ", ")));
     }
     chosen.push_back(*at);
   }
@@ -78,7 +78,7 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
 Result<void> check_models_used(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
   for (const auto& [name, file] : named)
     if (std::ranges::find(axes, name, data::in_words) == axes.end())
-      return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is none of the axes that are fused", name));
+      return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is not one of the axes to fuse", name));
   return {};
 }
 
@@ -92,7 +92,7 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   const auto record = record::read_record(checked->files);
   if (!record) return failure(record.error());
   if (!record->finished)
-    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" completes it");
   const auto chosen = axes_to_fuse(record->info, options.axes, path);
   if (!chosen) return failure(chosen.error());
   if (auto models_used = check_models_used(*named, *chosen); !models_used) return failure(models_used.error());
@@ -119,7 +119,8 @@ Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   if (path.empty()) {
     path = record::ramp_record_path(options.folder);
     if (options.folder.empty() || !std::filesystem::exists(path)) {
-      console.print_message("the thermometers have no vote: name a record without faults with --healthy");
+      console.print_message(
+          "the thermometers are not compared with each other; name a record without faults with --healthy");
       return Healthy{};
     }
   }
@@ -127,7 +128,7 @@ Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   if (!healthy) return failure(healthy.error());
   auto learnt = healthy_thermometers(*healthy, options.fusion.cluster_s);
   if (!learnt && options.healthy.empty()) {
-    console.print_message(fmt::format("the thermometers have no vote: {}", text(learnt.error())));
+    console.print_message(fmt::format("the thermometers are not compared with each other: {}", text(learnt.error())));
     return Healthy{};
   }
   if (!learnt) return failure(learnt.error());
@@ -177,20 +178,21 @@ std::string vector_line(const char* what, const std::vector<double>& values) {
 
 std::string describe(const char* what, const std::optional<model::RateError>& error) {
   if (!error) return "";
-  return fmt::format("  {:<34} RMS {:.5f} °/h: mean {:.5f}, about it {:.5f} ({} means)\n", what, error->rms_deg_per_h,
-                     error->mean_deg_per_h, error->about_mean_deg_per_h, error->clusters);
+  return fmt::format("  {:<34} RMS {:.5f} °/h: mean {:.5f}, about the mean {:.5f} ({} means)\n", what,
+                     error->rms_deg_per_h, error->mean_deg_per_h, error->about_mean_deg_per_h, error->clusters);
 }
 
 std::string describe_rest(const model::FusionSummary& summary) {
   if (!summary.rest) return "";
   const model::RestStretch& rest = *summary.rest;
-  std::string text = fmt::format("at rest, the last hour of {} holds:\n", summary.holds.size()) +
+  std::string text = fmt::format("at rest, mean over the last hour of {} holds:\n", summary.holds.size()) +
                      vector_line("rate, °/h", rest.rate.deg_per_h) +
                      vector_line("U (k = 2), °/h", rest.rate.expanded_deg_per_h) +
-                     vector_line("less the Earth's rotation, °/h", rest.residual_deg_per_h);
-  text += rest.heading_deg ? fmt::format("  {:<34} {:.4f}° ± {:.4f}° (95 %); the record says {:.4f}°\n", "heading of x",
-                                         *rest.heading_deg, *rest.heading_expanded_deg, *summary.said_heading_deg)
-                           : fmt::format("  {:<34} not found: {}\n", "heading of x", rest.no_heading);
+                     vector_line("rate minus Earth rate, °/h", rest.residual_deg_per_h);
+  text += rest.heading_deg
+              ? fmt::format("  {:<34} {:.4f}° ± {:.4f}° (95 %); the record states {:.4f}°\n", "heading of x",
+                            *rest.heading_deg, *rest.heading_expanded_deg, *summary.said_heading_deg)
+              : fmt::format("  {:<34} not found: {}\n", "heading of x", rest.no_heading);
   if (rest.turn_deg.empty()) return text;
   text += fmt::format("  {:<34} {:.1f} of {}, limit {:.1f}\n", "χ² of readings and priors", rest.statistic,
                       rest.bias_deg_per_h.size(), rest.limit);
@@ -212,18 +214,18 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
                         axis.name, axis.method, axis.inputs, axis.second_std_deg_per_h, axis.hour_std_deg_per_h,
                         axis.error_rms_deg_per_h, axis.left_out_s);
   text += std::isfinite(summary.limit)
-              ? fmt::format("parity: {} seconds above {:.1f}, which chance exceeds with {:g} in a second\n",
+              ? fmt::format("parity: {} seconds above the limit {:.1f} (false-alarm probability {:g} per second)\n",
                             summary.contradictions, summary.limit, summary.false_alarm_probability)
-              : "parity: none, of three axes\n";
+              : "parity: not available with three axes\n";
   if (summary.error) {
-    text += "error against the Earth's rotation, length of the vector:\n" + describe("fused", summary.error) +
+    text += "error relative to the Earth rate, magnitude of the vector:\n" + describe("fused", summary.error) +
             describe("all axes, none left out", summary.of_all_axes) + describe("first three axes", summary.of_three);
     if (summary.within_expanded)
       text += fmt::format("  {:<34} {:.1f} %\n", "components within their U (k = 2)", 100 * *summary.within_expanded);
   }
   text += describe_rest(summary);
   for (const std::string& warning : summary.warnings) text += "warning: " + warning + "\n";
-  if (summary.alarms.empty()) return text + "nothing was found\n";
+  if (summary.alarms.empty()) return text + "no alarms\n";
   constexpr std::size_t kMost = 20;
   for (std::size_t i = 0; i < std::min(kMost, summary.alarms.size()); ++i) {
     const model::Alarm& alarm = summary.alarms[i];
@@ -239,7 +241,7 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   const std::filesystem::path source = options.export_c;
   if (source.extension() != ".c")
     return failure(FaultKind::usage, "--export-c",
-                   "a C program needs a file that ends in .c; its header is put beside it");
+                   "the name of a C source must end in .c; its header is written next to it");
   const std::string name = model::c_name(source.stem().string());
   const auto program = model::fusion_to_c(
       run.geometry, name,
@@ -251,7 +253,7 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   if (auto free = check_is_free(header.string(), options.force); !free) return free;
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
-  console.print_message(fmt::format("wrote {} and {}, with a self-test inside", source.string(), header.string()));
+  console.print_message(fmt::format("wrote {} and {}, including a self-test", source.string(), header.string()));
   return {};
 }
 
@@ -284,9 +286,9 @@ Result<void> fuse_one(Console& console, const std::string& path, const Healthy& 
 
 Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
   if (options.folder.empty() && options.models.empty())
-    return failure(FaultKind::usage, "--models", "name the folder that qualify left, or each model with --model");
+    return failure(FaultKind::usage, "--models", "name the folder that qualify wrote, or each model with --model");
   if (options.runs.size() > 1 && !(options.out.empty() && options.report.empty() && options.export_c.empty()))
-    return failure(FaultKind::usage, "--out", "--out, --report and --export-c are for one record");
+    return failure(FaultKind::usage, "--out", "--out, --report and --export-c require a single record");
   for (const std::string& file : {options.out, options.export_c})
     if (!file.empty() && file != "-")
       if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
@@ -306,8 +308,8 @@ Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
 void add_fuse(Program& program) {
   auto [command, options] = add_command(
       program, "fuse",
-      "Makes one rate vector a second of three or more axes and finds who contradicts the others, the Earth or the "
-      "thermometers.",
+      "Combines three or more axes into one rate vector per second, and detects axes and thermometers whose readings "
+      "contradict the others or the Earth rate.",
       "gyrotherm fuse random.db --models out --report out/fusion", fuse_all);
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command
@@ -315,7 +317,7 @@ void add_fuse(Program& program) {
                   "the folder with the model of each axis: UNIT/AXIS/model-NAME.json, or UNIT/model-NAME.json if the "
                   "unit has one axis")
       ->type_name(value::kFolder);
-  command.add_option("--inputs", options.inputs, "NAME of the models in it (default: multi-point-t)")
+  command.add_option("--inputs", options.inputs, "NAME of the models in that folder (default: multi-point-t)")
       ->type_name("NAME");
   command.add_option("--model", options.models, "AXIS=FILE: the model of one axis, like u1.x=model.json")
       ->type_name("AXIS=MODEL");

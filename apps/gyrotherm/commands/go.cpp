@@ -73,7 +73,7 @@ void add_go(Program& program) {
   command.add_option("rig", options.rig, "the rig")->type_name(value::kRig)->required();
   command.add_option("at", options.at, "the set point, °C")->required();
   command.add_option("--for", options.time, "duration of the hold (default: 24 h)");
-  command.add_option("--out", options.out, "the record (default: \"go\", date and time in UTC)")
+  command.add_option("--out", options.out, "the record (default: go-DATE-TIME.db, in UTC)")
       ->check(not_a_dash())
       ->type_name(value::kRecord);
 }

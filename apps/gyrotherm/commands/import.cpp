@@ -25,7 +25,8 @@ struct ImportArguments {
 };
 
 Result<Exit> guess(Console& console, const ImportArguments& options) {
-  if (!options.map.empty()) return failure(FaultKind::usage, "--guess", "makes a map; --map names one that is there");
+  if (!options.map.empty())
+    return failure(FaultKind::usage, "--guess", "creates a map; not valid with --map, which names an existing map");
   const auto map = exchange::guess_map(options.file);
   if (!map) return failure(map.error());
   if (options.out.empty()) {
@@ -45,14 +46,14 @@ std::string format_start(Duration started) { return civil_time(std::chrono::roun
 /// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMost = 40;
-  std::string rows = fmt::format("of {} rows of the file", summary.file_rows);
+  std::string rows = fmt::format("{} rows in the file", summary.file_rows);
   if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
   if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};
   for (const auto& channel : summary.channels)
     if (lines.size() <= kMost) lines.push_back(in_words(channel));
   if (summary.channels.size() > kMost)
-    lines.push_back(fmt::format("and {} channels more; --json has all", summary.channels.size() - kMost));
+    lines.push_back(fmt::format("and {} more channels; --json lists all", summary.channels.size() - kMost));
   return lines;
 }
 
@@ -118,7 +119,7 @@ void add_import(Program& program) {
   auto [command, options] =
       add_command(program, "import", "Imports a table or log of another program into a record, with a column map.",
                   "gyrotherm import table.csv --map freeimu --out freeimu.db", import);
-  command.add_option("file", options.file, "a text table, a log of PX4 or ArduPilot, or NetCDF")
+  command.add_option("file", options.file, "a text table, a PX4 or ArduPilot log, or NetCDF")
       ->type_name(value::kTable)
       ->required();
   command.add_option("--map", options.map, "column map")->type_name(value::kMap);

@@ -93,23 +93,26 @@ std::string describe(const RecordedRuns& records, const model::Placement& placem
   std::string text;
   for (const auto& dataset : records.datasets)
     text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
-  text += fmt::format("STD in °/h; {}; a response surface of second order{}\n", placement.folds,
-                      confirmed.empty() ? "" : ", and support vectors tuned anew by a small swarm (svr)");
-  text += "leaving out one after the other, the cheapest first:\n" + heading("", placement, confirmed) +
+  text += fmt::format("STD in °/h; {}; second-order response surface{}\n", placement.folds,
+                      confirmed.empty() ? "" : ", and a support-vector model tuned by a small swarm (svr)");
+  text += "leaving out one after another, the smallest STD increase (price) first:\n" +
+          heading("", placement, confirmed) +
           row("none", placement.all, confirmed.empty() ? nullptr : &confirmed.front());
   for (std::size_t k = 0; k < placement.elimination.size(); ++k) {
     const auto& step = placement.elimination[k];
     text += row("+ " + step.left_out.back(), step, confirmed.empty() ? nullptr : &confirmed[k + 1]);
   }
-  text += "leaving out one alone:\n";
+  text += "leaving out only one:\n";
   for (const auto& one : placement.alone) text += row(one.left_out.front(), one, nullptr);
   if (placement.best_pair)
-    text += "cheapest two:\n" + row(list(placement.best_pair->left_out), *placement.best_pair, nullptr);
+    text += "leaving out two, the pair with the smallest price:\n" +
+            row(list(placement.best_pair->left_out), *placement.best_pair, nullptr);
   if (placement.best_three)
-    text += "cheapest three:\n" + row(list(placement.best_three->left_out), *placement.best_three, nullptr);
+    text += "leaving out three, the set with the smallest price:\n" +
+            row(list(placement.best_three->left_out), *placement.best_three, nullptr);
   const auto spared = static_cast<std::size_t>(placement.spared);
   const auto& enough = spared == 0 ? placement.all : placement.elimination[spared - 1];
-  return text + fmt::format("{} of {} can be left out at a price within its error; {} would do\n", spared,
+  return text + fmt::format("{} of {} thermometers can be left out at a price within its error; {} suffice\n", spared,
                             placement.all.kept.size(), list(enough.kept));
 }
 
@@ -153,8 +156,9 @@ Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
   for (const data::Dataset& one : unseen.datasets)
     for (const data::Dataset& other : records.datasets) {
       if (one.run_id == other.run_id)
-        return failure(FaultKind::usage, one.path,
-                       fmt::format("--verify wants a run that decides nothing, {} does", other.path));
+        return failure(
+            FaultKind::usage, one.path,
+            fmt::format("is the same run as {}; --verify requires runs that do not influence the ranking", other.path));
       if (auto one_gyro = check_same_gyro(one, other, other.path); !one_gyro) return one_gyro;
     }
   return {};

@@ -120,7 +120,7 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
   if (!is_number) return Run{.stage = what, .path = what};
   if (!rig.simulated)
     return failure(FaultKind::usage, "--verify-later",
-                   fmt::format("{} days cannot be waited for on a real rig; name the record of a later run", days));
+                   fmt::format("a real rig cannot wait {} days; name the record of a later run", days));
   if (days < 1 || days > simulator::kMostDaysLater - random.days_later)
     return failure(FaultKind::usage, "--verify-later",
                    fmt::format("{} days, expected 1 to {}", days, simulator::kMostDaysLater - random.days_later));
@@ -137,7 +137,7 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
   if (!info) return failure(info.error());
   if (!belongs_to_experiment(*info, run.profile, rig, start))
     return failure(FaultKind::usage, run.path,
-                   "is of another experiment (profile, rig, seed, day or program differ); choose another --out");
+                   "belongs to another experiment (profile, rig, seed, age or program differs); choose another --out");
   const auto status = record::read_status(run.path);
   if (!status) return failure(status.error());
   if (!status->finished) return resume_run(console, run.path, {});
@@ -248,7 +248,7 @@ std::string result_table(const report::Report& report, const model::Qualificatio
 /// Returns the table of residual errors on the later runs, or an empty text without such runs.
 std::string later_table(const report::Report& report) {
   if (report.later.empty()) return "";
-  std::string text = fmt::format("{:<39} {:>20}", "RMSE, °/h (in their intervals of 95 %)", "random");
+  std::string text = fmt::format("{:<39} {:>20}", "RMSE, °/h (inside the 95 % intervals)", "random");
   for (const report::ReportedLaterRun& run : report.later) text += fmt::format(" {:>20}", run.name);
   const auto cell = [](const report::ReportedVerification& found) {
     const std::string share = found.coverage ? fmt::format(" ({:5.1f} %)", 100 * found.coverage->seen) : "";
@@ -391,7 +391,7 @@ std::vector<record::UnitInfo> list_units(const rig::RigFile& rig) {
 /// Returns the axes of --only, or none without that option.
 Result<std::vector<data::AxisChoice>> requested_axes(const QualifyArguments& options, const rig::RigFile& rig) {
   if (!options.only.empty() && has_one_axis(rig))
-    return failure(FaultKind::usage, "--only", "is for a rig with several axes; this one has one");
+    return failure(FaultKind::usage, "--only", "only valid for a rig with several axes; this rig has one");
   record::RunInfo info;
   info.units = list_units(rig);
   return find_axes(options.only, info);
@@ -406,14 +406,14 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   if (!runs) return failure(runs.error());
   if (!options.further.empty() && !has_one_axis(*rig))
     return failure(FaultKind::usage, "--further",
-                   "is for a rig with one axis; train on the records of each with --unit");
+                   "only valid for a rig with one axis; otherwise use \"gyrotherm train --unit\" for each unit");
   auto further = load_further(console, options.further, runs->rate.profile);
   if (!further) return failure(further.error());
   auto only = requested_axes(options, *rig);
   if (!only) return failure(only.error());
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
-  if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
+  if (error) return failure(FaultKind::storage, options.out, "cannot be created: " + error.message());
   KnownDigests digests(options.out, GYROTHERM_VERSION);
   for (Run& run : runs->later)
     if (auto loaded = is_recorded(run) ? load(console, run, digests) : Result<void>(); !loaded)
@@ -452,14 +452,14 @@ void add_qualify(Program& program) {
                   "seed of the virtual gyro, its noise and the swarm; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.days_later);
-  command.add_option("--threads", options.training.threads, "threads of the training; 0: all; the result is the same")
+  command.add_option("--threads", options.training.threads, "training threads; 0: all; the result is the same")
       ->check(not_negative());
   command.add_flag("--compare", options.compare,
                    "on a rig with several axes: also train all other methods, as on a rig with one axis");
   command
       .add_option("--only", options.only,
-                  "on a rig with several axes: train only these axes or units; the summary of the lot is made by the "
-                  "call that finds all of them trained")
+                  "on a rig with several axes: train only these axes or units; a later call without --only writes "
+                  "the summary of the lot")
       ->type_name("UNIT[.AXIS],…")
       ->delimiter(',');
   command.add_flag("--records-only", options.records_only,
@@ -470,8 +470,8 @@ void add_qualify(Program& program) {
       "nested cross-validation: repeat all choices without each held-out cycle; training takes about twice as long");
   command
       .add_option("--further", options.further,
-                  "further records of this gyro from another profile than the ramp run; the recommended model is "
-                  "selected on them, by rule (docs/evaluation.md), and never on the run that the report quotes")
+                  "further records of this gyro, from a profile other than that of the ramp run; the recommended model "
+                  "is selected on them by the rule in docs/evaluation.md, never on the run that the report quotes")
       ->type_name(value::kRecord);
   command
       .add_option("--verify-later", options.later,

@@ -28,7 +28,8 @@ std::string without_training(const model::Model& model, const data::RecordedRun&
   for (const model::TrainingRecord& record : model.trained_on) {
     if (record.run_id == recorded.dataset.run_id) return {};
   }
-  return recorded.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
+  return recorded.dataset.path +
+         ": the model was not trained on this record; the change of its predictions is measured on it nevertheless";
 }
 
 Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {

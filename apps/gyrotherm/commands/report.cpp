@@ -39,7 +39,8 @@ Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
   if (options.runs.empty()) return failure(FaultKind::usage, "records", "name records, or a folder that qualify wrote");
   const bool is_folder = options.runs.size() == 1 && std::filesystem::is_directory(options.runs.front());
   if (!options.inputs.empty() && !has_models_in_a_folder(options, is_folder))
-    return failure(FaultKind::usage, "--inputs", "names models in a folder; name that with --models or --found-models");
+    return failure(FaultKind::usage, "--inputs",
+                   "selects models in a folder; name the folder with --models or --found-models");
   if (is_folder && options.out.empty()) return rebuild(console, options.runs.front());
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "name the folder that the report is written to");
   if (!is_folder) return calibrate(console, options);

@@ -31,11 +31,11 @@ Result<Exit> rewrite(Console& console, const FiledReport& filed, const std::stri
 Result<void> check_may_be_authorised(Console& console, const FiledReport& filed, const std::string& folder) {
   const report::CalibrationReport& report = filed.report;
   if (report.state == report::ReportState::draft) return {};
-  const auto refused = failure(FaultKind::usage, filed.path, fmt::format("is no draft, it is {}", name(report.state)));
+  const auto refused = failure(FaultKind::usage, filed.path, fmt::format("is {}, not a draft", name(report.state)));
   if (report.state != report::ReportState::authorised) return refused;
   const auto already = report::is_signed(folder);
   if (!already) return failure(already.error());
-  if (*already) return failure(FaultKind::usage, filed.path, "is signed, and is not authorised again");
+  if (*already) return failure(FaultKind::usage, filed.path, "is signed; a signed report cannot be authorised again");
   const auto differences = report::compare_with_authorisation(folder, report);
   if (differences && differences->changed.empty() && differences->missing.empty()) return refused;
   console.print_message(fmt::format("{}: was authorised by {}; since then: {}", filed.path,
@@ -53,7 +53,7 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   for (const std::string& one : report::find_placeholders(report))  // drafts of gyrotherm 0.1.0
     if (std::ranges::find(missing, one) == missing.end()) missing.push_back(one);
   if (!missing.empty())
-    return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(missing, "; ")));
+    return failure(FaultKind::usage, filed->path, fmt::format("is incomplete; missing: {}", fmt::join(missing, "; ")));
   if (auto may = report::check_may_authorise(report, options.by); !may) return failure(may.error());
   report.state = report::ReportState::authorised;
   report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
@@ -78,9 +78,9 @@ Result<void> check_may_replace(const FiledReport& by, const report::CalibrationR
   const report::CalibrationReport& one = by.report;
   if (one.number == report.number) return refused(fmt::format("has the same number, {}", report.number));
   if (one.state != report::ReportState::authorised)
-    return refused(fmt::format("is {}; only a report that is authorised takes the place of another", name(one.state)));
+    return refused(fmt::format("is {}; only an authorised report can replace another", name(one.state)));
   if (one.item.model != report.item.model || one.item.serial_number != report.item.serial_number)
-    return refused(fmt::format("is of another unit, {} {}, than {} {}", one.item.model, one.item.serial_number,
+    return refused(fmt::format("covers another unit: {} {}, expected {} {}", one.item.model, one.item.serial_number,
                                report.item.model, report.item.serial_number));
   return {};
 }
@@ -92,10 +92,11 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   report::CalibrationReport& report = filed->report;
   if (report.state == report::ReportState::superseded)
     return failure(FaultKind::usage, filed->path,
-                   fmt::format("is superseded already, by {}", report.replaced_by->number));
+                   fmt::format("is already superseded by {}", report.replaced_by->number));
   if (auto may = check_may_replace(*by, report); !may) return failure(may.error());
   if (report.state == report::ReportState::draft)
-    return failure(FaultKind::usage, filed->path, "is a draft, which was never valid; only a report is superseded");
+    return failure(FaultKind::usage, filed->path,
+                   "is a draft, which was never valid; only an authorised report can be superseded");
   if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =

@@ -53,21 +53,20 @@ bool has_rows(const std::string& path, const std::string& sha256) {
 Check check_used(const std::string& folder, const report::CalibrationReport& report, const report::UsedFile& file) {
   using enum Check::Outcome;
   const std::string path = find_nearby_file(folder, file.name);
-  if (path.empty()) return {file.name, not_there, "is not beside the report; nothing is said of it"};
+  if (path.empty()) return {file.name, not_there, "is not next to the report; not checked"};
   const auto digest = record::file_digest(path);
   const bool has_bytes = digest && *digest == file.sha256;
-  const Check another{file.name, fails, "is not the file that the report rests on"};
+  const Check another{file.name, fails, "is not the file on which the report is based"};
   if (file.role != "record")
-    return has_bytes ? Check{file.name, holds, "is the file that the report rests on"} : another;
+    return has_bytes ? Check{file.name, holds, "is the file on which the report is based"} : another;
   const auto verified = record::verify_record(path);
   if (!verified) return {file.name, fails, text(verified.error())};
   if (!has_bytes && !has_rows(path, file.sha256)) return another;
   if (const int named = count_named_files(report, file.name); has_bytes && verified->files != named)
-    return {file.name, fails,
-            fmt::format("the number of its files is {}, the report names {}", verified->files, named)};
-  return {file.name, holds,
-          fmt::format("is the file that the report rests on, and all its {} rows are as they were written",
-                      verified->rows)};
+    return {file.name, fails, fmt::format("has {} files, but the report names {}", verified->files, named)};
+  return {
+      file.name, holds,
+      fmt::format("is the file on which the report is based, and all of its {} rows are unchanged", verified->rows)};
 }
 
 const char* outcome_name(Check::Outcome outcome) {
@@ -112,9 +111,10 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)
-    return failure(FaultKind::bad_file, options.folder,
-                   fmt::format("is not as it was signed: {} of {} checks fail", failing, found->checks.size()));
-  console.print_message(fmt::format("{}: the report {} is as it was signed", options.folder, found->identifier));
+    return failure(
+        FaultKind::bad_file, options.folder,
+        fmt::format("does not match what was signed: {} of {} checks failed", failing, found->checks.size()));
+  console.print_message(fmt::format("{}: report {} matches what was signed", options.folder, found->identifier));
   return Exit::done;
 }
 

@@ -45,8 +45,8 @@ void add_resume(Program& program) {
   command.add_flag("--accept", options.accept,
                    "confirm that the operator has checked the chamber and that the run may continue");
   command.add_flag("--trust-commands", options.trust_commands,
-                   "start the driver programs that the record names, although this user has not confirmed them in "
-                   "their present form by a run of this rig file");
+                   "start the driver programs that the record names, even if this user has not confirmed their "
+                   "present versions by a run of this rig file");
   command.add_option("--gap", options.gap, "on a virtual rig: length of the interruption (default: 30 s)")
       ->type_name("DURATION");
 }

@@ -74,7 +74,7 @@ void print_addresses(Console& console, const rig::RigFile& rig, const simulator:
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     if (instruments.thermometer_port(i) == 0)
       console.print_message(
-          fmt::format("thermometer {} ({}) is an HID device: it is there for dry runs alone, no other program "
+          fmt::format("thermometer {} ({}) is an HID device; it exists only in dry runs, and no other program "
                       "can open it",
                       i + 1, rig.thermometers[i].driver));
 }
@@ -105,7 +105,7 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   const auto pace = parse_pace(options.pace);
   if (!pace)
     return failure(FaultKind::usage, "--pace",
-                   fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
+                   fmt::format("\"{}\", expected real, max or xN for N times real time", options.pace));
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   watch_for_interrupts(SecondInterrupt::ends);
@@ -129,14 +129,14 @@ void add_simulate(Program& program) {
       .add_option("--rig", options.rig,
                   "a rig (default: virtual); for a real rig with one axis, virtual instruments of the same types")
       ->type_name(value::kRig);
-  command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time")
+  command.add_option("--pace", options.pace, "real, max, or xN for N times real time (such as x10)")
       ->type_name("PACE:{real,x10,max}");
   command.add_option("--seed", options.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
   command.add_option("--port", options.port,
                      "port of the chamber; the other instruments use the following ports (default: free ports)");
   command.add_flag("--full-rate", options.full_rate,
-                   "send the frame rate of each gyro stream instead of one frame per second");
+                   "send frames at the full rate of each gyro stream instead of one per second");
   command.add_flag("--pty", options.pty, "also serve instruments with a serial line on pseudo-terminals");
 }
 

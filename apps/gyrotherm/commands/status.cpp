@@ -111,7 +111,7 @@ std::string describe(const record::RunStatus& status) {
                         name(status.phase));
   text += state_lines(status);
   if (const auto& frames = status.frames)
-    text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
+    text += fmt::format("  gyro frames: {} received, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   for (const auto& axis : status.gyro_rates) text += "  " + in_words(axis) + "\n";
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
   return text + thermometer_line(status);

@@ -45,10 +45,10 @@ void add_warnings(model::Model& model, const RecordedRuns& records, const data::
   model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
   if (cluster_length_s != kUsual_s)
     model.warnings.push_back(fmt::format(
-        "clusters are means over {:g} s, not {:g} s: the gyro's noise in them is {:.2g} times as large, and "
-        "rates of temperatures, lags and uncertainties are of this length",
+        "clusters are means over {:g} s, not {:g} s: their gyro noise is {:.2g} times as large, and temperature "
+        "rates, lags and uncertainties refer to this cluster length",
         cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
-  if (auto warning = model::no_gain_warning("held out it leaves", model.leave_cycle_out, raw))
+  if (auto warning = model::no_gain_warning("the held-out residual bias has", model.leave_cycle_out, raw))
     model.warnings.push_back(std::move(*warning));
 }
 
@@ -71,14 +71,15 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
                         svr->relative_gap);
   if (const auto& rule = model.tuning.one_standard_error)
     text += fmt::format(
-        "  the simplest of {} positions within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
+        "  the simplest of {} parameter sets within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
         "{:.6g})\n",
         rule->within, rule->best.C, rule->best.sigma, rule->best.epsilon);
   text += "  raw bias, without a model: " + format_figures(raw) + "\n";
   text += "  in-sample (fitted to these data): " + format_figures(model.in_sample) + "\n";
   text += fmt::format("  held out, {}: {}\n", model.folds, format_figures(model.leave_cycle_out));
   if (model.nested_leave_cycle_out)
-    text += "    and chosen without it (nested): " + format_figures(*model.nested_leave_cycle_out) + "\n";
+    text += "    held out, choices repeated for each fold (nested): " + format_figures(*model.nested_leave_cycle_out) +
+            "\n";
   if (model.uncertainty) {
     constexpr double kHour_s = 3600;
     const auto combined = of_mean_over(*model.uncertainty, kHour_s);
@@ -176,7 +177,7 @@ void add_train(Program& program) {
                       "default 0.90; multi-point uses it), forward[:N] (at most N, by held-out gain), "
                       "redundancy[:PART] (inputs that do not depend on others); terms given one by one are always used")
           ->type_name("RULE");
-  command.add_option("--threshold", options.threshold, "the same as --select correlation:R")
+  command.add_option("--threshold", options.threshold, "short for --select correlation:R")
       ->check(CLI::Range(0.0, 1.0))
       ->excludes(select);
   command.add_option("--method", options.training.method, "regression method (docs/methods.md; default: svr)")

@@ -41,7 +41,7 @@ Result<std::string> unit_name(const NamedRecord& named, const data::Dataset& dat
   if (!named.unit.empty()) return named.unit;
   if (!dataset.identity.empty()) return dataset.identity;
   return failure(FaultKind::usage, named.path,
-                 "does not say which gyro it is of, for it has no serial number: give it as UNIT=" + named.path);
+                 "contains no serial number that identifies the gyro; give it as UNIT=" + named.path);
 }
 
 struct SeenRun {
@@ -70,10 +70,9 @@ Result<void> check_unseen(const RecordedUnits& units, const data::Dataset& datas
 std::string contradiction(const population::PriorRecord& a, const population::PriorRecord& b) {
   const bool one_gyro = a.identity == b.identity, one_name = a.name == b.name;
   if (a.identity.empty() || b.identity.empty() || one_gyro == one_name) return {};
-  return one_gyro ? fmt::format("\"{}\" and \"{}\" are one gyro by their records ({}) and count as two units", a.name,
-                                b.name, a.identity)
-                  : fmt::format("the records of \"{}\" are by themselves of two gyros ({} and {})", a.name, a.identity,
-                                b.identity);
+  return one_gyro ? fmt::format("the records of \"{}\" and \"{}\" name one gyro ({}), which is counted as two units",
+                                a.name, b.name, a.identity)
+                  : fmt::format("the records of \"{}\" name two gyros ({} and {})", a.name, a.identity, b.identity);
 }
 
 void warn_about_names(Console& console, const RecordedUnits& units) {
@@ -125,7 +124,7 @@ std::string describe(const population::TypePrior& prior, const std::vector<popul
     text += fmt::format("  {}: {} record{}, {:.1f} h\n", unit.unit, unit.runs.size(), unit.runs.size() == 1 ? "" : "s",
                         seconds / kSecondsInAnHour);
   }
-  text += fmt::format("  {:<14} {:>12} {:>12}  °/h per STD of the input\n", "", "mean", "of a unit ±");
+  text += fmt::format("  {:<14} {:>12} {:>12}  °/h per STD of the input\n", "", "mean", "unit ±");
   const auto row = [&](const std::string& name, Eigen::Index at) {
     text += fmt::format("  {:<14} {:>12.5f} {:>12.5f}\n", name, prior.next_unit.mean(at),
                         std::sqrt(std::max(0.0, prior.next_unit.covariance(at, at))));
@@ -133,9 +132,8 @@ std::string describe(const population::TypePrior& prior, const std::vector<popul
   row("constant", 0);
   for (std::size_t k = 0; k < prior.terms.size(); ++k) row(to_string(prior.terms[k]), static_cast<Eigen::Index>(k) + 1);
   text += fmt::format(
-      "  unexplained: {:.5f} °/h of a mean over {:g} s, {:.5f} °/h that wanders over {:.1f} h; turn-on {:.5f} °/h, as "
-      "the "
-      "first record says\n",
+      "  unexplained: white noise {:.5f} °/h in a mean over {:g} s, drift {:.5f} °/h with a time constant of {:.1f} h, "
+      "turn-on {:.5f} °/h (from the first record)\n",
       prior.noise.white_deg_per_h, prior.cluster_length_s, prior.noise.wander_deg_per_h,
       prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.turn_on_deg_per_h);
   return text;

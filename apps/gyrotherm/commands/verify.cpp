@@ -46,8 +46,8 @@ std::string describe_floor(const model::Verification& v) {
       fmt::format("  noise floor of the record: {} °/h ({}, {} differences)\n",
                   plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.statement, v.floor.differences);
   if (v.trained_on_this && v.effective_parameters > 0) {
-    text += fmt::format("  {:.0f} effective parameters leave of it, in-sample: {:.5f} °/h\n", v.effective_parameters,
-                        v.expected_in_sample_std);
+    text += fmt::format("  expected in-sample std with {:.0f} effective parameters: {:.5f} °/h\n",
+                        v.effective_parameters, v.expected_in_sample_std);
   }
   return text;
 }
@@ -56,7 +56,8 @@ std::string describe_coverage(const model::Verification& v) {
   if (!v.coverage) return "  intervals of compensated means: unknown, the model has no uncertainty budget\n";
   const model::Coverage& c = *v.coverage;
   return fmt::format(
-      "  intervals of {:.0f} %: ± {:.5f} °/h on average, {:.1f} % of {} means lie within theirs (n_eff {:.0f}){}\n",
+      "  {:.0f} % intervals: ± {:.5f} °/h on average; {:.1f} % of {} means lie within their interval (n_eff "
+      "{:.0f}){}\n",
       100 * c.nominal, c.mean_half_width_deg_per_h, 100 * c.seen, c.clusters, c.effective,
       v.trained_on_this ? ", in-sample" : "");
 }
@@ -66,7 +67,7 @@ std::string describe_streamed(const model::Verification& v) {
   if (!v.streamed) return {};
   const model::Streamed& s = *v.streamed;
   std::string text = row("as streamed", s.residual) + row("  without its lag", s.aligned);
-  if (s.to_truth) text += row("  error to truth", s.to_truth->figures);
+  if (s.to_truth) text += row("  error vs. true bias", s.to_truth->figures);
   if (s.aligned_to_truth) text += row("  … without its lag", s.aligned_to_truth->figures);
   return text;
 }
@@ -92,7 +93,7 @@ std::string describe_noise(const data::HoldNoise& noise) {
     const double read_s = c.term == data::NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
     const std::string value =
         c.seen ? fmt::format("{} {}, read at τ = {:.0f} s", plot::with_error(c.value, c.error), about.unit, read_s)
-               : fmt::format("not seen, < {} {}", plot::significant(c.at_most), about.unit);
+               : fmt::format("not detected, < {} {}", plot::significant(c.at_most), about.unit);
     text += fmt::format("    {} {:<18} {}\n", about.symbol, about.name, value);
   }
   return text;
@@ -123,10 +124,11 @@ std::string describe(const model::Characterisation& result) {
   for (const model::TwoPosition& found : result.two_position) {
     text += describe("bias, both positions", fmt::format("°/h at {:g} °C", found.set_point_c).c_str(), found.bias);
     const bool is_stated = std::isfinite(found.stated_earth_rate_deg_per_h);
-    text += describe(
-        "earth rate, by turning",
-        is_stated ? fmt::format("°/h; the rig says {:.5f} °/h", found.stated_earth_rate_deg_per_h).c_str() : "°/h",
-        found.earth_rate);
+    text += describe("earth rate, by turning",
+                     is_stated
+                         ? fmt::format("°/h; the rig file states {:.5f} °/h", found.stated_earth_rate_deg_per_h).c_str()
+                         : "°/h",
+                     found.earth_rate);
   }
   const auto minutes = [](const model::Measured& seconds) {
     return std::isfinite(seconds.value) ? fmt::format("{:.0f} min", seconds.value / 60) : "not in this hold";
@@ -157,7 +159,7 @@ std::string describe(const tracking::Assessment& assessment) {
   }
   const tracking::Consistency& c = assessment.consistency;
   return text + fmt::format(
-                    "  Kalman gain {:.3g} in the end; innovations: NIS {} (expected {} to {}), Ljung–Box {} of {} "
+                    "  steady-state Kalman gain {:.3g}; innovations: NIS {} (expected {} to {}), Ljung–Box {} of {} "
                     "lags, p = {}\n",
                     assessment.steady_gain, format_value(c.mean_square, 3), format_value(c.low, 3),
                     format_value(c.high, 3), format_value(c.whiteness.statistic, 1), c.whiteness.lags,
@@ -173,9 +175,9 @@ std::string describe(const std::string& run, const model::Verification& v, const
                   run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
   text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) +
           row("  holds", v.holds) + row("  10 min after corners", v.corners);
-  if (v.to_truth) text += row("error to truth", v.to_truth->figures);
+  if (v.to_truth) text += row("error vs. true bias", v.to_truth->figures);
   if (v.to_truth && v.to_truth->mean_removed)
-    text += "  bias reference: mean of this record; the mean of the error to truth is removed\n";
+    text += "  bias reference: mean of this record; the mean of the error relative to the true bias is removed\n";
   text += describe_streamed(v) + describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
           describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
   if (tracked) text += describe(*tracked);

@@ -51,7 +51,7 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
     qualification.comparison = std::move(*comparison);
   }
   const auto chooses = [&](std::string_view method, std::string_view inputs) {
-    begins(fmt::format("judge {} on {} by further records", method, inputs));
+    begins(fmt::format("evaluate {} on {} with further records", method, inputs));
   };
   auto recommendation = recommend_trained(qualification, rate, experiment.further, options.training, chooses, progress);
   if (!recommendation) return failure(recommendation.error());

@@ -103,12 +103,12 @@ class TrainingPool {
     const std::lock_guard lock(mutex_);
     return done_ == tasks_.size();
   }
-  /// Returns "training 24 axes side by side" and the completed fraction.
+  /// Returns "training 24 axes in parallel" and the completed fraction.
   [[nodiscard]] std::pair<std::string, double> progress() const {
     const std::lock_guard lock(mutex_);
     auto share = static_cast<double>(done_);
     for (const auto& [folder, part] : under_way_) share += part;
-    return {fmt::format("training {} axes side by side", tasks_.size()), share / static_cast<double>(tasks_.size())};
+    return {fmt::format("training {} axes in parallel", tasks_.size()), share / static_cast<double>(tasks_.size())};
   }
   [[nodiscard]] std::optional<Fault> interrupted_by() const {
     const std::lock_guard lock(mutex_);
@@ -146,7 +146,7 @@ class TrainingPool {
     options.training.threads = threads;
     std::error_code error;
     std::filesystem::create_directories(options.folder, error);
-    if (error) return failure(FaultKind::storage, options.folder, "cannot be made: " + error.message());
+    if (error) return failure(FaultKind::storage, options.folder, "cannot be created: " + error.message());
     std::string stage;
     double stages_done = 0;
     const auto sink = [&](std::string_view now, double fraction) {
@@ -271,7 +271,7 @@ Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& 
     std::vector<std::string> there;
     for (const auto& axis : all) there.push_back(in_words(axis));
     return failure(FaultKind::usage, "--only",
-                   fmt::format("no axis is called \"{}\"; there are {}", name, fmt::join(there, ", ")));
+                   fmt::format("unknown axis or unit \"{}\"; the axes are {}", name, fmt::join(there, ", ")));
   }
   return found;
 }

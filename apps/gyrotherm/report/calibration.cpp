@@ -82,7 +82,7 @@ Result<std::vector<record::Record>> read_records(const std::vector<CheckedRecord
     auto record = record::read_record(one.files, unit);
     if (!record) return failure(record.error());
     if (!record->finished)
-      return failure(FaultKind::usage, one.files.path, "the run has not finished; \"gyrotherm resume\" ends it");
+      return failure(FaultKind::usage, one.files.path, "the run has not finished; \"gyrotherm resume\" completes it");
     all.push_back(std::move(*record));
   }
   return all;
@@ -103,7 +103,7 @@ Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord
     for (const std::string& unit : units)
       if (find_unit(one.info, unit) == nullptr)
         return failure(FaultKind::usage, one.files.path,
-                       fmt::format("has no unit \"{}\", it has {}", unit, fmt::join(units_in(one.info), ", ")));
+                       fmt::format("has no unit \"{}\"; its units are {}", unit, fmt::join(units_in(one.info), ", ")));
   }
   return units;
 }
@@ -286,7 +286,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
   add_trained_range(report, label, report::Stage::as_found, axis.found);
   add_trained_range(report, label, report::Stage::as_left, axis.left);
   if (axis.left && find_other_gyro(*axis.left, axis.runs.front().dataset.identity) != nullptr)
-    report.missing.push_back("models: one that was trained on this unit");
+    report.missing.push_back("models: one trained on this unit");
   if (axis.left)
     if (auto added = add_experiment(report, experiment_folder(options, choice), label, *axis.left); !added)
       return added;
@@ -350,7 +350,7 @@ Result<void> check_is_free(const std::string& folder) {
   if (existing && existing->report.state == report::ReportState::draft) return {};
   return failure(FaultKind::usage, folder,
                  existing ? fmt::format("has a report that is {}; name another folder", name(existing->report.state))
-                          : "has a calibration.json that is no report; name another folder");
+                          : "has a calibration.json that is not a report; name another folder");
 }
 
 }  // namespace
@@ -396,7 +396,7 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
     if (auto written = write_calibration(console, *report, report_folder((*units)[i]), options.languages); !written)
       return failure(written.error());
     if (!report->missing.empty())
-      console.print_message(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));
+      console.print_message(fmt::format("draft; missing: {}", fmt::join(report->missing, "; ")));
   }
   return Exit::done;
 }

@@ -128,7 +128,7 @@ Result<void> check_copy(const std::filesystem::path& folder, const std::filesyst
   for (const std::filesystem::path& path : list_folder(folder.string()))
     if (std::filesystem::is_regular_file(path)) is_whole = is_whole && std::filesystem::exists(copy / path.filename());
   if (is_whole) return {};
-  return failure(FaultKind::storage, copy.string(), "is no whole copy of what is signed here; move it away");
+  return failure(FaultKind::storage, copy.string(), "is not a complete copy of the signed report; move it away");
 }
 
 Result<void> keep_as_signed(Console& console, const std::string& folder) {

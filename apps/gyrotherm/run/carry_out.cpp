@@ -52,7 +52,8 @@ Result<void> await_readers(Console& console, const std::string& path) {
   for (const Deadline limit(kLongestReading); record::is_being_read(file);
        std::this_thread::sleep_for(kLookForReaders)) {
     if (!std::exchange(reported, true))
-      console.print_message(fmt::format("{}: {}; the run continues when it is released", path, record::kBeingRead));
+      console.print_message(
+          fmt::format("{}: {}; the run continues when the record is released", path, record::kBeingRead));
     if (interrupted()) return failure(FaultKind::interrupted, path, "stopped before the run was resumed");
     if (limit.over()) return failure(FaultKind::timeout, path, record::kBeingRead);
   }
@@ -87,16 +88,16 @@ Result<void> conclude(const ActiveRun& run, run::RunOutcome outcome) {
 tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
   print_summary(run);
   if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
-    return failure(
-        FaultKind::interrupted, run.path,
-        fmt::format("stopped after {} s: {}; the guard remains until the chamber confirms it; \"gyrotherm resume "
-                    "{}\" continues",
-                    run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
+    return failure(FaultKind::interrupted, run.path,
+                   fmt::format("stopped after {} s: {}; the guard remains until the chamber confirms the safe set "
+                               "point; \"gyrotherm resume "
+                               "{}\" continues",
+                               run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
   if (const auto foreign = run.run_controller.describe_external_change(); !foreign.empty() && !run.rig.file().simulated)
     return failure(
         FaultKind::interrupted, run.path,
-        fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends it to {:g} °C and watches "
-                    "it; \"gyrotherm resume {} --accept\" continues",
+        fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends the chamber to {:g} °C and "
+                    "monitors it; \"gyrotherm resume {} --accept\" continues",
                     run.run_controller.next_slot(), foreign, run.rig.file().safe_set_point.value, run.path));
   run.ownership.release();
   const auto chamber = run.run_controller.is_led_by_controller() ? "continues its program" : "holds its set point";

@@ -93,7 +93,7 @@ bool refuses_to_leave(const ActiveRun& run) {
   }
   if (run.run_controller.run_state() != RunState::aborting || stops() > 1) return false;
   run.console.print_message(
-      "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
+      "the chamber has not yet confirmed its safe set point; a second Ctrl-C leaves the remaining steps to the guard");
   return true;
 }
 

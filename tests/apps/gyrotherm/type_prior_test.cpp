@@ -105,7 +105,7 @@ TEST_F(TypePriorCommand, IdentifiesGyroUnderAnyName) {
   const auto learnt = gyrotherm_with(fmt::format("type-prior a={} b={} c={} d={} --quick --out {}", record(1),
                                                  record(2), record(3), *folder_ / "again.db", *folder_ / "named.json"));
   ASSERT_EQ(learnt.exit_code, 0) << learnt.err;
-  EXPECT_NE(learnt.err.find("\"a\" and \"d\" are one gyro by their records (seed 1) and count as two units"),
+  EXPECT_NE(learnt.err.find("the records of \"a\" and \"d\" name one gyro (seed 1), which is counted as two units"),
             std::string::npos)
       << learnt.err;
   const auto file = nlohmann::json::parse(read_text_file(*folder_ / "named.json").value());

@@ -129,7 +129,7 @@ TEST_F(Verify, SeparatesBiasAndEarthRateOfTurnedGyro) {
   EXPECT_LT(report["raw"]["max_abs_deg_per_h"], 0.1) << "no second is counted with the sign of the other position";
   const auto words = gyrotherm_with(command).out;
   EXPECT_NE(words.find("another gyro: it was trained on seed "), std::string::npos) << "than that of seed 3";
-  for (const auto* word : {"bias, both positions", "earth rate, by turning", "the rig says 10.63"})
+  for (const auto* word : {"bias, both positions", "earth rate, by turning", "the rig file states 10.63"})
     EXPECT_NE(words.find(word), std::string::npos) << words;
 }
 

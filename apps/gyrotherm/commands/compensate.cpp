@@ -60,7 +60,7 @@ class Compensation {
   [[nodiscard]] const CompensationTable& table() const { return table_; }
   /// Prints a line for each row. Fails with bad_file at a row whose slot is missing or not greater than the previous
   /// one, after it has printed the rows before it.
-  [[nodiscard]] Result<void> answer(Console& console, const record::LiveRows& rows);
+  [[nodiscard]] Result<void> print_compensated(Console& console, const record::LiveRows& rows);
   [[nodiscard]] long long outside() const { return stream_.outside(); }
   [[nodiscard]] long long missing_s() const { return missing_s_; }
 
@@ -69,13 +69,13 @@ class Compensation {
       : table_(std::move(table)), stream_(std::move(stream)) {}
 
   using Rows = Eigen::Ref<const data::SampleMatrix>;
-  [[nodiscard]] Eigen::Index rows_in_order(const Rows& rows);
+  [[nodiscard]] Eigen::Index count_rows_in_order(const Rows& rows);
   struct Pace {
     Eigen::Index row{};
     double step_s{};
   };
   [[nodiscard]] std::optional<Pace> find_seconds(const Rows& rows, Eigen::VectorXd& seconds);
-  [[nodiscard]] std::string answer_rows(const Rows& rows, const Eigen::VectorXd& seconds);
+  [[nodiscard]] std::string compensate_rows(const Rows& rows, const Eigen::VectorXd& seconds);
 
   CompensationTable table_;
   model::CompensationStream stream_;
@@ -101,11 +101,11 @@ Result<Compensation> Compensation::open(const model::Model& model, CompensationT
   return compensation;
 }
 
-Result<void> Compensation::answer(Console& console, const record::LiveRows& rows) {
+Result<void> Compensation::print_compensated(Console& console, const record::LiveRows& rows) {
   const auto columns = static_cast<Eigen::Index>(rows.columns().size());
   const auto count = static_cast<Eigen::Index>(rows.lines().size());
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
-  const Eigen::Index good = rows_in_order(numbers);
+  const Eigen::Index good = count_rows_in_order(numbers);
   Eigen::VectorXd seconds;
   if (const auto pace = table_.has_seconds() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
     return failure(
@@ -114,7 +114,7 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
             "compensate requires one row per second, but according to \"time [s]\" these rows are {:g} s apart; "
             "import them again with every = \"1 s\" in [time], or use verify",
             pace->step_s));
-  if (good > 0) console.print(answer_rows(numbers.topRows(good), seconds));
+  if (good > 0) console.print(compensate_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
   return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
@@ -124,7 +124,7 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
 }
 
 /// Returns the number of leading rows whose slots increase.
-Eigen::Index Compensation::rows_in_order(const Rows& rows) {
+Eigen::Index Compensation::count_rows_in_order(const Rows& rows) {
   if (!table_.has_seconds()) return rows.rows();
   const Eigen::VectorXd slots = table_.slot(rows);
   Eigen::Index row = 0;
@@ -158,7 +158,7 @@ std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, E
   return std::nullopt;
 }
 
-std::string Compensation::answer_rows(const Rows& rows, const Eigen::VectorXd& seconds) {
+std::string Compensation::compensate_rows(const Rows& rows, const Eigen::VectorXd& seconds) {
   const data::SampleMatrix temperatures_c = table_.temperatures_c(rows);
   const Eigen::VectorXd bias = table_.bias_deg_per_h(rows);
   Eigen::VectorXd compensated =
@@ -177,7 +177,7 @@ constexpr std::size_t kMostInput = 1 << 20;
 constexpr int kNoTimeout = -1;
 
 /// Returns true if a read would not block: there is input, its end or an error. Returns false once a stop is requested.
-bool ready(int timeout_ms) {
+bool has_input(int timeout_ms) {
   std::array<pollfd, 2> waits{{{STDIN_FILENO, POLLIN, 0}, {interrupt_descriptor(), POLLIN, 0}}};
   while (::poll(waits.data(), waits.size(), timeout_ms) < 0) {
     if (errno != EINTR || interrupted()) return false;
@@ -193,7 +193,7 @@ class StandardInput {
   [[nodiscard]] Result<std::string_view> next() {
     buffer_.resize(kMostInput);
     std::size_t taken = 0;
-    for (int timeout_ms = kNoTimeout; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
+    for (int timeout_ms = kNoTimeout; taken < kMostInput && has_input(timeout_ms); timeout_ms = 0) {
       const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMostInput - taken);
       if (count == 0) break;
       if (count > 0) {
@@ -209,12 +209,15 @@ class StandardInput {
   std::string buffer_;
 };
 
-/// Compensates all available rows, then waits for more. Rows that arrive together are processed together, and a single
-/// row immediately. Calls `open` with the header and the comments before it.
+/// Opens the compensation of an input, given its header and the comments before the header.
 using Open = std::function<Result<Compensation>(const std::vector<std::string>& header,
                                                 const std::vector<std::string>& comments)>;
-Result<void> answer(Console& console, const Open& open, std::string_view head,
-                    std::optional<Compensation>& compensation) {
+
+/// Compensates standard input until its end or a stop request: all available rows, then waits for more. Rows that
+/// arrive together are processed together, and a single row immediately. Prints `head` before the first row. Sets
+/// `compensation` once the header has been read.
+Result<void> compensate_input(Console& console, const Open& open, std::string_view head,
+                              std::optional<Compensation>& compensation) {
   const auto choose = [&](const std::vector<std::string>& header,
                           const std::vector<std::string>& comments) -> Result<std::vector<std::size_t>> {
     auto opened = open(header, comments);
@@ -230,9 +233,9 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
     if (!piece) return failure(piece.error());
     more = !piece->empty();
     const auto read = more ? rows.take(*piece) : interrupted() ? Result<void>{} : rows.finish();
-    const auto answered = rows.lines().empty() ? Result<void>{} : compensation->answer(console, rows);
+    const auto compensated = rows.lines().empty() ? Result<void>{} : compensation->print_compensated(console, rows);
     rows.forget_rows();
-    if (!answered) return failure(answered.error());
+    if (!compensated) return failure(compensated.error());
     if (!read) return failure(read.error());
   }
   return {};
@@ -291,9 +294,9 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
     if (!table) return failure(table.error());
     return Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
   };
-  const auto answered =
-      answer(console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
-             compensation);
+  const auto compensated = compensate_input(
+      console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
+      compensation);
   if (compensation && compensation->outside() > 0) {
     console.print_message(
         fmt::format("{} rows had an input outside the trained range ({})", compensation->outside(), name(*outside)));
@@ -304,7 +307,7 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
                     "mean is complete again",
                     compensation->missing_s()));
   }
-  if (!answered) return failure(answered.error());
+  if (!compensated) return failure(compensated.error());
   return Exit::done;
 }
 

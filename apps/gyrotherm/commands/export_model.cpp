@@ -21,7 +21,7 @@ struct ExportModelArguments {
   BiasTrackingArguments tracking;
 };
 
-Result<void> put(Console& console, const std::string& path, const std::string& text) {
+Result<void> write_text(Console& console, const std::string& path, const std::string& text) {
   if (path.empty()) {
     console.print(text);
     return {};
@@ -39,7 +39,7 @@ Result<void> export_data(Console& console, const ExportModelArguments& options, 
   if (!recorded) return failure(recorded.error());
   const auto rows = to_libsvm_data(model, recorded->clusters);
   if (!rows) return failure(rows.error());
-  return put(console, options.out, *rows);
+  return write_text(console, options.out, *rows);
 }
 
 /// Writes the C source and, next to it, its header. Both are named after the output file.
@@ -70,12 +70,12 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   return {};
 }
 
-Result<void> write(Console& console, const ExportModelArguments& options, const model::Model& model) {
+Result<void> write_export(Console& console, const ExportModelArguments& options, const model::Model& model) {
   if (!options.run.empty()) return export_data(console, options, model);
   if (options.as == "c") return export_c(console, options, model);
   const auto text = to_libsvm(model);
   if (!text) return failure(text.error());
-  return put(console, options.out, *text);
+  return write_text(console, options.out, *text);
 }
 
 Result<Exit> export_model(Console& console, const ExportModelArguments& options) {
@@ -92,7 +92,7 @@ Result<Exit> export_model(Console& console, const ExportModelArguments& options)
     if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  if (auto written = write(console, options, *model); !written) return failure(written.error());
+  if (auto written = write_export(console, options, *model); !written) return failure(written.error());
   return Exit::done;
 }
 

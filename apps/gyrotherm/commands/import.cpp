@@ -24,7 +24,7 @@ struct ImportArguments {
   bool guess = false;
 };
 
-Result<Exit> guess(Console& console, const ImportArguments& options) {
+Result<Exit> draft_map(Console& console, const ImportArguments& options) {
   if (!options.map.empty())
     return failure(FaultKind::usage, "--guess", "creates a map; not valid with --map, which names an existing map");
   const auto map = exchange::guess_map(options.file);
@@ -90,7 +90,7 @@ std::string json(const exchange::ImportSummary& summary) {
 }
 
 Result<Exit> import(Console& console, const ImportArguments& options) {
-  if (options.guess) return guess(console, options);
+  if (options.guess) return draft_map(console, options);
   if (options.map.empty())
     return failure(FaultKind::usage, "--map", "is missing; name a column map, or make a draft with --guess");
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; name the record");

@@ -65,7 +65,7 @@ Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArgu
   return all;
 }
 
-std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
+std::string join_names(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
 
 std::string row(const std::string& what, const model::LeftOut& set, const Confirmed* confirmed) {
   auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
@@ -75,7 +75,7 @@ std::string row(const std::string& what, const model::LeftOut& set, const Confir
     text += fmt::format(" {:>9.5f}", confirmed->held_out.std);
     for (const auto& unseen : confirmed->unseen) text += fmt::format(" {:>9.5f}", unseen.std);
   }
-  return text + "  " + list(set.kept) + "\n";
+  return text + "  " + join_names(set.kept) + "\n";
 }
 
 std::string heading(std::string_view what, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
@@ -106,14 +106,14 @@ std::string describe(const RecordedRuns& records, const model::Placement& placem
   for (const auto& one : placement.alone) text += row(one.left_out.front(), one, nullptr);
   if (placement.best_pair)
     text += "leaving out two, the pair with the smallest price:\n" +
-            row(list(placement.best_pair->left_out), *placement.best_pair, nullptr);
+            row(join_names(placement.best_pair->left_out), *placement.best_pair, nullptr);
   if (placement.best_three)
     text += "leaving out three, the set with the smallest price:\n" +
-            row(list(placement.best_three->left_out), *placement.best_three, nullptr);
+            row(join_names(placement.best_three->left_out), *placement.best_three, nullptr);
   const auto spared = static_cast<std::size_t>(placement.spared);
   const auto& enough = spared == 0 ? placement.all : placement.elimination[spared - 1];
   return text + fmt::format("{} of {} thermometers can be left out at a price within its error; {} suffice\n", spared,
-                            placement.all.kept.size(), list(enough.kept));
+                            placement.all.kept.size(), join_names(enough.kept));
 }
 
 Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
@@ -164,7 +164,7 @@ Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
   return {};
 }
 
-Result<Exit> study(Console& console, const PlacementArguments& given) {
+Result<Exit> rank_thermometers(Console& console, const PlacementArguments& given) {
   PlacementArguments options = given;
   const auto folds = data::parse_folds(options.folds);
   if (!folds) return failure(folds.error());
@@ -192,7 +192,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
 void add_placement(Program& program) {
   auto [command, options] =
       add_command(program, "placement", "Ranks thermometers by the increase of the held-out STD when each is left out.",
-                  "gyrotherm placement ramp.db --verify random.db", study);
+                  "gyrotherm placement ramp.db --verify random.db", rank_thermometers);
   options.training.quick = true;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command.add_option("--verify", options.unseen, "further records to report on; they do not influence the ranking")

@@ -131,7 +131,7 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
 }
 
 /// Records a run, resumes it, or keeps it if it is complete.
-Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
+Result<void> record_run(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
   if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
   const auto info = record::read_info(run.path);
   if (!info) return failure(info.error());
@@ -146,7 +146,7 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
 }
 
 /// Reads a record. With the name of a unit it reads only that unit, if the digest of the whole record is known.
-Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
+Result<void> load_rows(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
   const auto known = digests.find_rows(run.path);
   if (!known) return failure(known.error());
   auto rows = *known ? record::read_record(run.path, unit)
@@ -177,8 +177,8 @@ Result<Run> plan_run(const std::string& stage, const std::string& path, const st
 
 /// Reads the records that are used to recommend a model. Called before anything moves: a run takes days, and a wrong
 /// name should be reported immediately.
-Result<std::vector<data::RecordedRun>> load_further(Console& console, const std::vector<std::string>& paths,
-                                                    const profile::Profile& rate) {
+Result<std::vector<data::RecordedRun>> load_further_records(Console& console, const std::vector<std::string>& paths,
+                                                            const profile::Profile& rate) {
   const auto loaded = load_recorded_runs(console, paths, {});
   if (!loaded) return failure(loaded.error());
   std::vector<data::RecordedRun> further;
@@ -306,7 +306,7 @@ Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options,
   const AxisOptions axis_options{.folder = options.out,
                                  .training = options.training,
                                  .thermal = std::move(*thermal),
-                                 .begins = [&](const std::string& stage) { timings.begin(stage); }};
+                                 .on_stage = [&](const std::string& stage) { timings.begin(stage); }};
   const auto outcome = carry_out(*experiment, rig, axis_options, console.sink(), warnings);
   if (!outcome) return failure(outcome.error());
   for (const std::string& warning : warnings) console.print_message(warning);
@@ -357,12 +357,12 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
   for (Run* run : all) {
     timings.begin("record " + run->stage);
     const StartOptions start{.seed = options.training.seed, .days_later = run->days_later};
-    if (auto recorded = record(console, *run, rig, start); !recorded) return recorded;
+    if (auto recorded = record_run(console, *run, rig, start); !recorded) return recorded;
   }
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
   for (Run* run : all)
-    if (auto loaded = load(console, *run, digests, common_unit(only)); !loaded) return loaded;
+    if (auto loaded = load_rows(console, *run, digests, common_unit(only)); !loaded) return loaded;
   return {};
 }
 
@@ -407,7 +407,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   if (!options.further.empty() && !has_one_axis(*rig))
     return failure(FaultKind::usage, "--further",
                    "only valid for a rig with one axis; otherwise use \"gyrotherm train --unit\" for each unit");
-  auto further = load_further(console, options.further, runs->rate.profile);
+  auto further = load_further_records(console, options.further, runs->rate.profile);
   if (!further) return failure(further.error());
   auto only = requested_axes(options, *rig);
   if (!only) return failure(only.error());
@@ -416,7 +416,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   if (error) return failure(FaultKind::storage, options.out, "cannot be created: " + error.message());
   KnownDigests digests(options.out, GYROTHERM_VERSION);
   for (Run& run : runs->later)
-    if (auto loaded = is_recorded(run) ? load(console, run, digests) : Result<void>(); !loaded)
+    if (auto loaded = is_recorded(run) ? load_rows(console, run, digests) : Result<void>(); !loaded)
       return failure(loaded.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (rig->simulated)

@@ -24,7 +24,7 @@ std::string describe(const model::ReducedSetSummary& r) {
       r.vectors, r.vectors_before, r.max_change_deg_per_h, r.rms_change_deg_per_h, r.clusters, r.bound_deg_per_h);
 }
 
-std::string without_training(const model::Model& model, const data::RecordedRun& recorded) {
+std::string untrained_record_warning(const model::Model& model, const data::RecordedRun& recorded) {
   for (const model::TrainingRecord& record : model.trained_on) {
     if (record.run_id == recorded.dataset.run_id) return {};
   }
@@ -41,7 +41,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
     auto recorded = load_recorded_run(
         console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
     if (!recorded) return failure(recorded.error());
-    if (const auto warning = without_training(*model, *recorded); !warning.empty())
+    if (const auto warning = untrained_record_warning(*model, *recorded); !warning.empty())
       console.print_message("warning: " + warning);
     clusters.push_back(std::move(recorded->clusters));
   }

@@ -97,7 +97,7 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::draft)
     return failure(FaultKind::usage, filed->path,
                    "is a draft, which was never valid; only an authorised report can be superseded");
-  if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
+  if (auto kept = copy_signed_report(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =
       report::OtherReport{by->report.number, by->sha256, report::Texts{options.reason, options.reason}};

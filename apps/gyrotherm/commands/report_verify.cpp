@@ -50,7 +50,8 @@ bool has_rows(const std::string& path, const std::string& sha256) {
 
 /// Checks a file that the report used. A record is also checked by its own chain; it is identified by the bytes of all
 /// its files or by its rows.
-Check check_used(const std::string& folder, const report::CalibrationReport& report, const report::UsedFile& file) {
+Check check_used_file(const std::string& folder, const report::CalibrationReport& report,
+                      const report::UsedFile& file) {
   using enum Check::Outcome;
   const std::string path = find_nearby_file(folder, file.name);
   if (path.empty()) return {file.name, not_there, "is not next to the report; not checked"};
@@ -107,7 +108,7 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   if (!found) return failure(found.error());
   if (found->report)
     for (const report::UsedFile& file : found->report->files)
-      found->checks.push_back(check_used(options.folder, *found->report, file));
+      found->checks.push_back(check_used_file(options.folder, *found->report, file));
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)

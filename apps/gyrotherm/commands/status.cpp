@@ -23,7 +23,7 @@ std::string degrees(const std::optional<Celsius>& value) {
 }
 
 /// Returns whether the record was imported: it has no profile.
-bool is_import(const record::RunStatus& status) { return status.segment_count == 0; }
+bool is_imported(const record::RunStatus& status) { return status.segment_count == 0; }
 
 /// Returns whether a run that no program executes needs an operator.
 bool needs_operator(RunState state) {
@@ -31,7 +31,7 @@ bool needs_operator(RunState state) {
 }
 
 std::string describe_state(const record::RunStatus& status) {
-  if (is_import(status)) return fmt::format("an import of {} rows", status.slot + 1);
+  if (is_imported(status)) return fmt::format("an import of {} rows", status.slot + 1);
   if (status.finished) return "finished";
   if (status.being_written) return "running";
   if (!needs_operator(status.standing.state)) return "not finished; \"gyrotherm resume\" continues the run";
@@ -103,7 +103,7 @@ std::string thermometer_line(const record::RunStatus& status) {
 std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, describe_state(status));
   text += age_line(status);
-  if (is_import(status)) return text + " " + thermometer_line(status);
+  if (is_imported(status)) return text + " " + thermometer_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
                       status.acknowledged, status.faults);
   if (status.segment_count > 0)
@@ -121,9 +121,9 @@ std::string describe(const record::RunStatus& status) {
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
   const auto age = status_age(status);
-  const auto does = is_alive(status);
+  const auto alive = is_alive(status);
   json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
-  json["answers"] = does ? Json(*does) : nullptr;
+  json["answers"] = alive ? Json(*alive) : nullptr;
   json["made_safe"] = nullptr;
   if (guard)
     json["made_safe"] = {{"at", civil_time(guard->at)},
@@ -134,7 +134,7 @@ std::string to_json(const record::RunStatus& status, const std::optional<watchdo
   return text_of(json) + "\n";
 }
 
-Result<Exit> show(Console& console, const std::string& path) {
+Result<Exit> print_status(Console& console, const std::string& path) {
   const auto status = record::read_status(path);
   if (!status) return failure(status.error());
   const auto guard = watchdog::read_trace(path);
@@ -166,19 +166,19 @@ std::vector<std::string> split_lines(const std::string& text) {
 
 /// Shows the status each second until the record is closed. The last one remains on the terminal.
 Result<Exit> watch(Console& console, const std::string& path) {
-  constexpr int kLooks = 10;
+  constexpr int kPollsPerSecond = 10;
   watch_for_interrupts(SecondInterrupt::ends);
   for (;;) {
     const auto status = record::read_status(path);
     if (!status) return failure(status.error());
     const bool is_active = status->being_written && !interrupted();
     if (!is_active || console.json || !console.redraws())
-      (void)show(console, path);
+      (void)print_status(console, path);
     else
       console.panel([&] { return split_lines(describe(*status)); }, true);
     if (!is_active || console.has_lost_data()) return Exit::done;
-    for (int i = 0; i < kLooks && !interrupted(); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1000 / kLooks));
+    for (int i = 0; i < kPollsPerSecond && !interrupted(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1000 / kPollsPerSecond));
   }
 }
 
@@ -192,7 +192,7 @@ Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
   if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "not valid with --verify");
   if (options.verify) return verify(console, options.run);
   const auto record = record::record_of_copy(options.run);  // only the record's status is current
-  return options.watch ? watch(console, record) : show(console, record);
+  return options.watch ? watch(console, record) : print_status(console, record);
 }
 
 }  // namespace

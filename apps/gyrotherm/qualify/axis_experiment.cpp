@@ -27,10 +27,10 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
                                        const ProgressSink& progress, std::vector<std::string>& warnings) {
   const auto& rate = experiment.rate.recorded;
   const auto& random = experiment.random.recorded;
-  const auto begins = [&](const std::string& stage) {
-    if (options.begins) options.begins(stage);
+  const auto begin_stage = [&](const std::string& stage) {
+    if (options.on_stage) options.on_stage(stage);
   };
-  begins("train three models");
+  begin_stage("train three models");
   auto models = train_models(rate, random, options.training, progress);
   if (!models) return failure(models.error());
   Result<void> written;
@@ -42,18 +42,19 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
   if (!written) return failure(written.error());
   model::Qualification qualification{.models = std::move(*models), .comparison = {}};
   if (options.compare) {
-    const auto compares = [&](std::string_view method, std::string_view inputs) {
-      begins(fmt::format("compare {} on {}", method, inputs));
+    const auto on_comparison = [&](std::string_view method, std::string_view inputs) {
+      begin_stage(fmt::format("compare {} on {}", method, inputs));
     };
-    auto comparison = train_compared(rate, random, options.training, compares, progress);
+    auto comparison = train_compared(rate, random, options.training, on_comparison, progress);
     if (!comparison) return failure(comparison.error());
     warnings.insert(warnings.end(), comparison->warnings.begin(), comparison->warnings.end());
     qualification.comparison = std::move(*comparison);
   }
-  const auto chooses = [&](std::string_view method, std::string_view inputs) {
-    begins(fmt::format("evaluate {} on {} with further records", method, inputs));
+  const auto on_choice = [&](std::string_view method, std::string_view inputs) {
+    begin_stage(fmt::format("evaluate {} on {} with further records", method, inputs));
   };
-  auto recommendation = recommend_trained(qualification, rate, experiment.further, options.training, chooses, progress);
+  auto recommendation =
+      recommend_trained(qualification, rate, experiment.further, options.training, on_choice, progress);
   if (!recommendation) return failure(recommendation.error());
   qualification.recommendation = std::move(*recommendation);
   return qualification;
@@ -81,7 +82,7 @@ std::string describe_gyro(const rig::RigFile& rig, const data::AxisChoice& of) {
   return text;
 }
 
-report::ReportedRig reported(const rig::RigFile& rig, const data::Dataset& dataset) {
+report::ReportedRig describe_rig(const rig::RigFile& rig, const data::Dataset& dataset) {
   report::ReportedRig reported{.name = rig.name,
                                .title = rig.title,
                                .gyro = describe_gyro(rig, dataset.of),
@@ -104,7 +105,7 @@ report::Report build_report(const rig::RigFile& rig, const AxisExperiment& exper
   std::vector<report::ReportSourceLater> after;
   for (const ExperimentRun& run : later)
     after.push_back({std::filesystem::path(run.stage).filename().string(), run.recorded, run.sha256});
-  report::Report report = report::make_report({.rig = reported(rig, rate.recorded.dataset),
+  report::Report report = report::make_report({.rig = describe_rig(rig, rate.recorded.dataset),
                                                .thermal = options.thermal,
                                                .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
                                                .random = {random.recorded, random.sha256, sha256(random.profile.text)},
@@ -143,9 +144,9 @@ Result<AxisOutcome> carry_out(AxisExperiment& experiment, const rig::RigFile& ri
   if (!trained) return failure(trained.error());
   std::vector<data::RecordedRun> after;
   for (const ExperimentRun& run : experiment.later) after.push_back(run.recorded);
-  if (!after.empty() && options.begins) options.begins("verify later");
+  if (!after.empty() && options.on_stage) options.on_stage("verify later");
   if (auto verified = verify_later(*trained, after); !verified) return failure(verified.error());
-  if (options.begins) options.begins("report");
+  if (options.on_stage) options.on_stage("report");
   auto report = build_report(rig, experiment, *trained, options);
   if (auto written = report::write_report(to_json(report), options.folder + "/report"); !written)
     return failure(written.error());

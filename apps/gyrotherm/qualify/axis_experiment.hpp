@@ -46,7 +46,7 @@ struct AxisOptions {
   bool compare = true;  ///< trains every other method as well
   model::QualificationOptions training;
   report::ReportedThermal thermal{};
-  std::function<void(const std::string& stage)> begins{};
+  std::function<void(const std::string& stage)> on_stage{};
 };
 
 /// Trained models and the report that was written.

@@ -91,7 +91,7 @@ class TrainingPool {
   /// Trains one axis after another until none is left or a stop is requested.
   void work() {
     for (auto next = next_++; next < tasks_.size() && !stop_; next = next_++) {
-      train(tasks_[next], threads_for(tasks_.size() - next));
+      run_task(tasks_[next], threads_for(tasks_.size() - next));
       const std::lock_guard lock(mutex_);
       under_way_.erase(tasks_[next].folder);
       ++done_;
@@ -122,9 +122,9 @@ class TrainingPool {
     return static_cast<int>(std::max<std::size_t>(1, threads_ / left));
   }
 
-  void train(Task& task, int threads) {
+  void run_task(Task& task, int threads) {
     if ((task.report = find_report(lot_, task))) return;
-    const auto outcome = trained(task, threads);
+    const auto outcome = train_axis(task, threads);
     if (outcome) {
       task.report = std::move(outcome->report);
       return;
@@ -136,7 +136,7 @@ class TrainingPool {
     stop_ = true;
   }
 
-  Result<AxisOutcome> trained(const Task& task, int threads) {
+  Result<AxisOutcome> train_axis(const Task& task, int threads) {
     auto experiment = axis_experiment(lot_, task.of);
     if (!experiment) return failure(experiment.error());
     AxisOptions options{.folder = lot_.out + "/" + task.folder,
@@ -173,18 +173,18 @@ class TrainingPool {
   std::optional<Fault> ended_;
 };
 
-Result<void> train_side_by_side(Console& console, const LotExperiment& lot, const rig::RigFile& rig,
-                                std::vector<Task>& tasks) {
-  constexpr auto kLook = std::chrono::milliseconds(100);
-  const auto wanted = lot.training.threads > 0 ? static_cast<unsigned>(lot.training.threads)
-                                               : std::max(1U, std::thread::hardware_concurrency());
-  TrainingPool pool(lot, rig, tasks, wanted);
+Result<void> train_in_parallel(Console& console, const LotExperiment& lot, const rig::RigFile& rig,
+                               std::vector<Task>& tasks) {
+  constexpr auto kPollInterval = std::chrono::milliseconds(100);
+  const auto thread_count = lot.training.threads > 0 ? static_cast<unsigned>(lot.training.threads)
+                                                     : std::max(1U, std::thread::hardware_concurrency());
+  TrainingPool pool(lot, rig, tasks, thread_count);
   {
     std::vector<std::jthread> workers;
-    for (unsigned i = 0; i < std::min<std::size_t>(wanted, tasks.size()); ++i)
+    for (unsigned i = 0; i < std::min<std::size_t>(thread_count, tasks.size()); ++i)
       workers.emplace_back([&pool] { pool.work(); });
     while (!pool.is_done() && !pool.interrupted_by()) {
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kPollInterval);
       const auto [stage, share] = pool.progress();
       console.progress(stage, share);
       if (interrupted()) pool.stop();
@@ -268,17 +268,17 @@ Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& 
       return (axis.unit == name || in_words(axis) == name) && std::ranges::find(found, axis) == found.end();
     });
     if (found.size() > before) continue;
-    std::vector<std::string> there;
-    for (const auto& axis : all) there.push_back(in_words(axis));
+    std::vector<std::string> existing;
+    for (const auto& axis : all) existing.push_back(in_words(axis));
     return failure(FaultKind::usage, "--only",
-                   fmt::format("unknown axis or unit \"{}\"; the axes are {}", name, fmt::join(there, ", ")));
+                   fmt::format("unknown axis or unit \"{}\"; the axes are {}", name, fmt::join(existing, ", ")));
   }
   return found;
 }
 
 Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment, const rig::RigFile& rig) {
   auto tasks = list_tasks(experiment);
-  if (auto trained = train_side_by_side(console, experiment, rig, tasks); !trained) return failure(trained.error());
+  if (auto trained = train_in_parallel(console, experiment, rig, tasks); !trained) return failure(trained.error());
   auto lot = summarise(experiment, rig, tasks);
   if (!experiment.only.empty()) return lot;
   const auto written = write_unit_reports(experiment, lot, tasks)

@@ -131,7 +131,7 @@ Result<void> check_copy(const std::filesystem::path& folder, const std::filesyst
   return failure(FaultKind::storage, copy.string(), "is not a complete copy of the signed report; move it away");
 }
 
-Result<void> keep_as_signed(Console& console, const std::string& folder) {
+Result<void> copy_signed_report(Console& console, const std::string& folder) {
   const auto certificate = read_text_file_if_any(folder + "/" + report::kDccFile, kLargestTable);
   if (!certificate) return failure(certificate.error());
   if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};

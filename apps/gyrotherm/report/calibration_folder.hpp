@@ -41,7 +41,7 @@ struct FiledReport {
 
 /// Copies a signed report to FOLDER/as-signed before its folder changes. Does nothing if the report is not signed or
 /// the copy exists. Fails with bad_file or storage.
-[[nodiscard]] Result<void> keep_as_signed(Console& console, const std::string& folder);
+[[nodiscard]] Result<void> copy_signed_report(Console& console, const std::string& folder);
 
 /// Returns the languages of the views in a folder.
 [[nodiscard]] std::vector<std::string> languages_in(const std::string& folder);

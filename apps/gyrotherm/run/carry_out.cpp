@@ -38,8 +38,8 @@ namespace {
 /// Longest wait for a write that must be on the disk before the run continues.
 constexpr Duration kLongestLastWrite = std::chrono::seconds(3);
 
-constexpr Duration kLongestReading = std::chrono::seconds(60);
-constexpr Duration kLookForReaders = std::chrono::milliseconds(100);
+constexpr Duration kLongestWaitForReaders = std::chrono::seconds(60);
+constexpr Duration kReaderPollInterval = std::chrono::milliseconds(100);
 
 /// Waits for programs that read the record, because a reader may lock it after the writer has died. Fails with timeout
 /// after the longest wait. systemd then starts the resume again, at a rate below its start limit.
@@ -49,8 +49,8 @@ Result<void> await_readers(Console& console, const std::string& path) {
   const auto files = record::find_record_files(path);
   const auto file = files ? files->parts.back().path : path;
   bool reported = false;
-  for (const Deadline limit(kLongestReading); record::is_being_read(file);
-       std::this_thread::sleep_for(kLookForReaders)) {
+  for (const Deadline limit(kLongestWaitForReaders); record::is_being_read(file);
+       std::this_thread::sleep_for(kReaderPollInterval)) {
     if (!std::exchange(reported, true))
       console.print_message(
           fmt::format("{}: {}; the run continues when the record is released", path, record::kBeingRead));
@@ -143,7 +143,7 @@ Result<void> admit_commands(Console& console, const record::RunInfo& info, const
 }
 
 /// Prints a warning for each process that holds the chamber's lock without permission.
-void warn_about_strangers(Console& console, const run::ChamberOwnership& ownership) {
+void warn_about_ignored_holders(Console& console, const run::ChamberOwnership& ownership) {
   for (const auto& stranger : ownership.strangers())
     console.print_message(
         fmt::format("warning: ignored {}, which holds the lock of the chamber: its user is neither root nor a member "
@@ -176,8 +176,8 @@ tl::unexpected<Fault> preparation_fault(run::ChamberOwnership& ownership, const 
 
 /// Applies the resume rule: returns the entry point, or fails with interrupted if an operator must accept the situation
 /// first.
-Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
-                                bool accepted) {
+Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
+                                   bool accepted) {
   const auto goal = demanded_set_point(on.profile, on.state);
   const bool has_not_begun = on.last_slot < 0 && on.interruption.strangers.empty();
   const auto verdict =
@@ -189,8 +189,8 @@ Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberSta
 }
 
 /// Reports overdue calibrations and chamber quantities that are not monitored, as messages and as events of the record.
-void warn(Console& console, run::RunController& run_controller, const rig::Rig& rig,
-          const std::vector<std::string>& missing) {
+void warn_at_start(Console& console, run::RunController& run_controller, const rig::Rig& rig,
+                   const std::vector<std::string>& missing) {
   const auto channels = channels_of(rig.file());
   auto lines = overdue_calibrations(channels, rig.clock().now().utc);
   for (const auto& one : missing)
@@ -265,8 +265,8 @@ Result<void> append_absence(record::Store& store, const run::InterruptedRun& int
   return store.append_gap(first, last, "the program was not running" + cause);
 }
 
-// A run begins or resumes in two steps: take() acquires the chamber and assembles the rig; the rig then calls enter()
-// or reenter() with the chamber as it was found, before anything moves.
+// A run begins or resumes in two steps: prepare_opening() acquires the chamber and assembles the rig; the rig then
+// calls enter() or reenter() with the chamber as it was found, before anything moves.
 
 /// The parts of a run that is about to begin or to resume.
 struct Opening {
@@ -279,11 +279,11 @@ struct Opening {
   std::unique_ptr<record::Store> store{};
 };
 
-Result<Opening> take(Console& console, const rig::RigFile& file, const std::string& path, const rig::RigStart& start,
-                     bool by_program) {
+Result<Opening> prepare_opening(Console& console, const rig::RigFile& file, const std::string& path,
+                                const rig::RigStart& start, bool by_program) {
   auto ownership = run::ChamberOwnership::take(file, path, by_program);
   if (!ownership) return failure(ownership.error());
-  warn_about_strangers(console, *ownership);
+  warn_about_ignored_holders(console, *ownership);
   auto rig = rig::Rig::assemble(file, start);
   if (!rig) return failure(rig.error());
   return Opening{.ownership = std::move(*ownership), .rig = std::move(*rig)};
@@ -317,7 +317,7 @@ Result<void> check_may_start(const rig::RigFile& file, const std::string& path, 
   return record::check_name_of_new_record(path);
 }
 
-rig::RigStart start_of(const NewRun& plan) {
+rig::RigStart make_rig_start(const NewRun& plan) {
   return {.seed = {.gyro = plan.options.seed,
                    .run = run::run_number(plan.profile.text),
                    .days_later = plan.options.days_later},
@@ -401,7 +401,7 @@ Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& 
   run::RunContinuation& on = run.on;
   opening.missing = found.missing;
   on.interruption.strangers = run::compare_identities(run.info.identities, found.identities);
-  const auto entry = reentry(on, found.state, run.path, options.accept);
+  const auto entry = find_entry(on, found.state, run.path, options.accept);
   if (!entry) return failure(entry.error());
   opening.entry = *entry;
   if (auto good = check_controller(found.limits, on.profile, on.rig); !good) return failure(good.error());
@@ -450,7 +450,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   if (auto may = check_may_start(file, path, options); !may) return may;
   if (!file.simulated) console.never_wait();
   const NewRun plan{profile, file, path, options, begin(profile)};
-  auto opening = take(console, file, path, start_of(plan), options.upload);
+  auto opening = prepare_opening(console, file, path, make_rig_start(plan), options.upload);
   if (!opening) return failure(opening.error());
   const auto program = program_to_upload(plan);
   if (!program) return failure(program.error());
@@ -465,10 +465,10 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     return why;
   }
   opening->ownership.heartbeat({});
-  for (const auto& who : *names) console.print_detail(who);
+  for (const auto& line : *names) console.print_detail(line);
   run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
   note_start(plan, *opening, *names, run_controller);
-  warn(console, run_controller, *opening->rig, opening->missing);
+  warn_at_start(console, run_controller, *opening->rig, opening->missing);
   return drive({console, profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
 }
 
@@ -477,7 +477,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (!run) return failure(run.error());
   run::RunContinuation& on = run->on;
   if (!on.rig.simulated) console.never_wait();
-  auto opening = take(console, on.rig, path, on.start, false);
+  auto opening = prepare_opening(console, on.rig, path, on.start, false);
   if (!opening) return failure(opening.error());
   print_connecting(console, on.rig);
   const auto entrance = [&](const rig::ChamberAsFound& found) { return reenter(*run, options, *opening, found); };
@@ -494,7 +494,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   run_controller.leave_out(on.start.dropped_units);
   run_controller.continue_tally(run->tally);
   note_resumption(console, *run, opening->entry, first, run_controller);
-  warn(console, run_controller, *opening->rig, opening->missing);
+  warn_at_start(console, run_controller, *opening->rig, opening->missing);
   if (auto recalled = record_guard_trace(console, *opening->store, opening->rig->clock().now(), path); !recalled)
     return recalled;
   return drive({console, on.profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});

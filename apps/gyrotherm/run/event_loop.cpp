@@ -26,7 +26,7 @@ constexpr auto kLongestFlush = std::chrono::seconds(3);
 constexpr int kTicksPerClockCheck = 64;
 
 /// Returns the state of the run with faults of the disk added.
-RunOverview standing_with_disk(const ActiveRun& run) {
+RunOverview overview_with_disk_faults(const ActiveRun& run) {
   auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())
     standing.faults_now.push_back(fmt::format("{} s are waiting for the disk: {}", health.backlog_s, health.trouble));
@@ -85,7 +85,7 @@ Result<run::RunOutcome> finish_terminated(const ActiveRun& run) {
 
 /// Returns true if Ctrl-C must be ignored, and prints the reason: an operator's request to end the run is pending, or
 /// this is the first Ctrl-C while the chamber is being made safe.
-bool refuses_to_leave(const ActiveRun& run) {
+bool rejects_interrupt(const ActiveRun& run) {
   if (run.run_controller.is_end_requested()) {
     run.console.print_message(
         "an operator has already ended the run; a second Ctrl-C leaves the remaining steps to the guard");
@@ -194,7 +194,7 @@ class RealTime {
     handle_hangup();
     handle_requests(run_, control_socket_);  // earlier requests outrank Ctrl-C
     if (is_terminated() && !run_.ownership.troubles().empty()) return abort_without_guard();
-    if (stops() == 0 || (!is_terminated() && refuses_to_leave(run_))) return;
+    if (stops() == 0 || (!is_terminated() && rejects_interrupt(run_))) return;
     leaves_after_tick_ = run_.run_controller.has_pending_work() && stops() == 1;  // completes an accepted hold first
     if (!leaves_after_tick_) leave();
   }
@@ -227,9 +227,9 @@ class RealTime {
       display_.see(run_.run_controller.last());
       print_events(run_);
       print_sample(run_);
-      display_.show(run_.run_controller.last(), standing_with_disk(run_), run_.store.alarms().list());
+      display_.show(run_.run_controller.last(), overview_with_disk_faults(run_), run_.store.alarms().list());
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(sync_last_second(std::move(outcome)));
-      if (std::exchange(leaves_after_tick_, false) && (is_terminated() || !refuses_to_leave(run_))) return leave();
+      if (std::exchange(leaves_after_tick_, false) && (is_terminated() || !rejects_interrupt(run_))) return leave();
     }
     arm();
   }
@@ -271,7 +271,7 @@ Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), standing_with_disk(run), run.store.alarms().list());
+    display.show(run.run_controller.last(), overview_with_disk_faults(run), run.store.alarms().list());
     if (ended) return outcome;
   }
 }

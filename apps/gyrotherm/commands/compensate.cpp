@@ -50,7 +50,7 @@ std::string format_rows(const Eigen::VectorXd& values, const Expanded& expanded,
   return lines;
 }
 
-/// Compensation of the rows of one input and, if requested, tracking of the residual bias.
+/// Compensates the rows of standard input and, if requested, tracks their residual bias.
 class Compensation {
  public:
   using Noise = std::optional<tracking::BiasNoise>;
@@ -58,8 +58,8 @@ class Compensation {
                                                  model::Outside outside, const Noise& noise, const Expanded& expanded);
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
-  /// Prints a line for each row. Fails with bad_file at a row whose slot is missing or not greater than the previous
-  /// one, after it has printed the rows before it.
+  /// Prints the compensated bias of each row. Fails with bad_file at a row with a missing slot or a slot that is not
+  /// greater than the previous one. The rows before it are printed first.
   [[nodiscard]] Result<void> print_compensated(Console& console, const record::LiveRows& rows);
   [[nodiscard]] long long outside() const { return stream_.outside(); }
   [[nodiscard]] long long missing_s() const { return missing_s_; }
@@ -123,7 +123,7 @@ Result<void> Compensation::print_compensated(Console& console, const record::Liv
                              record::kMostSlots));
 }
 
-/// Returns the number of leading rows whose slots increase.
+/// Returns the number of leading rows with valid, increasing slots, and remembers the last of these slots.
 Eigen::Index Compensation::count_rows_in_order(const Rows& rows) {
   if (!table_.has_seconds()) return rows.rows();
   const Eigen::VectorXd slots = table_.slot(rows);
@@ -138,8 +138,8 @@ Eigen::Index Compensation::count_rows_in_order(const Rows& rows) {
 
 /// Computes the second of each row from its slot and the accumulated difference of time and slot. Records of this
 /// project have one row per second and skip the slots of missing rows. Imported records number their rows and keep the
-/// times of their file. Returns the row, if any, that comes too soon after its predecessor, or at which too many rows
-/// so far are not one second apart.
+/// times of their file. Returns the first row that follows its predecessor by clearly less than a second, or at which
+/// at least half of the rows so far are not one second apart; nothing if there is no such row.
 std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
   constexpr double kOff_s = 0.5;
   constexpr int kEnough = 3;
@@ -185,7 +185,7 @@ bool has_input(int timeout_ms) {
   return waits[0].revents != 0 && !interrupted();
 }
 
-/// Reader of standard input that takes all available bytes and does not wait for more.
+/// Reader of standard input. It returns all available bytes at once instead of waiting for a full buffer.
 class StandardInput {
  public:
   /// Waits for input, then returns the available bytes, at most one megabyte. Returns an empty text at the end of the

@@ -34,7 +34,7 @@ struct ExportArguments {
   data::AxisChoice axis;
 };
 
-/// Compensated seconds of a record.
+/// Record of one axis with its compensated bias, one row per second.
 struct CompensatedRows {
   data::Dataset dataset;
   Eigen::VectorXd compensated_deg_per_h{};
@@ -42,8 +42,8 @@ struct CompensatedRows {
   Eigen::VectorXd expanded_deg_per_h{};  ///< empty without a budget
 };
 
-/// Fails unless rows are one second apart: a model's means, rates and lags are defined in seconds. The clock of a
-/// logger may be off by 1 %.
+/// Fails with usage unless rows are one second apart, because a model's means, rates and lags are defined in seconds.
+/// An interval error of 1 % is accepted, because the clock of a logger may be inaccurate.
 Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
   constexpr double kOff = 0.01;
   const double interval_s = data::sample_interval_s(dataset);

@@ -34,7 +34,7 @@ struct FuseArguments {
   bool force = false, unverified = false;
 };
 
-/// Model file of each axis, such as "u1.x".
+/// Maps the name of an axis, such as "u1.x", to its model file.
 using ModelFiles = std::map<std::string, std::string>;
 
 Result<ModelFiles> named_models(const std::vector<std::string>& arguments) {
@@ -105,15 +105,15 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   return fused_axes(axes, *outside);
 }
 
-/// Results of a healthy record.
+/// Values learnt from a record without faults.
 struct Healthy {
   std::optional<fusion::ThermometerParity> thermometers{};
   std::optional<model::HealthyRates> rates{};
 };
 
-/// Learns from the record that was named or, if none was, from the record of the ramp run that qualify left next to the
-/// models. Reports a missing record. Learns rates only from a named record, because the errors of a model are smaller
-/// on the record on which it was trained.
+/// Learns from the record of --healthy or, without that option, from the ramp run that qualify wrote next to the
+/// models. Prints a message if there is neither. Learns rates only from the record of --healthy, because the errors of
+/// a model are smaller on the record on which it was trained.
 Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {

@@ -25,7 +25,7 @@ struct PlacementArguments {
   model::TrainingOptions training;
 };
 
-/// Results for one set of thermometers of the elimination, after training with support vectors.
+/// Results of a support-vector model that was trained on one set of thermometers.
 struct Confirmed {
   data::Figures held_out;
   std::vector<data::Figures> unseen;
@@ -49,7 +49,7 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
   return confirmed;
 }
 
-/// Returns the results of the whole set and of each step of the elimination; empty without --confirm.
+/// Returns the results of all thermometers together and of each step of the elimination; empty without --confirm.
 Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options,
                                            const RecordedRuns& records, const RecordedRuns& unseen,
                                            const model::Placement& placement) {
@@ -147,9 +147,8 @@ std::string json(const RecordedRuns& records, const model::Placement& placement,
   return text_of(json) + "\n";
 }
 
-/// Checks that the records that decide the placement, `records`, are of one gyro with one bias reference, and that no
-/// run occurs twice. The records of --verify, `unseen`, must meet the same conditions. They must also be of the same
-/// gyro as `records` and contain none of these runs.
+/// Fails unless the ranked records, `records`, are of one gyro with one bias reference and no run occurs twice. The
+/// same applies to the records of --verify, `unseen`, which must also be other runs of the same gyro.
 Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
   for (const RecordedRuns* runs : {&records, &unseen})
     if (auto sound = model::check_records(runs->datasets, runs->clusters); !sound) return sound;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command `qualify`: the whole experiment. Two runs, three models and all methods in comparison, and a report, for
-/// each axis of the rig.
+/// The command `qualify`: the whole experiment. It makes two runs and, for each axis of the rig, trains three models,
+/// compares all methods, and writes a report.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ struct QualifyArguments {
   CalibrationArguments report;    ///< written only if texts are given
 };
 
-/// Wall time of each stage. Kept apart from results, because it varies from run to run.
+/// Wall time of each stage. Not part of the results, because it differs between calls.
 class Timings {
  public:
   /// Ends the previous stage, if any.
@@ -96,7 +96,7 @@ struct Run {
   std::string sha256{};
 };
 
-/// Returns whether the run is an existing record, of any program.
+/// Returns whether the run is an existing record that --verify-later named. It may have any profile.
 bool is_recorded(const Run& run) { return run.profile.text.empty(); }
 
 /// Returns whether the record belongs to this experiment.
@@ -108,8 +108,8 @@ bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& 
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 
-/// Plans a later run of the random program. `what` is a number of days after `random`, or the path of an existing
-/// record.
+/// Plans a later run. `what` is the number of days after `random` at which the random program is repeated, or the path
+/// of an existing record.
 Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const Run& random) {
   std::uint64_t days{};
   const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), days);
@@ -130,7 +130,7 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
              .days_later = random.days_later + days};
 }
 
-/// Records a run, resumes it, or keeps it if it is complete.
+/// Records a run, resumes an unfinished one, or does nothing if its record is complete.
 Result<void> record_run(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
   if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
   const auto info = record::read_info(run.path);
@@ -145,7 +145,7 @@ Result<void> record_run(Console& console, const Run& run, const rig::RigFile& ri
   return {};
 }
 
-/// Reads a record. With the name of a unit it reads only that unit, if the digest of the whole record is known.
+/// Reads the record of a run and sets its digest. If the digest is stored and `unit` is given, reads only that unit.
 Result<void> load_rows(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
   const auto known = digests.find_rows(run.path);
   if (!known) return failure(known.error());
@@ -175,8 +175,8 @@ Result<Run> plan_run(const std::string& stage, const std::string& path, const st
   return Run{.stage = stage, .path = path, .profile = std::move(*read), .days_later = options.days_later};
 }
 
-/// Reads the records that are used to recommend a model. Called before anything moves: a run takes days, and a wrong
-/// name should be reported immediately.
+/// Reads the records that are used to recommend a model. Called before anything moves, because a run takes days and a
+/// wrong file name should be reported first.
 Result<std::vector<data::RecordedRun>> load_further_records(Console& console, const std::vector<std::string>& paths,
                                                             const profile::Profile& rate) {
   const auto loaded = load_recorded_runs(console, paths, {});
@@ -273,7 +273,7 @@ Result<void> write_calibration_report(Console& console, const QualifyArguments& 
   return {};
 }
 
-/// Writes the calibration report and the timings after training and reports.
+/// Writes the files that follow the training: the calibration report and timings.json.
 Result<void> write_remaining(Console& console, const QualifyArguments& options, Timings& timings) {
   if (auto written = write_calibration_report(console, options, timings); !written) return written;
   timings.end();
@@ -388,7 +388,7 @@ std::vector<record::UnitInfo> list_units(const rig::RigFile& rig) {
   return units;
 }
 
-/// Returns the axes of --only, or none without that option.
+/// Returns the axes of --only, or an empty list without that option. Fails with usage.
 Result<std::vector<data::AxisChoice>> requested_axes(const QualifyArguments& options, const rig::RigFile& rig) {
   if (!options.only.empty() && has_one_axis(rig))
     return failure(FaultKind::usage, "--only", "only valid for a rig with several axes; this rig has one");

@@ -26,8 +26,8 @@ Result<Exit> rewrite(Console& console, const FiledReport& filed, const std::stri
   return Exit::done;
 }
 
-/// Checks that a report is a draft, or was authorised and has changed since: its views were changed, or gyrotherm 0.1.0
-/// authorised it without storing digests. A changed report is authorised again unless it is signed.
+/// Fails unless a report is a draft, or an unsigned authorised report that must be authorised again: its views have
+/// changed since, or gyrotherm 0.1.0 authorised it without storing digests.
 Result<void> check_may_be_authorised(Console& console, const FiledReport& filed, const std::string& folder) {
   const report::CalibrationReport& report = filed.report;
   if (report.state == report::ReportState::draft) return {};
@@ -72,7 +72,7 @@ Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
   return Exit::done;
 }
 
-/// Checks that a report may replace another one: it is authorised and of the same unit.
+/// Fails unless `by` may replace `report`: it is authorised, covers the same unit and has another number.
 Result<void> check_may_replace(const FiledReport& by, const report::CalibrationReport& report) {
   const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
   const report::CalibrationReport& one = by.report;

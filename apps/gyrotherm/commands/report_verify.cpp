@@ -34,7 +34,7 @@ std::string find_nearby_file(const std::string& folder, const std::string& name)
   return {};
 }
 
-/// Counts the files of a record that the report names.
+/// Counts the files of a record, including its parts, that the report names.
 int count_named_files(const report::CalibrationReport& report, const std::string& record) {
   return 1 + static_cast<int>(std::ranges::count_if(report.files, [&](const report::UsedFile& file) {
            const auto part = record::part_name(file.name);
@@ -48,8 +48,8 @@ bool has_rows(const std::string& path, const std::string& sha256) {
   return record && digest_of(*record) == sha256;
 }
 
-/// Checks a file that the report used. A record is also checked by its own chain; it is identified by the bytes of all
-/// its files or by its rows.
+/// Checks a file on which the report is based by its digest. A record is also verified against its hash chain; its
+/// digest may be that of the file or that of its rows.
 Check check_used_file(const std::string& folder, const report::CalibrationReport& report,
                       const report::UsedFile& file) {
   using enum Check::Outcome;

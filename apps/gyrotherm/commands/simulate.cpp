@@ -79,7 +79,7 @@ void print_addresses(Console& console, const rig::RigFile& rig, const simulator:
                       i + 1, rig.thermometers[i].driver));
 }
 
-/// Waits at most that long. Returns false once the user wants to stop.
+/// Waits for `time` or a signal. Returns false once a signal has arrived.
 bool wait(steady_clock::duration time) {
   pollfd descriptor{interrupt_descriptor(), POLLIN, 0};
   const auto ms = std::chrono::ceil<std::chrono::milliseconds>(time).count();

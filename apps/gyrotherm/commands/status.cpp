@@ -25,7 +25,7 @@ std::string degrees(const std::optional<Celsius>& value) {
 /// Returns whether the record was imported: it has no profile.
 bool is_imported(const record::RunStatus& status) { return status.segment_count == 0; }
 
-/// Returns whether a run that no program executes needs an operator.
+/// Returns whether an operator must check the chamber before a run in this state is resumed.
 bool needs_operator(RunState state) {
   return state == RunState::held || state == RunState::aborting || state == RunState::aborted;
 }
@@ -164,7 +164,7 @@ std::vector<std::string> split_lines(const std::string& text) {
   return lines;
 }
 
-/// Shows the status each second until the record is closed. The last one remains on the terminal.
+/// Prints the status each second until the record is closed. The last status remains on the terminal.
 Result<Exit> watch(Console& console, const std::string& path) {
   constexpr int kPollsPerSecond = 10;
   watch_for_interrupts(SecondInterrupt::ends);

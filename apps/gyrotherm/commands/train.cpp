@@ -31,7 +31,7 @@ std::string format_figures(const data::Figures& f) {
                      f.max_abs, f.count);
 }
 
-/// Returns the figures of the raw bias over all clusters.
+/// Returns the statistics of the raw bias over the clusters of all records.
 data::Figures raw_figures(const RecordedRuns& records) {
   std::vector<double> bias;
   for (const data::Clusters& clusters : records.clusters)
@@ -39,7 +39,7 @@ data::Figures raw_figures(const RecordedRuns& records) {
   return data::compute_figures(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
 }
 
-/// Adds warnings about the records, their outliers and the cluster length to those of the model.
+/// Adds warnings to the model: outliers of the records, an unusual cluster length, no gain over the raw bias.
 void add_warnings(model::Model& model, const RecordedRuns& records, const data::Figures& raw, double cluster_length_s) {
   constexpr double kUsual_s = 100;
   model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
@@ -114,7 +114,7 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
   return training;
 }
 
-/// Trains only from the records or, with --prior, from the records and the prior of the type.
+/// Trains from the records; with --prior, also from the type prior.
 Result<model::Model> train_model(Console& console, const TrainArguments& options, const RecordedRuns& records,
                                  const model::TrainingOptions& training) {
   if (options.prior.empty()) return train(records.datasets, records.clusters, training, console.sink());
@@ -142,7 +142,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   return Exit::done;
 }
 
-/// Adds --prior. It excludes all options that choose a method or inputs: the type determines them.
+/// Adds --prior, which excludes all options that choose a method or inputs: the type prior determines both.
 void add_prior(CLI::App& command, TrainArguments& options) {
   auto* prior = command
                     .add_option("--prior", options.prior,

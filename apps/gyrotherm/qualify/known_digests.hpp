@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Digests of the rows of closed records, kept in the folder of an experiment. With a stored digest, a second start of
-/// the experiment, or the training of a single axis, need not read every row of every unit.
+/// Digests of the rows of closed records, stored in the folder of an experiment. They save a second call of `qualify`,
+/// or the training of a single axis, from reading every row of every unit.
 #pragma once
 
 #include <optional>

@@ -204,7 +204,7 @@ double missing_s(const record::Record& record, const data::AxisChoice& of) {
       std::ranges::count_if(columns.rotation[static_cast<std::size_t>(axis)], [](double n) { return std::isnan(n); }));
 }
 
-/// Adds the events of units in their order.
+/// Adds a line for each event of a run that concerns a unit, in the order of the record.
 void add_events(const LotRun& run, std::vector<std::string>& events) {
   for (const auto& [slot, event] : run.record.events) {
     const bool is_about_unit = record::find_unit(run.record.info, event.about.channel) != nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Part of `qualify` for a rig with many axes: each axis is trained and reported by itself, several in parallel, and
-/// the lot is summarised.
+/// Part of `qualify` for a rig with several axes: trains and reports each axis separately, several in parallel, and
+/// summarises the lot.
 #pragma once
 
 #include <string>

@@ -250,7 +250,7 @@ void add_file(report::CalibrationReport& report, const std::optional<ModelOfAxis
   if (model) report.files.push_back(model->file);
 }
 
-/// Moves the model out of its pair with the file, which the report already names.
+/// Moves the model out of `model`. Its file entry is no longer needed, because the report already names the file.
 std::optional<model::Model> take_model(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }

@@ -37,8 +37,8 @@ Result<void> make_folder(const std::string& folder) {
   return error ? Result<void>(failure(FaultKind::storage, folder, error.message())) : Result<void>{};
 }
 
-/// Runs gyrotherm-pdf and returns the PDF. A rig without reports needs no WeasyPrint, because only that separate
-/// program uses it.
+/// Runs gyrotherm-pdf and returns the PDF. Only that separate program uses WeasyPrint, so machines that write no
+/// reports do not need it.
 Result<std::string> render_pdf(const std::string& json, const std::string& language) {
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());

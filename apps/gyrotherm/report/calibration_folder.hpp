@@ -13,7 +13,7 @@
 
 namespace gyrotherm::app {
 
-/// Report as read from its file.
+/// Report that was read from a file.
 struct FiledReport {
   report::CalibrationReport report;
   std::string path;  ///< calibration.json

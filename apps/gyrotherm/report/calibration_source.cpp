@@ -98,7 +98,7 @@ void add_air(report::CalibrationReport& report, const std::vector<double>& air_c
   }
 }
 
-/// Returns the kind of deviation that an event is, or an empty string.
+/// Returns the report's kind of deviation for an event, or an empty string if the event is not a deviation.
 std::string deviation_kind(const Event& event) {
   constexpr std::array<std::pair<std::string_view, const char*>, 6> kStates{
       {{"held", "held"},

@@ -19,8 +19,8 @@ struct SourceRecord {
   std::vector<report::UsedFile> parts{};
 };
 
-/// Adds the content that all axes of a unit share: the unit as named in the rig file, its instruments and the chamber
-/// with certificates (each once per calibration), the span of the air temperature, days of the runs, files, and
+/// Adds the content that all axes of a unit share: the unit as named in the rig file; its instruments and the chamber,
+/// with certificates (each once per calibration); the range of the air temperature; first and last day; files; and
 /// deviations. Deviations are gaps, pauses, interlocks, channel faults (one line per channel and record, with their
 /// number), notes and dropped units. Other units are ignored.
 void add_record(report::CalibrationReport& report, const SourceRecord& source, const std::string& unit);

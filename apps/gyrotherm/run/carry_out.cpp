@@ -66,7 +66,8 @@ void print_summary(const ActiveRun& run) {
       fmt::format("{}: {}", run.path, in_words(run.run_controller.tally(), run.store.alarms().count())));
 }
 
-/// Ends a run according to its outcome.
+/// Releases the chamber, closes the record unless the chamber was made safe, and prints the outcome. Fails with
+/// interlock if the chamber was made safe, or with storage.
 Result<void> conclude(const ActiveRun& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or safe set point confirmed
   if (outcome == run::RunOutcome::made_safe) {
@@ -83,8 +84,8 @@ Result<void> conclude(const ActiveRun& run, run::RunOutcome outcome) {
   return {};
 }
 
-/// Returns the fault of a run that a signal stopped. Its chamber holds the set point, or was sent to its safe set point
-/// and remains guarded.
+/// Returns the fault of a run that a signal stopped. Releases the chamber if it holds its set point; otherwise the
+/// guard continues to make it safe.
 tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
   print_summary(run);
   if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
@@ -142,7 +143,7 @@ Result<void> admit_commands(Console& console, const record::RunInfo& info, const
   return {};
 }
 
-/// Prints a warning for each process that holds the chamber's lock without permission.
+/// Prints a warning for each lock of the chamber that was ignored because its holder may not drive chambers.
 void warn_about_ignored_holders(Console& console, const run::ChamberOwnership& ownership) {
   for (const auto& stranger : ownership.strangers())
     console.print_message(
@@ -151,7 +152,7 @@ void warn_about_ignored_holders(Console& console, const run::ChamberOwnership& o
                     stranger));
 }
 
-/// Prints the instruments of a real rig before the program waits for the first of them.
+/// Prints the instruments of a real rig and their lines. Called before connecting, which may take long.
 void print_connecting(Console& console, const rig::RigFile& rig) {
   if (rig.simulated) return;
   auto words = fmt::format("connecting to the {} at {}", rig.chamber_map.name, rig.chamber_line);
@@ -337,7 +338,8 @@ Result<std::optional<drivers::ChamberProgram>> program_to_upload(const NewRun& p
   return std::move(*program);
 }
 
-/// Decides where the run enters the profile, and creates its record.
+/// Computes the entry point of a new run from the state of the chamber, and creates its record. Returns the first set
+/// point.
 Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::ChamberAsFound& found) {
   opening.missing = found.missing;
   if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
@@ -395,7 +397,7 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
                     .tally = run::count_tally(*record, status ? status->faults : 0)};
 }
 
-/// Applies the resume rule to the chamber as it was found, and opens the record again.
+/// Applies the resume rule to the present state of the chamber, and reopens the record. Returns the first set point.
 Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& opening,
                         const rig::ChamberAsFound& found) {
   run::RunContinuation& on = run.on;

@@ -47,7 +47,7 @@ struct ResumeOptions {
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: duration of the interruption
 };
 
-/// Continues an unfinished run in the same segment, without shortening a soak, and records the gap. Fails with
+/// Resumes an unfinished run in the same segment, without shortening a soak, and records the gap. Fails with
 /// bad_file, before it uses any content of the record, if the hash chain is broken. Fails with refused if the record
 /// names a program that this user has not confirmed for its rig file, unless `trust_commands` is set. Fails with
 /// interrupted if judge_reentry() requires an operator, unless `accept` is set.
@@ -69,8 +69,8 @@ struct ActiveRun {
 /// Ticks as fast as possible and syncs at least once a second of wall time. Fails with interrupted or storage.
 [[nodiscard]] Result<run::RunOutcome> drive_virtual(const ActiveRun& run);
 
-/// Ticks on each whole second of the rig's clock and syncs after each tick. Records the seconds that a late tick has
-/// missed as a gap; later ticks are on whole seconds again. Sends a heartbeat to the watchdog at each tick.
+/// Ticks on each whole second of the rig's clock and syncs after each tick. If a tick is late, records the missed
+/// seconds as a gap; later ticks are on whole seconds again. Sends a heartbeat to the watchdog at each tick.
 [[nodiscard]] Result<run::RunOutcome> drive_real(const ActiveRun& run);
 
 /// Waits up to three seconds until all rows are on the disk, and prints a warning if they are not.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Presentation of the current second by `run` and `resume`: a few lines, redrawn in place on a terminal, a plain line
-/// every minute elsewhere, nothing with --quiet; and JSON.
+/// Display of the current second by `run` and `resume`: on a terminal a few lines that are redrawn in place, otherwise
+/// one line per minute, nothing with --quiet. Also the second as JSON.
 #pragma once
 
 #include <cstdint>
@@ -66,7 +66,7 @@ class Display {
   std::vector<record::Channel> channels_;
   std::vector<std::vector<BiasMeter>> bias_;
   SteadyClock clock_;
-  std::optional<std::pair<std::int64_t, Duration>> first_seen_;  ///< slot, and when it was seen
+  std::optional<std::pair<std::int64_t, Duration>> first_seen_;  ///< slot and time of arrival
   int shown_segment_ = -1;
   RunState shown_state_{};
 };

@@ -25,7 +25,7 @@ constexpr auto kLongestFlush = std::chrono::seconds(3);
 /// Ticks between two readings of the wall clock.
 constexpr int kTicksPerClockCheck = 64;
 
-/// Returns the state of the run with faults of the disk added.
+/// Returns the overview of the run, including a fault if rows are waiting for the disk.
 RunOverview overview_with_disk_faults(const ActiveRun& run) {
   auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())

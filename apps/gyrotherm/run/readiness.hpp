@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Facts about a rig that the operator should know before anything moves: the lines of its instruments, its
-/// calibrations, and the go/no-go block before a run.
+/// Checks of a rig before a run: lines of its instruments, calibrations, and the readiness list with its GO or NO-GO
+/// verdict.
 #pragma once
 
 #include <cstdint>

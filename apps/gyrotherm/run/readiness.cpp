@@ -74,8 +74,8 @@ Finding check_bias_zero(const rig::RigFile& rig) {
     for (std::size_t i = 0; i < unit.info.axes.size(); ++i, ++axes)
       if (!unit.info.axes[i].earth_rate) unknown.push_back(axis_label(unit.info, i));
   if (unknown.empty())
-    return {"zero of the bias", FindingState::ok, fmt::format("Earth rate is known on {} of {} axes", axes, axes), ""};
-  return {"zero of the bias", FindingState::warning,
+    return {"bias reference", FindingState::ok, fmt::format("Earth rate is known on {} of {} axes", axes, axes), ""};
+  return {"bias reference", FindingState::warning,
           fmt::format("Earth rate of {} is unknown; the mean of the first hold becomes the bias reference",
                       fmt::join(unknown, ", ")),
           "add latitude to [gyro] or [fixture] of the rig file"};

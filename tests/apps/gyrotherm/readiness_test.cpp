@@ -34,14 +34,14 @@ TEST(Readiness, WarnsWhenTheEarthRateOfAnAxisIsUnknown) {
     EXPECT_NE(missing.found.find(axis_label(unit, unit.axes.size() - 1)), std::string::npos) << missing.found;
     EXPECT_NE(missing.found.find("the mean of the first hold becomes the bias reference"), std::string::npos);
     EXPECT_NE(missing.fix.find("latitude"), std::string::npos);
-    EXPECT_EQ(find(readiness(rig), "zero of the bias")->state, FindingState::warning) << name;
+    EXPECT_EQ(find(readiness(rig), "bias reference")->state, FindingState::warning) << name;
   }
 }
 
 TEST(Readiness, ChecksLimiterDiskAndGuardOfRealRig) {
   auto rig = shipped("example-f4t-lakeshore-kvh");
   const auto findings = readiness(rig);
-  for (const auto* what : {"zero of the bias", "calibrations", "limiter", "disk", "guard"})
+  for (const auto* what : {"bias reference", "calibrations", "limiter", "disk", "guard"})
     EXPECT_NE(find(findings, what), nullptr) << what;
   rig.limiter.reset();
   EXPECT_EQ(find(readiness(rig), "limiter")->state, FindingState::warning);

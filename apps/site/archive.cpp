@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kPart = ".part";
+constexpr std::string_view kPartSuffix = ".part";
 
 tl::unexpected<Fault> errno_fault(const std::string& path) {
   return failure(FaultKind::storage, path, std::strerror(errno));
@@ -59,27 +59,27 @@ Result<void> sync_folder(const std::string& folder) {
 /// Removes incomplete copies of killed publishers: PATH.PID.part, if no process has that number. In a folder that
 /// several machines share, the copy may belong to a publisher that still runs on another machine. That publisher
 /// retries, and finds the file archived.
-void remove_left_copies(const std::string& path) {
+void remove_stale_copies(const std::string& path) {
   const auto begins = fs::path(path).filename().string() + ".";
   for (const auto& entry : list_folder(fs::path(path).parent_path())) {
     const auto name = entry.filename().string();
-    if (!name.starts_with(begins) || !name.ends_with(kPart)) continue;
+    if (!name.starts_with(begins) || !name.ends_with(kPartSuffix)) continue;
     const auto number = std::string_view(name).substr(begins.size());
     int pid{};
     const auto read = std::from_chars(number.data(), number.data() + number.size(), pid);
-    const bool is_a_copy = read.ec == std::errc() && std::string_view(read.ptr) == kPart && pid > 0;
+    const bool is_a_copy = read.ec == std::errc() && std::string_view(read.ptr) == kPartSuffix && pid > 0;
     if (is_a_copy && ::kill(pid, 0) != 0 && errno == ESRCH) ::unlink(entry.c_str());
   }
 }
 
-Result<void> copy_into(const std::string& folder, const RunFileDigest& file) {
+Result<void> copy_to_folder(const std::string& folder, const RunFileDigest& file) {
   const auto target = (fs::path(folder) / (file.sha256 + ".db")).string();
-  remove_left_copies(target);
+  remove_stale_copies(target);
   struct stat facts {};
   if (::stat(target.c_str(), &facts) == 0 && static_cast<std::uint64_t>(facts.st_size) == file.bytes) return {};
   const auto source = open_regular_file(file.path);
   if (!source) return failure(source.error());
-  const auto unfinished = fmt::format("{}.{}{}", target, ::getpid(), kPart);
+  const auto unfinished = fmt::format("{}.{}{}", target, ::getpid(), kPartSuffix);
   Descriptor made(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640));
   if (!made.is_open()) return errno_fault(unfinished);
   auto copied = copy_bytes(*source, made.number(), unfinished);
@@ -119,7 +119,7 @@ void replace_all(std::string& text, std::string_view what, const std::string& wi
 
 }  // namespace
 
-Result<RunFileDigest> make_digest(const std::string& path) {
+Result<RunFileDigest> compute_digest(const std::string& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, path, std::strerror(errno));
   return record::file_digest(path).map([&](std::string digest) {
@@ -130,7 +130,7 @@ Result<RunFileDigest> make_digest(const std::string& path) {
   });
 }
 
-std::vector<std::string> command_for(const std::vector<std::string>& command, const RunFileDigest& file) {
+std::vector<std::string> expand_command(const std::vector<std::string>& command, const RunFileDigest& file) {
   auto words = command;
   for (auto& word : words) {
     replace_all(word, "{sha256}", file.sha256);
@@ -140,8 +140,8 @@ std::vector<std::string> command_for(const std::vector<std::string>& command, co
 }
 
 Result<void> archive(const ArchiveSettings& settings, const RunFileDigest& file, int stop) {
-  if (!settings.folder.empty()) return copy_into(settings.folder, file);
-  if (!settings.command.empty()) return run_command(command_for(settings.command, file), settings.within, stop);
+  if (!settings.folder.empty()) return copy_to_folder(settings.folder, file);
+  if (!settings.command.empty()) return run_command(expand_command(settings.command, file), settings.within, stop);
   return {};
 }
 

@@ -12,7 +12,7 @@
 namespace gyrotherm::site {
 
 /// Returns digest and size of a file. Fails with bad_file if it cannot be read.
-[[nodiscard]] Result<RunFileDigest> make_digest(const std::string& path);
+[[nodiscard]] Result<RunFileDigest> compute_digest(const std::string& path);
 
 /// Archives one file. With a folder, copies the file to FOLDER/<sha256>.db unless it exists: the copy has a temporary
 /// name until it is synced and its digest, computed while it is written, matches. A file with the final name is
@@ -22,6 +22,7 @@ namespace gyrotherm::site {
 [[nodiscard]] Result<void> archive(const ArchiveSettings& settings, const RunFileDigest& file, int stop);
 
 /// Returns the command with {file} and {sha256} replaced by the path and the digest of a file.
-[[nodiscard]] std::vector<std::string> command_for(const std::vector<std::string>& command, const RunFileDigest& file);
+[[nodiscard]] std::vector<std::string> expand_command(const std::vector<std::string>& command,
+                                                      const RunFileDigest& file);
 
 }  // namespace gyrotherm::site

@@ -14,7 +14,7 @@ namespace {
 constexpr std::array kMigrations{Migration{1, "store", store_schema}};
 
 /// Makes the schema and the table of the steps, if they do not exist.
-constexpr const char* kBeginning = R"(
+constexpr const char* kCreateMigrationTable = R"(
 BEGIN;
 SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'));
 CREATE SCHEMA IF NOT EXISTS gyrotherm;
@@ -25,7 +25,7 @@ COMMIT;
 
 /// Fails with refused if the store has executed a step that differs from the known one of the same number, or that is
 /// unknown.
-Result<void> check_seen(Postgres& store, std::span<const Migration> known) {
+Result<void> check_applied_migrations(Postgres& store, std::span<const Migration> known) {
   const auto seen = store.ask("SELECT number, sha256 FROM gyrotherm.migration ORDER BY number");
   if (!seen) return failure(seen.error());
   for (int row = 0; row < seen->rows(); ++row) {
@@ -48,10 +48,10 @@ Result<void> check_seen(Postgres& store, std::span<const Migration> known) {
 
 /// Executes a step that is new to the store. Returns false, and changes nothing, if another program has executed it
 /// meanwhile.
-Result<bool> take_step(Postgres& store, std::span<const Migration> known, const Migration& step) {
+Result<bool> apply_migration(Postgres& store, std::span<const Migration> known, const Migration& step) {
   auto begun = store.run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'))");
   if (!begun) return failure(begun.error());
-  const auto seen = check_seen(store, known).and_then([&] {
+  const auto seen = check_applied_migrations(store, known).and_then([&] {
     return store.ask("SELECT FROM gyrotherm.migration WHERE number = $1", {std::to_string(step.number)});
   });
   if (!seen || seen->rows() > 0) {
@@ -75,11 +75,11 @@ std::span<const Migration> migrations() { return kMigrations; }
 
 Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
                      const std::function<void(const Migration&)>& done) {
-  if (auto begun = store.run(kBeginning); !begun) return begun;
-  if (auto good = check_seen(store, known); !good) return good;
+  if (auto begun = store.run(kCreateMigrationTable); !begun) return begun;
+  if (auto good = check_applied_migrations(store, known); !good) return good;
   for (const auto& step : known) {
     if (step.number > last) break;
-    const auto taken = take_step(store, known, step);
+    const auto taken = apply_migration(store, known, step);
     if (!taken) return failure(taken.error());
     if (*taken) done(step);
   }

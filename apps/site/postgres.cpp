@@ -17,7 +17,7 @@ namespace gyrotherm::site {
 namespace {
 
 /// Joins the lines of a libpq message, which ends with a line break.
-std::string in_one_line(const char* message) {
+std::string join_lines(const char* message) {
   std::string line;
   for (const char* at = message; *at != '\0'; ++at) line += *at == '\n' ? ' ' : *at;
   return std::string(trimmed(line, " \t"));
@@ -50,7 +50,7 @@ Result<void> check_conninfo(const std::string& conninfo) {
                                                                              PQconninfoFree);
   const std::unique_ptr<char, decltype(&PQfreemem)> message(why, PQfreemem);
   if (!options)
-    return failure(FaultKind::usage, {}, why != nullptr ? in_one_line(why) : "is not a libpq connection string");
+    return failure(FaultKind::usage, {}, why != nullptr ? join_lines(why) : "is not a libpq connection string");
   for (const auto* option = options.get(); option->keyword != nullptr; ++option)
     if (option->val != nullptr && std::string_view(option->keyword).ends_with("password"))
       return failure(
@@ -84,13 +84,13 @@ unsigned Answer::type(int column) const { return PQftype(result_.get(), column);
 
 void Postgres::Finish::operator()(pg_conn* connection) const { PQfinish(connection); }
 
-tl::unexpected<Fault> Postgres::lost() const {
-  const auto why = in_one_line(PQerrorMessage(connection_.get()));
+tl::unexpected<Fault> Postgres::connection_lost() const {
+  const auto why = join_lines(PQerrorMessage(connection_.get()));
   return failure(FaultKind::disconnected, kStore, why.empty() ? "the connection is lost" : why);
 }
 
 Result<void> Postgres::wait(short events, Duration within) {
-  std::array<pollfd, 2> lines{pollfd{PQsocket(connection_.get()), events, 0}, pollfd{patience_.stop, POLLIN, 0}};
+  std::array<pollfd, 2> lines{pollfd{PQsocket(connection_.get()), events, 0}, pollfd{limits_.stop, POLLIN, 0}};
   const Deadline deadline(within);
   for (;;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left());
@@ -104,18 +104,18 @@ Result<void> Postgres::wait(short events, Duration within) {
 }
 
 Result<void> Postgres::wait_until_connected() {
-  const Deadline deadline(patience_.connect);
-  if (PQstatus(connection_.get()) == CONNECTION_BAD) return lost();
+  const Deadline deadline(limits_.connect);
+  if (PQstatus(connection_.get()) == CONNECTION_BAD) return connection_lost();
   for (auto doing = PGRES_POLLING_WRITING; doing != PGRES_POLLING_OK; doing = PQconnectPoll(connection_.get())) {
-    if (doing == PGRES_POLLING_FAILED) return lost();
+    if (doing == PGRES_POLLING_FAILED) return connection_lost();
     if (deadline.over())
-      return failure(FaultKind::timeout, kStore, fmt::format("no connection in {}", spoken(patience_.connect)));
+      return failure(FaultKind::timeout, kStore, fmt::format("no connection in {}", spoken(limits_.connect)));
     if (auto ready = wait(doing == PGRES_POLLING_READING ? POLLIN : POLLOUT, deadline.left()); !ready) return ready;
   }
   return {};
 }
 
-Result<Postgres> Postgres::connect(const StoreAddress& address, const Patience& patience) {
+Result<Postgres> Postgres::connect(const StoreAddress& address, const WaitLimits& limits) {
   if (auto good = check_conninfo(address.conninfo); !good) return failure(good.error());
   if (!address.passfile.empty())
     if (auto good = check_passfile(address.passfile); !good) return failure(good.error());
@@ -128,7 +128,7 @@ Result<Postgres> Postgres::connect(const StoreAddress& address, const Patience& 
   keys.push_back(nullptr);
   values.push_back(nullptr);
   constexpr int kFirstIsConninfo = 1;
-  Postgres made(PQconnectStartParams(keys.data(), values.data(), kFirstIsConninfo), patience);
+  Postgres made(PQconnectStartParams(keys.data(), values.data(), kFirstIsConninfo), limits);
   if (!made.connection_) return failure(FaultKind::storage, kStore, "no memory");
   if (auto connected = made.wait_until_connected(); !connected) return failure(connected.error());
   PQsetnonblocking(made.connection_.get(), 1);
@@ -143,10 +143,10 @@ Result<Postgres> Postgres::connect(const StoreAddress& address, const Patience& 
 Result<void> Postgres::flush() {
   for (;;) {
     const int left = PQflush(connection_.get());
-    if (left < 0) return lost();
+    if (left < 0) return connection_lost();
     if (left == 0) return {};
-    if (auto ready = wait(POLLIN | POLLOUT, patience_.answer); !ready) return ready;
-    if (PQconsumeInput(connection_.get()) == 0) return lost();
+    if (auto ready = wait(POLLIN | POLLOUT, limits_.answer); !ready) return ready;
+    if (PQconsumeInput(connection_.get()) == 0) return connection_lost();
   }
 }
 
@@ -157,7 +157,7 @@ Result<void> Postgres::send(const std::string& statement, const std::vector<Para
   constexpr int kText = 0;
   if (PQsendQueryParams(connection_.get(), statement.c_str(), static_cast<int>(values.size()), nullptr, values.data(),
                         nullptr, nullptr, kText) == 0)
-    return lost();
+    return connection_lost();
   return flush();
 }
 
@@ -166,8 +166,8 @@ Result<Answer> Postgres::answer() {
   std::optional<Fault> refused;
   for (;;) {
     while (PQisBusy(connection_.get()) != 0) {
-      if (auto ready = wait(POLLIN, patience_.answer); !ready) return failure(ready.error());
-      if (PQconsumeInput(connection_.get()) == 0) return lost();
+      if (auto ready = wait(POLLIN, limits_.answer); !ready) return failure(ready.error());
+      if (PQconsumeInput(connection_.get()) == 0) return connection_lost();
     }
     auto* result = PQgetResult(connection_.get());
     if (result == nullptr) break;
@@ -177,10 +177,10 @@ Result<Answer> Postgres::answer() {
     const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
     const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
     refused = Fault{fault_kind(state != nullptr ? state : ""), kStore,
-                    in_one_line(message != nullptr ? message : PQresultErrorMessage(result))};
+                    join_lines(message != nullptr ? message : PQresultErrorMessage(result))};
   }
   if (refused) return failure(std::move(*refused));
-  if (!answer) return lost();
+  if (!answer) return connection_lost();
   return std::move(*answer);
 }
 
@@ -189,13 +189,13 @@ Result<Answer> Postgres::ask(const std::string& statement, const std::vector<Par
 }
 
 Result<void> Postgres::run(const std::string& statements) {
-  if (PQsendQuery(connection_.get(), statements.c_str()) == 0) return lost();
+  if (PQsendQuery(connection_.get(), statements.c_str()) == 0) return connection_lost();
   return flush().and_then([&] { return answer(); }).map([](const Answer&) {});
 }
 
 bool Postgres::is_broken() const { return PQstatus(connection_.get()) != CONNECTION_OK; }
 
-std::string Postgres::place() const {
+std::string Postgres::describe() const {
   const char* host = PQhost(connection_.get());
   const char* tls = PQsslAttribute(connection_.get(), "protocol");
   return fmt::format("host={} dbname={} user={}{}", host != nullptr ? host : "", PQdb(connection_.get()),

@@ -39,7 +39,7 @@ inline constexpr const char* kStore = "store";
 [[nodiscard]] Result<void> check_conninfo(const std::string& conninfo);
 
 /// Time limits, and the descriptor that ends a wait early.
-struct Patience {
+struct WaitLimits {
   Duration connect = std::chrono::seconds(10);
   Duration answer = std::chrono::seconds(60);
   /// Readable once the program must end.
@@ -74,7 +74,7 @@ using Parameter = std::optional<std::string>;
 class Postgres {
  public:
   /// Connects. Fails as described above, and with bad_file if the passfile does not exist or other users may read it.
-  [[nodiscard]] static Result<Postgres> connect(const StoreAddress& address, const Patience& patience);
+  [[nodiscard]] static Result<Postgres> connect(const StoreAddress& address, const WaitLimits& limits);
 
   /// Sends one statement with its parameters, $1 first, and waits for its answer.
   [[nodiscard]] Result<Answer> ask(const std::string& statement, const std::vector<Parameter>& parameters = {});
@@ -87,20 +87,20 @@ class Postgres {
   /// Returns true if only a new connection helps.
   [[nodiscard]] bool is_broken() const;
   /// Describes the connection: "host=db dbname=gyrotherm user=rig_1, TLSv1.3".
-  [[nodiscard]] std::string place() const;
+  [[nodiscard]] std::string describe() const;
 
  private:
   struct Finish {
     void operator()(pg_conn* connection) const;
   };
-  Postgres(pg_conn* connection, const Patience& patience) : connection_(connection), patience_(patience) {}
+  Postgres(pg_conn* connection, const WaitLimits& limits) : connection_(connection), limits_(limits) {}
   [[nodiscard]] Result<void> wait_until_connected();
   [[nodiscard]] Result<void> flush();
   [[nodiscard]] Result<void> wait(short events, Duration within);
-  [[nodiscard]] tl::unexpected<Fault> lost() const;
+  [[nodiscard]] tl::unexpected<Fault> connection_lost() const;
 
   std::unique_ptr<pg_conn, Finish> connection_;
-  Patience patience_;
+  WaitLimits limits_;
 };
 
 }  // namespace gyrotherm::site

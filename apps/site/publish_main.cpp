@@ -29,25 +29,25 @@ void print_line(const std::string& line) { write_to_stderr(plain(line) + "\n"); 
 
 void complain(const Fault& fault) { print_line("gyrotherm-publish: " + text(fault)); }
 
-std::string in_lines(const std::vector<RunLag>& lags) {
+std::string format_lines(const std::vector<RunLag>& lags) {
   std::string lines;
   for (const auto& lag : lags) {
     const auto where = !lag.trouble.empty()    ? lag.trouble
                        : lag.finished_in_store ? "complete in the store"
-                       : lag.in_store < 0      ? "not in the store yet"
+                       : lag.slot_in_store < 0 ? "not in the store yet"
                                                : fmt::format("{} s behind the rig", lag.seconds());
     lines += fmt::format("{}: {}\n", lag.name, plain(where));
   }
   return lines;
 }
 
-std::string in_json(const std::vector<RunLag>& lags) {
+std::string format_json(const std::vector<RunLag>& lags) {
   Json list = Json::array();
   for (const auto& lag : lags)
     list.push_back({{"record", lag.name},
                     {"state", lag.state},
-                    {"slot", lag.here},
-                    {"slot_in_store", lag.in_store},
+                    {"slot", lag.slot_on_rig},
+                    {"slot_in_store", lag.slot_in_store},
                     {"lag_s", lag.seconds()},
                     {"finished_in_store", lag.finished_in_store},
                     {"trouble", lag.trouble}});
@@ -60,8 +60,9 @@ Result<void> publish(const PublishOptions& options, int stop) {
   Publisher publisher(*settings, stop, print_line, complain);
   if (options.once) return publisher.once();
   if (!options.status) return publisher.serve();
-  return publisher.lags().and_then(
-      [&](const std::vector<RunLag>& lags) { return write_to_stdout(options.json ? in_json(lags) : in_lines(lags)); });
+  return publisher.lags().and_then([&](const std::vector<RunLag>& lags) {
+    return write_to_stdout(options.json ? format_json(lags) : format_lines(lags));
+  });
 }
 
 int run_publish(int argc, char** argv) {

@@ -20,17 +20,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kDeepestFolder = 3;
-constexpr Duration kEvery = std::chrono::seconds(1);
+constexpr int kMaxFolderDepth = 3;
+constexpr Duration kRoundInterval = std::chrono::seconds(1);
 /// Number of batches of one run in one turn. Then the other runs have their turns.
-constexpr int kBatchesInTurn = 25;
+constexpr int kBatchesPerTurn = 25;
 /// Pause after a refusal of the store. The owner of the store may remove the reason meanwhile.
-constexpr Duration kRest = std::chrono::minutes(1);
+constexpr Duration kRefusalPause = std::chrono::minutes(1);
 
 bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
 
 /// Returns true if the record is being written and has no live copy that could be read instead.
-bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
+bool is_being_written(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
 /// Returns the states that identify the files whose id was read: the identity of a live copy, which grows; identity and
 /// content of any other file.
@@ -56,7 +56,7 @@ Result<std::string> read_id(const record::RecordFiles& files) {
 /// Adds the folder and the folders below it; does not follow links.
 void add_folders(const fs::path& folder, int depth, std::vector<std::string>& folders) {
   folders.push_back(folder.string());
-  if (depth == kDeepestFolder) return;
+  if (depth == kMaxFolderDepth) return;
   for (const auto& entry : list_folder(folder)) {
     std::error_code error;
     if (fs::is_directory(fs::symlink_status(entry, error))) add_folders(entry, depth + 1, folders);
@@ -64,7 +64,7 @@ void add_folders(const fs::path& folder, int depth, std::vector<std::string>& fo
 }
 
 /// Returns the folders of the site file and the folders below them, to a depth of three.
-std::vector<std::string> folders_below(const std::vector<std::string>& tops) {
+std::vector<std::string> list_subfolders(const std::vector<std::string>& tops) {
   std::vector<std::string> folders;
   for (const auto& top : tops) add_folders(top, 0, folders);
   return folders;
@@ -79,13 +79,13 @@ std::uint64_t seed_of_this_process() {
 Publisher::Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> report,
                      std::function<void(const Fault&)> complain)
     : settings_(std::move(settings)),
-      patience_({.answer = settings_.longest_answer, .stop = stop}),
+      limits_({.answer = settings_.longest_answer, .stop = stop}),
       report_(std::move(report)),
       complain_(std::move(complain)) {}
 
 Result<void> Publisher::connect() {
   if (store_) return {};
-  auto store = Store::open(settings_.store, patience_);
+  auto store = Store::open(settings_.store, limits_);
   if (!store) return failure(store.error());
   store_.emplace(std::move(*store));
   for (auto& [path, watched] : runs_)
@@ -103,7 +103,7 @@ void Publisher::disconnect(const Fault& why) {
 void Publisher::find_files() {
   std::set<std::string> records;
   found_documents_.clear();
-  for (const auto& folder : folders_below(settings_.folders)) {
+  for (const auto& folder : list_subfolders(settings_.folders)) {
     records.merge(record::records_in(folder));
     for (const auto& entry : list_folder(folder))
       if (entry.extension() == ".json") found_documents_.insert(entry.string());
@@ -113,10 +113,10 @@ void Publisher::find_files() {
   std::erase_if(documents_, [&](const auto& entry) { return !found_documents_.contains(entry.first); });
 }
 
-bool Publisher::set_aside(const Fault& fault, const std::string& path, std::string& reported) {
+bool Publisher::report_file_fault(const Fault& fault, const std::string& path, std::string& reported) {
   if (is_store_fault(fault) && fault.kind != FaultKind::refused) return false;
   if (fault.kind == FaultKind::interrupted) return false;
-  if (has_to_wait(fault)) return true;
+  if (is_being_written(fault)) return true;
   if (!first_trouble_) first_trouble_ = fault;
   if (auto line = text(fault); line != reported) {
     reported = std::move(line);
@@ -140,9 +140,9 @@ Result<void> Publisher::query_position(Run& run) {
 Result<Publisher::Backlog> Publisher::send_rows(const record::RecordFiles& files, Run& run) {
   auto batch = next_rows(files, run.channels, run.position->slot);
   for (int sent = 0; batch && batch->rows > 0; ++sent) {
-    if (sent == kBatchesInTurn) return Backlog::some;
+    if (sent == kBatchesPerTurn) return Backlog::some;
     if (auto same = check_unchanged(files, run.states); !same) return failure(same.error());
-    if (auto went = store_->send_rows(run.info.id, *batch); !went) return failure(went.error());
+    if (auto queued = store_->send_rows(run.info.id, *batch); !queued) return failure(queued.error());
     // The next batch is read while the server processes this one.
     const bool was_whole = batch->rows == static_cast<std::size_t>(kBatchRows);
     const auto last = batch->last;
@@ -174,10 +174,10 @@ Result<void> Publisher::send_events_and_gaps(const record::RecordFiles& files, R
   }
 }
 
-Result<void> Publisher::send_state(Run& run, const RunNow& now) {
-  if (run.position->sent == now) return {};
-  if (auto sent = store_->say_state(run.info.id, now); !sent) return sent;
-  run.position->sent = now;
+Result<void> Publisher::send_state(Run& run, const LiveState& now) {
+  if (run.position->sent_state == now) return {};
+  if (auto sent = store_->update_state(run.info.id, now); !sent) return sent;
+  run.position->sent_state = now;
   return {};
 }
 
@@ -189,9 +189,9 @@ Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
   if (!end->finished) return send_state(run, {.state = end->state, .cause = end->cause, .alarms = end->alarms});
   std::vector<RunFileDigest> digests;
   for (const auto& file : files.parts) {
-    auto digest = make_digest(file.path);
+    auto digest = compute_digest(file.path);
     if (!digest) return failure(digest.error());
-    if (auto kept = archive(settings_.archive, *digest, patience_.stop); !kept) return kept;
+    if (auto kept = archive(settings_.archive, *digest, limits_.stop); !kept) return kept;
     digests.push_back(std::move(*digest));
   }
   if (auto same = check_unchanged(files, run.states); !same) return same;
@@ -284,19 +284,19 @@ Result<Publisher::Backlog> Publisher::round() {
     const auto sent = send_run(path, watched);
     if (sent && *sent == Backlog::some) backlog = Backlog::some;
     if (sent) continue;
-    if (!set_aside(sent.error(), path, watched.trouble)) return failure(sent.error());
+    if (!report_file_fault(sent.error(), path, watched.trouble)) return failure(sent.error());
     if (sent.error().kind != FaultKind::refused) continue;
-    watched.paused_until.emplace(kRest);
+    watched.paused_until.emplace(kRefusalPause);
     if (watched.run) watched.run->position.reset();
   }
   for (const auto& path : found_documents_) {
     const auto sent = send_document(path);
     if (sent) continue;
     std::string reported;
-    if (!set_aside(sent.error(), path, reported)) return failure(sent.error());
+    if (!report_file_fault(sent.error(), path, reported)) return failure(sent.error());
     documents_.insert_or_assign(path, read_file_state(path));
   }
-  if (!store_trouble_.empty() || !has_sent_) report_("sending to the store: " + store_->place());
+  if (!store_trouble_.empty() || !has_sent_) report_("sending to the store: " + store_->describe());
   store_trouble_.clear();
   has_sent_ = true;
   return backlog;
@@ -305,7 +305,7 @@ Result<Publisher::Backlog> Publisher::round() {
 Result<void> Publisher::serve() {
   Backoff backoff(settings_.longest_wait, seed_of_this_process());
   for (;;) {
-    const Deadline next(kEvery);
+    const Deadline next(kRoundInterval);
     const auto sent = round();
     auto wait = next.left();
     if (sent) {
@@ -318,7 +318,7 @@ Result<void> Publisher::serve() {
       disconnect(sent.error());
       wait = backoff.next();
     }
-    if (ready(patience_.stop, POLLIN, Deadline(wait))) return {};
+    if (ready(limits_.stop, POLLIN, Deadline(wait))) return {};
   }
 }
 
@@ -342,12 +342,12 @@ Result<std::vector<RunLag>> Publisher::lags() {
       lag.trouble = text(status.error());
       continue;
     }
-    lag.here = status->slot;
+    lag.slot_on_rig = status->slot;
     lag.state = name(status->standing.state);
     const auto position = store_->position(status->id);
     if (!position) return failure(position.error());
     if (!*position) continue;
-    lag.in_store = (*position)->slot;
+    lag.slot_in_store = (*position)->slot;
     lag.finished_in_store = (*position)->finished;
   }
   return lags;

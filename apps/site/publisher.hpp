@@ -38,14 +38,14 @@ struct RunLag {
   /// State of the run on the rig.
   std::string state{};
   /// Last slot on the rig.
-  std::int64_t here{-1};
+  std::int64_t slot_on_rig{-1};
   /// Last slot in the store.
-  std::int64_t in_store{-1};
+  std::int64_t slot_in_store{-1};
   bool finished_in_store{};
   /// Reason why the run is not sent; empty: none.
   std::string trouble{};
 
-  [[nodiscard]] std::int64_t seconds() const { return here - in_store; }
+  [[nodiscard]] std::int64_t seconds() const { return slot_on_rig - slot_in_store; }
 };
 
 /// Computes the wait before a failed attempt is repeated: twice as long each time, up to a longest wait. A part of each
@@ -131,15 +131,15 @@ class Publisher {
   /// Sends state, cause and alarms from a status file, if it belongs to this run.
   [[nodiscard]] Result<void> send_live_state(const std::optional<record::RunStatus>& status, Run& run);
   /// Sends state, cause and alarms if one of them differs from the last that were sent.
-  [[nodiscard]] Result<void> send_state(Run& run, const RunNow& now);
+  [[nodiscard]] Result<void> send_state(Run& run, const LiveState& now);
   /// Archives the files of a finished run and closes it in the store. Sends the last state of an interrupted run.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
   /// Returns true if the fault concerns this file only, and reports it once.
-  [[nodiscard]] bool set_aside(const Fault& fault, const std::string& path, std::string& reported);
+  [[nodiscard]] bool report_file_fault(const Fault& fault, const std::string& path, std::string& reported);
 
   SiteSettings settings_;
-  Patience patience_;
+  WaitLimits limits_;
   std::function<void(const std::string&)> report_;
   std::function<void(const Fault&)> complain_;
   std::optional<Store> store_;

@@ -46,7 +46,7 @@ bool is_number(const Answer& answer, int column) {
   return std::ranges::find(kNumberTypes, answer.type(column)) != kNumberTypes.end();
 }
 
-std::string cell_for_people(const Answer& answer, int row, int column) {
+std::string format_cell(const Answer& answer, int row, int column) {
   if (answer.null(row, column)) return "–";
   constexpr unsigned kFloat8 = 701;
   const auto text = answer.text(row, column);
@@ -69,19 +69,19 @@ std::span<const Question> questions() { return kQuestions; }
 
 bool has_units(const Question& question) { return std::string_view(question.columns).starts_with("serial_number"); }
 
-Result<Answer> ask(Postgres& store, const Question& question, const Asked& asked) {
+Result<Answer> ask(Postgres& store, const Question& question, const QueryOptions& query) {
   std::vector<std::string> conditions;
   std::vector<Parameter> parameters;
-  if (!asked.all && std::string_view(question.condition) != "") conditions.emplace_back(question.condition);
-  if (!asked.unit.empty()) {
+  if (!query.all && std::string_view(question.condition) != "") conditions.emplace_back(question.condition);
+  if (!query.unit.empty()) {
     conditions.emplace_back("serial_number = $1");
-    parameters.emplace_back(asked.unit);
+    parameters.emplace_back(query.unit);
   }
   auto sql = fmt::format("SELECT {} FROM gyrotherm.{}", question.columns, question.view);
   for (std::size_t i = 0; i < conditions.size(); ++i)
     sql += fmt::format(" {} ({})", i == 0 ? "WHERE" : "AND", conditions[i]);
   sql += fmt::format(" ORDER BY {}", question.order);
-  if (asked.most > 0) sql += fmt::format(" LIMIT {}", asked.most);
+  if (query.most > 0) sql += fmt::format(" LIMIT {}", query.most);
   return store.ask(sql, parameters);
 }
 
@@ -90,7 +90,7 @@ std::string as_table(const Answer& answer) {
   std::vector<std::string> lines(static_cast<std::size_t>(answer.rows()) + 1);
   for (int column = 0; column < answer.columns(); ++column) {
     std::vector<std::string> cells{answer.name(column)};
-    for (int row = 0; row < answer.rows(); ++row) cells.push_back(cell_for_people(answer, row, column));
+    for (int row = 0; row < answer.rows(); ++row) cells.push_back(format_cell(answer, row, column));
     std::size_t width = 0;
     for (const auto& cell : cells) width = std::max(width, count_columns(cell));
     for (std::size_t i = 0; i < lines.size(); ++i) {

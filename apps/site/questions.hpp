@@ -26,18 +26,18 @@ struct Question {
 [[nodiscard]] std::span<const Question> questions();
 
 /// The options of a query.
-struct Asked {
+struct QueryOptions {
   /// A serial number; empty: all units. Only for a view with units.
   std::string unit{};
   std::size_t most = 100;  ///< rows; 0: all
   bool all{};              ///< ignores the condition
 };
 
-/// Returns true if the query is about units; then `Asked::unit` applies.
+/// Returns true if the query is about units; then `QueryOptions::unit` applies.
 [[nodiscard]] bool has_units(const Question& question);
 
 /// Sends the query. Fails like Postgres.
-[[nodiscard]] Result<Answer> ask(Postgres& store, const Question& question, const Asked& asked);
+[[nodiscard]] Result<Answer> ask(Postgres& store, const Question& question, const QueryOptions& query);
 
 /// Returns a line of titles and one line per row; two blanks separate the columns. Empty without rows.
 [[nodiscard]] std::string as_table(const Answer& answer);

@@ -117,7 +117,7 @@ Json text_or_null(const record::Statement& row, int column) {
 }
 
 /// Returns the last state of a run. The last row of a completed run has the state execute, so the recorded end decides.
-RunState last_state(const record::RunStatus& status) {
+RunState final_state(const record::RunStatus& status) {
   const auto state = status.standing.state;
   if (!status.finished || state >= RunState::aborting) return state;
   return status.ended_by.starts_with(name(RunState::stopped)) ? RunState::stopped : RunState::complete;
@@ -269,7 +269,7 @@ Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& 
   const auto status = record::stored_status(*database, files.parts.back().path);
   if (!status) return failure(status.error());
   end.finished = status->finished;
-  end.state = name(last_state(*status));
+  end.state = name(final_state(*status));
   end.cause = status->ended_by;
   const auto alarms = record::read_record_alarms(files);
   if (!alarms) return failure(alarms.error());

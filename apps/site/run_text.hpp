@@ -34,9 +34,9 @@ struct StoredChannel {
 [[nodiscard]] std::string run_as_json(const record::RunInfo& info);
 
 /// The state of a run, its cause, and its alarms: the arguments of say_state().
-struct RunNow {
+struct LiveState {
   std::string state{}, cause{}, alarms{};
-  bool operator==(const RunNow&) const = default;
+  bool operator==(const LiveState&) const = default;
 };
 
 /// Returns a JSON list of the alarms, in the form of a status file.
@@ -50,7 +50,7 @@ struct RunPosition {
   bool finished{};
   bool dropped{};
   /// Last sent on this connection; empty before the first time.
-  RunNow sent{};
+  LiveState sent_state{};
   /// Returns true if the store accepts nothing more for the run.
   [[nodiscard]] bool is_closed() const { return finished || dropped; }
 };
@@ -85,7 +85,7 @@ struct RunEnd {
   bool finished{};
   std::string state;  ///< as in RunState; imported: "complete"
   std::string cause;
-  std::string alarms;  ///< see RunNow
+  std::string alarms;  ///< see LiveState
   std::int64_t ended_ns{};
   std::int64_t rows{}, events{}, gaps{};
   std::string chain_head;

@@ -26,7 +26,7 @@ struct SiteOptions {
   std::string passfile;
   bool json = false;
   int to = migrations().back().number;
-  Asked asked;
+  QueryOptions query;
 };
 
 Result<Postgres> connect_store(const SiteOptions& options) {
@@ -41,7 +41,7 @@ Result<Postgres> connect_store(const SiteOptions& options) {
 
 /// Warns on standard error if the owner lacks the rights to end sessions of a rig that blocks the others
 /// (docs/site.md).
-Result<void> warn_of_unbounded_roles(Postgres& store) {
+Result<void> warn_about_rig_roles(Postgres& store) {
   const auto able = store.ask(
       "SELECT pg_has_role(current_user, 'pg_signal_backend', 'MEMBER')"
       " AND pg_has_role(current_user, 'pg_read_all_stats', 'MEMBER')");
@@ -60,7 +60,7 @@ Result<void> warn_of_unbounded_roles(Postgres& store) {
   return {};
 }
 
-Result<int> bring_up_to_date(const SiteOptions& options) {
+Result<int> run_migrations(const SiteOptions& options) {
   auto store = connect_store(options);
   if (!store) return failure(store.error());
   bool any = false;
@@ -70,14 +70,14 @@ Result<int> bring_up_to_date(const SiteOptions& options) {
     printed = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
   });
   if (migrated && !any) printed = write_to_stdout("nothing to do\n");
-  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return printed; }).map([] {
+  return migrated.and_then([&] { return warn_about_rig_roles(*store); }).and_then([&] { return printed; }).map([] {
     return kDoneExit;
   });
 }
 
 Result<int> show(const SiteOptions& options, const Answer& answer) {
   if (answer.rows() == 0 && !options.json) write_to_stderr("none\n");
-  if (options.asked.most > 0 && static_cast<std::size_t>(answer.rows()) == options.asked.most)
+  if (options.query.most > 0 && static_cast<std::size_t>(answer.rows()) == options.query.most)
     write_to_stderr("there may be more rows; --most 0 prints all\n");
   return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
 }
@@ -107,14 +107,14 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
       question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
   add_common_options(command, options);
   command.add_flag("--json", options.json, "print JSON");
-  command.add_flag("--all", options.asked.all, "print all rows of the view");
-  command.add_option("--most", options.asked.most, "largest number of rows; 0: all")->capture_default_str();
-  if (has_units(question)) command.add_option("--unit", options.asked.unit, "serial number of the only unit to print");
+  command.add_flag("--all", options.query.all, "print all rows of the view");
+  command.add_option("--most", options.query.most, "largest number of rows; 0: all")->capture_default_str();
+  if (has_units(question)) command.add_option("--unit", options.query.unit, "serial number of the only unit to print");
   command.callback([&options, &question, &action] {
     action = [&options, &question]() -> Result<int> {
       auto store = connect_store(options);
       if (!store) return failure(store.error());
-      const auto answer = ask(*store, question, options.asked);
+      const auto answer = ask(*store, question, options.query);
       if (!answer) return failure(answer.error());
       return show(options, *answer);
     };
@@ -147,7 +147,7 @@ int run_site(int argc, char** argv) {
       "Brings the store's schema up to date.");
   add_common_options(migrating, options);
   migrating.add_option("--to", options.to, "last migration to apply")->capture_default_str();
-  migrating.callback([&] { action = [&] { return bring_up_to_date(options); }; });
+  migrating.callback([&] { action = [&] { return run_migrations(options); }; });
   auto& status = *cli.add_subcommand("status",
                                      "Example: gyrotherm-site status --site site.toml\n\nPrints the number of rigs, "
                                      "runs, rows and calibrations in the store, and its size.");

@@ -5,8 +5,8 @@
 
 namespace gyrotherm::site {
 
-Result<Store> Store::open(const StoreAddress& address, const Patience& patience) {
-  auto connection = Postgres::connect(address, patience);
+Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits) {
+  auto connection = Postgres::connect(address, limits);
   if (!connection) return failure(connection.error());
   // A store of a version before the first release has a greater number, and another say_state().
   const auto version = connection->ask(
@@ -56,7 +56,7 @@ Result<void> Store::add_gaps(const std::string& run, std::int64_t after, const s
   return call("SELECT gyrotherm.add_gaps($1, $2, $3)", {run, std::to_string(after), json});
 }
 
-Result<void> Store::say_state(const std::string& run, const RunNow& now) {
+Result<void> Store::update_state(const std::string& run, const LiveState& now) {
   return call("SELECT gyrotherm.say_state($1, $2, $3, $4)", {run, now.state, now.cause, now.alarms});
 }
 

@@ -20,7 +20,7 @@ class Store {
   explicit Store(Postgres connection) : connection_(std::move(connection)) {}
 
   /// Connects. Fails with refused if the store lacks a function that this program calls.
-  [[nodiscard]] static Result<Store> open(const StoreAddress& address, const Patience& patience);
+  [[nodiscard]] static Result<Store> open(const StoreAddress& address, const WaitLimits& limits);
 
   /// Returns the position of a run in the store, or nothing if the store does not have the run.
   [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
@@ -30,12 +30,12 @@ class Store {
   [[nodiscard]] Result<void> await_rows();
   [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);
   [[nodiscard]] Result<void> add_gaps(const std::string& run, std::int64_t after, const std::string& json);
-  [[nodiscard]] Result<void> say_state(const std::string& run, const RunNow& now);
+  [[nodiscard]] Result<void> update_state(const std::string& run, const LiveState& now);
   [[nodiscard]] Result<void> finish_run(const std::string& run, const std::string& json);
   [[nodiscard]] Result<bool> has_document(const std::string& sha256);
   [[nodiscard]] Result<void> add_document(const std::string& rig, const Document& document);
 
-  [[nodiscard]] std::string place() const { return connection_.place(); }
+  [[nodiscard]] std::string describe() const { return connection_.describe(); }
 
  private:
   [[nodiscard]] Result<void> call(const std::string& statement, const std::vector<Parameter>& parameters);

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 struct JobOptions {
   std::string by, out, rig, lot;
-  std::vector<std::string> for_by, records, verify;
+  std::vector<std::string> scheduler_options, records, verify;
   bool detach = false, again = false, wait = false;
   std::uint64_t first_seed = 1, last_seed = 20;
   double hours = 4;
@@ -35,19 +35,20 @@ struct JobOptions {
   PlanOptions plan;
 };
 
-Result<Spreading> make_spreading(const JobOptions& options) {
-  Spreading how{.by = {}, .words = options.for_by, .waits = !options.detach};
+Result<DistributionSettings> make_distribution_settings(const JobOptions& options) {
+  DistributionSettings settings{.scheduler = {}, .words = options.scheduler_options, .waits = !options.detach};
   const bool has_slurm = !find_program_in_path("sbatch").empty();
-  how.by = options.by == name(By::slurm) || (options.by.empty() && has_slurm) ? By::slurm : By::parallel;
-  if (how.by == By::slurm && !has_slurm)
+  settings.scheduler = options.by == name(Scheduler::slurm) || (options.by.empty() && has_slurm) ? Scheduler::slurm
+                                                                                                 : Scheduler::parallel;
+  if (settings.scheduler == Scheduler::slurm && !has_slurm)
     return failure(FaultKind::usage, "--by slurm",
                    "sbatch is not installed; install slurm-client or use --by parallel");
-  if (how.by == By::parallel && find_program_in_path("parallel").empty())
+  if (settings.scheduler == Scheduler::parallel && find_program_in_path("parallel").empty())
     return failure(FaultKind::usage, "--by parallel",
                    "GNU parallel is not installed; install parallel or slurm-client");
-  if (options.detach && how.by == By::parallel)
+  if (options.detach && settings.scheduler == Scheduler::parallel)
     return failure(FaultKind::usage, "--detach", "requires --by slurm: parallel ends with this program");
-  return how;
+  return settings;
 }
 
 /// Prints the time and the progress, such as "7 of 24 tasks done, 1 failed".
@@ -74,26 +75,26 @@ Result<int> report_failures(const Job& job, const std::string& folder) {
   return code;
 }
 
-/// Distributes a job, waits for it, and carries out its final steps.
-Result<int> distribute(const Job& job, const std::string& folder, const JobOptions& options) {
-  auto how = make_spreading(options);
-  if (!how) return failure(how.error());
+/// Distributes the tasks of a job, waits for them, and carries out its final steps.
+Result<int> run_job(const Job& job, const std::string& folder, const JobOptions& options) {
+  auto settings = make_distribution_settings(options);
+  if (!settings) return failure(settings.error());
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
   sigaddset(&ends, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
   const Descriptor stop(::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
-  how->stop = stop.number();
+  settings->stop = stop.number();
   Progress reported{};
-  const auto progress = spread(job, folder, *how, [&](const Progress& now) {
+  const auto progress = distribute(job, folder, *settings, [&](const Progress& now) {
     if (now != std::exchange(reported, now)) print_progress(now);
   });
   pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);
-  if (!progress && progress.error().kind == FaultKind::interrupted && how->by == By::slurm)
+  if (!progress && progress.error().kind == FaultKind::interrupted && settings->scheduler == Scheduler::slurm)
     write_to_stderr(fmt::format("the tasks continue; wait for them with: gyrotherm site job {} --wait\n", folder));
   if (!progress) return failure(progress.error());
-  if (!how->waits) {
+  if (!settings->waits) {
     write_to_stderr(fmt::format("submitted; print the progress with: gyrotherm site job {}\n", folder));
     return 0;
   }
@@ -107,20 +108,20 @@ Result<int> distribute(const Job& job, const std::string& folder, const JobOptio
   return failed && *failed != 0 ? failed : code;
 }
 
-Result<int> begin(const Result<Job>& job, const std::string& out, const JobOptions& options) {
+Result<int> start_job(const Result<Job>& job, const std::string& out, const JobOptions& options) {
   if (!job) return failure(job.error());
   const auto folder = out + "/job";
   if (auto written = write_job(*job, folder); !written) return failure(written.error());
-  return distribute(*job, folder, options);
+  return run_job(*job, folder, options);
 }
 
 Result<int> train_lot(const JobOptions& options) {
-  const auto how = make_spreading(options);
-  if (!how) return failure(how.error());
-  Job here{.title = {}, .in = fs::current_path().string(), .tasks = {}, .then = {}};
-  const auto recorded = carry_out(here, records_of_lot(options.rig, options.lot, options.plan));
+  const auto settings = make_distribution_settings(options);
+  if (!settings) return failure(settings.error());
+  Job recording{.title = {}, .in = fs::current_path().string(), .tasks = {}, .then = {}};
+  const auto recorded = carry_out(recording, make_lot_records_step(options.rig, options.lot, options.plan));
   if (!recorded || *recorded != 0) return recorded;
-  return begin(plan_lot(options.rig, options.lot, options.plan), options.lot, options);
+  return start_job(plan_lot(options.rig, options.lot, options.plan), options.lot, options);
 }
 
 Result<int> continue_job(const JobOptions& options) {
@@ -130,14 +131,14 @@ Result<int> continue_job(const JobOptions& options) {
   for (const Task& task : job->tasks) {
     const auto end = read_task_end(options.out, task);
     if (!end) return failure(end.error());
-    if (options.again && *end && !(*end)->is_good()) forget_end(options.out, task);
+    if (options.again && *end && !(*end)->is_good()) remove_task_end(options.out, task);
     const auto state = !*end ? "not done" : (*end)->is_good() ? "done" : "failed";
     const auto detail =
         *end ? fmt::format("{:8.1f} s on {}, exit code {}", (*end)->wall_s, (*end)->machine, (*end)->exit_code) : "";
     lines += fmt::format("{:<24} {:<9}{}\n", task.name, state, detail);
   }
   if (auto written = write_to_stdout(lines); !written) return failure(written.error());
-  if (options.again || options.wait) return distribute(*job, options.out, options);
+  if (options.again || options.wait) return run_job(*job, options.out, options);
   return 0;
 }
 
@@ -153,8 +154,10 @@ void add_distribution_options(CLI::App& command, JobOptions& options) {
   command
       .add_option("--by", options.by,
                   "scheduler of the tasks: slurm or parallel (GNU parallel; default: slurm if sbatch is installed)")
-      ->check(CLI::IsMember({name(By::slurm), name(By::parallel)}));
-  command.add_option("--with", options.for_by, "an argument for sbatch or parallel, such as --with=--partition=lab")
+      ->check(CLI::IsMember({name(Scheduler::slurm), name(Scheduler::parallel)}));
+  command
+      .add_option("--with", options.scheduler_options,
+                  "an argument for sbatch or parallel, such as --with=--partition=lab")
       ->allow_extra_args(false);
 }
 
@@ -186,15 +189,16 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   train.add_option("--lot", options->lot, "the folder of the experiment (qualify --out)")->required();
   add_plan_options(train, *options);
 
-  auto& seeds = add(
-      "seeds",
-      "Example: gyrotherm-site seeds ramp.db --verify random.db --last 50 --out seeds -- --inputs "
-      "multi-point-t\n\nTrains one model per seed of the swarm and verifies each.",
-      [](const JobOptions& o) {
-        return begin(plan_seeds({.records = o.records, .verify = o.verify, .first = o.first_seed, .last = o.last_seed},
-                                o.out, o.plan),
-                     o.out, o);
-      });
+  auto& seeds =
+      add("seeds",
+          "Example: gyrotherm-site seeds ramp.db --verify random.db --last 50 --out seeds -- --inputs "
+          "multi-point-t\n\nTrains one model per seed of the swarm and verifies each.",
+          [](const JobOptions& o) {
+            return start_job(
+                plan_seeds({.records = o.records, .verify = o.verify, .first = o.first_seed, .last = o.last_seed},
+                           o.out, o.plan),
+                o.out, o);
+          });
   seeds.add_option("records", options->records, "the training records")->required();
   seeds.add_option("--verify", options->verify, "the record on which each model is verified");
   seeds.add_option("--first", options->first_seed, "the first seed")->capture_default_str();
@@ -202,12 +206,12 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   seeds.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(seeds, *options);
 
-  auto& units =
-      add("leave-one-out",
-          "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
-          "Leaves out each unit in turn: learns the type prior from the others, trains a model on the first hours of "
-          "the unit with this prior, and verifies it on the remaining hours.",
-          [](const JobOptions& o) { return begin(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
+  auto& units = add(
+      "leave-one-out",
+      "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
+      "Leaves out each unit in turn: learns the type prior from the others, trains a model on the first hours of "
+      "the unit with this prior, and verifies it on the remaining hours.",
+      [](const JobOptions& o) { return start_job(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
   units.add_option("records", options->records, "one record of each unit")->required();
   units
       .add_option("--hours", options->hours, "length of the part of each record that trains the unit's model, in hours")
@@ -215,10 +219,11 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   units.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(units, *options);
 
-  auto& placement = add("placement",
-                        "Example: gyrotherm-site placement ramp.db --out placement -- --confirm\n\n"
-                        "Ranks the thermometers for each axis of the records.",
-                        [](const JobOptions& o) { return begin(plan_placement(o.records, o.out, o.plan), o.out, o); });
+  auto& placement =
+      add("placement",
+          "Example: gyrotherm-site placement ramp.db --out placement -- --confirm\n\n"
+          "Ranks the thermometers for each axis of the records.",
+          [](const JobOptions& o) { return start_job(plan_placement(o.records, o.out, o.plan), o.out, o); });
   placement.add_option("records", options->records, "the records")->required();
   placement.add_option("--out", options->out, "the folder for all results")->required();
   add_plan_options(placement, *options);

@@ -38,7 +38,7 @@ std::string machine_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
-std::vector<std::string> with_program(const Step& step) {
+std::vector<std::string> gyrotherm_command(const Step& step) {
   std::vector<std::string> command{sibling_program_path("gyrotherm")};
   command.insert(command.end(), step.words.begin(), step.words.end());
   return command;
@@ -46,19 +46,19 @@ std::vector<std::string> with_program(const Step& step) {
 
 /// Runs one command. Its output has a temporary name until the command has ended.
 Result<int> carry_out(const Job& job, const Step& step, const std::string& log) {
-  LaunchSettings around{.folder = job.in, .output = {}, .log = log};
+  LaunchSettings launch{.folder = job.in, .output = {}, .log = log};
   const auto output = step.output.empty() ? fs::path() : fs::path(job.in) / step.output;
   if (!output.empty()) {
     std::error_code error;
     fs::create_directories(output.parent_path(), error);
-    around.output = fmt::format("{}.{}.{}.part", output.string(), machine_name(), ::getpid());
+    launch.output = fmt::format("{}.{}.{}.part", output.string(), machine_name(), ::getpid());
   }
-  const auto code = run_and_wait(with_program(step), around);
-  if (!code || around.output.empty()) return code;
+  const auto code = run_and_wait(gyrotherm_command(step), launch);
+  if (!code || launch.output.empty()) return code;
   const bool is_whole = *code == 0 || *code == TaskEnd::kOutsideLimits;
-  if (is_whole && std::rename(around.output.c_str(), output.c_str()) != 0)
+  if (is_whole && std::rename(launch.output.c_str(), output.c_str()) != 0)
     return failure(FaultKind::storage, output, std::generic_category().message(errno));
-  if (!is_whole) ::unlink(around.output.c_str());
+  if (!is_whole) ::unlink(launch.output.c_str());
   return code;
 }
 
@@ -131,7 +131,9 @@ Result<std::optional<TaskEnd>> read_task_end(const std::string& folder, const Ta
   return end;
 }
 
-void forget_end(const std::string& folder, const Task& task) { ::unlink(task_file(folder, task, ".json").c_str()); }
+void remove_task_end(const std::string& folder, const Task& task) {
+  ::unlink(task_file(folder, task, ".json").c_str());
+}
 
 Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t index) {
   if (index >= job.tasks.size())
@@ -158,7 +160,9 @@ Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t
   return end;
 }
 
-Result<int> carry_out(const Job& job, const Step& step) { return run_and_wait(with_program(step), {.folder = job.in}); }
+Result<int> carry_out(const Job& job, const Step& step) {
+  return run_and_wait(gyrotherm_command(step), {.folder = job.in});
+}
 
 namespace {
 
@@ -193,16 +197,16 @@ std::vector<Axis> list_axes(const record::RunInfo& info) {
   return axes;
 }
 
-Words qualify(const std::string& rig, const std::string& lot, const PlanOptions& options) {
+Words qualify_command(const std::string& rig, const std::string& lot, const PlanOptions& options) {
   return Words{"qualify", "--rig", rig, "--out", lot} + options.words;
 }
 
-Words with_threads(const PlanOptions& options) { return {"--threads", std::to_string(options.threads)}; }
+Words thread_options(const PlanOptions& options) { return {"--threads", std::to_string(options.threads)}; }
 
 }  // namespace
 
-Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOptions& options) {
-  return {.words = qualify(rig, lot, options) + Words{"--records-only"}, .output = {}};
+Step make_lot_records_step(const std::string& rig, const std::string& lot, const PlanOptions& options) {
+  return {.words = qualify_command(rig, lot, options) + Words{"--records-only"}, .output = {}};
 }
 
 Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanOptions& options) {
@@ -213,10 +217,10 @@ Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanO
   auto job = empty_job("every axis of " + lot, options);
   for (const Axis& axis : axes)
     job.tasks.push_back({.name = axis.label,
-                         .steps = {{.words = qualify(rig, lot, options) + with_threads(options) +
+                         .steps = {{.words = qualify_command(rig, lot, options) + thread_options(options) +
                                              Words{"--quiet", "--only", axis.label},
                                     .output = {}}}});
-  job.then = {{.words = qualify(rig, lot, options), .output = {}}};
+  job.then = {{.words = qualify_command(rig, lot, options), .output = {}}};
   return job;
 }
 
@@ -231,7 +235,7 @@ Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOpt
     const auto name = fmt::format("seed-{}", seed);
     const auto model = fmt::format("{}/{}/model.json", out, name);
     Task task{.name = name, .steps = {}};
-    task.steps.push_back({.words = Words{"train"} + seeds.records + options.words + with_threads(options) +
+    task.steps.push_back({.words = Words{"train"} + seeds.records + options.words + thread_options(options) +
                                    Words{"--quiet", "--seed", std::to_string(seed), "--force", "--out", model},
                           .output = fmt::format("{}/{}/train.txt", out, name)});
     if (!seeds.verify.empty())
@@ -244,12 +248,12 @@ Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOpt
 
 Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double hours, const std::string& out,
                                const PlanOptions& options) {
-  constexpr std::size_t kFewest = 4;        // leaves three for the prior
-  constexpr double kClustersOfAnHour = 36;  // clusters of 100 s
+  constexpr std::size_t kFewest = 4;       // leaves three for the prior
+  constexpr double kClustersPerHour = 36;  // clusters of 100 s
   if (records.size() < kFewest)
     return failure(FaultKind::usage, {},
                    fmt::format("{} records, expected {} or more, one per unit", records.size(), kFewest));
-  const auto clusters = std::lround(hours * kClustersOfAnHour);
+  const auto clusters = std::lround(hours * kClustersPerHour);
   std::set<std::string> names;
   auto job = empty_job(fmt::format("{} units, each left out", records.size()), options);
   for (const auto& record : records) {
@@ -284,7 +288,7 @@ Result<Job> plan_placement(const std::vector<std::string>& records, const std::s
   for (const Axis& axis : list_axes(*info))
     job.tasks.push_back({.name = axis.label,
                          .steps = {{.words = Words{"placement"} + records + axis.options + options.words +
-                                             with_threads(options) + Words{"--quiet", "--json"},
+                                             thread_options(options) + Words{"--quiet", "--json"},
                                     .output = fmt::format("{}/{}.json", out, axis.label)}}});
   return job;
 }

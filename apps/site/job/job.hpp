@@ -55,7 +55,7 @@ struct TaskEnd {
 /// Reads FOLDER/tasks/NAME.json.
 [[nodiscard]] Result<std::optional<TaskEnd>> read_task_end(const std::string& folder, const Task& task);
 /// Removes the end of a failed task, so that the task is repeated.
-void forget_end(const std::string& folder, const Task& task);
+void remove_task_end(const std::string& folder, const Task& task);
 
 /// Carries out one task, unless it is done. Writes the errors of its commands to FOLDER/tasks/NAME.log. Fails with
 /// interrupted if a signal or a stop request ended a command; then the task has no end.
@@ -77,7 +77,7 @@ struct PlanOptions {
 /// `qualify`, which writes the summary. Fails as read_info() does, or with usage if there is only one axis.
 [[nodiscard]] Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanOptions& options);
 /// Returns the command that makes these records, on this machine.
-[[nodiscard]] Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOptions& options);
+[[nodiscard]] Step make_lot_records_step(const std::string& rig, const std::string& lot, const PlanOptions& options);
 
 /// The records and the range of seeds for plan_seeds().
 struct Seeds {

@@ -183,14 +183,14 @@ class Parallel : public Workers {
   pid_t child_{};
 };
 
-std::unique_ptr<Workers> make_workers(const Job& job, const std::string& folder, const Spreading& how) {
-  if (how.by == By::slurm) return std::make_unique<Slurm>(job, folder, how.words);
-  return std::make_unique<Parallel>(job, folder, how.words);
+std::unique_ptr<Workers> make_workers(const Job& job, const std::string& folder, const DistributionSettings& settings) {
+  if (settings.scheduler == Scheduler::slurm) return std::make_unique<Slurm>(job, folder, settings.words);
+  return std::make_unique<Parallel>(job, folder, settings.words);
 }
 
 }  // namespace
 
-const char* name(By by) { return by == By::slurm ? "slurm" : "parallel"; }
+const char* name(Scheduler scheduler) { return scheduler == Scheduler::slurm ? "slurm" : "parallel"; }
 
 Result<Progress> count_progress(const Job& job, const std::string& folder) {
   Progress progress{.all = job.tasks.size()};
@@ -227,19 +227,19 @@ std::string slurm_script(const Job& job, const std::string& folder) {
       quote_for_shell(folder));
 }
 
-Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
-                        const std::function<void(const Progress&)>& report) {
+Result<Progress> distribute(const Job& job, const std::string& folder, const DistributionSettings& settings,
+                            const std::function<void(const Progress&)>& report) {
   const auto absolute = fs::absolute(folder).string();
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const auto left = unfinished_tasks(job, absolute);
     if (!left) return failure(left.error());
     if (left->empty()) return count_progress(job, absolute);
-    const auto workers = make_workers(job, absolute, how);
+    const auto workers = make_workers(job, absolute, settings);
     const auto running = workers->are_running();
     if (!running) return failure(running.error());
     if (!*running)
       if (auto begun = workers->begin(*left); !begun) return failure(begun.error());
-    if (!how.waits) return count_progress(job, absolute);
+    if (!settings.waits) return count_progress(job, absolute);
     for (bool finished = false; !finished;) {
       const auto is_finished = workers->have_finished();
       if (!is_finished) return failure(is_finished.error());
@@ -249,13 +249,13 @@ Result<Progress> spread(const Job& job, const std::string& folder, const Spreadi
       if (!progress) return progress;
       report(*progress);
       if (progress->left() == 0) return progress;
-      if (!finished && ready(how.stop, POLLIN, Deadline(kPollEvery)))
+      if (!finished && ready(settings.stop, POLLIN, Deadline(kPollEvery)))
         return failure(FaultKind::interrupted, folder, "interrupted while waiting for the tasks");
     }
   }
   return failure(FaultKind::refused, folder,
                  fmt::format("tasks have died {} times; see the logs in {}/tasks and {}", kAttempts, folder,
-                             how.by == By::slurm ? "slurm.log" : "parallel.log"));
+                             settings.scheduler == Scheduler::slurm ? "slurm.log" : "parallel.log"));
 }
 
 }  // namespace gyrotherm::site

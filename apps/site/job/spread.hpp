@@ -12,11 +12,11 @@
 
 namespace gyrotherm::site {
 
-enum class By { slurm, parallel };
-[[nodiscard]] const char* name(By by);
+enum class Scheduler { slurm, parallel };
+[[nodiscard]] const char* name(Scheduler scheduler);
 
-struct Spreading {
-  By by{};
+struct DistributionSettings {
+  Scheduler scheduler{};
   /// Options for sbatch or parallel, such as "--partition=lab" or "--sshlogin=a,b".
   std::vector<std::string> words{};
   bool waits = true;  ///< until all tasks are done
@@ -42,7 +42,8 @@ struct Progress {
 /// task up to three times in all if it dies because its machine fails or memory runs out. Does not repeat a task that
 /// failed. `report` receives the progress. Fails with refused if the workers do not answer, or if tasks die repeatedly,
 /// and with interrupted.
-[[nodiscard]] Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
-                                      const std::function<void(const Progress&)>& report);
+[[nodiscard]] Result<Progress> distribute(const Job& job, const std::string& folder,
+                                          const DistributionSettings& settings,
+                                          const std::function<void(const Progress&)>& report);
 
 }  // namespace gyrotherm::site

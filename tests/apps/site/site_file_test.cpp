@@ -99,7 +99,7 @@ TEST(Backoff, GrowsToItsLongestByChanceAndStartsAnew) {
 
 TEST(Archive, RunsACommandWithoutAShell) {
   const RunFileDigest file{.path = "/runs/$(reboot) {sha256}.db", .name = "x", .sha256 = "abc", .bytes = 1};
-  EXPECT_EQ(command_for({"rclone", "{file}", "to:{sha256}.db"}, file),
+  EXPECT_EQ(expand_command({"rclone", "{file}", "to:{sha256}.db"}, file),
             (std::vector<std::string>{"rclone", "/runs/$(reboot) {sha256}.db", "to:abc.db"}));
 }
 
@@ -121,7 +121,7 @@ using ArchiveFolder = InAFolder;
 
 TEST_F(ArchiveFolder, KeepsAFileUnderTheNameOfItsBytes) {
   const auto path = write("run.db", "bytes");
-  const auto digest = make_digest(path).value();
+  const auto digest = compute_digest(path).value();
   EXPECT_EQ(digest.sha256, sha256("bytes"));
   const ArchiveSettings settings{.folder = (folder_ / "kept").string()};
   ASSERT_TRUE(archive(settings, digest, kNoDescriptor));
@@ -131,7 +131,7 @@ TEST_F(ArchiveFolder, KeepsAFileUnderTheNameOfItsBytes) {
 }
 
 TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
-  const auto digest = make_digest(write("run.db", "bytes")).value();
+  const auto digest = compute_digest(write("run.db", "bytes")).value();
   write("run.db", "other");
   const auto kept = archive({.folder = (folder_ / "kept").string()}, digest, kNoDescriptor);
   ASSERT_FALSE(kept);
@@ -140,7 +140,7 @@ TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
 }
 
 TEST_F(ArchiveFolder, KeepsNothingOfACopyWhoseProgramWasKilled) {
-  const auto digest = make_digest(write("run.db", "bytes")).value();
+  const auto digest = compute_digest(write("run.db", "bytes")).value();
   const auto target = "kept/" + digest.sha256 + ".db";
   constexpr int kNobody = 2'000'000'000;  // not a process
   write(fmt::format("{}.{}.part", target, kNobody), "by");

@@ -83,7 +83,7 @@ Connection::Connection(Descriptor socket, const TlsServer* tls) : socket_(std::m
 
 Connection::~Connection() = default;
 
-bool Connection::greet(Duration within) {
+bool Connection::perform_handshake(Duration within) {
   if (!tls_) return true;
   return until_done(tls_.get(), socket(), Deadline(within), [&] { return SSL_accept(tls_.get()); }) > 0;
 }
@@ -124,7 +124,7 @@ bool Connection::write(std::string_view bytes, Duration within) {
   return true;
 }
 
-void Connection::say_goodbye() {
+void Connection::shut_down_sending() {
   if (tls_) {
     ERR_clear_error();
     SSL_shutdown(tls_.get());

@@ -42,7 +42,7 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
 
   /// Performs the TLS handshake if the connection uses TLS.
-  [[nodiscard]] bool greet(Duration within);
+  [[nodiscard]] bool perform_handshake(Duration within);
   /// Waits for bytes and reads at most `most`. Returns 0 if the peer has closed, failed, or sent nothing in time.
   [[nodiscard]] std::size_t read(char* into, std::size_t most, Duration within);
   /// Sends all bytes. Returns false if the peer does not accept them in time.
@@ -52,7 +52,7 @@ class Connection {
   /// Returns whether the peer is still connected, as far as known without reading.
   [[nodiscard]] bool is_there() const;
   /// Closes the sending direction. Bytes from the peer can still be read.
-  void say_goodbye();
+  void shut_down_sending();
   [[nodiscard]] int socket() const { return socket_.number(); }
   /// Returns the peer's address: "127.0.0.1".
   [[nodiscard]] std::string peer() const;

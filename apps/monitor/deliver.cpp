@@ -58,7 +58,7 @@ Result<pid_t> start(const std::vector<std::string>& command, int input) {
 
 /// Returns the exit code, or nothing if the process had to be killed.
 std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
-  constexpr int kLookEveryMs = 20;
+  constexpr int kPollIntervalMs = 20;
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {
     if (deadline.over()) {
@@ -66,7 +66,7 @@ std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
       ::waitpid(child, &status, 0);
       return std::nullopt;
     }
-    ::poll(nullptr, 0, kLookEveryMs);
+    ::poll(nullptr, 0, kPollIntervalMs);
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
@@ -138,7 +138,9 @@ Curl new_curl(const std::string& url, Duration within) {
   return curl;
 }
 
-std::size_t throw_away(char* /*bytes*/, std::size_t size, std::size_t count, void* /*nothing*/) { return size * count; }
+std::size_t discard_output(char* /*bytes*/, std::size_t size, std::size_t count, void* /*nothing*/) {
+  return size * count;
+}
 
 }  // namespace
 
@@ -170,7 +172,7 @@ std::string mail_text(const MailServer& server, const MailAddress& to, const Let
 }
 
 Result<void> send_mail(const MailServer& server, const MailAddress& to, const Letter& letter, Duration utc) {
-  const auto curl = new_curl(server.url, kDeliverWithin);
+  const auto curl = new_curl(server.url, kDeliveryTimeout);
   if (!curl) return failure(FaultKind::disconnected, server.url, "no mail can be sent");
   struct Rest {
     std::string text;
@@ -196,7 +198,7 @@ Result<void> send_mail(const MailServer& server, const MailAddress& to, const Le
   curl_easy_setopt(curl.get(), CURLOPT_READFUNCTION, +give);
   curl_easy_setopt(curl.get(), CURLOPT_READDATA, &rest);
   curl_easy_setopt(curl.get(), CURLOPT_UPLOAD, 1L);
-  curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, throw_away);
+  curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, discard_output);
   const auto done = curl_easy_perform(curl.get());
   if (done == CURLE_OK) return {};
   return failure(done == CURLE_COULDNT_CONNECT ? FaultKind::disconnected : FaultKind::refused, server.url,
@@ -207,11 +209,11 @@ Result<void> deliver(const Site& site, const NotifyAddress& address, const Lette
   if (const auto* command = std::get_if<CommandAddress>(&address.how)) {
     auto words = command->command;
     words.push_back(one_line(letter.subject));
-    return run_program(words, letter.text + "\n", kDeliverWithin);
+    return run_program(words, letter.text + "\n", kDeliveryTimeout);
   }
   if (const auto* mail = std::get_if<MailAddress>(&address.how)) return send_mail(*site.mail, *mail, letter, utc);
   const auto& url = std::get<AppriseAddress>(address.how).url;
-  return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliverWithin);
+  return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliveryTimeout);
 }
 
 /// Accepts only status 200, because a proxy in front of a dead monitor answers with an error status.
@@ -219,7 +221,7 @@ bool monitor_answers(const std::string& url, Duration within) {
   const auto curl = new_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
   if (!curl) return false;
   curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "http,https");
-  curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, throw_away);
+  curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, discard_output);
   long status = 0;
   if (curl_easy_perform(curl.get()) != CURLE_OK) return false;
   curl_easy_getinfo(curl.get(), CURLINFO_RESPONSE_CODE, &status);

@@ -12,7 +12,7 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr Duration kDeliverWithin = std::chrono::seconds(30);
+inline constexpr Duration kDeliveryTimeout = std::chrono::seconds(30);
 
 struct Letter {
   std::string subject;

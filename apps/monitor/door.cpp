@@ -36,7 +36,7 @@ std::string cookie_with(const std::string& secret, const WebRequest& request, st
 
 /// Returns the secret in the request's cookie, or an empty text.
 std::string secret_of(const WebRequest& request) {
-  return cookie_in(request.head.header("cookie"), cookie_name(request));
+  return find_cookie(request.head.header("cookie"), cookie_name(request));
 }
 
 /// Returns whether the browser marks the request as coming from another site. Following a link to the page itself is
@@ -48,7 +48,7 @@ bool is_from_elsewhere(const WebRequest& request) {
   if (!site.empty() && site != "same-origin" && site != "none" && !opens_page) return true;
   const auto origin = head.header("origin");
   const auto own = fmt::format("{}://{}", request.secure ? "https" : "http", head.header("host"));
-  return !origin.empty() && in_small_letters(origin) != in_small_letters(own);
+  return !origin.empty() && to_lower_case(origin) != to_lower_case(own);
 }
 
 /// Returns whether the request states its origin. A changing request without an origin does not come from a browser.
@@ -66,18 +66,18 @@ Door::Door(const DoorOptions& options, Users& users, Sessions& sessions, const C
       logins_(kLogins, kLoginsPerSecond, clock),
       names_(kOfName, kOfNamePerSecond, clock) {}
 
-std::optional<WebAnswer> Door::objection(const WebRequest& request) {
+std::optional<WebAnswer> Door::general_refusal(const WebRequest& request) {
   if (!requests_.take(request.peer)) return refusal(429, "too many requests from this address");
   if (is_from_elsewhere(request)) return refusal(403, "the request comes from another site");
   return std::nullopt;
 }
 
-std::variant<Guest, WebAnswer> Door::guest_of(const WebRequest& request) {
+std::variant<Guest, WebAnswer> Door::identify_sender(const WebRequest& request) {
   const auto& head = request.head;
   constexpr std::string_view kBearer = "Bearer ";
   if (const auto sent = head.header("authorization"); !sent.empty()) {
     const auto identity =
-        sent.starts_with(kBearer) ? users_.of_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
+        sent.starts_with(kBearer) ? users_.find_by_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
     if (!identity && !logins_.take("token " + request.peer))
       return refusal(429, "too many wrong tokens from this address");
     if (!identity) return refusal(401, "unknown token");
@@ -85,22 +85,23 @@ std::variant<Guest, WebAnswer> Door::guest_of(const WebRequest& request) {
   }
   const auto session = sessions_.find(secret_of(request));
   if (session)
-    if (auto identity = user_of(*session)) return Guest{.identity = std::move(identity), .session = session};
+    if (auto identity = session_user(*session)) return Guest{.identity = std::move(identity), .session = session};
   if (options_.open && !users_.has_any()) return Guest{};
   return refusal(401, "log in first");
 }
 
-std::optional<Identity> Door::user_of(const Sessions::Session& session) {
-  auto identity = users_.of_name(session.user);
-  if (!identity || identity->known_by == session.known_by) return identity;
+std::optional<Identity> Door::session_user(const Sessions::Session& session) {
+  auto identity = users_.find_by_name(session.user);
+  if (!identity || identity->password_id == session.password_id) return identity;
   sessions_.close(session.id);
   return std::nullopt;
 }
 
-std::optional<WebAnswer> Door::objection_to_change(const Guest& guest, const WebRequest& request, Role role) const {
+std::optional<WebAnswer> Door::change_refusal(const Guest& guest, const WebRequest& request, Role role) const {
   if (!options_.control) return refusal(403, "this monitor is read-only; it was started without --control");
   if (!guest.identity) return refusal(403, "controlling a run requires a user; add users first");
-  if (!guest.may(role)) return refusal(403, fmt::format("the role {} may not do this", name(guest.identity->role)));
+  if (!guest.has_role(role))
+    return refusal(403, fmt::format("the role {} may not do this", name(guest.identity->role)));
   if (!guest.session) return std::nullopt;
   if (!says_where_from(request)) return refusal(403, "the request has no header that states its origin");
   if (!equal_secrets(guest.session->csrf, request.head.header("x-csrf-token")))
@@ -114,9 +115,9 @@ WebAnswer Door::log_in(const WebRequest& request) {
   if (!says_where_from(request)) return refusal(403, "the request has no header that states its origin");
   const auto& name = body->at("name");
   if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many login attempts; wait a minute");
-  const auto identity = users_.of_password(name, body->at("password"));
+  const auto identity = users_.find_by_password(name, body->at("password"));
   if (!identity) return refusal(401, "name or password is wrong");
-  const auto secret = sessions_.open(identity->name, identity->known_by);
+  const auto secret = sessions_.open(identity->name, identity->password_id);
   const auto lasts = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLongest).count();
   WebAnswer answer{.body = "{}"};
   answer.headers.emplace_back("Set-Cookie", cookie_with(secret, request, lasts));
@@ -135,32 +136,33 @@ WebAnswer Door::log_out(const WebRequest& request) {
 }
 
 WebAnswer Door::session(const WebRequest& request) {
-  const auto found = guest_of(request);
+  const auto found = identify_sender(request);
   const auto* guest = std::get_if<Guest>(&found);
   const bool known = guest != nullptr && guest->identity;
   return {.body = text_of(Json{{"name", known ? Json(guest->identity->name) : Json(nullptr)},
                                {"role", known ? Json(name(guest->identity->role)) : Json(nullptr)},
                                {"may_look", guest != nullptr},
-                               {"may_control", known && options_.control && guest->may(Role::conductor)},
+                               {"may_control", known && options_.control && guest->has_role(Role::conductor)},
                                {"csrf", known && guest->session ? Json(guest->session->csrf) : Json(nullptr)}})};
 }
 
 WebAnswer Door::sessions(const WebRequest& request) {
-  const auto found = guest_of(request);
+  const auto found = identify_sender(request);
   if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
   const auto& guest = std::get<Guest>(found);
-  if (!guest.may(Role::administrator)) return refusal(403, "only administrators may list sessions");
+  if (!guest.has_role(Role::administrator)) return refusal(403, "only administrators may list sessions");
   if (request.head.method == "POST") {
     if (guest.session &&
         (!says_where_from(request) || !equal_secrets(guest.session->csrf, request.head.header("x-csrf-token"))))
       return refusal(403, "the request does not come from the page");
     const auto body = read_body(request, {"user"});
     if (!body) return refusal(400, body.error().what);
-    sessions_.close_all_of(body->at("user"));
+    sessions_.close_all_for_user(body->at("user"));
   }
   Json list = Json::array();
   for (const auto& session : sessions_.all())
-    if (user_of(session)) list.push_back({{"user", session.user}, {"since_ms", session.begun.count() / 1'000'000}});
+    if (session_user(session))
+      list.push_back({{"user", session.user}, {"since_ms", session.begun.count() / 1'000'000}});
   return {.body = text_of(Json{{"sessions", std::move(list)}})};
 }
 

@@ -28,7 +28,7 @@ struct Guest {
   /// A browser's session. Scripts have none.
   std::optional<Sessions::Session> session{};
   [[nodiscard]] std::string name() const { return identity ? identity->name : std::string(); }
-  [[nodiscard]] bool may(Role role) const { return identity && identity->role >= role; }
+  [[nodiscard]] bool has_role(Role role) const { return identity && identity->role >= role; }
 };
 
 /// The access control. Usable from any thread.
@@ -37,13 +37,12 @@ class Door {
   Door(const DoorOptions& options, Users& users, Sessions& sessions, const Clock& clock);
 
   /// Returns a refusal that applies to any sender: too many requests from the address, or a request of another site.
-  [[nodiscard]] std::optional<WebAnswer> objection(const WebRequest& request);
+  [[nodiscard]] std::optional<WebAnswer> general_refusal(const WebRequest& request);
   /// Returns the sender of a request, identified by a session's cookie or a bearer token in the header, or a refusal.
-  [[nodiscard]] std::variant<Guest, WebAnswer> guest_of(const WebRequest& request);
+  [[nodiscard]] std::variant<Guest, WebAnswer> identify_sender(const WebRequest& request);
   /// Returns a refusal if this guest may not change anything with this request: control is disabled, the role does not
   /// permit it, or the session's second secret is missing.
-  [[nodiscard]] std::optional<WebAnswer> objection_to_change(const Guest& guest, const WebRequest& request,
-                                                             Role role) const;
+  [[nodiscard]] std::optional<WebAnswer> change_refusal(const Guest& guest, const WebRequest& request, Role role) const;
 
   /// Answer POST /api/v1/login {"name", "password"}, POST /api/v1/logout, and GET /api/v1/session: the user and its
   /// rights.
@@ -59,7 +58,7 @@ class Door {
  private:
   /// Returns the user of a session. Returns nothing, and ends the session, if the user was removed or has changed the
   /// password since the session began.
-  [[nodiscard]] std::optional<Identity> user_of(const Sessions::Session& session);
+  [[nodiscard]] std::optional<Identity> session_user(const Sessions::Session& session);
 
   DoorOptions options_;
   Users& users_;

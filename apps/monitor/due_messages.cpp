@@ -11,76 +11,76 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr const char* kToldSchema = "gyrotherm-monitor-told/1";
+inline constexpr const char* kMemorySchema = "gyrotherm-monitor-told/1";
 
-void describe(auto& form, Like<ToldMatter> auto& matter) {
+void describe(auto& form, Like<NotificationProgress> auto& matter) {
   form("steps", matter.steps);
   form("at_utc_ns", matter.at);
   form("since_utc_ns", matter.since);
   form("failures", matter.failures);
 }
-void describe(auto& form, Like<RunGoingOn> auto& run) {
+void describe(auto& form, Like<LastSeenRun> auto& run) {
   form("name", run.name);
   form("record", run.record);
   form("rig", run.rig);
   form("simulated", run.simulated);
 }
-void describe(auto& form, Like<ToldMemory> auto& memory) {
-  form.derived("schema", kToldSchema);
+void describe(auto& form, Like<NotificationMemory> auto& memory) {
+  form.derived("schema", kMemorySchema);
   form("running", memory.running_);
   // Missing in files of older versions.
-  form.if_there("going_on", !memory.going_on_.empty(), by_name(memory.going_on_));
+  form.if_there("going_on", !memory.last_seen_.empty(), by_name(memory.last_seen_));
   form("matters", by_name(memory.matters_));
 }
 
-Result<ToldMemory> ToldMemory::parse(std::string_view text, const std::string& file) {
+Result<NotificationMemory> NotificationMemory::parse(std::string_view text, const std::string& file) {
   const auto root = JsonNode::parse(text, file);
   if (!root) return failure(root.error());
-  if (const auto schema = (*root)["schema"]; schema.text() != kToldSchema)
-    schema.mistake(std::string("another schema, expected ") + kToldSchema);
-  ToldMemory memory;
+  if (const auto schema = (*root)["schema"]; schema.text() != kMemorySchema)
+    schema.mistake(std::string("another schema, expected ") + kMemorySchema);
+  NotificationMemory memory;
   read_json(*root, memory);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return memory;
 }
 
-std::string ToldMemory::to_text() const { return text_of(make_json(*this), 1) + "\n"; }
+std::string NotificationMemory::to_text() const { return text_of(make_json(*this), 1) + "\n"; }
 
-ToldMatter& ToldMemory::matter(const std::string& key, Duration now) {
+NotificationProgress& NotificationMemory::find_or_add(const std::string& key, Duration now) {
   const auto found = std::ranges::find_if(matters_, [&](const auto& known) { return known.first == key; });
   if (found != matters_.end()) return found->second;
-  return matters_.emplace_back(key, ToldMatter{.at = now, .since = now}).second;
+  return matters_.emplace_back(key, NotificationProgress{.at = now, .since = now}).second;
 }
 
-void ToldMemory::told(const DueMessage& message, Duration now) {
-  auto& known = matter(message.key, now);
+void NotificationMemory::record_delivery(const DueMessage& message, Duration now) {
+  auto& known = find_or_add(message.key, now);
   ++known.steps;
   known.at = now;
   known.failures = 0;
 }
 
-void ToldMemory::failed(const DueMessage& message, Duration now) {
-  auto& known = matter(message.key, now);
+void NotificationMemory::record_failure(const DueMessage& message, Duration now) {
+  auto& known = find_or_add(message.key, now);
   known.at = now;
   if (++known.failures < kMostTries) return;
   ++known.steps;
   known.failures = 0;
 }
 
-void ToldMemory::see(const Situation& now) {
+void NotificationMemory::update_runs(const Situation& now) {
   for (const auto& run : now.runs) {
     if (run.running && std::ranges::find(running_, run.id) == running_.end()) running_.push_back(run.id);
-    std::erase_if(going_on_, [&](const auto& known) { return known.first == run.id; });
+    std::erase_if(last_seen_, [&](const auto& known) { return known.first == run.id; });
     if (run.running)
-      going_on_.emplace_back(
-          run.id, RunGoingOn{.name = run.name, .record = run.record, .rig = run.rig, .simulated = run.simulated});
+      last_seen_.emplace_back(
+          run.id, LastSeenRun{.name = run.name, .record = run.record, .rig = run.rig, .simulated = run.simulated});
   }
 }
 
-std::vector<RunSeen> ToldMemory::missing(const Situation& now) const {
-  std::vector<RunSeen> missing;
-  for (const auto& [id, run] : going_on_)
-    if (std::ranges::find(now.runs, id, &RunSeen::id) == now.runs.end())
+std::vector<ObservedRun> NotificationMemory::missing_runs(const Situation& now) const {
+  std::vector<ObservedRun> missing;
+  for (const auto& [id, run] : last_seen_)
+    if (std::ranges::find(now.runs, id, &ObservedRun::id) == now.runs.end())
       missing.push_back({.id = id,
                          .name = run.name,
                          .record = run.record,
@@ -95,40 +95,40 @@ std::vector<RunSeen> ToldMemory::missing(const Situation& now) const {
   return missing;
 }
 
-void ToldMemory::let_nothing_be_later_than(Duration utc) {
+void NotificationMemory::clamp_times(Duration utc) {
   for (auto& [key, told] : matters_) {
     told.at = std::min(told.at, utc);
     told.since = std::min(told.since, utc);
   }
-  for (auto& [id, since] : gone_) since = std::min(since, utc);
+  for (auto& [id, since] : unseen_since_) since = std::min(since, utc);
 }
 
 /// Removes ended matters. A folder may be missing for a moment, or a record unreadable, so the matters of a run are
 /// removed only if the run itself shows that it has ended.
-void ToldMemory::forget(const Situation& now, Duration utc, const std::set<std::string>& standing) {
-  constexpr Duration kGoneForGood = std::chrono::hours(24);
+void NotificationMemory::remove_ended(const Situation& now, Duration utc, const std::set<std::string>& current) {
+  constexpr Duration kForgetAfter = std::chrono::hours(24);
   std::set<std::string> seen;
   for (const auto& run : now.runs)
     if (!run.running || run.free_bytes) seen.insert(run.id);
   for (const auto& id : running_)
-    if (!seen.contains(id)) gone_.try_emplace(id, utc);
-  std::erase_if(gone_, [&](const auto& gone) { return seen.contains(gone.first); });
+    if (!seen.contains(id)) unseen_since_.try_emplace(id, utc);
+  std::erase_if(unseen_since_, [&](const auto& gone) { return seen.contains(gone.first); });
   std::erase_if(running_, [&](const std::string& id) {
-    const auto gone = gone_.find(id);
-    return gone != gone_.end() && utc - gone->second > kGoneForGood;
+    const auto gone = unseen_since_.find(id);
+    return gone != unseen_since_.end() && utc - gone->second > kForgetAfter;
   });
   const auto is_forgotten = [&](const auto& run) { return std::ranges::find(running_, run.first) == running_.end(); };
-  std::erase_if(gone_, is_forgotten);
-  std::erase_if(going_on_, is_forgotten);
+  std::erase_if(unseen_since_, is_forgotten);
+  std::erase_if(last_seen_, is_forgotten);
   std::erase_if(matters_, [&](const auto& matter) {
     const auto is_of = [&](const auto& gone) { return matter.first.find("|" + gone.first + "|") != std::string::npos; };
-    return !standing.contains(matter.first) && std::ranges::none_of(gone_, is_of);
+    return !current.contains(matter.first) && std::ranges::none_of(unseen_since_, is_of);
   });
 }
 
 namespace {
 
-constexpr Duration kTryAgain = std::chrono::minutes(1);
+constexpr Duration kRetryAfter = std::chrono::minutes(1);
 
 /// A matter that a rule currently finds.
 struct Matter {
@@ -143,19 +143,19 @@ struct Matter {
   bool escalates{};
 };
 
-std::string about(const Site& site, const RunSeen& run) {
+std::string describe_run(const Site& site, const ObservedRun& run) {
   return fmt::format("{}{}{} on {}", site.name.empty() ? "" : site.name + ": ", run.simulated ? "SIMULATED " : "",
                      run.name, run.rig);
 }
 
-void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, bool was_running,
-                 std::vector<Matter>& found) {
+void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRun& run, bool was_running,
+                      std::vector<Matter>& found) {
   const auto key = [&](const std::string& what) { return fmt::format("{}|{}|{}", rule.name, run.id, what); };
   switch (rule.when) {
     case Occasion::alarm:
       for (const auto& alarm : run.alarms)
         found.push_back({.key = key(fmt::format("alarm {}", alarm.number)),
-                         .subject = "Alarm: " + about(site, run),
+                         .subject = "Alarm: " + describe_run(site, run),
                          .text = alarm.text,
                          .record = run.record,
                          .alarm = alarm.number,
@@ -164,7 +164,7 @@ void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, b
     case Occasion::ended:
       if (was_running && !run.running && !run.silent)
         found.push_back({.key = key("ended"),
-                         .subject = "Ended: " + about(site, run),
+                         .subject = "Ended: " + describe_run(site, run),
                          .text = run.outcome,
                          .record = run.record,
                          .alarm = {}});
@@ -172,7 +172,7 @@ void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, b
     case Occasion::disk_low:
       if (run.running && run.free_bytes && *run.free_bytes < rule.free_bytes)
         found.push_back({.key = key("disk"),
-                         .subject = "Disk low: " + about(site, run),
+                         .subject = "Disk low: " + describe_run(site, run),
                          .text = fmt::format("{:.1f} GB are free where {} is recorded",
                                              static_cast<double>(*run.free_bytes) / 1e9, run.record),
                          .record = run.record,
@@ -181,7 +181,7 @@ void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, b
     case Occasion::silent:
       if (rule.monitor.empty() && run.silent)
         found.push_back({.key = key("silent"),
-                         .subject = "Silent: " + about(site, run),
+                         .subject = "Silent: " + describe_run(site, run),
                          .text = run.missing
                                      ? fmt::format("{} cannot be seen any more, and nobody saw the run end: its folder "
                                                    "is away, or the record was taken away",
@@ -195,11 +195,11 @@ void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, b
 }
 
 std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const Situation& now,
-                                 const std::vector<RunSeen>& missing, const std::set<std::string>& known) {
+                                 const std::vector<ObservedRun>& missing, const std::set<std::string>& known) {
   std::vector<Matter> found;
   for (const auto* runs : {&now.runs, &missing})
     for (const auto& run : *runs)
-      if (known.contains(run.id) && (rule.simulated || !run.simulated)) find_in_run(site, rule, run, true, found);
+      if (known.contains(run.id) && (rule.simulated || !run.simulated)) find_run_matters(site, rule, run, true, found);
   const auto answers = now.monitors_answer.find(rule.monitor);
   if (rule.when == Occasion::silent && answers != now.monitors_answer.end() && !answers->second)
     found.push_back(
@@ -214,29 +214,29 @@ std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const
 }
 
 /// Returns the addresses to notify now.
-std::vector<std::string> whose_turn(const NotifyRule& rule, const Matter& matter, const ToldMatter& told,
-                                    Duration utc) {
+std::vector<std::string> due_addresses(const NotifyRule& rule, const Matter& matter, const NotificationProgress& told,
+                                       Duration utc) {
   const auto steps = static_cast<std::size_t>(told.steps);
-  if (steps >= rule.tell.size()) return {};
-  if (told.failures > 0 && utc - told.at < kTryAgain) return {};
+  if (steps >= rule.addresses.size()) return {};
+  if (told.failures > 0 && utc - told.at < kRetryAfter) return {};
   if (utc - told.since < matter.wait) return {};
   const bool waits = matter.escalates && steps > 0 && told.failures == 0 && utc - told.at < rule.after;
-  return waits ? std::vector<std::string>{} : std::vector{rule.tell[steps]};
+  return waits ? std::vector<std::string>{} : std::vector{rule.addresses[steps]};
 }
 
 }  // namespace
 
-std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc, ToldMemory& memory) {
-  memory.let_nothing_be_later_than(utc);
-  memory.see(now);
-  const auto missing = memory.missing(now);
+std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc, NotificationMemory& memory) {
+  memory.clamp_times(utc);
+  memory.update_runs(now);
+  const auto missing = memory.missing_runs(now);
   const std::set<std::string> known(memory.running_.begin(), memory.running_.end());
   std::vector<DueMessage> due;
-  std::set<std::string> standing;
+  std::set<std::string> current;
   for (const auto& rule : site.rules)
     for (const auto& found : find_matters(site, rule, now, missing, known)) {
-      standing.insert(found.key);
-      for (const auto& address : whose_turn(rule, found, memory.matter(found.key, utc), utc))
+      current.insert(found.key);
+      for (const auto& address : due_addresses(rule, found, memory.find_or_add(found.key, utc), utc))
         due.push_back({.key = found.key,
                        .rule = rule.name,
                        .address = address,
@@ -245,7 +245,7 @@ std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Dur
                        .record = found.record,
                        .alarm = found.alarm});
     }
-  memory.forget(now, utc, standing);
+  memory.remove_ended(now, utc, current);
   return due;
 }
 

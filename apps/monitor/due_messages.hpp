@@ -19,13 +19,13 @@
 namespace gyrotherm::monitor {
 
 /// An unacknowledged alarm of a run.
-struct AlarmSeen {
+struct ObservedAlarm {
   std::int64_t number{};
   std::string text;
 };
 
 /// The properties of a run that rules use.
-struct RunSeen {
+struct ObservedRun {
   std::string id;
   std::string name;
   /// Path of the record.
@@ -38,7 +38,7 @@ struct RunSeen {
   bool silent{};
   /// Outcome of a run that has ended: "complete", "aborted: …".
   std::string outcome;
-  std::vector<AlarmSeen> alarms;
+  std::vector<ObservedAlarm> alarms;
   /// Free space at the record of an active run; empty if unknown.
   std::optional<std::uint64_t> free_bytes;
   /// The run was active when it was last seen and can no longer be seen.
@@ -48,7 +48,7 @@ struct RunSeen {
 /// The situation to which the rules apply.
 struct Situation {
   /// Readable runs.
-  std::vector<RunSeen> runs;
+  std::vector<ObservedRun> runs;
   /// Whether each watched monitor answers, by URL.
   std::map<std::string, bool> monitors_answer;
 };
@@ -67,7 +67,7 @@ struct DueMessage {
 };
 
 /// Progress of the messages about a matter: an alarm or another event that a rule reports.
-struct ToldMatter {
+struct NotificationProgress {
   /// Number of addresses of the rule that were notified or given up.
   std::int64_t steps{};
   /// Time of the last message, UTC.
@@ -76,48 +76,49 @@ struct ToldMatter {
   Duration since{};
   /// Failed deliveries to the next address.
   std::int64_t failures{};
-  bool operator==(const ToldMatter&) const = default;
+  bool operator==(const NotificationProgress&) const = default;
 };
 
 /// Data of a run that was active when it was last seen, for messages after it has disappeared.
-struct RunGoingOn {
+struct LastSeenRun {
   std::string name;
   std::string record;
   std::string rig;
   bool simulated{};
-  bool operator==(const RunGoingOn&) const = default;
+  bool operator==(const LastSeenRun&) const = default;
 };
 
-class ToldMemory {
+class NotificationMemory {
  public:
-  [[nodiscard]] static Result<ToldMemory> parse(std::string_view text, const std::string& file);
+  [[nodiscard]] static Result<NotificationMemory> parse(std::string_view text, const std::string& file);
   [[nodiscard]] std::string to_text() const;
 
   /// Records that the message was delivered, or that a delivery failed. After kMostTries failures the next address
   /// follows.
-  void told(const DueMessage& message, Duration now);
-  void failed(const DueMessage& message, Duration now);
+  void record_delivery(const DueMessage& message, Duration now);
+  void record_failure(const DueMessage& message, Duration now);
 
-  friend std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc, ToldMemory& memory);
-  bool operator==(const ToldMemory&) const = default;
+  friend std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
+                                              NotificationMemory& memory);
+  bool operator==(const NotificationMemory&) const = default;
 
  private:
-  friend void describe(auto& form, Like<ToldMemory> auto& memory);
+  friend void describe(auto& form, Like<NotificationMemory> auto& memory);
   /// By key.
-  std::vector<std::pair<std::string, ToldMatter>> matters_;
+  std::vector<std::pair<std::string, NotificationProgress>> matters_;
   /// Ids of runs that have been seen active, except those not seen for a day.
   std::vector<std::string> running_;
   /// Data of those runs in `running_` that were active when last seen, by id.
-  std::vector<std::pair<std::string, RunGoingOn>> going_on_;
+  std::vector<std::pair<std::string, LastSeenRun>> last_seen_;
   /// Time since when each run in `running_` cannot be seen, UTC. Lost in a restart.
-  std::map<std::string, Duration> gone_;
+  std::map<std::string, Duration> unseen_since_;
 
-  void see(const Situation& now);
-  [[nodiscard]] std::vector<RunSeen> missing(const Situation& now) const;
-  void let_nothing_be_later_than(Duration utc);
-  void forget(const Situation& now, Duration utc, const std::set<std::string>& standing);
+  void update_runs(const Situation& now);
+  [[nodiscard]] std::vector<ObservedRun> missing_runs(const Situation& now) const;
+  void clamp_times(Duration utc);
+  void remove_ended(const Situation& now, Duration utc, const std::set<std::string>& current);
 
-  [[nodiscard]] ToldMatter& matter(const std::string& key, Duration now);
+  [[nodiscard]] NotificationProgress& find_or_add(const std::string& key, Duration now);
 };
 
 /// Failed deliveries to an address after which the next address is notified.
@@ -127,6 +128,6 @@ inline constexpr int kMostTries = 3;
 /// messages. Ended matters are removed from the memory; matters of a run that cannot be seen are removed after a day.
 /// An active run that disappears is treated as silent. If the clock was set back, waiting times start at the new time.
 [[nodiscard]] std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
-                                                   ToldMemory& memory);
+                                                   NotificationMemory& memory);
 
 }  // namespace gyrotherm::monitor

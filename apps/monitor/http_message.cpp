@@ -56,8 +56,8 @@ Trouble read_query(std::string_view text, RequestHead& head) {
     const auto pair = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     const auto equals = std::min(pair.find('='), pair.size());
-    const auto name = percent_decoded(pair.substr(0, equals));
-    const auto value = percent_decoded(pair.substr(std::min(equals + 1, pair.size())));
+    const auto name = percent_decode(pair.substr(0, equals));
+    const auto value = percent_decode(pair.substr(std::min(equals + 1, pair.size())));
     if (!name || !value) return HeadRefusal{400, "invalid encoding of the query"};
     if (!head.query.emplace(*name, *value).second) return HeadRefusal{400, "duplicate parameter"};
   }
@@ -83,7 +83,7 @@ Trouble read_target(std::string_view target, RequestHead& head) {
   if (target.find('#') != std::string_view::npos) return HeadRefusal{400, "the address has a fragment"};
   const auto question = std::min(target.find('?'), target.size());
   const auto raw = target.substr(0, question);
-  const auto path = percent_decoded(raw);
+  const auto path = percent_decode(raw);
   const bool hides_slash =
       std::count(raw.begin(), raw.end(), '/') != (path ? std::count(path->begin(), path->end(), '/') : -1);
   if (!path || hides_slash || leads_elsewhere(*path)) return HeadRefusal{400, "invalid path"};
@@ -93,7 +93,7 @@ Trouble read_target(std::string_view target, RequestHead& head) {
 
 Trouble read_header(std::string_view name, std::string_view value, RequestHead& head) {
   if (head.headers.size() >= kMostHeaders) return HeadRefusal{431, "too many headers"};
-  const auto [found, is_new] = head.headers.emplace(in_small_letters(name), value);
+  const auto [found, is_new] = head.headers.emplace(to_lower_case(name), value);
   if (is_new) return std::nullopt;
   constexpr std::array kLists{"accept", "accept-encoding", "accept-language", "cache-control",
                               "via",    "x-forwarded-for"};
@@ -158,14 +158,14 @@ HeadRefusal refusal_for(http::error error, std::string_view head, std::string_vi
 
 }  // namespace
 
-std::string in_small_letters(std::string_view text) {
+std::string to_lower_case(std::string_view text) {
   std::string small(text);
   std::ranges::transform(small, small.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   return small;
 }
 
-std::optional<std::string> percent_decoded(std::string_view text) {
+std::optional<std::string> percent_decode(std::string_view text) {
   std::string decoded;
   decoded.reserve(text.size());
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -185,7 +185,7 @@ std::optional<std::string> percent_decoded(std::string_view text) {
   return decoded;
 }
 
-std::string percent_encoded(std::string_view text) {
+std::string percent_encode(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789ABCDEF", kMarks = "-._~";
   std::string encoded;
   for (const char c : text) {
@@ -199,7 +199,7 @@ std::string percent_encoded(std::string_view text) {
   return encoded;
 }
 
-std::optional<std::size_t> end_of_head(std::string_view bytes) {
+std::optional<std::size_t> find_head_end(std::string_view bytes) {
   const auto strict = bytes.find("\n\r\n"), loose = bytes.find("\n\n");
   if (strict == std::string_view::npos && loose == std::string_view::npos) return std::nullopt;
   return loose < strict ? loose + 2 : strict + 3;
@@ -224,8 +224,8 @@ std::variant<RequestHead, HeadRefusal> read_head(std::string_view head) {
     return HeadRefusal{405, "only GET and POST are supported"};
   RequestHead read;
   read.method = view(message.method_string());
-  read.takes_chunks = message.version() == 11;
-  read.keep_alive = read.takes_chunks && parser.keep_alive();
+  read.accepts_chunks = message.version() == 11;
+  read.keep_alive = read.accepts_chunks && parser.keep_alive();
   if (const auto trouble = read_target(view(message.target()), read)) return *trouble;
   for (const auto& field : message)
     if (const auto trouble = read_header(view(field.name_string()), view(field.value()), read)) return *trouble;
@@ -233,15 +233,15 @@ std::variant<RequestHead, HeadRefusal> read_head(std::string_view head) {
   return read;
 }
 
-bool is_in_chunks(const WebAnswer& answer, const RequestHead& to) {
-  return answer.stream && answer.stream_size == 0 && to.takes_chunks;
+bool is_chunked(const WebAnswer& answer, const RequestHead& to) {
+  return answer.stream && answer.stream_size == 0 && to.accepts_chunks;
 }
 
 std::string answer_head(const WebAnswer& answer, const RequestHead& to) {
   http::response<http::empty_body> message;
   message.result(static_cast<unsigned>(answer.status));
   message.set(http::field::content_type, answer.type);
-  if (is_in_chunks(answer, to))
+  if (is_chunked(answer, to))
     message.chunked(true);
   else if (!answer.stream || answer.stream_size > 0)
     message.content_length(answer.stream ? answer.stream_size : answer.body.size());
@@ -264,7 +264,7 @@ std::string chunk(std::string_view piece) {
   return boost::beast::buffers_to_string(http::make_chunk(const_buffer(piece.data(), piece.size())));
 }
 
-std::string cookie_in(std::string_view header, std::string_view name) {
+std::string find_cookie(std::string_view header, std::string_view name) {
   while (!header.empty()) {
     const auto end = std::min(header.find(';'), header.size());
     const auto cookie = trimmed(header.substr(0, end));

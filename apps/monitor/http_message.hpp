@@ -32,7 +32,7 @@ struct HeadRefusal {
 
 /// Returns the end of the head in `bytes`, after its empty line, or nothing while the head is incomplete. The caller
 /// enforces kLongestHead.
-[[nodiscard]] std::optional<std::size_t> end_of_head(std::string_view bytes);
+[[nodiscard]] std::optional<std::size_t> find_head_end(std::string_view bytes);
 
 /// Reads a whole head. Refuses it with
 /// 400: a head that does not parse, a line that ends without CR, a folded header, control characters, a duplicate
@@ -45,7 +45,7 @@ struct HeadRefusal {
 
 /// Returns whether the body of `answer` is sent in chunks. If the client does not support chunks, a stream of unknown
 /// size ends with the connection (RFC 9112, 6.3).
-[[nodiscard]] bool is_in_chunks(const WebAnswer& answer, const RequestHead& to);
+[[nodiscard]] bool is_chunked(const WebAnswer& answer, const RequestHead& to);
 
 /// Writes the status line and the headers of an answer to the request `to`.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, const RequestHead& to);
@@ -54,15 +54,15 @@ struct HeadRefusal {
 [[nodiscard]] std::string chunk(std::string_view piece);
 
 /// Returns the text in lower case (ASCII letters). Names of hosts and headers are case-insensitive.
-[[nodiscard]] std::string in_small_letters(std::string_view text);
+[[nodiscard]] std::string to_lower_case(std::string_view text);
 
 /// Decodes "a%20b" to "a b". '+' is unchanged. Returns nothing if the text is malformed.
-[[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
+[[nodiscard]] std::optional<std::string> percent_decode(std::string_view text);
 
 /// Escapes every byte except letters, digits and - . _ ~ (RFC 3986, 2.3).
-[[nodiscard]] std::string percent_encoded(std::string_view text);
+[[nodiscard]] std::string percent_encode(std::string_view text);
 
 /// Returns the value of a cookie, or an empty text if the header does not contain it.
-[[nodiscard]] std::string cookie_in(std::string_view header, std::string_view name);
+[[nodiscard]] std::string find_cookie(std::string_view header, std::string_view name);
 
 }  // namespace gyrotherm::monitor

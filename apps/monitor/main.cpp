@@ -75,7 +75,7 @@ Result<void> check_writer(const std::string& folder) {
 }
 
 Result<std::string> users_file(const UserArguments& options) {
-  const auto folder = state_folder_or_usual(options.state);
+  const auto folder = resolve_state_folder(options.state);
   return make_state_folder(folder).map([&] { return folder + "/" + kUsersFile; });
 }
 
@@ -92,15 +92,14 @@ Result<void> change_users(const UserArguments& options, Change change) {
 }
 
 Result<void> add_user(const UserArguments& options) {
-  return change_users(options, [&](UserList& list) {
-    return put_user(list, options.name, *role_named(options.role), read_password());
-  });
+  return change_users(
+      options, [&](UserList& list) { return put_user(list, options.name, *find_role(options.role), read_password()); });
 }
 
 /// Adds a token and prints its secret. The token is not stored if the secret cannot be printed.
 Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
-    return put_token(list, options.name, *role_named(options.role)).and_then([](const std::string& secret) {
+    return put_token(list, options.name, *find_role(options.role)).and_then([](const std::string& secret) {
       auto said = write_to_stdout(secret + "\n");
       return said && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "nobody reads it: no token is made")
                                         : said;

@@ -219,11 +219,11 @@ void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogu
   std::list<Often> looking;
   for (const auto& records : catalogue.folders())
     looking.emplace_back(kLookEvery,
-                         [&, records] { catalogue.look_in(records, [&] { return server.is_stopping(); }); });
+                         [&, records] { catalogue.scan_folder(records, [&] { return server.is_stopping(); }); });
   const Often reading(kReadEvery, [&] { feed.read(); });
   const Often catching_up(kReadEvery, [&] { page.runs().catch_up(); });
   const Often telling(kTellEvery, [&] {
-    if (notifier != nullptr) notifier->look();
+    if (notifier != nullptr) notifier->check();
   });
   std::thread serving([&] {
     block_signals();
@@ -243,7 +243,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
                    const std::function<void(const Fault&)>& complain) {
   limit_itself();
   const auto ends = block_ends();
-  const auto folder = state_folder_or_usual(options.state_folder);
+  const auto folder = resolve_state_folder(options.state_folder);
   if (auto made = make_state_folder(folder); !made) return made;
   const SteadyClock clock;
   Users users(folder + "/" + kUsersFile);
@@ -257,13 +257,13 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (!tls) return failure(tls.error());
 
   RunCatalogue catalogue(options.folders);
-  const auto site = open_site(options, folder + "/" + kToldFile, catalogue, clock, complain);
+  const auto site = open_site(options, folder + "/" + kNotificationsFile, catalogue, clock, complain);
   if (!site) return failure(site.error());
   RunFeed feed(catalogue);
   Page page(options, *address, *tls ? &**tls : nullptr, users, sessions, catalogue, feed, site->overview.get(), clock);
   const auto port = page.server().bind();
   if (!port) return failure(port.error());
-  catalogue.look([&] { return has_come(ends); });
+  catalogue.scan([&] { return has_come(ends); });
   if (has_come(ends)) return {};
   serve_until_signal(ends, page, catalogue, feed, site->notifier.get(),
                      [&] { say(fmt::format("{}://{}:{}/", *tls ? "https" : "http", in_url(address->host), *port)); });

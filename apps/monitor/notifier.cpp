@@ -13,7 +13,7 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr Duration kAskEvery = std::chrono::seconds(20), kMonitorWithin = std::chrono::seconds(10);
+constexpr Duration kMonitorCheckInterval = std::chrono::seconds(20), kMonitorTimeout = std::chrono::seconds(10);
 
 /// Returns the note shortened to the limit of a request, without splitting a character.
 std::string shortened(std::string note) {
@@ -24,21 +24,21 @@ std::string shortened(std::string note) {
   return note;
 }
 
-RunSeen seen(const FoundRun& run) {
+ObservedRun observe(const FoundRun& run) {
   const auto state = std::string(name(run.status.standing.state));
   const bool over = !run.is_running();
-  RunSeen one{.id = run.status.id + "@" + run.path,
-              .name = run.name,
-              .record = run.path,
-              .rig = run.info ? run.info->rig_name : std::string(),
-              .simulated = run.status.simulated,
-              .running = run.is_running(),
-              .silent = run.is_silent() || run.was_left(),
-              .outcome = !over                         ? ""
-                         : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
-                                                       : run.status.ended_by,
-              .alarms = {},
-              .free_bytes = over ? std::nullopt : run.free_bytes};
+  ObservedRun one{.id = run.status.id + "@" + run.path,
+                  .name = run.name,
+                  .record = run.path,
+                  .rig = run.info ? run.info->rig_name : std::string(),
+                  .simulated = run.status.simulated,
+                  .running = run.is_running(),
+                  .silent = run.is_silent() || run.was_abandoned(),
+                  .outcome = !over                         ? ""
+                             : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
+                                                           : run.status.ended_by,
+                  .alarms = {},
+                  .free_bytes = over ? std::nullopt : run.free_bytes};
   for (const auto& alarm : run.status.alarms)
     if (alarm.awaits_acknowledgement()) one.alarms.push_back({alarm.number, alarm.text});
   return one;
@@ -58,7 +58,7 @@ Result<void> Notifier::load() {
   const auto text = read_private_file(memory_file_);
   if (!text) return failure(text.error());
   if (!*text) return {};
-  auto memory = ToldMemory::parse(**text, memory_file_);
+  auto memory = NotificationMemory::parse(**text, memory_file_);
   if (!memory) return failure(memory.error());
   memory_ = std::move(*memory);
   return {};
@@ -67,11 +67,11 @@ Result<void> Notifier::load() {
 Situation Notifier::situation() {
   Situation now;
   for (const auto& run : catalogue_.runs())
-    if (run.trouble.empty()) now.runs.push_back(seen(run));
-  if (clock_.now().since_start - asked_ >= kAskEvery) {
+    if (run.trouble.empty()) now.runs.push_back(observe(run));
+  if (clock_.now().since_start - asked_ >= kMonitorCheckInterval) {
     asked_ = clock_.now().since_start;
     for (const auto& rule : site_.rules)
-      if (!rule.monitor.empty()) answers_[rule.monitor] = monitor_answers(rule.monitor, kMonitorWithin);
+      if (!rule.monitor.empty()) answers_[rule.monitor] = monitor_answers(rule.monitor, kMonitorTimeout);
   }
   now.monitors_answer = answers_;
   return now;
@@ -80,7 +80,7 @@ Situation Notifier::situation() {
 /// Delivers a message, then adds a note to the record, then saves the memory. If the monitor is killed in between, the
 /// message is sent again and the record contains both notes. Ended and silent runs get no note: an ended record accepts
 /// none, and the folder of a silent run may block.
-void Notifier::give_away(const DueMessage& message) {
+void Notifier::send_message(const DueMessage& message) {
   const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
   if (address == site_.addresses.end()) return;
   const auto utc = clock_.now().utc;
@@ -88,12 +88,12 @@ void Notifier::give_away(const DueMessage& message) {
                       .text = fmt::format("{}\n\n{}\nrule \"{}\"", message.text, message.subject, message.rule)};
   const auto delivered = deliver(site_, *address, letter, utc);
   if (!delivered) {
-    memory_.failed(message, utc);
+    memory_.record_failure(message, utc);
     complain_({delivered.error().kind,
                fmt::format("\"{}\" was not notified (rule \"{}\")", message.address, message.rule),
                text(delivered.error())});
   } else {
-    memory_.told(message, utc);
+    memory_.record_delivery(message, utc);
   }
   const auto is_its_record = [&](const FoundRun& run) { return run.path == message.record && !run.is_silent(); };
   if (std::ranges::any_of(catalogue_.runs(), is_its_record)) {
@@ -112,10 +112,10 @@ void Notifier::save() {
   saved_ = std::move(text);
 }
 
-void Notifier::look() {
+void Notifier::check() {
   const auto due = due_messages(site_, situation(), clock_.now().utc, memory_);
   save();
-  for (const auto& message : due) give_away(message);
+  for (const auto& message : due) send_message(message);
 }
 
 }  // namespace gyrotherm::monitor

@@ -23,11 +23,11 @@ class Notifier {
   /// Loads the memory. Fails with bad_file.
   [[nodiscard]] Result<void> load();
   /// Checks once. May take half a minute for each address that does not answer.
-  void look();
+  void check();
 
  private:
   [[nodiscard]] Situation situation();
-  void give_away(const DueMessage& message);
+  void send_message(const DueMessage& message);
   void save();
 
   Site site_;
@@ -35,7 +35,7 @@ class Notifier {
   const RunCatalogue& catalogue_;
   const Clock& clock_;
   std::function<void(const Fault&)> complain_;
-  ToldMemory memory_;
+  NotificationMemory memory_;
   std::string saved_;
   /// Whether the other monitors answered at the time `asked_`, by URL.
   std::map<std::string, bool> answers_;

@@ -15,11 +15,11 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-constexpr auto kKeepAlive = 15s, kAskAgain = 1s;
+constexpr auto kKeepAlive = 15s, kAccessCheckInterval = 1s;
 constexpr std::int64_t kMostEvents = 2000;
 
 /// Returns a parameter as an integer: `fallback` if it is empty, nothing if it is not an integer in range.
-std::optional<std::int64_t> whole_in(const std::string& text, std::int64_t fallback) {
+std::optional<std::int64_t> parse_whole(const std::string& text, std::int64_t fallback) {
   if (text.empty()) return fallback;
   std::int64_t value{};
   const auto* end = text.data() + text.size();
@@ -28,27 +28,26 @@ std::optional<std::int64_t> whole_in(const std::string& text, std::int64_t fallb
   return value;
 }
 
-WebAnswer of_fault(const Fault& fault) {
+WebAnswer fault_answer(const Fault& fault) {
   const bool busy = fault.kind == FaultKind::storage;
   return refusal(busy ? 503 : 404, busy ? "the run cannot be read now: " + fault.what : fault.what);
 }
 
 /// Returns the positions of the named channels, separated by commas, or nothing if a name is unknown.
-std::optional<std::vector<std::size_t>> channels_named(const std::string& names,
-                                                       const std::vector<SeriesChannel>& all) {
-  std::vector<std::size_t> places;
+std::optional<std::vector<std::size_t>> find_channels(const std::string& names, const std::vector<SeriesChannel>& all) {
+  std::vector<std::size_t> positions;
   for (std::size_t begin = 0; begin <= names.size();) {
     const auto end = std::min(names.find(',', begin), names.size());
     const auto found = std::ranges::find(all, names.substr(begin, end - begin), &SeriesChannel::name);
     if (found == all.end()) return std::nullopt;
-    const auto place = static_cast<std::size_t>(found - all.begin());
-    if (std::ranges::find(places, place) == places.end()) places.push_back(place);
+    const auto position = static_cast<std::size_t>(found - all.begin());
+    if (std::ranges::find(positions, position) == positions.end()) positions.push_back(position);
     begin = end + 1;
   }
-  return places;
+  return positions;
 }
 
-Json channels_of(const FoundRun& run) {
+Json channels_as_json(const FoundRun& run) {
   Json channels = Json::array();
   if (!run.info) return channels;
   for (const auto& channel : series_channels(*run.info))
@@ -58,15 +57,15 @@ Json channels_of(const FoundRun& run) {
 
 WebAnswer status_answer(const FoundRun& run) {
   auto json = Json::parse(status_text(run));
-  json["channels"] = channels_of(run);
+  json["channels"] = channels_as_json(run);
   return {.body = text_of(json)};
 }
 
 WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
-  const auto after = whole_in(head.parameter("after"), -1);
+  const auto after = parse_whole(head.parameter("after"), -1);
   if (!after) return refusal(400, "\"after\" is not the number of an event");
   const auto events = events_after(run, *after, kMostEvents);
-  if (!events) return of_fault(events.error());
+  if (!events) return fault_answer(events.error());
   std::string body = "{\"events\":[";
   for (const auto& event : *events) body += (body.back() == '[' ? "" : ",") + event.text;
   return {.body = body + fmt::format("],\"more\":{}}}", static_cast<std::int64_t>(events->size()) == kMostEvents)};
@@ -89,28 +88,28 @@ WebAnswer RunAnswers::list() const {
 WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
   if (!run.info) return refusal(503, "the run cannot be read now: " + run.trouble);
   const auto all = series_channels(*run.info);
-  const auto channels = channels_named(head.parameter("channels"), all);
+  const auto channels = find_channels(head.parameter("channels"), all);
   if (!channels) return refusal(400, "unknown channel in \"channels\"");
-  const auto from = whole_in(head.parameter("from"), 0), to = whole_in(head.parameter("to"), run.status.slot);
-  const auto buckets = whole_in(head.parameter("buckets"), 2000);
+  const auto from = parse_whole(head.parameter("from"), 0), to = parse_whole(head.parameter("to"), run.status.slot);
+  const auto buckets = parse_whole(head.parameter("buckets"), 2000);
   if (!from || !to || *from < 0) return refusal(400, "\"from\" and \"to\" are seconds since the run started");
   if (!buckets || *buckets < 1 || *buckets > kMostBuckets)
     return refusal(400, fmt::format("\"buckets\" is 1 to {}", kMostBuckets));
-  const SeriesWish wish{.channels = *channels,
-                        .from = *from,
-                        .to = std::min(*to, std::max(run.status.slot, *from) + 60),
-                        .buckets = *buckets};
-  const auto made = cache_.buckets(run, wish);
-  if (!made) return of_fault(made.error());
+  const SeriesRequest requested{.channels = *channels,
+                                .from = *from,
+                                .to = std::min(*to, std::max(run.status.slot, *from) + 60),
+                                .buckets = *buckets};
+  const auto made = cache_.buckets(run, requested);
+  if (!made) return fault_answer(made.error());
   std::vector<SeriesChannel> named;
   for (const auto channel : *channels) named.push_back(all[channel]);
   return {.body = series_text(*made, named)};
 }
 
-WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::function<bool()> may_still_look) {
+WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access) {
   const auto last = head.header("last-event-id");
-  const auto slot = whole_in(last.empty() ? head.parameter("after") : last, run.status.slot);
-  const auto event = whole_in(head.parameter("event"), -1);
+  const auto slot = parse_whole(last.empty() ? head.parameter("after") : last, run.status.slot);
+  const auto event = parse_whole(head.parameter("event"), -1);
   if (!slot || !event) return refusal(400, "Last-Event-ID is the last second that came");
   auto watch = std::make_shared<RunFeed::Watch>(feed_, run.key);
   if (feed_.watchers() > kMostWatchers) {
@@ -120,15 +119,15 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::
   }
   WebAnswer answer{.type = "text/event-stream"};
   answer.headers.emplace_back("X-Accel-Buffering", "no");
-  answer.stream = [watch, place = FeedPlace{.slot = *slot, .event = *event}, stopping = is_stopping_,
-                   may_still_look = std::move(may_still_look)](const Send& send) mutable {
+  answer.stream = [watch, position = FeedPosition{.slot = *slot, .event = *event}, stopping = is_stopping_,
+                   has_access = std::move(has_access)](const Send& send) mutable {
     if (!send("retry: 1000\n\n")) return false;
     auto asked = since_boot(), sent = asked;
     while (!stopping()) {
-      const auto text = watch->next(place, kAskAgain);
+      const auto text = watch->next(position, kAccessCheckInterval);
       const auto now = since_boot();
-      if (now - asked >= Duration(kAskAgain)) {
-        if (!may_still_look()) return true;
+      if (now - asked >= Duration(kAccessCheckInterval)) {
+        if (!has_access()) return true;
         asked = now;
       }
       if (text.empty() && now - sent < Duration(kKeepAlive)) continue;
@@ -140,7 +139,7 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::
   return answer;
 }
 
-WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest, std::function<bool()> may_still_look) {
+WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest, std::function<bool()> has_access) {
   if (rest.empty() || rest == "/") return list();
   const auto slash = std::min(rest.find('/', 1), rest.size());
   const auto run = catalogue_.find(rest.substr(1, slash - 1));
@@ -149,7 +148,7 @@ WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest,
   if (what.empty()) return status_answer(*run);
   if (what == "/series") return series(*run, request.head);
   if (what == "/events") return events_answer(*run, request.head);
-  if (what == "/events-stream") return stream(*run, request.head, std::move(may_still_look));
+  if (what == "/events-stream") return stream(*run, request.head, std::move(has_access));
   if (what == "/alarms") return alarms_answer(*run);
   if (what == "/profile") return profile_answer(*run);
   if (what == "/files") return files_answer(*run);

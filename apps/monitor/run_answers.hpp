@@ -25,9 +25,8 @@ class RunAnswers {
       : catalogue_(catalogue), feed_(feed), is_stopping_(std::move(is_stopping)) {}
 
   /// Answers a request. `rest` is the path after "/api/v1/runs": "", "/KEY", "/KEY/series" … A streamed answer calls
-  /// `may_still_look` once a second and ends when it returns false.
-  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& rest,
-                                 std::function<bool()> may_still_look);
+  /// `has_access` once a second and ends when it returns false.
+  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& rest, std::function<bool()> has_access);
   [[nodiscard]] std::size_t cache_bytes() const { return cache_.bytes(); }
   /// Updates the overviews for charts of whole runs. Called by one thread at intervals.
   void catch_up() { cache_.catch_up(); }
@@ -35,7 +34,7 @@ class RunAnswers {
  private:
   [[nodiscard]] WebAnswer list() const;
   [[nodiscard]] WebAnswer series(const FoundRun& run, const RequestHead& head);
-  [[nodiscard]] WebAnswer stream(const FoundRun& run, const RequestHead& head, std::function<bool()> may_still_look);
+  [[nodiscard]] WebAnswer stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access);
 
   const RunCatalogue& catalogue_;
   RunFeed& feed_;
@@ -50,7 +49,7 @@ class RunAnswers {
 [[nodiscard]] WebAnswer file_answer(const FoundRun& run, const std::string& name);
 
 /// Metrics of the monitor itself.
-struct OwnFigures {
+struct MonitorMetrics {
   int watchers{};
   std::size_t cache_bytes{};
 };
@@ -58,6 +57,6 @@ struct OwnFigures {
 /// RunCatalogue::runs(). An active run has all metrics. If its program is silent or has ended, the run has only
 /// availability, last second and alarms. The last run of a rig has state and alarms if it was aborted or has
 /// unacknowledged alarms. All other runs are only counted.
-[[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own);
+[[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const MonitorMetrics& own);
 
 }  // namespace gyrotherm::monitor

@@ -51,24 +51,24 @@ void read_ends(FoundRun& run, const record::RunInfo& info) {
   run.when_stopped = holds ? "the chamber holds its present set point" : run.when_aborted;
 }
 
-std::optional<double> age_s_of(const FoundRun& run) {
+std::optional<double> compute_age_s(const FoundRun& run) {
   const auto age = run.is_running() ? record::status_age(run.status) : std::nullopt;
   return age ? std::optional(to_seconds(*age)) : std::nullopt;
 }
 
-void name_run(FoundRun& run, const std::string& path) {
+void set_names(FoundRun& run, const std::string& path) {
   run.path = run.status.path = path;
   run.key = sha256(path).substr(0, 16);
   run.name = fs::path(path).stem().string();
 }
 
 /// Reads the run's status and its age. If it cannot be read, keeps the last status and sets `trouble`.
-void read_status_of(FoundRun& run) {
+void read_status(FoundRun& run) {
   auto fresh = record::fresh_status(run.path);
   auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(run.path);
   run.trouble = status ? std::string() : text(status.error());
   if (status) run.status = std::move(*status);
-  run.age_s = age_s_of(run);
+  run.age_s = compute_age_s(run);
 }
 
 /// Returns whether status or trouble differ.
@@ -83,7 +83,7 @@ std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
 }
 
 /// Removes duplicate folders, even if their paths are spelled differently: two threads must not read one record.
-std::vector<std::string> each_once(std::vector<std::string> folders) {
+std::vector<std::string> remove_duplicates(std::vector<std::string> folders) {
   for (auto& folder : folders)
     while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
   std::set<std::string> seen;
@@ -97,14 +97,14 @@ bool FoundRun::is_running() const { return status.being_written && !status.finis
 
 bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to_seconds(record::kSilentAfter)); }
 
-bool FoundRun::was_left() const {
+bool FoundRun::was_abandoned() const {
   return trouble.empty() && !is_running() && !status.finished && !(info && info->imported) &&
          status.standing.state <= RunState::aborting;
 }
 
-RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(each_once(std::move(folders))) {}
+RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(remove_duplicates(std::move(folders))) {}
 
-RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
+RunCatalogue::Stamp RunCatalogue::read_stamp(const std::string& path) {
   return {.status = read_file_state(record::status_path(path)),
           .record = read_file_state(path),
           .log = read_file_state(path + "-wal"),
@@ -124,29 +124,29 @@ void RunCatalogue::read_info(Entry& entry) {
   const auto files = record::find_source_files(run.path, run.is_running());
   const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
   auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
-  entry.info_of = info && is_whole ? run.status.id : std::string();
+  entry.info_id = info && is_whole ? run.status.id : std::string();
   if (info) read_ends(run, *info);
   if (info) drop_unused_texts(*info);
   entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
 }
 
 /// Checks one record. Reads its files only if they have changed since the last check, or if the run is or was silent.
-void RunCatalogue::look_at(const std::string& path, const std::string& folder,
-                           std::optional<std::uint64_t> free_bytes) {
+void RunCatalogue::scan_record(const std::string& path, const std::string& folder,
+                               std::optional<std::uint64_t> free_bytes) {
   // Taken before the files are read, so that the next check detects a change in between.
-  const auto stamp = stamp_of(path);
+  const auto stamp = read_stamp(path);
   auto entry = entry_at(path);
   auto& run = entry.run;
   const bool is_new = run.key.empty();
   const bool was_silent = run.is_silent();
   entry.folder = folder;
   run.free_bytes = free_bytes;
-  run.age_s = age_s_of(run);
+  run.age_s = compute_age_s(run);
   if (is_new || entry.stamp != stamp || was_silent || run.is_silent()) {
     const auto before = run;
-    if (is_new) name_run(run, path);
-    read_status_of(run);
-    if (!entry.info || entry.info_of != run.status.id) read_info(entry);
+    if (is_new) set_names(run, path);
+    read_status(run);
+    if (!entry.info || entry.info_id != run.status.id) read_info(entry);
     run.info = entry.info;
     if (is_changed(before, run) || was_silent != run.is_silent()) ++run.version;
     entry.stamp = stamp;
@@ -163,15 +163,15 @@ std::vector<std::string> RunCatalogue::running_in(const std::string& folder) con
   return paths;
 }
 
-void RunCatalogue::look_in(const std::string& folder, const std::function<bool()>& is_stopping) {
+void RunCatalogue::scan_folder(const std::string& folder, const std::function<bool()>& is_stopping) {
   const auto there = record::records_in(folder);
   const auto free_bytes = free_bytes_in(folder);
   auto running_seen = std::chrono::steady_clock::now();
   for (const auto& path : there) {
     if (is_stopping()) return;
-    look_at(path, folder, free_bytes);
+    scan_record(path, folder, free_bytes);
     if (std::chrono::steady_clock::now() - running_seen < kRunningSeenEvery) continue;
-    for (const auto& running : running_in(folder)) look_at(running, folder, free_bytes);
+    for (const auto& running : running_in(folder)) scan_record(running, folder, free_bytes);
     running_seen = std::chrono::steady_clock::now();
   }
   const std::lock_guard lock(mutex_);
@@ -181,15 +181,15 @@ void RunCatalogue::look_in(const std::string& folder, const std::function<bool()
   });
 }
 
-void RunCatalogue::look(const std::function<bool()>& is_stopping) {
-  for (const auto& folder : folders_) look_in(folder, is_stopping);
+void RunCatalogue::scan(const std::function<bool()>& is_stopping) {
+  for (const auto& folder : folders_) scan_folder(folder, is_stopping);
 }
 
 /// Returns the run with its present age. The last bit of its version is set if the run has become silent since the last
 /// check; the other bits are a counter of changes.
-FoundRun RunCatalogue::as_of_now(FoundRun run) {
+FoundRun RunCatalogue::with_current_age(FoundRun run) {
   const bool was_silent = run.is_silent();
-  run.age_s = age_s_of(run);
+  run.age_s = compute_age_s(run);
   run.version = 2 * run.version + (run.is_silent() != was_silent ? 1 : 0);
   return run;
 }
@@ -198,7 +198,7 @@ std::vector<FoundRun> RunCatalogue::runs() const {
   std::vector<FoundRun> runs;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& [path, entry] : entries_) runs.push_back(as_of_now(entry.run));
+    for (const auto& [path, entry] : entries_) runs.push_back(with_current_age(entry.run));
   }
   const auto started = [](const FoundRun& run) { return run.info ? run.info->started_utc : Duration{}; };
   std::ranges::stable_sort(runs, [&](const FoundRun& a, const FoundRun& b) {
@@ -210,7 +210,7 @@ std::vector<FoundRun> RunCatalogue::runs() const {
 std::optional<FoundRun> RunCatalogue::find(const std::string& key) const {
   const std::lock_guard lock(mutex_);
   for (const auto& [path, entry] : entries_)
-    if (entry.run.key == key) return as_of_now(entry.run);
+    if (entry.run.key == key) return with_current_age(entry.run);
   return std::nullopt;
 }
 

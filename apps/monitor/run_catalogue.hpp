@@ -46,7 +46,7 @@ struct FoundRun {
   /// Returns whether the program of the run has been silent for longer than record::kSilentAfter.
   [[nodiscard]] bool is_silent() const;
   /// Returns whether the run has not ended but no program executes it: its program died or was interrupted.
-  [[nodiscard]] bool was_left() const;
+  [[nodiscard]] bool was_abandoned() const;
 };
 
 /// The catalogue. Any thread may query it. Queries are answered from memory: a folder that does not respond blocks only
@@ -56,9 +56,9 @@ class RunCatalogue {
   explicit RunCatalogue(std::vector<std::string> folders);
 
   /// Finds new records in one of the folders(), and updates records with changed files. Returns early if `is_stopping`.
-  void look_in(const std::string& folder, const std::function<bool()>& is_stopping);
+  void scan_folder(const std::string& folder, const std::function<bool()>& is_stopping);
   /// Checks all folders one after another.
-  void look(const std::function<bool()>& is_stopping = [] { return false; });
+  void scan(const std::function<bool()>& is_stopping = [] { return false; });
 
   /// Return runs as found by the last check, with their present age. A run in a folder that does not respond becomes
   /// silent.
@@ -77,15 +77,15 @@ class RunCatalogue {
     Stamp stamp;
     std::shared_ptr<const record::RunInfo> info;
     /// Id of the run that `info` describes.
-    std::string info_of;
+    std::string info_id;
     std::string folder;
   };
-  [[nodiscard]] static Stamp stamp_of(const std::string& path);
-  [[nodiscard]] static FoundRun as_of_now(FoundRun run);
+  [[nodiscard]] static Stamp read_stamp(const std::string& path);
+  [[nodiscard]] static FoundRun with_current_age(FoundRun run);
   [[nodiscard]] std::vector<std::string> running_in(const std::string& folder) const;
   [[nodiscard]] Entry entry_at(const std::string& path) const;
   static void read_info(Entry& entry);
-  void look_at(const std::string& path, const std::string& folder, std::optional<std::uint64_t> free_bytes);
+  void scan_record(const std::string& path, const std::string& folder, std::optional<std::uint64_t> free_bytes);
 
   std::vector<std::string> folders_;
   mutable std::mutex mutex_;

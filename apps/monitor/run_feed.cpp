@@ -18,7 +18,7 @@ constexpr std::int64_t kAtOnce = 300;
 /// Rows of a run kept in memory.
 constexpr std::size_t kKept = 300;
 constexpr double kNsPerMs = 1e6;
-constexpr auto kLookAgain = std::chrono::milliseconds(200);
+constexpr auto kRecheckInterval = std::chrono::milliseconds(200);
 
 std::string number_text(double value) { return std::isfinite(value) ? fmt::format("{:.7g}", value) : "null"; }
 
@@ -121,68 +121,68 @@ RunFeed::Watch::~Watch() {
   if (run != feed_.runs_.end() && --run->second.watchers <= 0) feed_.runs_.erase(run);
 }
 
-std::string RunFeed::Watch::next(FeedPlace& place, Duration patience) {
+std::string RunFeed::Watch::next(FeedPosition& position, Duration patience) {
   std::string text;
   {
     std::unique_lock lock(feed_.mutex_);
     const auto is_new = [&] {
       const auto& run = feed_.runs_[key_];
-      return feed_.stopped_ || run.read.slot > place.slot || run.read.event > place.event ||
-             run.status_version != place.status_version || run.id != place.run;
+      return feed_.stopped_ || run.read.slot > position.slot || run.read.event > position.event ||
+             run.status_version != position.status_version || run.id != position.run;
     };
-    if (!feed_.something_.wait_for(lock, patience, is_new) || feed_.stopped_) return text;
+    if (!feed_.changed_.wait_for(lock, patience, is_new) || feed_.stopped_) return text;
     const auto& run = feed_.runs_[key_];
-    if (run.id != place.run && !place.run.empty()) place = {};
-    place.run = run.id;
-    if (run.status_version != place.status_version) {
+    if (run.id != position.run && !position.run.empty()) position = {};
+    position.run = run.id;
+    if (run.status_version != position.status_version) {
       text += message("status", run.status, -1);
-      place.status_version = run.status_version;
+      position.status_version = run.status_version;
     }
-    if (holds_all_after(run, place)) return text + take_messages(run, place);
+    if (has_all_after(run, position)) return text + next_messages(run, position);
   }
-  text += feed_.read_missed(key_, place);
+  text += feed_.read_missed(key_, position);
   // The live copy is being replaced.
   if (text.empty()) {
     std::unique_lock lock(feed_.mutex_);
-    feed_.something_.wait_for(lock, kLookAgain, [&] { return feed_.stopped_; });
+    feed_.changed_.wait_for(lock, kRecheckInterval, [&] { return feed_.stopped_; });
   }
   return text;
 }
 
 /// Returns whether the rows in memory follow the position without a gap.
-bool RunFeed::holds_all_after(const Run& run, const FeedPlace& place) {
+bool RunFeed::has_all_after(const Run& run, const FeedPosition& position) {
   const auto follow = [](const std::deque<FeedRow>& rows, std::int64_t last_read, std::int64_t last_sent) {
     return last_read <= last_sent || (!rows.empty() && rows.front().number <= last_sent + 1);
   };
-  return follow(run.samples, run.read.slot, place.slot) && follow(run.events, run.read.event, place.event);
+  return follow(run.samples, run.read.slot, position.slot) && follow(run.events, run.read.event, position.event);
 }
 
 /// Returns the messages in memory after the position, and advances the position.
-std::string RunFeed::take_messages(const Run& run, FeedPlace& place) {
+std::string RunFeed::next_messages(const Run& run, FeedPosition& position) {
   std::string text;
   for (const auto& event : run.events)
-    if (event.number > place.event) text += message("event", event.text, -1);
+    if (event.number > position.event) text += message("event", event.text, -1);
   for (const auto& sample : run.samples)
-    if (sample.number > place.slot) text += message("sample", sample.text, sample.number);
-  place.slot = std::max(place.slot, run.read.slot);
-  place.event = std::max(place.event, run.read.event);
+    if (sample.number > position.slot) text += message("sample", sample.text, sample.number);
+  position.slot = std::max(position.slot, run.read.slot);
+  position.event = std::max(position.event, run.read.event);
   return text;
 }
 
 /// Reads from the record the messages after the position that are no longer in memory. Called on the watcher's thread.
-std::string RunFeed::read_missed(const std::string& key, FeedPlace& place) const {
+std::string RunFeed::read_missed(const std::string& key, FeedPosition& position) const {
   std::string text;
   const auto found = catalogue_.find(key);
-  if (!found || found->status.id != place.run) return text;
-  if (const auto events = events_after(*found, place.event, kAtOnce))
+  if (!found || found->status.id != position.run) return text;
+  if (const auto events = events_after(*found, position.event, kAtOnce))
     for (const auto& event : *events) {
       text += message("event", event.text, -1);
-      place.event = event.number;
+      position.event = event.number;
     }
-  if (const auto samples = samples_after(*found, place.slot, kAtOnce))
+  if (const auto samples = samples_after(*found, position.slot, kAtOnce))
     for (const auto& sample : *samples) {
       text += message("sample", sample.text, sample.number);
-      place.slot = sample.number;
+      position.slot = sample.number;
     }
   return text;
 }
@@ -196,15 +196,15 @@ void RunFeed::read() {
   }
   for (const auto& key : keys) {
     const auto found = catalogue_.find(key);
-    const auto position = found ? take_status(*found) : std::nullopt;
+    const auto position = found ? update_status(*found) : std::nullopt;
     auto news = position ? read_news(*found, *position) : std::nullopt;
-    if (news) take_news(key, std::move(*news));
+    if (news) add_news(key, std::move(*news));
   }
 }
 
 /// Updates the status of a run for its watchers. Returns the position up to which its rows have been read, or nothing
 /// if it is not watched. If another run's record has replaced it, reading starts again.
-std::optional<RunFeed::ReadPosition> RunFeed::take_status(const FoundRun& found) {
+std::optional<RunFeed::ReadPosition> RunFeed::update_status(const FoundRun& found) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(found.key);
   if (watched == runs_.end()) return std::nullopt;
@@ -215,7 +215,7 @@ std::optional<RunFeed::ReadPosition> RunFeed::take_status(const FoundRun& found)
   if (run.status_version != found.version || found.is_silent()) {
     run.status_version = found.version;
     run.status = status_text(found);
-    something_.notify_all();
+    changed_.notify_all();
   }
   return run.read;
 }
@@ -233,7 +233,7 @@ std::optional<RunFeed::News> RunFeed::read_news(const FoundRun& found, const Rea
 }
 
 /// Stores the last rows of a run in memory and wakes its watchers.
-void RunFeed::take_news(const std::string& key, News news) {
+void RunFeed::add_news(const std::string& key, News news) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(key);
   if (watched == runs_.end()) return;
@@ -251,13 +251,13 @@ void RunFeed::take_news(const std::string& key, News news) {
   };
   keep(news.samples, run.samples, run.read.slot);
   keep(news.events, run.events, run.read.event);
-  something_.notify_all();
+  changed_.notify_all();
 }
 
 void RunFeed::stop() {
   const std::lock_guard lock(mutex_);
   stopped_ = true;
-  something_.notify_all();
+  changed_.notify_all();
 }
 
 int RunFeed::watchers() const {

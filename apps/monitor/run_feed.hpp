@@ -19,7 +19,7 @@
 namespace gyrotherm::monitor {
 
 /// Position of a watcher in the feed.
-struct FeedPlace {
+struct FeedPosition {
   /// Slot of the last sample, number of the last event, and version of the last status.
   std::int64_t slot{-1};
   std::int64_t event{-1};
@@ -53,9 +53,10 @@ class RunFeed {
     ~Watch();
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
-    /// Returns the messages after `place` as text of an event stream, and advances `place`. Waits at most `patience`
-    /// for the first message. Returns an empty text if there is none. Returns at most a few hundred messages per call.
-    [[nodiscard]] std::string next(FeedPlace& place, Duration patience);
+    /// Returns the messages after `position` as text of an event stream, and advances `position`. Waits at most
+    /// `patience` for the first message. Returns an empty text if there is none. Returns at most a few hundred messages
+    /// per call.
+    [[nodiscard]] std::string next(FeedPosition& position, Duration patience);
 
    private:
     RunFeed& feed_;
@@ -93,16 +94,16 @@ class RunFeed {
     std::vector<FeedRow> samples, events;
     bool run_is_over{};
   };
-  [[nodiscard]] std::optional<ReadPosition> take_status(const FoundRun& found);
+  [[nodiscard]] std::optional<ReadPosition> update_status(const FoundRun& found);
   [[nodiscard]] static std::optional<News> read_news(const FoundRun& found, const ReadPosition& position);
-  void take_news(const std::string& key, News news);
-  [[nodiscard]] static bool holds_all_after(const Run& run, const FeedPlace& place);
-  [[nodiscard]] static std::string take_messages(const Run& run, FeedPlace& place);
-  [[nodiscard]] std::string read_missed(const std::string& key, FeedPlace& place) const;
+  void add_news(const std::string& key, News news);
+  [[nodiscard]] static bool has_all_after(const Run& run, const FeedPosition& position);
+  [[nodiscard]] static std::string next_messages(const Run& run, FeedPosition& position);
+  [[nodiscard]] std::string read_missed(const std::string& key, FeedPosition& position) const;
 
   const RunCatalogue& catalogue_;
   mutable std::mutex mutex_;
-  std::condition_variable something_;
+  std::condition_variable changed_;
   std::map<std::string, Run> runs_;
   bool stopped_{};
 };

@@ -73,7 +73,7 @@ constexpr std::array kReports{
 
 /// Returns whether a file of this name can be requested (http_message.hpp).
 bool can_be_asked_for(const std::string& name) {
-  return name.find('\\') == std::string::npos && percent_decoded(percent_encoded(name)) == name;
+  return name.find('\\') == std::string::npos && percent_decode(percent_encode(name)) == name;
 }
 
 /// Returns the files of a closed record. The status file may come from any user with write access to the folder, so no
@@ -136,7 +136,7 @@ std::string disposition_of(const std::string& name) {
     else if (byte >= 0xC0)
       plain += '_';
   }
-  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", plain, percent_encoded(name));
+  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", plain, percent_encode(name));
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ std::optional<double> number_of(const std::optional<Celsius>& temperature) {
 }
 
 /// Returns whether the run has not ended: a program executes it, or it was left and is to be resumed.
-bool is_going_on(const FoundRun& run) { return run.is_running() || run.was_left(); }
+bool is_unfinished(const FoundRun& run) { return run.is_running() || run.was_abandoned(); }
 
 /// Runs that have a metric. A program that does not answer has no current values, so some metrics are limited to
 /// answering programs.
@@ -52,7 +52,7 @@ enum class Of { answering, going_on, all };
 bool has(Of of, const FoundRun& run) {
   switch (of) {
     case Of::answering: return run.is_running() && !run.is_silent();
-    case Of::going_on: return is_going_on(run);
+    case Of::going_on: return is_unfinished(run);
     case Of::all: return true;
   }
   return false;
@@ -123,7 +123,7 @@ void add_metric(std::string& text, const Metric& metric, const std::vector<Found
 void add_states(std::string& text, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
-    if (has(Of::answering, run) || !is_going_on(run))
+    if (has(Of::answering, run) || !is_unfinished(run))
       for (const auto state : kRunStates)
         lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", labels_of(run), name(state),
                              run.status.standing.state == state ? 1 : 0);
@@ -167,18 +167,18 @@ std::vector<FoundRun> told_of(const std::vector<FoundRun>& runs) {
     if (names.insert(labels_of(run)).second) told.push_back(run);
   };
   for (const auto& run : runs)
-    if (is_going_on(run)) tell(run);
+    if (is_unfinished(run)) tell(run);
   for (const auto& run : runs) {
     if (!run.info || run.info->imported) continue;
     const bool is_the_last = rigs.emplace(run.info->rig_name, run.status.simulated).second;
-    if (is_the_last && !is_going_on(run) && ended_badly(run)) tell(run);
+    if (is_the_last && !is_unfinished(run) && ended_badly(run)) tell(run);
   }
   return told;
 }
 
 }  // namespace
 
-std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own) {
+std::string metrics_text(const std::vector<FoundRun>& runs, const MonitorMetrics& own) {
   const auto told = told_of(runs);
   std::string text;
   for (const auto& metric : kMetrics) add_metric(text, metric, told);

@@ -144,15 +144,15 @@ Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_
 }
 
 /// Returns the requested channels of an overview. Each bucket of the result combines several buckets of the overview.
-Buckets folded(const Buckets& overview, const SeriesWish& wish, std::int64_t width) {
-  const auto first = wish.from / overview.width() * overview.width();
-  Buckets buckets(wish.channels.size(), first, width);
-  for (auto slot = first; slot <= wish.to; slot += overview.width()) {
+Buckets folded(const Buckets& overview, const SeriesRequest& request, std::int64_t width) {
+  const auto first = request.from / overview.width() * overview.width();
+  Buckets buckets(request.channels.size(), first, width);
+  for (auto slot = first; slot <= request.to; slot += overview.width()) {
     const auto bucket = static_cast<std::size_t>((slot - overview.first()) / overview.width());
     if (bucket >= overview.size()) break;
-    for (std::size_t i = 0; i < wish.channels.size(); ++i) {
-      buckets.take(slot, i, static_cast<double>(overview.lowest(bucket, wish.channels[i])));
-      buckets.take(slot, i, static_cast<double>(overview.highest(bucket, wish.channels[i])));
+    for (std::size_t i = 0; i < request.channels.size(); ++i) {
+      buckets.take(slot, i, static_cast<double>(overview.lowest(bucket, request.channels[i])));
+      buckets.take(slot, i, static_cast<double>(overview.highest(bucket, request.channels[i])));
     }
   }
   return buckets;
@@ -176,7 +176,7 @@ Result<void> SeriesCache::catch_up(Overview& overview, const FoundRun& run) cons
   return {};
 }
 
-std::shared_ptr<SeriesCache::Overview> SeriesCache::overview_of(const FoundRun& run, std::size_t channels) {
+std::shared_ptr<SeriesCache::Overview> SeriesCache::find_or_add_overview(const FoundRun& run, std::size_t channels) {
   const std::lock_guard lock(mutex_);
   const auto of = run.key + run.status.id;
   auto found = std::ranges::find_if(overviews_, [&](const auto& overview) { return overview->run == of; });
@@ -187,7 +187,7 @@ std::shared_ptr<SeriesCache::Overview> SeriesCache::overview_of(const FoundRun& 
   return overviews_.front();
 }
 
-void SeriesCache::make_room() {
+void SeriesCache::evict() {
   const std::lock_guard lock(mutex_);
   std::size_t sum = 0;
   for (auto overview = overviews_.begin(); overview != overviews_.end();) {
@@ -222,28 +222,28 @@ void SeriesCache::catch_up() {
     const std::lock_guard lock(overview->mutex);
     if (is_far_behind(*overview, overview->found)) (void)catch_up(*overview, overview->found);
   }
-  make_room();
+  evict();
 }
 
-Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesWish& wish) {
-  const auto slots = std::max<std::int64_t>(1, wish.to - wish.from + 1);
-  const auto most = std::clamp<std::int64_t>(wish.buckets, 1, kMostBuckets);
+Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesRequest& request) {
+  const auto slots = std::max<std::int64_t>(1, request.to - request.from + 1);
+  const auto most = std::clamp<std::int64_t>(request.buckets, 1, kMostBuckets);
   auto width = (slots + most - 1) / most;
   if (width >= kFinestOverview) {
-    const auto overview = overview_of(run, series_channels(*run.info).size());
+    const auto overview = find_or_add_overview(run, series_channels(*run.info).size());
     if (const std::unique_lock lock(overview->mutex, std::try_to_lock); lock) {
       overview->found = run;
       if (!is_far_behind(*overview, run)) {
         if (const auto read = catch_up(*overview, run); !read) return failure(read.error());
         const auto finest = overview->buckets.width();
         width = std::max((width + finest - 1) / finest, std::int64_t{1}) * finest;
-        return folded(overview->buckets, wish, width);
+        return folded(overview->buckets, request, width);
       }
     }
   }
-  Buckets buckets(wish.channels.size(), wish.from, width);
+  Buckets buckets(request.channels.size(), request.from, width);
   const auto read = take_rows(
-      run, wish.channels, wish.from, wish.to, [](std::int64_t) {}, buckets);
+      run, request.channels, request.from, request.to, [](std::int64_t) {}, buckets);
   if (!read) return failure(read.error());
   return buckets;
 }

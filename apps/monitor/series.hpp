@@ -68,7 +68,7 @@ class Buckets {
 
 /// A request for a chart: channels by their positions in series_channels(), the slots `from` to `to`, and the largest
 /// number of buckets.
-struct SeriesWish {
+struct SeriesRequest {
   std::vector<std::size_t> channels;
   std::int64_t from{}, to{};
   std::int64_t buckets = 2000;
@@ -83,7 +83,7 @@ class SeriesCache {
   explicit SeriesCache(std::size_t most_bytes = kUsualBytes) : most_bytes_(most_bytes) {}
 
   /// Returns the requested buckets, at least one slot wide. Fails with storage or bad_file.
-  [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesWish& wish);
+  [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesRequest& request);
   [[nodiscard]] std::size_t bytes() const;
   /// Updates overviews that are far behind. Called by one thread at intervals. Until an overview is updated, charts of
   /// its run are read from the rows of the requested channels, which is faster for a single chart.
@@ -103,10 +103,10 @@ class SeriesCache {
     std::int64_t read{-1};
     explicit Overview(std::string of, Buckets empty) : run(std::move(of)), buckets(std::move(empty)) {}
   };
-  [[nodiscard]] std::shared_ptr<Overview> overview_of(const FoundRun& run, std::size_t channels);
+  [[nodiscard]] std::shared_ptr<Overview> find_or_add_overview(const FoundRun& run, std::size_t channels);
   [[nodiscard]] Result<void> catch_up(Overview& overview, const FoundRun& run) const;
   [[nodiscard]] static bool is_far_behind(const Overview& overview, const FoundRun& run);
-  void make_room();
+  void evict();
 
   std::size_t most_bytes_;
   mutable std::mutex mutex_;

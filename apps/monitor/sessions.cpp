@@ -15,7 +15,7 @@ inline constexpr const char* kSessionsSchema = "gyrotherm-monitor-sessions/1";
 void describe(auto& form, Like<Sessions::Session> auto& session) {
   form("id", session.id);
   form("user", session.user);
-  form.if_there("known_by", !session.known_by.empty(), session.known_by);
+  form.if_there("known_by", !session.password_id.empty(), session.password_id);
   form("csrf", session.csrf);
   form("begun_utc_ns", session.begun);
   form("used_utc_ns", session.used);
@@ -46,7 +46,7 @@ void Sessions::save() const {
   (void)write_private_file(path_, text_of(Json{{"schema", kSessionsSchema}, {"sessions", make_json(list)}}) + "\n");
 }
 
-void Sessions::drop_old() {
+void Sessions::remove_expired() {
   const auto now = clock_.now().utc;
   std::erase_if(sessions_, [&](const auto& entry) {
     const auto& session = entry.second;
@@ -56,14 +56,18 @@ void Sessions::drop_old() {
     sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second.used; }));
 }
 
-std::string Sessions::open(const std::string& user, const std::string& known_by) {
+std::string Sessions::open(const std::string& user, const std::string& password_id) {
   auto secret = random_secret();
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().utc;
-  Session session{
-      .id = sha256(secret), .user = user, .known_by = known_by, .csrf = random_secret(), .begun = now, .used = now};
+  Session session{.id = sha256(secret),
+                  .user = user,
+                  .password_id = password_id,
+                  .csrf = random_secret(),
+                  .begun = now,
+                  .used = now};
   sessions_.insert_or_assign(session.id, session);
-  drop_old();
+  remove_expired();
   save();
   return secret;
 }
@@ -72,7 +76,7 @@ std::optional<Sessions::Session> Sessions::find(const std::string& secret) {
   constexpr std::size_t kSize = 43;
   if (secret.size() != kSize) return std::nullopt;
   const std::lock_guard lock(mutex_);
-  drop_old();
+  remove_expired();
   const auto found = sessions_.find(sha256(secret));
   if (found == sessions_.end()) return std::nullopt;
   const auto now = clock_.now().utc;
@@ -90,7 +94,7 @@ void Sessions::close(const std::string& id) {
   save();
 }
 
-void Sessions::close_all_of(const std::string& user) {
+void Sessions::close_all_for_user(const std::string& user) {
   const std::lock_guard lock(mutex_);
   std::erase_if(sessions_, [&](const auto& entry) { return entry.second.user == user; });
   save();
@@ -98,44 +102,44 @@ void Sessions::close_all_of(const std::string& user) {
 
 std::vector<Sessions::Session> Sessions::all() {
   const std::lock_guard lock(mutex_);
-  drop_old();
+  remove_expired();
   std::vector<Session> list;
   for (const auto& [id, session] : sessions_) list.push_back(session);
   return list;
 }
 
-std::string Confirmations::ask(const std::string& who, const std::string& run, const std::string& verb) {
+std::string Confirmations::issue(const std::string& user, const std::string& run, const std::string& verb) {
   constexpr std::size_t kMost = 256;
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
-  std::erase_if(asked_, [&](const auto& entry) { return now - entry.second.at > kWithin; });
-  if (asked_.size() >= kMost) asked_.erase(asked_.begin());
-  auto word = random_secret();
-  asked_[word] = {.what = who + '\n' + run + '\n' + verb, .at = now};
-  return word;
+  std::erase_if(pending_, [&](const auto& entry) { return now - entry.second.at > kWithin; });
+  if (pending_.size() >= kMost) pending_.erase(pending_.begin());
+  auto token = random_secret();
+  pending_[token] = {.what = user + '\n' + run + '\n' + verb, .at = now};
+  return token;
 }
 
-bool Confirmations::take(const std::string& word, const std::string& who, const std::string& run,
+bool Confirmations::take(const std::string& token, const std::string& user, const std::string& run,
                          const std::string& verb) {
   const std::lock_guard lock(mutex_);
-  const auto found = asked_.find(word);
-  if (found == asked_.end()) return false;
+  const auto found = pending_.find(token);
+  if (found == pending_.end()) return false;
   const bool good =
-      found->second.what == who + '\n' + run + '\n' + verb && clock_.now().since_start - found->second.at <= kWithin;
-  asked_.erase(found);
+      found->second.what == user + '\n' + run + '\n' + verb && clock_.now().since_start - found->second.at <= kWithin;
+  pending_.erase(found);
   return good;
 }
 
 bool RateLimit::take(const std::string& name) {
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
-  if (left_.size() >= kMostNames && !left_.contains(name)) {
-    std::erase_if(left_, [&](const auto& entry) {
+  if (allowances_.size() >= kMostNames && !allowances_.contains(name)) {
+    std::erase_if(allowances_, [&](const auto& entry) {
       return entry.second.tries + to_seconds(now - entry.second.at) * per_second_ >= most_;
     });
-    if (left_.size() >= kMostNames) return false;
+    if (allowances_.size() >= kMostNames) return false;
   }
-  auto& left = left_.try_emplace(name, Left{.tries = most_, .at = now}).first->second;
+  auto& left = allowances_.try_emplace(name, Allowance{.tries = most_, .at = now}).first->second;
   left.tries = std::min(most_, left.tries + to_seconds(now - left.at) * per_second_);
   left.at = now;
   if (left.tries < 1) return false;

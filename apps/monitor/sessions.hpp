@@ -22,8 +22,8 @@ class Sessions {
     /// SHA-256 of the secret.
     std::string id;
     std::string user;
-    /// Identity::known_by of the user when the session began.
-    std::string known_by;
+    /// Identity::password_id of the user when the session began.
+    std::string password_id;
     /// A second secret that the page must send with each change.
     std::string csrf;
     Duration begun{}, used{};
@@ -38,14 +38,14 @@ class Sessions {
   /// Loads the list. Fails with bad_file.
   [[nodiscard]] Result<void> load();
   /// Opens a session. Returns the secret for the cookie.
-  [[nodiscard]] std::string open(const std::string& user, const std::string& known_by);
+  [[nodiscard]] std::string open(const std::string& user, const std::string& password_id);
   [[nodiscard]] std::optional<Session> find(const std::string& secret);
   void close(const std::string& id);
-  void close_all_of(const std::string& user);
+  void close_all_for_user(const std::string& user);
   [[nodiscard]] std::vector<Session> all();
 
  private:
-  void drop_old();
+  void remove_expired();
   void save() const;
 
   std::string path_;
@@ -61,19 +61,19 @@ class Confirmations {
   explicit Confirmations(const Clock& clock) : clock_(clock) {}
 
   /// Returns a token for this user, run and command.
-  [[nodiscard]] std::string ask(const std::string& who, const std::string& run, const std::string& verb);
+  [[nodiscard]] std::string issue(const std::string& user, const std::string& run, const std::string& verb);
   /// Returns whether the token is valid, and invalidates it.
-  [[nodiscard]] bool take(const std::string& word, const std::string& who, const std::string& run,
+  [[nodiscard]] bool take(const std::string& token, const std::string& user, const std::string& run,
                           const std::string& verb);
 
  private:
-  struct Asked {
+  struct Pending {
     std::string what;
     Duration at{};
   };
   const Clock& clock_;
   std::mutex mutex_;
-  std::map<std::string, Asked> asked_;
+  std::map<std::string, Pending> pending_;
 };
 
 /// Limits the rate of attempts per name (of an address or a user): `most` attempts at once, and `per_second` more each
@@ -86,7 +86,7 @@ class RateLimit {
   [[nodiscard]] bool take(const std::string& name);
 
  private:
-  struct Left {
+  struct Allowance {
     double tries{};
     Duration at{};
   };
@@ -94,7 +94,7 @@ class RateLimit {
   double most_, per_second_;
   const Clock& clock_;
   std::mutex mutex_;
-  std::map<std::string, Left> left_;
+  std::map<std::string, Allowance> allowances_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -56,24 +56,24 @@ Result<control::ControlRequest> make_request(const std::string& verb, const std:
 
 }  // namespace
 
-WebAnswer RunControl::ask_back(const Guest& guest, const FoundRun& run, const std::string& verb) {
+WebAnswer RunControl::request_confirmation(const Guest& guest, const FoundRun& run, const std::string& verb) {
   const auto& standing = run.status.standing;
   const auto done = run.status.slot >= 0 ? spoken(std::chrono::seconds(run.status.slot)) : std::string("nothing");
   const auto left = standing.time_left ? spoken(*standing.time_left) : std::string("an unknown time");
   const auto& chamber = verb == "abort" ? run.when_aborted : run.when_stopped;
   return {.status = 409,
           .body = text_of(
-              Json{{"confirm", confirmations_.ask(guest.name(), run.key, verb)},
+              Json{{"confirm", confirmations_.issue(guest.name(), run.key, verb)},
                    {"question", fmt::format("{} done, {} left. The run ends and {}. Sure?", done, left, chamber)},
                    {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
                    {"left_s", standing.time_left ? Json(to_seconds(*standing.time_left)) : Json(nullptr)}})};
 }
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {
-  const auto found = door_.guest_of(request);
+  const auto found = door_.identify_sender(request);
   if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
   const auto& guest = std::get<Guest>(found);
-  if (auto no = door_.objection_to_change(guest, request, Role::conductor)) return *no;
+  if (auto no = door_.change_refusal(guest, request, Role::conductor)) return *no;
   if (std::ranges::find(kVerbs, verb) == kVerbs.end()) return refusal(404, "unknown request");
   const auto run = catalogue_.find(key);
   if (!run) return refusal(404, "there is no such run");
@@ -82,7 +82,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   auto asked = make_request(verb, *body);
   if (!asked) return refusal(400, asked.error().what);
   if (ends_the_run(verb) && !confirmations_.take(body->at("confirm"), guest.name(), run->key, verb))
-    return ask_back(guest, *run, verb);
+    return request_confirmation(guest, *run, verb);
   asked->for_user = guest.name();
   const auto answer = control::tell(run->path, *asked, kAnswerWithin);
   if (!answer) return refusal(503, answer.error().what);
@@ -91,16 +91,16 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
 }
 
 WebAnswer SiteAnswers::answer(const WebRequest& request) {
-  if (auto no = door_.objection(request)) return *no;
-  return request.head.method == "POST" ? change(request) : look(request);
+  if (auto no = door_.general_refusal(request)) return *no;
+  return request.head.method == "POST" ? answer_post(request) : answer_get(request);
 }
 
-WebAnswer SiteAnswers::look(const WebRequest& request) {
+WebAnswer SiteAnswers::answer_get(const WebRequest& request) {
   const auto& path = request.head.path;
   for (const auto& file : kPage)
     if (path == file.path) return page_file(file);
   if (path == "/api/v1/session") return door_.session(request);
-  const auto guest = door_.guest_of(request);
+  const auto guest = door_.identify_sender(request);
   if (const auto* no = std::get_if<WebAnswer>(&guest)) return *no;
   if (path == "/api/v1/sessions") return door_.sessions(request);
   if (path == "/api/v1/openapi.json") return {.body = std::string(openapi_text())};
@@ -113,13 +113,13 @@ WebAnswer SiteAnswers::look(const WebRequest& request) {
   if (is_below(path, kSite))
     return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
   if (is_below(path, kRuns)) {
-    auto may_still_look = [this, request] { return std::holds_alternative<Guest>(door_.guest_of(request)); };
-    return runs_.answer(request, path.substr(kRuns.size()), std::move(may_still_look));
+    auto has_access = [this, request] { return std::holds_alternative<Guest>(door_.identify_sender(request)); };
+    return runs_.answer(request, path.substr(kRuns.size()), std::move(has_access));
   }
   return refusal(404, "there is no such page");
 }
 
-WebAnswer SiteAnswers::change(const WebRequest& request) {
+WebAnswer SiteAnswers::answer_post(const WebRequest& request) {
   const auto& path = request.head.path;
   if (path == "/api/v1/login") return door_.log_in(request);
   if (path == "/api/v1/logout") return door_.log_out(request);

@@ -27,7 +27,7 @@ class RunControl {
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:
-  [[nodiscard]] WebAnswer ask_back(const Guest& guest, const FoundRun& run, const std::string& verb);
+  [[nodiscard]] WebAnswer request_confirmation(const Guest& guest, const FoundRun& run, const std::string& verb);
 
   Door& door_;
   const RunCatalogue& catalogue_;
@@ -45,8 +45,8 @@ class SiteAnswers {
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
  private:
-  [[nodiscard]] WebAnswer look(const WebRequest& request);
-  [[nodiscard]] WebAnswer change(const WebRequest& request);
+  [[nodiscard]] WebAnswer answer_get(const WebRequest& request);
+  [[nodiscard]] WebAnswer answer_post(const WebRequest& request);
 
   Door& door_;
   RunAnswers& runs_;

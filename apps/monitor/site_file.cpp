@@ -37,7 +37,7 @@ std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
   return texts;
 }
 
-NotifyAddress address_of(const TomlTable& table) {
+NotifyAddress read_address(const TomlTable& table) {
   NotifyAddress address{.name = line_at(table, "name"), .how = CommandAddress{}};
   const int ways = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
   if (ways != 1) table.mistake("name", "has one of command, mail and apprise");
@@ -50,8 +50,8 @@ NotifyAddress address_of(const TomlTable& table) {
   return address;
 }
 
-NotifyRule rule_of(const TomlTable& table) {
-  NotifyRule rule{.when = one_of(kOccasions, table, "when"), .tell = texts_at(table, "tell")};
+NotifyRule read_rule(const TomlTable& table) {
+  NotifyRule rule{.when = one_of(kOccasions, table, "when"), .addresses = texts_at(table, "tell")};
   rule.name = line_at(table, "name", word_of(kOccasions, rule.when));
   const bool waits = rule.when == Occasion::alarm || rule.when == Occasion::silent;
   if (waits)
@@ -66,7 +66,7 @@ NotifyRule rule_of(const TomlTable& table) {
   return rule;
 }
 
-MailServer mail_of(const TomlTable& table, const std::string& file) {
+MailServer read_mail_server(const TomlTable& table, const std::string& file) {
   MailServer mail{.url = line_at(table, "server"),
                   .from = line_at(table, "from"),
                   .user = line_at(table, "user", ""),
@@ -95,7 +95,7 @@ void check_names(const TomlTable& notify, const Site& site) {
   for (const auto& rule : site.rules) {
     if (!rules.insert(rule.name).second)
       notify.mistake("rule", fmt::format("two rules have the name \"{}\"", rule.name));
-    for (const auto& name : rule.tell)
+    for (const auto& name : rule.addresses)
       if (!names.contains(name))
         notify.mistake("rule", fmt::format("\"{}\" tells \"{}\", which is no address", rule.name, name));
   }
@@ -113,9 +113,9 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   if (root->has("live"))
     root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
   const auto notify = root->table("notify");
-  for (const auto& table : notify.tables("address")) site.addresses.push_back(address_of(table));
-  for (const auto& table : notify.tables("rule")) site.rules.push_back(rule_of(table));
-  if (notify.has("mail")) site.mail = mail_of(notify.table("mail"), file);
+  for (const auto& table : notify.tables("address")) site.addresses.push_back(read_address(table));
+  for (const auto& table : notify.tables("rule")) site.rules.push_back(read_rule(table));
+  if (notify.has("mail")) site.mail = read_mail_server(notify.table("mail"), file);
   check_names(notify, site);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;

@@ -58,7 +58,7 @@ struct NotifyRule {
   std::string name{};
   Occasion when{};
   /// Names of addresses, in order.
-  std::vector<std::string> tell{};
+  std::vector<std::string> addresses{};
   /// For an alarm: time between addresses. For a silent run or monitor: time before the first message.
   Duration after{};
   std::uint64_t free_bytes{};

@@ -24,14 +24,14 @@ class SiteOverview {
   [[nodiscard]] WebAnswer answer(std::string_view rest);
 
  private:
-  struct Answered {
+  struct CachedAnswer {
     /// Answer or failure.
     WebAnswer answer;
     /// Time of the answer, measured since the start of this machine.
     Duration at{};
   };
   /// The last list of rigs from the store. Times are since the start of this machine.
-  struct Live {
+  struct RigStates {
     std::string rigs = "[]";
     std::optional<Duration> answered_at{};
     std::optional<Duration> asked_at{};
@@ -39,20 +39,20 @@ class SiteOverview {
   };
   [[nodiscard]] WebAnswer site();
   [[nodiscard]] WebAnswer question(const std::string& name);
-  [[nodiscard]] std::optional<Answered> known(const std::string& name) const;
+  [[nodiscard]] std::optional<CachedAnswer> cached_answer(const std::string& name) const;
   /// Queries the store unless it was queried a moment ago or a query is in progress. Returns the known list.
-  [[nodiscard]] Live live();
-  [[nodiscard]] Live known_live() const;
+  [[nodiscard]] RigStates query_rig_states();
+  [[nodiscard]] RigStates cached_rig_states() const;
 
   std::string name_;
   std::string site_file_;
   /// Held during a query. No thread waits for it.
-  std::mutex asking_;
+  std::mutex question_mutex_;
   /// Held during a query for the list of rigs, so that a long question does not delay it. No thread waits for it.
-  std::mutex asking_live_;
-  mutable std::mutex knowing_;
-  std::map<std::string, Answered> answers_;
-  Live live_;
+  std::mutex rig_states_mutex_;
+  mutable std::mutex cache_mutex_;
+  std::map<std::string, CachedAnswer> answers_;
+  RigStates rig_states_;
 };
 
 }  // namespace gyrotherm::monitor

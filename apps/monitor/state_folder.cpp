@@ -13,7 +13,7 @@
 
 namespace gyrotherm::monitor {
 
-std::string state_folder_or_usual(const std::string& given) {
+std::string resolve_state_folder(const std::string& given) {
   if (!given.empty()) return given;
   if (const char* systemd = std::getenv("STATE_DIRECTORY")) return systemd;
   if (const char* state = std::getenv("XDG_STATE_HOME")) return std::string(state) + "/gyrotherm-monitor";

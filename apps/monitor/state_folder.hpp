@@ -11,11 +11,12 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr const char *kUsersFile = "users.json", *kSessionsFile = "sessions.json", *kToldFile = "told.json";
+inline constexpr const char *kUsersFile = "users.json", *kSessionsFile = "sessions.json",
+                            *kNotificationsFile = "told.json";
 
 /// Returns the given folder. If it is empty, returns the folder provided by systemd, or otherwise one below the user's
 /// home.
-[[nodiscard]] std::string state_folder_or_usual(const std::string& given);
+[[nodiscard]] std::string resolve_state_folder(const std::string& given);
 /// Creates the folder with mode 0700 if it does not exist. Fails with storage.
 [[nodiscard]] Result<void> make_state_folder(const std::string& folder);
 

@@ -62,8 +62,8 @@ Result<void> check_name(const std::string& name) {
   return failure(FaultKind::usage, fmt::format("\"{}\"", name), "a name is 1 to 64 letters, digits and _ . @ -");
 }
 
-Identity identity_of(const User& user) {
-  return {.name = user.name, .role = user.role, .known_by = sha256(user.password)};
+Identity make_identity(const User& user) {
+  return {.name = user.name, .role = user.role, .password_id = sha256(user.password)};
 }
 
 bool has_name(const UserList& list, const std::string& name) {
@@ -73,7 +73,7 @@ bool has_name(const UserList& list, const std::string& name) {
 
 }  // namespace
 
-std::optional<Role> role_named(std::string_view word) {
+std::optional<Role> find_role(std::string_view word) {
   for (const auto role : kRoles)
     if (word == name(role)) return role;
   return std::nullopt;
@@ -165,7 +165,7 @@ bool Users::has_any() {
   return broken_ || !list_.users.empty() || !list_.tokens.empty();
 }
 
-std::optional<Identity> Users::of_password(const std::string& name, const std::string& password) {
+std::optional<Identity> Users::find_by_password(const std::string& name, const std::string& password) {
   if (password.size() > kLongestPassword) return std::nullopt;
   std::optional<User> user;
   {
@@ -178,10 +178,10 @@ std::optional<Identity> Users::of_password(const std::string& name, const std::s
   const std::lock_guard one(one_at_a_time_);
   const bool right = fits(user ? user->password : nobody, password);
   if (!user || !right) return std::nullopt;
-  return identity_of(*user);
+  return make_identity(*user);
 }
 
-std::optional<Identity> Users::of_token(std::string_view token) {
+std::optional<Identity> Users::find_by_token(std::string_view token) {
   const auto digest = sha256(token);
   const std::lock_guard lock(mutex_);
   refresh();
@@ -191,12 +191,12 @@ std::optional<Identity> Users::of_token(std::string_view token) {
   return found;
 }
 
-std::optional<Identity> Users::of_name(const std::string& name) {
+std::optional<Identity> Users::find_by_name(const std::string& name) {
   const std::lock_guard lock(mutex_);
   refresh();
   const auto found = std::ranges::find(list_.users, name, &User::name);
   if (found == list_.users.end()) return std::nullopt;
-  return identity_of(*found);
+  return make_identity(*found);
 }
 
 }  // namespace gyrotherm::monitor

@@ -34,7 +34,7 @@ inline constexpr std::initializer_list<Role> kRoles = {Role::viewer, Role::condu
 [[nodiscard]] inline const char* name(Role role) {
   return enumerator_text<Role::administrator>({"viewer", "operator", "administrator"}, role);
 }
-[[nodiscard]] std::optional<Role> role_named(std::string_view word);
+[[nodiscard]] std::optional<Role> find_role(std::string_view word);
 
 struct User {
   std::string name;
@@ -55,7 +55,7 @@ struct Identity {
   std::string name;
   Role role{};
   /// SHA-256 of a user's stored password hash, which changes with each password.
-  std::string known_by{};
+  std::string password_id{};
 };
 
 /// Content of the file.
@@ -95,10 +95,10 @@ class Users {
   [[nodiscard]] bool has_any();
   /// Finds a user by name and password. Takes about a tenth of a second and 12 MB, one call at a time, and equally long
   /// for an unknown name.
-  [[nodiscard]] std::optional<Identity> of_password(const std::string& name, const std::string& password);
-  [[nodiscard]] std::optional<Identity> of_token(std::string_view token);
+  [[nodiscard]] std::optional<Identity> find_by_password(const std::string& name, const std::string& password);
+  [[nodiscard]] std::optional<Identity> find_by_token(std::string_view token);
   /// Finds a user by name, with the present role.
-  [[nodiscard]] std::optional<Identity> of_name(const std::string& name);
+  [[nodiscard]] std::optional<Identity> find_by_name(const std::string& name);
 
  private:
   void refresh();

@@ -26,7 +26,7 @@ struct RequestHead {
   std::size_t body_size{};
   bool keep_alive{};
   /// The client supports HTTP/1.1, so answers of unknown size may be sent in chunks.
-  bool takes_chunks{};
+  bool accepts_chunks{};
 
   /// Return the value of a header or parameter, or an empty text.
   [[nodiscard]] std::string header(const std::string& name) const {

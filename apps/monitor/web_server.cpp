@@ -34,14 +34,14 @@ constexpr std::size_t kThreads = 32;
 /// Connections waiting for a thread.
 constexpr int kMostWaiting = 32;
 /// Limit of the time from the first byte of a head to the end of the body.
-constexpr auto kHeadWithin = 1s;
-constexpr auto kWriteWithin = 5s;
+constexpr auto kHeadTimeout = 1s;
+constexpr auto kWriteTimeout = 5s;
 
 }  // namespace
 
-class WebServer::Lines {
+class WebServer::Impl {
  public:
-  Lines(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
+  Impl(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
 
   void serve() {
     std::vector<std::thread> threads;
@@ -91,11 +91,11 @@ class WebServer::Lines {
   void attend(Descriptor socket) {
     try {
       Connection connection(std::move(socket), options.tls);
-      if (!connection.greet(kHeadWithin)) return;
+      if (!connection.perform_handshake(kHeadTimeout)) return;
       std::string bytes;
       for (int i = 0; i < kMostRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
         if (!serve_one(connection, bytes)) break;
-      connection.say_goodbye();
+      connection.shut_down_sending();
     } catch (const std::exception&) {
       return;
     }
@@ -104,7 +104,7 @@ class WebServer::Lines {
   /// Waits for bytes. An idle connection ends if others wait for a thread.
   bool wait_for_request(const Connection& connection, const std::string& bytes, bool first) {
     if (!bytes.empty()) return true;
-    const Deadline deadline(first ? Duration(kHeadWithin) : Duration(kIdle));
+    const Deadline deadline(first ? Duration(kHeadTimeout) : Duration(kIdle));
     while (!deadline.over()) {
       if (connection.has_bytes(50ms)) return true;
       if (stopping || (!first && has_waiting())) return false;
@@ -115,9 +115,9 @@ class WebServer::Lines {
   /// Reads one request and answers it. Returns whether the connection continues. `bytes` keeps bytes of the next
   /// request.
   bool serve_one(Connection& connection, std::string& bytes) {
-    const Deadline deadline{Duration(kHeadWithin)};
+    const Deadline deadline{Duration(kHeadTimeout)};
     std::optional<std::size_t> end;
-    while (!(end = end_of_head(bytes)) && bytes.size() <= kLongestHead)
+    while (!(end = find_head_end(bytes)) && bytes.size() <= kLongestHead)
       if (!read_more(connection, bytes, deadline)) return bytes.empty() ? false : refuse(connection, {408, "too slow"});
     if (!end || *end > kLongestHead) return refuse(connection, {431, "the head is too long"});
     auto read = read_head(std::string_view(bytes).substr(0, *end));
@@ -148,14 +148,14 @@ class WebServer::Lines {
   static bool refuse(Connection& connection, const HeadRefusal& why, bool with_body = true) {
     auto answer = refusal(why.status, why.why);
     if (why.status == 405) answer.headers.emplace_back("Allow", "GET, POST");
-    if (connection.write(answer_head(answer, {}) + (with_body ? answer.body : ""), kWriteWithin)) drain(connection);
+    if (connection.write(answer_head(answer, {}) + (with_body ? answer.body : ""), kWriteTimeout)) drain(connection);
     return false;
   }
 
   /// Reads the remaining bytes of the client for a moment. Otherwise a reset of the connection could discard the
   /// answer.
   static void drain(Connection& connection) {
-    connection.say_goodbye();
+    connection.shut_down_sending();
     const Deadline deadline(100ms);
     std::array<char, 4096> some{};
     for (int i = 0; i < 16 && connection.read(some.data(), some.size(), deadline.left()) > 0; ++i) {
@@ -172,10 +172,10 @@ class WebServer::Lines {
 
   /// Sends an answer. Returns whether the connection continues. A stream ends when the server stops.
   bool give(Connection& connection, const WebAnswer& answer, const RequestHead& to) {
-    const auto write = [&](std::string_view bytes) { return connection.write(bytes, kWriteWithin); };
+    const auto write = [&](std::string_view bytes) { return connection.write(bytes, kWriteTimeout); };
     if (!write(answer_head(answer, to))) return false;
     if (!answer.stream) return write(answer.body) && to.keep_alive;
-    const bool in_chunks = is_in_chunks(answer, to), has_size = answer.stream_size > 0;
+    const bool in_chunks = is_chunked(answer, to), has_size = answer.stream_size > 0;
     std::uint64_t sent = 0;
     bool taken = true;
     const bool whole = answer.stream([&](std::string_view piece) {
@@ -189,7 +189,7 @@ class WebServer::Lines {
   }
 
   [[nodiscard]] bool is_host(const std::string& host) const {
-    return std::ranges::find(options.hosts, in_small_letters(host)) != options.hosts.end();
+    return std::ranges::find(options.hosts, to_lower_case(host)) != options.hosts.end();
   }
 
   /// Replaces the client's address by the one that the proxy on this machine has appended to the header.
@@ -208,37 +208,37 @@ class WebServer::Lines {
 };
 
 WebServer::WebServer(const WebServerOptions& options, Answer answer)
-    : lines_(std::make_unique<Lines>(options, std::move(answer))) {}
+    : impl_(std::make_unique<Impl>(options, std::move(answer))) {}
 WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
-  auto& options = lines_->options;
+  auto& options = impl_->options;
   auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMostWaiting);
   if (!listener)
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot be listened at: another program may be there, or the address is none of this machine's");
-  lines_->listener = std::move(*listener);
-  const int port = port_of(lines_->listener);
+  impl_->listener = std::move(*listener);
+  const int port = port_of(impl_->listener);
   std::vector<std::string> hosts;
   const bool v6 = options.address.find(':') != std::string::npos;
   auto names = options.hosts;
   names.push_back(v6 ? fmt::format("[{}]", options.address) : options.address);
   if (options.address == "127.0.0.1" || options.address == "::1") names.emplace_back("localhost");
   for (const auto& name : names) {
-    hosts.push_back(in_small_letters(fmt::format("{}:{}", name, port)));
-    if (options.behind_proxy || port == (options.tls ? 443 : 80)) hosts.push_back(in_small_letters(name));
+    hosts.push_back(to_lower_case(fmt::format("{}:{}", name, port)));
+    if (options.behind_proxy || port == (options.tls ? 443 : 80)) hosts.push_back(to_lower_case(name));
   }
   options.hosts = std::move(hosts);
   return port;
 }
 
-void WebServer::serve() { lines_->serve(); }
+void WebServer::serve() { impl_->serve(); }
 
 void WebServer::stop() {
-  lines_->stopping = true;
-  ::shutdown(lines_->listener.number(), SHUT_RDWR);  // wakes serve()
+  impl_->stopping = true;
+  ::shutdown(impl_->listener.number(), SHUT_RDWR);  // wakes serve()
 }
 
-bool WebServer::is_stopping() const { return lines_->stopping; }
+bool WebServer::is_stopping() const { return impl_->stopping; }
 
 }  // namespace gyrotherm::monitor

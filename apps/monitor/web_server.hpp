@@ -47,8 +47,8 @@ class WebServer {
   [[nodiscard]] bool is_stopping() const;
 
  private:
-  class Lines;
-  std::unique_ptr<Lines> lines_;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -52,7 +52,7 @@ class AtTheDoor : public ::testing::Test {
   static std::string let_in_by(Door& door, const std::string& cookie) {
     auto sent = request("/api/v1/runs");
     sent.head.headers["cookie"] = cookie;
-    const auto found = door.guest_of(sent);
+    const auto found = door.identify_sender(sent);
     const auto* guest = std::get_if<Guest>(&found);
     return guest == nullptr ? "" : guest->name();
   }
@@ -123,7 +123,7 @@ TEST_F(AtTheDoor, KeepsCookiesOfTwoMonitorsOnOneHost) {
     sent.head.headers["origin"] = "http://" + host;
     for (const auto& [name, secret] : kept) sent.head.headers["cookie"] += name + "=" + secret + "; ";
     sent.body = fmt::format(R"({{"name":"ada","password":"{}"}})", kPassword);
-    if (path == "/") return std::holds_alternative<Guest>(door.guest_of(sent));
+    if (path == "/") return std::holds_alternative<Guest>(door.identify_sender(sent));
     sent.head.method = "POST";
     const auto answer = door.log_in(sent);
     for (const auto& [header, value] : answer.headers)
@@ -147,9 +147,9 @@ TEST_F(AtTheDoor, ComparesHostsWithoutCase) {
   auto sent = request("/");
   sent.head.headers["host"] = "RIG.example.org:8321";
   sent.head.headers["origin"] = "http://rig.example.org:8321";
-  EXPECT_FALSE(door_.objection(sent));
+  EXPECT_FALSE(door_.general_refusal(sent));
   sent.head.headers["origin"] = "http://pig.example.org:8321";
-  EXPECT_TRUE(door_.objection(sent));
+  EXPECT_TRUE(door_.general_refusal(sent));
 }
 
 }  // namespace

@@ -16,12 +16,12 @@ using fuzz::require;
 namespace {
 
 void take(const std::string& bytes) {
-  if (const auto end = end_of_head(bytes)) require(*end <= bytes.size());
+  if (const auto end = find_head_end(bytes)) require(*end <= bytes.size());
   const auto read = read_head(bytes);
   if (const auto* refused = std::get_if<HeadRefusal>(&read))
     return require(refused->status >= 400 && *refused->why != 0);
   const auto& head = std::get<RequestHead>(read);
-  require(end_of_head(bytes) == bytes.size());
+  require(find_head_end(bytes) == bytes.size());
   require(head.path.starts_with('/') && is_utf8(head.path) && head.path.find("/../") == std::string::npos);
   require(std::ranges::none_of(head.path, [](unsigned char c) { return c < ' '; }));
   require(head.body_size <= kLargestBody && (head.method == "GET" || head.method == "POST"));
@@ -37,7 +37,7 @@ FUZZ_TARGET(request_head, const std::uint8_t* data, std::size_t size) {
   take("GET /a?" + bytes + " HTTP/1.1\r\nHost: a\r\n\r\n");
   take("POST /a HTTP/1.1\r\n" + bytes + "\r\n\r\n");
   take("POST /a HTTP/1.1\r\nContent-Length: " + bytes + "\r\n\r\n");
-  (void)cookie_in(bytes, "session");
+  (void)find_cookie(bytes, "session");
   return 0;
 }
 

@@ -89,7 +89,7 @@ TEST(AnswerHead, HasSizeOrChunkedEncoding) {
                            .headers = {},
                            .body_size = 0,
                            .keep_alive = true,
-                           .takes_chunks = true};
+                           .accepts_chunks = true};
   const auto sized = answer_head({.body = "{}", .headers = {{"Cache-Control", "private"}}}, modern);
   EXPECT_TRUE(sized.starts_with("HTTP/1.1 200 OK\r\n")) << sized;
   EXPECT_TRUE(sized.ends_with("\r\n\r\n")) << sized;
@@ -112,16 +112,16 @@ TEST(Chunk, HasItsSizeAndLastIsEmpty) {
 }
 
 TEST(RequestHead, EndsAtItsFirstEmptyLine) {
-  EXPECT_EQ(end_of_head("GET / HTTP/1.1\r\nHost: a\r\n"), std::nullopt);
-  EXPECT_EQ(end_of_head("a\r\n\r\nb"), 5u);
-  EXPECT_EQ(end_of_head("a\n\nb\r\n\r\n"), 3u);
-  EXPECT_EQ(end_of_head("a\n\r\nb"), 4u);
+  EXPECT_EQ(find_head_end("GET / HTTP/1.1\r\nHost: a\r\n"), std::nullopt);
+  EXPECT_EQ(find_head_end("a\r\n\r\nb"), 5u);
+  EXPECT_EQ(find_head_end("a\n\nb\r\n\r\n"), 3u);
+  EXPECT_EQ(find_head_end("a\n\r\nb"), 4u);
 }
 
 TEST(RequestHead, FindsCookiesByWholeName) {
-  EXPECT_EQ(cookie_in("a=1; session=two; b=3", "session"), "two");
-  EXPECT_EQ(cookie_in("xsession=1", "session"), "");
-  EXPECT_EQ(cookie_in("", "session"), "");
+  EXPECT_EQ(find_cookie("a=1; session=two; b=3", "session"), "two");
+  EXPECT_EQ(find_cookie("xsession=1", "session"), "");
+  EXPECT_EQ(find_cookie("", "session"), "");
 }
 
 }  // namespace

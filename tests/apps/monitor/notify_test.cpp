@@ -72,14 +72,14 @@ class Told : public ::testing::Test {
     std::vector<std::string> all;
     for (const auto& message : due_messages(site_, now_, utc_, memory_)) {
       all.push_back(message.address + ": " + message.subject);
-      memory_.told(message, utc_);
+      memory_.record_delivery(message, utc_);
     }
     return all;
   }
   using Messages = std::vector<std::string>;
   Site site_;
   Situation now_;
-  ToldMemory memory_;
+  NotificationMemory memory_;
   Duration utc_ = 1000h;
 };
 
@@ -109,7 +109,7 @@ TEST_F(Told, EndsEscalationWhenAcknowledged) {
 TEST_F(Told, KeepsMemoryOverRestart) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
-  auto read = ToldMemory::parse(memory_.to_text(), "told.json");
+  auto read = NotificationMemory::parse(memory_.to_text(), "told.json");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(*read, memory_);
   memory_ = std::move(*read);
@@ -124,7 +124,7 @@ TEST_F(Told, TriesAddressThreeTimesBeforeNext) {
     const auto due = due_messages(site_, now_, utc_, memory_);
     ASSERT_EQ(due.size(), 1u) << i;
     EXPECT_EQ(due.front().address, "day");
-    memory_.failed(due.front(), utc_);
+    memory_.record_failure(due.front(), utc_);
     EXPECT_TRUE(i + 1 == kMostTries || due_messages(site_, now_, utc_, memory_).empty()) << "not at once";
     utc_ += 2min;
   }
@@ -183,14 +183,14 @@ TEST_F(Told, ForgetsRunAfterDayOfAbsence) {
   EXPECT_EQ(told().size(), 1u);
   now_.runs.clear();
   EXPECT_EQ(told(), Messages{});
-  EXPECT_NE(memory_, ToldMemory{});
+  EXPECT_NE(memory_, NotificationMemory{});
   utc_ += 25h;
   EXPECT_EQ(told(), Messages{});
-  EXPECT_EQ(memory_, ToldMemory{});
+  EXPECT_EQ(memory_, NotificationMemory{});
 }
 
 TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
-  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
+  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .addresses = {"day"}, .after = 2min});
   const auto run = now_.runs.front();
   EXPECT_EQ(told(), Messages{});
   now_.runs.clear();
@@ -200,7 +200,7 @@ TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
   EXPECT_EQ(told(), Messages{}) << "it was away for a moment";
   now_.runs.clear();
   EXPECT_EQ(told(), Messages{});
-  auto read = ToldMemory::parse(memory_.to_text(), "told.json");
+  auto read = NotificationMemory::parse(memory_.to_text(), "told.json");
   ASSERT_TRUE(read) << text(read.error());
   memory_ = std::move(*read);
   utc_ += 2min;
@@ -210,11 +210,11 @@ TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
   utc_ += 25h;
   (void)told();
   EXPECT_EQ(told(), Messages{});
-  EXPECT_EQ(memory_, ToldMemory{}) << "after a day it is forgotten";
+  EXPECT_EQ(memory_, NotificationMemory{}) << "after a day it is forgotten";
 }
 
 TEST_F(Told, IgnoresRemovalOfEndedRun) {
-  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
+  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .addresses = {"day"}, .after = 2min});
   auto simulated = now_.runs.front();
   simulated.id = "s";
   simulated.simulated = true;
@@ -233,7 +233,7 @@ TEST_F(Told, RestartsWaitingTimesWhenClockIsSetBack) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   const auto due = due_messages(site_, now_, utc_, memory_);
   ASSERT_EQ(due.size(), 1u);
-  memory_.failed(due.front(), utc_);
+  memory_.record_failure(due.front(), utc_);
   utc_ -= 1h;
   EXPECT_EQ(told(), Messages{}) << "tried a moment ago";
   utc_ += 1min;

@@ -51,9 +51,9 @@ TEST(RunCatalogue, StopsCheckWhenStopping) {
   for (const auto* name : {"a.db", "b.db", "c.db"}) write_small_run(folder / name, 1);
   RunCatalogue catalogue({folder / ""});
   int asked = 0;
-  catalogue.look([&] { return ++asked == 3; });
+  catalogue.scan([&] { return ++asked == 3; });
   EXPECT_EQ(catalogue.runs().size(), 2u);
-  catalogue.look();
+  catalogue.scan();
   EXPECT_EQ(catalogue.runs().size(), 3u);
 }
 
@@ -74,7 +74,7 @@ TEST(RunCatalogue, ReportsSilenceWhileFolderHangs) {
   RunCatalogue catalogue({folder / ""});
   write_old_status(folder / "run.db", 3s);
   // A second check changes nothing.
-  catalogue.look();
+  catalogue.scan();
   ASSERT_EQ(catalogue.runs().size(), 1u);
   const auto before = catalogue.runs().front();
   ASSERT_TRUE(before.is_running());
@@ -93,14 +93,14 @@ TEST(RunCatalogue, ChecksFoldersIndependently) {
   write_small_run(other / "b.db", 1);
   RunCatalogue catalogue({one / "", other / "", one / ""});
   EXPECT_EQ(catalogue.folders().size(), 2u);
-  catalogue.look();
+  catalogue.scan();
   ASSERT_EQ(catalogue.runs().size(), 2u);
   for (const auto& path : {one / "a.db", other / "b.db"})
     for (const auto* end : {"", ".sha256", ".status"}) std::filesystem::remove(path + end);
-  catalogue.look_in(catalogue.folders().front(), [] { return false; });
+  catalogue.scan_folder(catalogue.folders().front(), [] { return false; });
   ASSERT_EQ(catalogue.runs().size(), 1u);
   EXPECT_EQ(catalogue.runs().front().name, "b");
-  catalogue.look_in(catalogue.folders().back(), [] { return false; });
+  catalogue.scan_folder(catalogue.folders().back(), [] { return false; });
   EXPECT_TRUE(catalogue.runs().empty());
 }
 
@@ -138,7 +138,7 @@ TEST(RunCatalogue, ReadsStartOfRealRunFromFirstSecond) {
   RunCatalogue catalogue({folder / ""});
   const auto comes_to = [&](Duration start) {
     for (int i = 0; i < 2000; ++i) {
-      catalogue.look();
+      catalogue.scan();
       const auto runs = catalogue.runs();
       if (!runs.empty() && runs.front().info && runs.front().info->started_utc == start) return true;
       std::this_thread::sleep_for(10ms);
@@ -153,11 +153,11 @@ TEST(RunCatalogue, ReadsStartOfRealRunFromFirstSecond) {
 }
 
 /// Returns all messages for a watcher until no more arrive.
-std::string told_to(RunFeed::Watch& watch, RunFeed& feed, FeedPlace& place) {
+std::string told_to(RunFeed::Watch& watch, RunFeed& feed, FeedPosition& position) {
   std::string told;
   for (int i = 0; i < 20; ++i) {
     feed.read();
-    told += watch.next(place, 1ms);
+    told += watch.next(position, 1ms);
   }
   return told;
 }
@@ -172,11 +172,11 @@ TEST(RunFeed, SendsEveryEventOfEndedRun) {
     ASSERT_TRUE((*store)->append(small_sample(0, false), events) && (*store)->finish());
   }
   RunCatalogue catalogue({folder / ""});
-  catalogue.look();
+  catalogue.scan();
   RunFeed feed(catalogue);
   RunFeed::Watch watch(feed, catalogue.runs().front().key);
-  FeedPlace place;
-  const auto told = told_to(watch, feed, place);
+  FeedPosition position;
+  const auto told = told_to(watch, feed, position);
   std::multiset<std::string> numbers;
   for (std::size_t at = 0; (at = told.find("\"number\":", at)) != std::string::npos; ++at)
     numbers.insert(told.substr(at, told.find(',', at) - at));
@@ -212,21 +212,21 @@ TEST(RunFeed, RestartsWhenRecordIsReplaced) {
     write_noted_run(folder / "run.db", first, 200);
     write_noted_run(elsewhere / "run.db", second, 100);
     RunCatalogue catalogue({folder / ""});
-    catalogue.look();
+    catalogue.scan();
     RunFeed feed(catalogue);
     RunFeed::Watch watch(feed, catalogue.runs().front().key);
-    FeedPlace place;
-    EXPECT_EQ(slots_in(told_to(watch, feed, place)).size(), 200u);
+    FeedPosition position;
+    EXPECT_EQ(slots_in(told_to(watch, feed, position)).size(), 200u);
     if (nothing_was_seen_there) {
       std::filesystem::remove(folder / "run.db");
       std::filesystem::remove(folder / "run.db.status");
-      catalogue.look();
+      catalogue.scan();
       ASSERT_TRUE(catalogue.runs().empty());
-      EXPECT_EQ(told_to(watch, feed, place), "");
+      EXPECT_EQ(told_to(watch, feed, position), "");
     }
     std::filesystem::rename(elsewhere / "run.db", folder / "run.db");
-    catalogue.look();
-    const auto told = told_to(watch, feed, place);
+    catalogue.scan();
+    const auto told = told_to(watch, feed, position);
     EXPECT_NE(told.find(R"("id":")" + second), std::string::npos) << "its status";
     EXPECT_NE(told.find("of " + second), std::string::npos) << "its event";
     std::vector<int> all(100);
@@ -250,7 +250,7 @@ TEST(RunFeed, SendsPresentAgeToLateWatcher) {
   const tests::TestFolder folder;
   RunCatalogue catalogue({folder / ""});
   const auto comes_to = [&](bool (FoundRun::*state)() const) {
-    catalogue.look();
+    catalogue.scan();
     const auto runs = catalogue.runs();
     return !runs.empty() && (runs.front().*state)();
   };
@@ -261,8 +261,8 @@ TEST(RunFeed, SendsPresentAgeToLateWatcher) {
   const auto key = catalogue.runs().front().key;
   const auto age_told = [&] {
     RunFeed::Watch watch(feed, key);
-    FeedPlace place;
-    const auto told = told_to(watch, feed, place);
+    FeedPosition position;
+    const auto told = told_to(watch, feed, position);
     const std::string before = R"("age_s":)";
     const auto at = told.find(before);
     EXPECT_NE(at, std::string::npos) << told;
@@ -272,7 +272,7 @@ TEST(RunFeed, SendsPresentAgeToLateWatcher) {
   const auto then = age_told();
   EXPECT_GT(then, 5);
   std::this_thread::sleep_for(50ms);
-  catalogue.look();
+  catalogue.scan();
   EXPECT_GE(age_told(), then + 0.05);
 }
 
@@ -444,7 +444,7 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
   left.status.being_written = false;
   left.age_s.reset();
   left.status.standing.state = RunState::held;
-  ASSERT_TRUE(silent.is_silent() && left.was_left());
+  ASSERT_TRUE(silent.is_silent() && left.was_abandoned());
   const auto text = compute_figures({run_on("three", "goes on"), silent, left});
   const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms"};
   EXPECT_EQ(figures_with(text, "left"), known);
@@ -470,11 +470,11 @@ TEST(Metrics, AreValidUtf8ForAnyRecordName) {
   run.status.being_written = true;
   FoundRun left;
   left.name = "left";
-  ASSERT_TRUE(left.was_left());
+  ASSERT_TRUE(left.was_abandoned());
   left.status.standing.state = RunState::aborted;
-  EXPECT_FALSE(left.was_left()) << "that was its end";
+  EXPECT_FALSE(left.was_abandoned()) << "that was its end";
   left.status.standing.state = RunState::aborting;
-  ASSERT_TRUE(left.was_left()) << "nobody knows whether the chamber was made safe";
+  ASSERT_TRUE(left.was_abandoned()) << "nobody knows whether the chamber was made safe";
   const auto text = metrics_text({run, left}, {.watchers = 0, .cache_bytes = 0});
   EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos) << "nobody carries the other out";
   EXPECT_NE(text.find("{run=\"b\uFFFD\\\"ü\\n\\\\\",rig=\"\""), std::string::npos) << text.substr(0, 400);

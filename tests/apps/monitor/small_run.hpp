@@ -63,7 +63,7 @@ inline void write_small_run(const std::string& path, std::int64_t seconds, std::
 
 inline FoundRun found_in(const std::string& folder) {
   RunCatalogue catalogue({folder});
-  catalogue.look();
+  catalogue.scan();
   const auto runs = catalogue.runs();
   EXPECT_EQ(runs.size(), 1u);
   return runs.empty() ? FoundRun{} : runs.front();

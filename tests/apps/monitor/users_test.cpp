@@ -34,12 +34,12 @@ TEST(Users, AreIdentifiedOnlyByPassword) {
   put(site.file, "ada", Role::conductor);
   Users users(site.file);
   ASSERT_TRUE(users.load());
-  const auto ada = users.of_password("ada", "a long password");
+  const auto ada = users.find_by_password("ada", "a long password");
   ASSERT_TRUE(ada);
   EXPECT_EQ(ada->role, Role::conductor);
-  EXPECT_FALSE(users.of_password("ada", "a long passwore"));
-  EXPECT_FALSE(users.of_password("eve", "a long password"));
-  EXPECT_FALSE(users.of_password("ada", ""));
+  EXPECT_FALSE(users.find_by_password("ada", "a long passwore"));
+  EXPECT_FALSE(users.find_by_password("eve", "a long password"));
+  EXPECT_FALSE(users.find_by_password("ada", ""));
 }
 
 TEST(Users, AreStoredInPrivateFileWithoutSecrets) {
@@ -60,7 +60,7 @@ TEST(Users, AreStoredInPrivateFileWithoutSecrets) {
   ::chmod(site.file.c_str(), 0640);
   EXPECT_FALSE(read_users(site.file)) << "a file that others read lets nobody in";
   Users users(site.file);
-  EXPECT_FALSE(users.of_name("ada"));
+  EXPECT_FALSE(users.find_by_name("ada"));
   EXPECT_TRUE(users.has_any()) << "and does not open the door";
 }
 
@@ -68,10 +68,10 @@ TEST(Users, AreRejectedAtOnceWhenRemoved) {
   const Site site;
   put(site.file, "ada", Role::viewer);
   Users users(site.file);
-  ASSERT_TRUE(users.of_name("ada"));
+  ASSERT_TRUE(users.find_by_name("ada"));
   auto list = read_users(site.file);
   ASSERT_TRUE(list && remove_name(*list, "ada") && write_users(site.file, *list));
-  EXPECT_FALSE(users.of_name("ada"));
+  EXPECT_FALSE(users.find_by_name("ada"));
   EXPECT_FALSE(users.has_any());
   EXPECT_FALSE(remove_name(*list, "ada"));
 }
@@ -93,10 +93,10 @@ TEST(Users, RequireWholeToken) {
   ASSERT_TRUE(secret && write_users(site.file, list));
   EXPECT_EQ(secret->size(), 43u);
   Users users(site.file);
-  EXPECT_TRUE(users.of_token(*secret));
-  EXPECT_FALSE(users.of_token(secret->substr(1)));
-  EXPECT_FALSE(users.of_token(*secret + "A"));
-  EXPECT_FALSE(users.of_token(""));
+  EXPECT_TRUE(users.find_by_token(*secret));
+  EXPECT_FALSE(users.find_by_token(secret->substr(1)));
+  EXPECT_FALSE(users.find_by_token(*secret + "A"));
+  EXPECT_FALSE(users.find_by_token(""));
 }
 
 TEST(Sessions, SurviveRestartAndExpireUnused) {
@@ -114,7 +114,7 @@ TEST(Sessions, SurviveRestartAndExpireUnused) {
   const auto found = sessions.find(secret);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->user, "ada");
-  EXPECT_EQ(found->known_by, "a password");
+  EXPECT_EQ(found->password_id, "a password");
   EXPECT_EQ(read_text_file(file)->find(secret), std::string::npos);
   EXPECT_FALSE(sessions.find(random_secret()));
   clock.advance(Sessions::kLongestUnused + 1min);
@@ -138,13 +138,13 @@ TEST(Sessions, EndWhenClosedOrAfterWeek) {
 TEST(Confirmations, AreValidOnceForTheirCommandWithinHalfMinute) {
   VirtualClock clock;
   Confirmations confirmations(clock);
-  const auto word = confirmations.ask("ada", "run", "stop");
+  const auto word = confirmations.issue("ada", "run", "stop");
   EXPECT_FALSE(confirmations.take(word, "eve", "run", "stop")) << "and it is used up";
   EXPECT_FALSE(confirmations.take(word, "ada", "run", "stop"));
-  const auto second = confirmations.ask("ada", "run", "stop");
+  const auto second = confirmations.issue("ada", "run", "stop");
   EXPECT_TRUE(confirmations.take(second, "ada", "run", "stop"));
   EXPECT_FALSE(confirmations.take(second, "ada", "run", "stop"));
-  const auto late = confirmations.ask("ada", "run", "stop");
+  const auto late = confirmations.issue("ada", "run", "stop");
   clock.advance(31s);
   EXPECT_FALSE(confirmations.take(late, "ada", "run", "stop"));
   EXPECT_FALSE(confirmations.take("", "ada", "run", "stop"));

@@ -57,9 +57,9 @@ Result<TlsServer> TlsServer::load(const std::string& certificate_file, const std
                    SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
-    return failure(FaultKind::bad_file, certificate_file, "is no certificate in PEM: " + last_tls_error());
+    return failure(FaultKind::bad_file, certificate_file, "is not a certificate in PEM format: " + last_tls_error());
   if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
-    return failure(FaultKind::bad_file, key_file, "is not the key of the certificate: " + last_tls_error());
+    return failure(FaultKind::bad_file, key_file, "does not match the certificate: " + last_tls_error());
   return server;
 }
 

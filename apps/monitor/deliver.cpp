@@ -173,7 +173,7 @@ std::string mail_text(const MailServer& server, const MailAddress& to, const Let
 
 Result<void> send_mail(const MailServer& server, const MailAddress& to, const Letter& letter, Duration utc) {
   const auto curl = new_curl(server.url, kDeliveryTimeout);
-  if (!curl) return failure(FaultKind::disconnected, server.url, "no mail can be sent");
+  if (!curl) return failure(FaultKind::disconnected, server.url, "libcurl cannot be initialised");
   struct Rest {
     std::string text;
     std::size_t sent{};

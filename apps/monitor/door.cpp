@@ -79,7 +79,7 @@ std::variant<Guest, WebAnswer> Door::identify_sender(const WebRequest& request) 
     const auto identity =
         sent.starts_with(kBearer) ? users_.find_by_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
     if (!identity && !logins_.take("token " + request.peer))
-      return refusal(429, "too many wrong tokens from this address");
+      return refusal(429, "too many invalid tokens from this address; wait a minute");
     if (!identity) return refusal(401, "unknown token");
     return Guest{.identity = identity};
   }
@@ -101,9 +101,9 @@ std::optional<WebAnswer> Door::change_refusal(const Guest& guest, const WebReque
   if (!options_.control) return refusal(403, "this monitor is read-only; it was started without --control");
   if (!guest.identity) return refusal(403, "controlling a run requires a user; add users first");
   if (!guest.has_role(role))
-    return refusal(403, fmt::format("the role {} may not do this", name(guest.identity->role)));
+    return refusal(403, fmt::format("the role {} does not permit this action", name(guest.identity->role)));
   if (!guest.session) return std::nullopt;
-  if (!says_where_from(request)) return refusal(403, "the request has no header that states its origin");
+  if (!says_where_from(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
   if (!equal_secrets(guest.session->csrf, request.head.header("x-csrf-token")))
     return refusal(403, "the request does not come from the page");
   return std::nullopt;
@@ -112,7 +112,7 @@ std::optional<WebAnswer> Door::change_refusal(const Guest& guest, const WebReque
 WebAnswer Door::log_in(const WebRequest& request) {
   const auto body = read_body(request, {"name", "password"});
   if (!body) return refusal(400, body.error().what);
-  if (!says_where_from(request)) return refusal(403, "the request has no header that states its origin");
+  if (!says_where_from(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
   const auto& name = body->at("name");
   if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many login attempts; wait a minute");
   const auto identity = users_.find_by_password(name, body->at("password"));

@@ -37,7 +37,7 @@ Result<NotificationMemory> NotificationMemory::parse(std::string_view text, cons
   const auto root = JsonNode::parse(text, file);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kMemorySchema)
-    schema.mistake(std::string("another schema, expected ") + kMemorySchema);
+    schema.mistake(std::string("unknown schema, expected ") + kMemorySchema);
   NotificationMemory memory;
   read_json(*root, memory);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
@@ -173,7 +173,7 @@ void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRu
       if (run.running && run.free_bytes && *run.free_bytes < rule.free_bytes)
         found.push_back({.key = key("disk"),
                          .subject = "Disk low: " + describe_run(site, run),
-                         .text = fmt::format("{:.1f} GB are free where {} is recorded",
+                         .text = fmt::format("{:.1f} GB free on the disk of {}",
                                              static_cast<double>(*run.free_bytes) / 1e9, run.record),
                          .record = run.record,
                          .alarm = {}});
@@ -183,10 +183,10 @@ void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRu
         found.push_back({.key = key("silent"),
                          .subject = "Silent: " + describe_run(site, run),
                          .text = run.missing
-                                     ? fmt::format("{} cannot be seen any more, and nobody saw the run end: its folder "
-                                                   "is away, or the record was taken away",
+                                     ? fmt::format("{} is missing, and the end of the run was not observed; its folder "
+                                                   "may be unmounted, or the record was moved or deleted",
                                                    run.record)
-                                     : fmt::format("the program that carries {} out does not answer", run.record),
+                                     : fmt::format("the program that executes {} does not answer", run.record),
                          .record = run.record,
                          .alarm = {},
                          .wait = rule.after});
@@ -205,7 +205,7 @@ std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const
     found.push_back(
         {.key = fmt::format("{}|{}", rule.name, rule.monitor),
          .subject = fmt::format("{}{} does not answer", site.name.empty() ? "" : site.name + ": ", rule.monitor),
-         .text = fmt::format("{} has not answered for {}; its machine, or the way to it, may be down", rule.monitor,
+         .text = fmt::format("{} has not answered for {}; its machine or the network may be down", rule.monitor,
                              spoken(rule.after)),
          .record = {},
          .alarm = {},

@@ -117,7 +117,7 @@ Trouble read_body_size(RequestHead& head) {
   constexpr std::size_t kLongestNumber = 9;
   if (text.size() > kLongestNumber) return HeadRefusal{413, "the body is too long"};
   std::from_chars(text.data(), text.data() + text.size(), head.body_size);
-  if (head.method == "GET" && head.body_size > 0) return HeadRefusal{400, "body not supported in a GET"};
+  if (head.method == "GET" && head.body_size > 0) return HeadRefusal{400, "a GET must not have a body"};
   return head.body_size > kLargestBody ? Trouble(HeadRefusal{413, "the body is too long"}) : std::nullopt;
 }
 

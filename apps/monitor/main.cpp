@@ -71,7 +71,7 @@ Result<void> check_writer(const std::string& folder) {
   const auto* owner = ::getpwuid(facts.st_uid);
   const auto user = owner != nullptr ? std::string(owner->pw_name) : fmt::format("#{}", facts.st_uid);
   return failure(FaultKind::bad_file, folder,
-                 fmt::format("belongs to {0}, as whom its users are changed: sudo -u {0} gyrotherm-monitor …", user));
+                 fmt::format("belongs to {0}; run the command as that user: sudo -u {0} gyrotherm-monitor …", user));
 }
 
 Result<std::string> users_file(const UserArguments& options) {
@@ -101,12 +101,12 @@ Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
     return put_token(list, options.name, *find_role(options.role)).and_then([](const std::string& secret) {
       auto said = write_to_stdout(secret + "\n");
-      return said && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "nobody reads it: no token is made")
+      return said && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "is closed, so no token was created")
                                         : said;
     });
   };
   if (auto added = change_users(options, add); !added) return added;
-  write_to_stderr("Keep it: it cannot be shown again. A script sends it as \"Authorization: Bearer …\".\n");
+  write_to_stderr("Store this token: it cannot be printed again. A script sends it as \"Authorization: Bearer …\".\n");
   return {};
 }
 
@@ -145,7 +145,7 @@ void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&ac
   add(user, "add", "Adds a user, or changes role and password; prompts for the password, or reads it from stdin.",
       add_user, true, true);
   add(user, "list", "Lists users and tokens.", list_users, false, false);
-  add(user, "remove", "Removes a user or a token; their sessions end.", remove_user, true, false);
+  add(user, "remove", "Removes a user or a token and ends its sessions.", remove_user, true, false);
   auto& token = *cli.add_subcommand(
       "token", "Example: gyrotherm-monitor token add prometheus --role viewer\n\nManages tokens for scripts.");
   token.require_subcommand(1);
@@ -156,11 +156,11 @@ void add_serve_options(CLI::App& cli, MonitorOptions& options) {
   cli.add_option("--folder", options.folders, "folder with records; may be given several times");
   cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 selects a free port")->capture_default_str();
   cli.add_option("--host", options.hosts, "additional host name of the page");
-  cli.add_option("--site", options.site_file, "a site file: recipients of notifications (docs/monitor.md)");
+  cli.add_option("--site", options.site_file, "site file with the notification rules (docs/monitor.md)");
   cli.add_option("--state", options.state_folder, "the folder of the monitor's users and sessions");
   cli.add_flag("--control", options.control, "permit operators to control runs");
   cli.add_option("--certificate", options.certificate, "certificate chain in PEM, for TLS");
-  cli.add_option("--key", options.key, "its key in PEM");
+  cli.add_option("--key", options.key, "private key of the certificate in PEM");
   cli.add_flag("--behind-proxy", options.behind_proxy,
                "a proxy on this machine terminates TLS and forwards the client address");
 }

@@ -64,7 +64,7 @@ struct Address {
 
 Result<Address> parse_address(const std::string& option, const std::string& text) {
   const auto wrong = [&] {
-    return failure(FaultKind::usage, option + " " + text, "expected ADDRESS:PORT, as 127.0.0.1:8321");
+    return failure(FaultKind::usage, option + " " + text, "expected ADDRESS:PORT, such as 127.0.0.1:8321");
   };
   const auto colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return wrong();

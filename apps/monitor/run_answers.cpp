@@ -92,9 +92,10 @@ WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
   if (!channels) return refusal(400, "unknown channel in \"channels\"");
   const auto from = parse_whole(head.parameter("from"), 0), to = parse_whole(head.parameter("to"), run.status.slot);
   const auto buckets = parse_whole(head.parameter("buckets"), 2000);
-  if (!from || !to || *from < 0) return refusal(400, "\"from\" and \"to\" are seconds since the run started");
+  if (!from || !to || *from < 0)
+    return refusal(400, "expected seconds since the start of the run for \"from\" and \"to\"");
   if (!buckets || *buckets < 1 || *buckets > kMostBuckets)
-    return refusal(400, fmt::format("\"buckets\" is 1 to {}", kMostBuckets));
+    return refusal(400, fmt::format("expected 1 to {} for \"buckets\"", kMostBuckets));
   const SeriesRequest requested{.channels = *channels,
                                 .from = *from,
                                 .to = std::min(*to, std::max(run.status.slot, *from) + 60),
@@ -110,10 +111,11 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::
   const auto last = head.header("last-event-id");
   const auto slot = parse_whole(last.empty() ? head.parameter("after") : last, run.status.slot);
   const auto event = parse_whole(head.parameter("event"), -1);
-  if (!slot || !event) return refusal(400, "Last-Event-ID is the last second that came");
+  if (!slot || !event)
+    return refusal(400, "Last-Event-ID is not the number of a second, or \"event\" is not the number of an event");
   auto watch = std::make_shared<RunFeed::Watch>(feed_, run.key);
   if (feed_.watchers() > kMostWatchers) {
-    auto full = refusal(503, "too many watchers; try again later");
+    auto full = refusal(503, "too many watchers; retry in 10 s");
     full.headers.emplace_back("Retry-After", "10");
     return full;
   }

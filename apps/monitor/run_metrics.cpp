@@ -65,41 +65,42 @@ struct Metric {
   std::optional<double> (*value)(const FoundRun& run);
 };
 constexpr std::array kMetrics{
-    Metric{"gyrotherm_run_up", "Whether the program that carries the run out answers.", Of::going_on,
+    Metric{"gyrotherm_run_up", "1 if the program that executes the run answers, otherwise 0.", Of::going_on,
            [](const FoundRun& run) -> std::optional<double> { return run.is_running() && !run.is_silent() ? 1 : 0; }},
-    Metric{"gyrotherm_run_status_age_seconds", "Since the run's status was written.", Of::going_on,
+    Metric{"gyrotherm_run_status_age_seconds", "Time since the status of the run was written.", Of::going_on,
            [](const FoundRun& run) { return run.age_s; }},
-    Metric{"gyrotherm_run_second", "The last second that has a sample.", Of::going_on,
+    Metric{"gyrotherm_run_second", "Number of the last second with a sample.", Of::going_on,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.slot); }},
-    Metric{"gyrotherm_run_alarms", "Alarms that await an acknowledgement.", Of::all,
+    Metric{"gyrotherm_run_alarms", "Unacknowledged alarms.", Of::all,
            [](const FoundRun& run) -> std::optional<double> {
              return static_cast<double>(record::count_unacknowledged(run.status.alarms));
            }},
-    Metric{"gyrotherm_run_backlog_seconds", "Seconds that wait for the disk.", Of::answering,
+    Metric{"gyrotherm_run_backlog_seconds", "Seconds of samples that are not yet on the disk.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.backlog_s); }},
-    Metric{"gyrotherm_run_faults_total", "Readings that were faults, since the run started.", Of::answering,
+    Metric{"gyrotherm_run_faults_total", "Faulty readings since the start of the run.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.faults); }},
-    Metric{"gyrotherm_run_faults_now", "Faults that stand now.", Of::answering,
+    Metric{"gyrotherm_run_faults_now", "Faults that are active now.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> {
              return static_cast<double>(run.status.standing.faults_now.size());
            }},
-    Metric{"gyrotherm_run_segment", "The segment of the profile, from 1.", Of::answering,
+    Metric{"gyrotherm_run_segment", "Current segment of the profile, from 1.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> { return run.status.segment_index + 1; }},
-    Metric{"gyrotherm_run_segments", "The segments that the profile has.", Of::answering,
+    Metric{"gyrotherm_run_segments", "Number of segments of the profile.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> { return run.status.segment_count; }},
-    Metric{"gyrotherm_run_left_seconds", "Left if every soak counts from now on.", Of::answering,
+    Metric{"gyrotherm_run_left_seconds", "Remaining time if no soak is interrupted again.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> {
              return run.status.standing.time_left ? std::optional(to_seconds(*run.status.standing.time_left))
                                                   : std::nullopt;
            }},
-    Metric{"gyrotherm_run_behind_plan_seconds", "That went by without the profile's clock.", Of::answering,
+    Metric{"gyrotherm_run_behind_plan_seconds", "Time for which the clock of the profile has been stopped.",
+           Of::answering,
            [](const FoundRun& run) -> std::optional<double> {
              return run.status.standing.behind_plan ? std::optional(to_seconds(*run.status.standing.behind_plan))
                                                     : std::nullopt;
            }},
-    Metric{"gyrotherm_run_set_point_celsius", "What the profile asks for.", Of::answering,
+    Metric{"gyrotherm_run_set_point_celsius", "Set point of the profile.", Of::answering,
            [](const FoundRun& run) { return number_of(run.status.set_point); }},
-    Metric{"gyrotherm_run_chamber_air_celsius", "The chamber's air.", Of::answering,
+    Metric{"gyrotherm_run_chamber_air_celsius", "Air temperature of the chamber.", Of::answering,
            [](const FoundRun& run) { return number_of(run.status.chamber_air); }}};
 
 /// Returns the head of a metric. A metric whose name ends in _total is a counter.
@@ -127,7 +128,7 @@ void add_states(std::string& text, const std::vector<FoundRun>& runs) {
       for (const auto state : kRunStates)
         lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", labels_of(run), name(state),
                              run.status.standing.state == state ? 1 : 0);
-  add(text, "gyrotherm_run_state", "1 for the state that the run is in.", lines);
+  add(text, "gyrotherm_run_state", "1 for the current state of the run, 0 for other states.", lines);
 }
 
 void add_thermometers(std::string& text, const std::vector<FoundRun>& runs) {
@@ -138,7 +139,7 @@ void add_thermometers(std::string& text, const std::vector<FoundRun>& runs) {
         if (reading && std::isfinite(reading->value))
           lines += fmt::format("gyrotherm_run_thermometer_celsius{{{},channel=\"{}\"}} {}\n", labels_of(run),
                                escaped(channel), reading->value);
-  add(text, "gyrotherm_run_thermometer_celsius", "What a thermometer reads, as read.", lines);
+  add(text, "gyrotherm_run_thermometer_celsius", "Uncorrected reading of a thermometer.", lines);
 }
 
 void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
@@ -146,7 +147,7 @@ void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
   for (const auto& run : runs)
     if (has(Of::answering, run) && run.free_bytes)
       lines += fmt::format("gyrotherm_disk_free_bytes{{{}}} {}\n", labels_of(run), *run.free_bytes);
-  add(text, "gyrotherm_disk_free_bytes", "Free where the run's record lies.", lines);
+  add(text, "gyrotherm_disk_free_bytes", "Free space on the disk of the record.", lines);
 }
 
 /// Returns whether an ended run needs attention.
@@ -188,11 +189,10 @@ std::string metrics_text(const std::vector<FoundRun>& runs, const MonitorMetrics
   const auto add_own = [&](const char* name, const char* help, auto value) {
     text += head_of(name, help) + fmt::format("{} {}\n", name, value);
   };
-  add_own("gyrotherm_runs_going_on", "Runs that a program carries out.",
-          std::ranges::count_if(told, &FoundRun::is_running));
+  add_own("gyrotherm_runs_going_on", "Active runs.", std::ranges::count_if(told, &FoundRun::is_running));
   add_own("gyrotherm_runs_found", "Records in the monitor's folders.", runs.size());
-  add_own("gyrotherm_monitor_watchers", "Pages that watch a run.", own.watchers);
-  add_own("gyrotherm_monitor_cache_bytes", "Memory that holds overviews of runs.", own.cache_bytes);
+  add_own("gyrotherm_monitor_watchers", "Connected pages that watch a run.", own.watchers);
+  add_own("gyrotherm_monitor_cache_bytes", "Memory used for chart overviews.", own.cache_bytes);
   return text;
 }
 

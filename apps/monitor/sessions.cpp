@@ -29,7 +29,7 @@ Result<void> Sessions::load() {
   const auto root = JsonNode::parse(**text, path_);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kSessionsSchema)
-    schema.mistake(std::string("another schema, expected ") + kSessionsSchema);
+    schema.mistake(std::string("unknown schema, expected ") + kSessionsSchema);
   std::vector<Session> list;
   read_json((*root)["sessions"], list);
   if (auto verdict = root->verdict(); !verdict) return verdict;

@@ -126,7 +126,7 @@ WebAnswer SiteAnswers::answer_post(const WebRequest& request) {
   if (path == "/api/v1/sessions") return door_.sessions(request);
   const auto slash = path.rfind('/');
   if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size()) {
-    auto no = refusal(405, "nothing is sent there");
+    auto no = refusal(405, "this path accepts only GET");
     no.headers.emplace_back("Allow", "GET");
     return no;
   }

@@ -25,7 +25,7 @@ bool is_one_line(const std::string& text) {
 /// Reads a text that is used as a mail header or as a line to a server. It must not contain control characters.
 std::string line_at(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
   auto text = table.text(key, fallback);
-  if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" has control characters", key));
+  if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
   return text;
 }
 
@@ -33,19 +33,20 @@ std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
   auto texts = table.texts(key);
   if (texts.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected a list of texts", key));
   for (const auto& text : texts)
-    if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" has control characters", key));
+    if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
   return texts;
 }
 
 NotifyAddress read_address(const TomlTable& table) {
   NotifyAddress address{.name = line_at(table, "name"), .how = CommandAddress{}};
   const int ways = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
-  if (ways != 1) table.mistake("name", "has one of command, mail and apprise");
+  if (ways != 1) table.mistake("name", "expected exactly one of command, mail and apprise");
   if (table.has("command")) address.how = CommandAddress{texts_at(table, "command")};
   if (table.has("mail")) address.how = MailAddress{texts_at(table, "mail")};
   if (table.has("apprise")) {
     address.how = AppriseAddress{line_at(table, "apprise")};
-    if (std::get<AppriseAddress>(address.how).url.starts_with('-')) table.mistake("apprise", "is no URL");
+    if (std::get<AppriseAddress>(address.how).url.starts_with('-'))
+      table.mistake("apprise", "starts with '-', expected a URL");
   }
   return address;
 }
@@ -61,7 +62,7 @@ NotifyRule read_rule(const TomlTable& table) {
     rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesOfGigabyte);
   if (rule.when == Occasion::silent) rule.monitor = line_at(table, "monitor", "");
   if (!rule.monitor.empty() && !rule.monitor.starts_with("http://") && !rule.monitor.starts_with("https://"))
-    table.mistake("monitor", "is no address of a monitor, expected http://… or https://…");
+    table.mistake("monitor", "is not the address of a monitor, expected http://… or https://…");
   rule.simulated = table.boolean("simulated", false);
   return rule;
 }
@@ -73,12 +74,12 @@ MailServer read_mail_server(const TomlTable& table, const std::string& file) {
                   .password = {},
                   .must_be_secure = table.boolean("secure", true)};
   if (!mail.url.starts_with("smtp://") && !mail.url.starts_with("smtps://"))
-    table.mistake("server", "is no mail server, expected smtp://HOST:PORT or smtps://HOST:PORT");
+    table.mistake("server", "is not the address of a mail server, expected smtp://HOST:PORT or smtps://HOST:PORT");
   if (mail.user.empty()) return mail;
   const auto name = std::filesystem::path(file).parent_path() / table.text("password_file");
   const auto password = read_private_file(name.string());
   if (!password || !*password)
-    table.mistake("password_file", password ? name.string() + " is not there" : text(password.error()));
+    table.mistake("password_file", password ? name.string() + " does not exist" : text(password.error()));
   else
     mail.password = (*password)->substr(0, (*password)->find('\n'));
   return mail;
@@ -87,17 +88,19 @@ MailServer read_mail_server(const TomlTable& table, const std::string& file) {
 void check_names(const TomlTable& notify, const Site& site) {
   std::set<std::string> names;
   for (const auto& address : site.addresses) {
-    if (!names.insert(address.name).second) notify.mistake("address", fmt::format("\"{}\" stands twice", address.name));
+    if (!names.insert(address.name).second)
+      notify.mistake("address", fmt::format("duplicate address \"{}\"", address.name));
     if (std::holds_alternative<MailAddress>(address.how) && !site.mail)
-      notify.mistake("address", fmt::format("\"{}\" is told by mail, and there is no [notify.mail]", address.name));
+      notify.mistake("address",
+                     fmt::format("\"{}\" requires a mail server, but [notify.mail] is missing", address.name));
   }
   std::set<std::string> rules;
   for (const auto& rule : site.rules) {
-    if (!rules.insert(rule.name).second)
-      notify.mistake("rule", fmt::format("two rules have the name \"{}\"", rule.name));
+    if (!rules.insert(rule.name).second) notify.mistake("rule", fmt::format("duplicate rule \"{}\"", rule.name));
     for (const auto& name : rule.addresses)
       if (!names.contains(name))
-        notify.mistake("rule", fmt::format("\"{}\" tells \"{}\", which is no address", rule.name, name));
+        notify.mistake(
+            "rule", fmt::format("rule \"{}\" notifies \"{}\", which is not an address of this file", rule.name, name));
   }
 }
 

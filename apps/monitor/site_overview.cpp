@@ -35,7 +35,9 @@ Json add_age(const std::string& rigs, Duration since) {
 }
 
 WebAnswer query_pending_answer() {
-  WebAnswer answer{.status = 503, .body = text_of(Json{{"error", "the store is being asked"}, {"asking", true}})};
+  WebAnswer answer{
+      .status = 503,
+      .body = text_of(Json{{"error", "a query to the store is in progress; retry in 1 s"}, {"asking", true}})};
   answer.headers.emplace_back("Retry-After", "1");
   return answer;
 }
@@ -46,7 +48,7 @@ WebAnswer SiteOverview::answer(std::string_view rest) {
   if (rest.empty()) return site();
   const auto name = rest.substr(1);
   if (site_file_.empty() || std::ranges::find(kQuestions, name) == kQuestions.end())
-    return refusal(404, "the site has no such question");
+    return refusal(404, "unknown question to the site");
   return question(std::string(name));
 }
 
@@ -82,7 +84,7 @@ SiteOverview::RigStates SiteOverview::query_rig_states() {
   const bool is_list = json && Json::parse(*json, nullptr, false).is_array();
   const std::lock_guard cache_lock(cache_mutex_);
   rig_states_.asked_at = since_boot();
-  rig_states_.error = is_list ? "" : json ? "no list of rigs" : json.error().what;
+  rig_states_.error = is_list ? "" : json ? "the answer of gyrotherm-site is not a list of rigs" : json.error().what;
   if (is_list) {
     rig_states_.rigs = *json;
     rig_states_.answered_at = rig_states_.asked_at;

@@ -59,7 +59,8 @@ bool fits(const std::string& hash, const std::string& password) {
 
 Result<void> check_name(const std::string& name) {
   if (control::is_user_name(name)) return {};
-  return failure(FaultKind::usage, fmt::format("\"{}\"", name), "a name is 1 to 64 letters, digits and _ . @ -");
+  return failure(FaultKind::usage, fmt::format("\"{}\"", name),
+                 "expected a name of 1 to 64 letters, digits and _ . @ -");
 }
 
 Identity make_identity(const User& user) {
@@ -87,7 +88,7 @@ Result<UserList> read_users(const std::string& path) {
   const auto root = JsonNode::parse(**text, path);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kUsersSchema)
-    schema.mistake(std::string("another schema, expected ") + kUsersSchema);
+    schema.mistake(std::string("unknown schema, expected ") + kUsersSchema);
   read_json(*root, list);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return list;

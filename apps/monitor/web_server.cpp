@@ -118,7 +118,8 @@ class WebServer::Impl {
     const Deadline deadline{Duration(kHeadTimeout)};
     std::optional<std::size_t> end;
     while (!(end = find_head_end(bytes)) && bytes.size() <= kLongestHead)
-      if (!read_more(connection, bytes, deadline)) return bytes.empty() ? false : refuse(connection, {408, "too slow"});
+      if (!read_more(connection, bytes, deadline))
+        return bytes.empty() ? false : refuse(connection, {408, "the request was not complete in time"});
     if (!end || *end > kLongestHead) return refuse(connection, {431, "the head is too long"});
     auto read = read_head(std::string_view(bytes).substr(0, *end));
     const bool wants_body = !bytes.starts_with("HEAD ");
@@ -130,7 +131,8 @@ class WebServer::Impl {
                        .secure = options.tls != nullptr};
     if (!is_host(request.head.header("host"))) return refuse(connection, {421, "unknown Host; add it with --host"});
     while (bytes.size() < request.head.body_size)
-      if (!read_more(connection, bytes, deadline)) return refuse(connection, {408, "too slow"});
+      if (!read_more(connection, bytes, deadline))
+        return refuse(connection, {408, "the request was not complete in time"});
     request.body = bytes.substr(0, request.head.body_size);
     bytes.erase(0, request.head.body_size);
     if (options.behind_proxy) believe_proxy(request);

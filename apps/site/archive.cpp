@@ -19,6 +19,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "core/child_process.hpp"
+#include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -107,7 +108,7 @@ Result<void> run_command(const std::vector<std::string>& command, Duration withi
   if (!is_over) ::kill(*child, SIGKILL);
   const int code = wait_for(*child);
   if (!is_over && found > 0) return failure(FaultKind::interrupted, command.front(), "stopped");
-  if (!is_over) return failure(FaultKind::timeout, command.front(), "did not end in time");
+  if (!is_over) return failure(FaultKind::timeout, command.front(), fmt::format("did not end in {}", spoken(within)));
   if (code == 0) return {};
   return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", code));
 }

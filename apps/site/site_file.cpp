@@ -52,7 +52,8 @@ StoreAddress read_store_address(const TomlTable& table, const std::string& file,
 
 ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
   ArchiveSettings archive;
-  if (table.has("folder") == table.has("command")) table.mistake("folder", "expected one of folder and command");
+  if (table.has("folder") == table.has("command"))
+    table.mistake("folder", "expected exactly one of folder and command");
   if (table.has("folder")) archive.folder = path_from(file, table.text("folder"));
   if (table.has("command")) {
     archive.command = table.texts("command");

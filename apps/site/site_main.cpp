@@ -76,9 +76,9 @@ Result<int> run_migrations(const SiteOptions& options) {
 }
 
 Result<int> show(const SiteOptions& options, const Answer& answer) {
-  if (answer.rows() == 0 && !options.json) write_to_stderr("none\n");
+  if (answer.rows() == 0 && !options.json) write_to_stderr("no rows\n");
   if (options.query.most > 0 && static_cast<std::size_t>(answer.rows()) == options.query.most)
-    write_to_stderr("there may be more rows; --most 0 prints all\n");
+    write_to_stderr("more rows may exist; use --most 0 to print all\n");
   return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
 }
 

@@ -15,7 +15,7 @@ Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits)
     return failure(FaultKind::refused, kStore, fmt::format("is not set up for this user: {}", version.error().what));
   if (!version) return failure(version.error());
   if (version->integer(0, 0) < kOldestStore || !version->boolean(0, 1))
-    return failure(FaultKind::refused, kStore, "is older than this program; run gyrotherm site migrate first");
+    return failure(FaultKind::refused, kStore, "is older than this program; run \"gyrotherm site migrate\" first");
   return Store(std::move(*connection));
 }
 

@@ -41,7 +41,7 @@ std::string secret_of(const WebRequest& request) {
 
 /// Returns whether the browser marks the request as coming from another site. Following a link to the page itself is
 /// allowed.
-bool is_from_elsewhere(const WebRequest& request) {
+bool is_cross_site(const WebRequest& request) {
   const auto& head = request.head;
   const auto site = head.header("sec-fetch-site");
   const bool opens_page = head.method == "GET" && head.path == "/";
@@ -52,7 +52,7 @@ bool is_from_elsewhere(const WebRequest& request) {
 }
 
 /// Returns whether the request states its origin. A changing request without an origin does not come from a browser.
-bool says_where_from(const WebRequest& request) {
+bool has_origin(const WebRequest& request) {
   return !request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty();
 }
 
@@ -68,7 +68,7 @@ Door::Door(const DoorOptions& options, Users& users, Sessions& sessions, const C
 
 std::optional<WebAnswer> Door::general_refusal(const WebRequest& request) {
   if (!requests_.take(request.peer)) return refusal(429, "too many requests from this address");
-  if (is_from_elsewhere(request)) return refusal(403, "the request comes from another site");
+  if (is_cross_site(request)) return refusal(403, "the request comes from another site");
   return std::nullopt;
 }
 
@@ -103,7 +103,7 @@ std::optional<WebAnswer> Door::change_refusal(const Guest& guest, const WebReque
   if (!guest.has_role(role))
     return refusal(403, fmt::format("the role {} does not permit this action", name(guest.identity->role)));
   if (!guest.session) return std::nullopt;
-  if (!says_where_from(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
+  if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
   if (!equal_secrets(guest.session->csrf, request.head.header("x-csrf-token")))
     return refusal(403, "the request does not come from the page");
   return std::nullopt;
@@ -112,7 +112,7 @@ std::optional<WebAnswer> Door::change_refusal(const Guest& guest, const WebReque
 WebAnswer Door::log_in(const WebRequest& request) {
   const auto body = read_body(request, {"name", "password"});
   if (!body) return refusal(400, body.error().what);
-  if (!says_where_from(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
+  if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
   const auto& name = body->at("name");
   if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many login attempts; wait a minute");
   const auto identity = users_.find_by_password(name, body->at("password"));
@@ -126,7 +126,7 @@ WebAnswer Door::log_in(const WebRequest& request) {
 
 WebAnswer Door::log_out(const WebRequest& request) {
   if (auto session = sessions_.find(secret_of(request))) {
-    if (!says_where_from(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token")))
+    if (!has_origin(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token")))
       return refusal(403, "the request does not come from the page");
     sessions_.close(session->id);
   }
@@ -153,7 +153,7 @@ WebAnswer Door::sessions(const WebRequest& request) {
   if (!guest.has_role(Role::administrator)) return refusal(403, "only administrators may list sessions");
   if (request.head.method == "POST") {
     if (guest.session &&
-        (!says_where_from(request) || !equal_secrets(guest.session->csrf, request.head.header("x-csrf-token"))))
+        (!has_origin(request) || !equal_secrets(guest.session->csrf, request.head.header("x-csrf-token"))))
       return refusal(403, "the request does not come from the page");
     const auto body = read_body(request, {"user"});
     if (!body) return refusal(400, body.error().what);

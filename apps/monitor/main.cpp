@@ -27,11 +27,11 @@ constexpr int kUsageExit = 2, kFileExit = 4;
 int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
 
 /// Terminal settings before the password prompt.
-termios shown{};
+termios saved_terminal{};
 
 /// Restores the echo of the terminal and ends the program. Handles signals at the password prompt.
-void show_and_end(int number) {
-  ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
+void restore_echo_and_end(int number) {
+  ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &saved_terminal);
   std::signal(number, SIG_DFL);
   // Delivered when this handler returns.
   std::raise(number);
@@ -42,16 +42,16 @@ std::string read_password() {
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   if (terminal) {
     write_to_stderr("Password: ");
-    ::tcgetattr(STDIN_FILENO, &shown);
-    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, show_and_end);
-    auto silent = shown;
+    ::tcgetattr(STDIN_FILENO, &saved_terminal);
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, restore_echo_and_end);
+    auto silent = saved_terminal;
     silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
   }
   std::string password;
   std::getline(std::cin, password);
   if (terminal) {
-    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &saved_terminal);
     write_to_stderr("\n");
   }
   return password;
@@ -100,9 +100,9 @@ Result<void> add_user(const UserArguments& options) {
 Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
     return put_token(list, options.name, *find_role(options.role)).and_then([](const std::string& secret) {
-      auto said = write_to_stdout(secret + "\n");
-      return said && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "is closed, so no token was created")
-                                        : said;
+      auto printed = write_to_stdout(secret + "\n");
+      return printed && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "is closed, so no token was created")
+                                           : printed;
     });
   };
   if (auto added = change_users(options, add); !added) return added;
@@ -187,13 +187,13 @@ int run(int argc, char** argv) {
     write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", cause));
     return kUsageExit;
   }
-  const auto say = [](const std::string& address) {
+  const auto report_address = [](const std::string& address) {
     [[maybe_unused]] const auto written = write_to_stdout(address + "\n");
   };
   const auto complain = [](const Fault& fault) {
     write_to_stderr(fmt::format("gyrotherm-monitor: {}\n", plain(text(fault), Blanks::kept)));
   };
-  const auto done = action != nullptr ? action(user) : serve(options, say, complain);
+  const auto done = action != nullptr ? action(user) : serve(options, report_address, complain);
   if (done) return 0;
   complain(done.error());
   return exit_for(done.error());

@@ -28,9 +28,9 @@ namespace {
 using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
-constexpr auto kLookEvery = 500ms;
-constexpr auto kReadEvery = 100ms;
-constexpr auto kTellEvery = 1s;
+constexpr auto kScanInterval = 500ms;
+constexpr auto kReadInterval = 100ms;
+constexpr auto kNotifyInterval = 1s;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kWatched = true;
@@ -80,7 +80,7 @@ Result<Address> parse_address(const std::string& option, const std::string& text
 
 /// Returns the command that adds a user in this monitor's state folder. Under systemd this folder differs from the
 /// default of the user who reads the message.
-std::string adding_a_user(const std::string& state_folder, const char* role) {
+std::string add_user_command(const std::string& state_folder, const char* role) {
   return fmt::format("gyrotherm-monitor user add NAME --role {} --state {}", role, state_folder);
 }
 
@@ -96,7 +96,7 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
   if (options.certificate.empty() != options.key.empty())
     return refuse("--certificate", "requires --key, and --key requires --certificate");
   if (options.control && !has_users)
-    return refuse("--control", "requires users: " + adding_a_user(state_folder, "operator"));
+    return refuse("--control", "requires users: " + add_user_command(state_folder, "operator"));
   if (options.behind_proxy && !options.certificate.empty())
     return refuse("--behind-proxy", "not valid with --certificate; the proxy has the certificate");
   if (options.behind_proxy && !address.is_own())
@@ -104,7 +104,7 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
   if (address.is_own()) return {};
   if (!has_users)
     return refuse("--listen " + options.listen,
-                  "access from other machines requires users: " + adding_a_user(state_folder, "viewer"));
+                  "access from other machines requires users: " + add_user_command(state_folder, "viewer"));
   if (options.certificate.empty())
     return refuse("--listen " + options.listen,
                   "access from other machines requires TLS: --certificate and --key, or --behind-proxy on 127.0.0.1");
@@ -112,20 +112,20 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
 }
 
 /// Returns whether one of these blocked signals is pending.
-bool has_come(const sigset_t& signals) {
+bool is_any_pending(const sigset_t& signals) {
   sigset_t waiting;
   sigpending(&waiting);
   return (sigismember(&signals, SIGINT) == 1 && sigismember(&waiting, SIGINT) == 1) ||
          (sigismember(&signals, SIGTERM) == 1 && sigismember(&waiting, SIGTERM) == 1);
 }
 
-std::string in_url(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
+std::string url_host(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
 
 /// A thread that repeats a function at intervals until it is stopped.
-class Often {
+class PeriodicThread {
  public:
   template <class Work>
-  Often(Duration every, Work work)
+  PeriodicThread(Duration every, Work work)
       : thread_([this, every, work = std::move(work)] {
           block_signals();
           while (!stopped_) {
@@ -134,12 +134,12 @@ class Often {
               std::this_thread::sleep_for(std::min<Duration>(every, 50ms));
           }
         }) {}
-  ~Often() {
+  ~PeriodicThread() {
     stopped_ = true;
     thread_.join();
   }
-  Often(const Often&) = delete;
-  Often& operator=(const Often&) = delete;
+  PeriodicThread(const PeriodicThread&) = delete;
+  PeriodicThread& operator=(const PeriodicThread&) = delete;
 
  private:
   std::atomic<bool> stopped_{false};
@@ -147,7 +147,7 @@ class Often {
 };
 
 /// Blocks the signals that end the monitor, in this thread and in the threads that it starts. Returns them.
-sigset_t block_ends() {
+sigset_t block_end_signals() {
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
@@ -171,14 +171,15 @@ struct SiteParts {
 };
 
 /// Reads the site file. Fails like read_site and Notifier::load.
-Result<SiteParts> open_site(const MonitorOptions& options, const std::string& told_file, const RunCatalogue& catalogue,
-                            const Clock& clock, const std::function<void(const Fault&)>& complain) {
+Result<SiteParts> open_site(const MonitorOptions& options, const std::string& memory_file,
+                            const RunCatalogue& catalogue, const Clock& clock,
+                            const std::function<void(const Fault&)>& complain) {
   SiteParts parts;
   if (options.site_file.empty()) return parts;
   auto site = read_site(options.site_file);
   if (!site) return failure(site.error());
   parts.overview = std::make_unique<SiteOverview>(site->name, site->has_store ? options.site_file : "");
-  parts.notifier = std::make_unique<Notifier>(std::move(*site), told_file, catalogue, clock, complain);
+  parts.notifier = std::make_unique<Notifier>(std::move(*site), memory_file, catalogue, clock, complain);
   if (auto loaded = parts.notifier->load(); !loaded) return failure(loaded.error());
   return parts;
 }
@@ -216,13 +217,13 @@ class Page {
 void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogue, RunFeed& feed, Notifier* notifier,
                         const std::function<void()>& started) {
   auto& server = page.server();
-  std::list<Often> looking;
+  std::list<PeriodicThread> scanners;
   for (const auto& records : catalogue.folders())
-    looking.emplace_back(kLookEvery,
-                         [&, records] { catalogue.scan_folder(records, [&] { return server.is_stopping(); }); });
-  const Often reading(kReadEvery, [&] { feed.read(); });
-  const Often catching_up(kReadEvery, [&] { page.runs().catch_up(); });
-  const Often telling(kTellEvery, [&] {
+    scanners.emplace_back(kScanInterval,
+                          [&, records] { catalogue.scan_folder(records, [&] { return server.is_stopping(); }); });
+  const PeriodicThread reading(kReadInterval, [&] { feed.read(); });
+  const PeriodicThread catching_up(kReadInterval, [&] { page.runs().catch_up(); });
+  const PeriodicThread notifying(kNotifyInterval, [&] {
     if (notifier != nullptr) notifier->check();
   });
   std::thread serving([&] {
@@ -239,10 +240,10 @@ void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogu
 
 }  // namespace
 
-Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,
+Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& report_address,
                    const std::function<void(const Fault&)>& complain) {
   limit_itself();
-  const auto ends = block_ends();
+  const auto ends = block_end_signals();
   const auto folder = resolve_state_folder(options.state_folder);
   if (auto made = make_state_folder(folder); !made) return made;
   const SteadyClock clock;
@@ -263,10 +264,11 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   Page page(options, *address, *tls ? &**tls : nullptr, users, sessions, catalogue, feed, site->overview.get(), clock);
   const auto port = page.server().bind();
   if (!port) return failure(port.error());
-  catalogue.scan([&] { return has_come(ends); });
-  if (has_come(ends)) return {};
-  serve_until_signal(ends, page, catalogue, feed, site->notifier.get(),
-                     [&] { say(fmt::format("{}://{}:{}/", *tls ? "https" : "http", in_url(address->host), *port)); });
+  catalogue.scan([&] { return is_any_pending(ends); });
+  if (is_any_pending(ends)) return {};
+  serve_until_signal(ends, page, catalogue, feed, site->notifier.get(), [&] {
+    report_address(fmt::format("{}://{}:{}/", *tls ? "https" : "http", url_host(address->host), *port));
+  });
   return {};
 }
 

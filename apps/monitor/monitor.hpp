@@ -25,11 +25,12 @@ struct MonitorOptions {
   std::string certificate{}, key{};
 };
 
-/// Serves until SIGINT or SIGTERM. Calls `say` once with the address of the page, and `complain` for each failed
-/// notification, from a separate thread. Fails with usage if the options are invalid: a folder does not exist; an
-/// address other than loopback is used without users or without TLS; another program uses the port. Fails with bad_file
-/// if one of its own files is invalid.
-[[nodiscard]] Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,
+/// Serves until SIGINT or SIGTERM. Calls `report_address` once with the address of the page, and `complain` for each
+/// failed notification, from a separate thread. Fails with usage if the options are invalid: a folder does not exist;
+/// an address other than loopback is used without users or without TLS; another program uses the port. Fails with
+/// bad_file if one of its own files is invalid.
+[[nodiscard]] Result<void> serve(const MonitorOptions& options,
+                                 const std::function<void(const std::string&)>& report_address,
                                  const std::function<void(const Fault&)>& complain);
 
 }  // namespace gyrotherm::monitor

@@ -38,7 +38,7 @@ std::string labels_of(const FoundRun& run) {
                      run.status.simulated ? 1 : 0);
 }
 
-std::optional<double> number_of(const std::optional<Celsius>& temperature) {
+std::optional<double> to_number(const std::optional<Celsius>& temperature) {
   return temperature ? std::optional(temperature->value) : std::nullopt;
 }
 
@@ -47,13 +47,13 @@ bool is_unfinished(const FoundRun& run) { return run.is_running() || run.was_aba
 
 /// Runs that have a metric. A program that does not answer has no current values, so some metrics are limited to
 /// answering programs.
-enum class Of { answering, going_on, all };
+enum class MetricScope { answering, unfinished, all };
 
-bool has(Of of, const FoundRun& run) {
-  switch (of) {
-    case Of::answering: return run.is_running() && !run.is_silent();
-    case Of::going_on: return is_unfinished(run);
-    case Of::all: return true;
+bool is_in_scope(MetricScope scope, const FoundRun& run) {
+  switch (scope) {
+    case MetricScope::answering: return run.is_running() && !run.is_silent();
+    case MetricScope::unfinished: return is_unfinished(run);
+    case MetricScope::all: return true;
   }
   return false;
 }
@@ -61,61 +61,62 @@ bool has(Of of, const FoundRun& run) {
 struct Metric {
   const char* name;
   const char* help;
-  Of of;
+  MetricScope scope;
   std::optional<double> (*value)(const FoundRun& run);
 };
 constexpr std::array kMetrics{
-    Metric{"gyrotherm_run_up", "1 if the program that executes the run answers, otherwise 0.", Of::going_on,
+    Metric{"gyrotherm_run_up", "1 if the program that executes the run answers, otherwise 0.", MetricScope::unfinished,
            [](const FoundRun& run) -> std::optional<double> { return run.is_running() && !run.is_silent() ? 1 : 0; }},
-    Metric{"gyrotherm_run_status_age_seconds", "Time since the status of the run was written.", Of::going_on,
+    Metric{"gyrotherm_run_status_age_seconds", "Time since the status of the run was written.", MetricScope::unfinished,
            [](const FoundRun& run) { return run.age_s; }},
-    Metric{"gyrotherm_run_second", "Number of the last second with a sample.", Of::going_on,
+    Metric{"gyrotherm_run_second", "Number of the last second with a sample.", MetricScope::unfinished,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.slot); }},
-    Metric{"gyrotherm_run_alarms", "Unacknowledged alarms.", Of::all,
+    Metric{"gyrotherm_run_alarms", "Unacknowledged alarms.", MetricScope::all,
            [](const FoundRun& run) -> std::optional<double> {
              return static_cast<double>(record::count_unacknowledged(run.status.alarms));
            }},
-    Metric{"gyrotherm_run_backlog_seconds", "Seconds of samples that are not yet on the disk.", Of::answering,
+    Metric{"gyrotherm_run_backlog_seconds", "Seconds of samples that are not yet on the disk.", MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.backlog_s); }},
-    Metric{"gyrotherm_run_faults_total", "Faulty readings since the start of the run.", Of::answering,
+    Metric{"gyrotherm_run_faults_total", "Faulty readings since the start of the run.", MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.faults); }},
-    Metric{"gyrotherm_run_faults_now", "Faults that are active now.", Of::answering,
+    Metric{"gyrotherm_run_faults_now", "Faults that are active now.", MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> {
              return static_cast<double>(run.status.standing.faults_now.size());
            }},
-    Metric{"gyrotherm_run_segment", "Current segment of the profile, from 1.", Of::answering,
+    Metric{"gyrotherm_run_segment", "Current segment of the profile, from 1.", MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> { return run.status.segment_index + 1; }},
-    Metric{"gyrotherm_run_segments", "Number of segments of the profile.", Of::answering,
+    Metric{"gyrotherm_run_segments", "Number of segments of the profile.", MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> { return run.status.segment_count; }},
-    Metric{"gyrotherm_run_left_seconds", "Remaining time if no soak is interrupted again.", Of::answering,
+    Metric{"gyrotherm_run_left_seconds", "Remaining time if no soak is interrupted again.", MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> {
              return run.status.standing.time_left ? std::optional(to_seconds(*run.status.standing.time_left))
                                                   : std::nullopt;
            }},
     Metric{"gyrotherm_run_behind_plan_seconds", "Time for which the clock of the profile has been stopped.",
-           Of::answering,
+           MetricScope::answering,
            [](const FoundRun& run) -> std::optional<double> {
              return run.status.standing.behind_plan ? std::optional(to_seconds(*run.status.standing.behind_plan))
                                                     : std::nullopt;
            }},
-    Metric{"gyrotherm_run_set_point_celsius", "Set point of the profile.", Of::answering,
-           [](const FoundRun& run) { return number_of(run.status.set_point); }},
-    Metric{"gyrotherm_run_chamber_air_celsius", "Air temperature of the chamber.", Of::answering,
-           [](const FoundRun& run) { return number_of(run.status.chamber_air); }}};
+    Metric{"gyrotherm_run_set_point_celsius", "Set point of the profile.", MetricScope::answering,
+           [](const FoundRun& run) { return to_number(run.status.set_point); }},
+    Metric{"gyrotherm_run_chamber_air_celsius", "Air temperature of the chamber.", MetricScope::answering,
+           [](const FoundRun& run) { return to_number(run.status.chamber_air); }}};
 
 /// Returns the head of a metric. A metric whose name ends in _total is a counter.
-std::string head_of(std::string_view name, const char* help) {
+std::string metric_head(std::string_view name, const char* help) {
   return fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", name, help, name.ends_with("_total") ? "counter" : "gauge");
 }
 
 void add(std::string& text, const char* name, const char* help, const std::string& lines) {
-  if (!lines.empty()) text += head_of(name, help) + lines;
+  if (!lines.empty()) text += metric_head(name, help) + lines;
 }
 
 void add_metric(std::string& text, const Metric& metric, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
-    if (const auto value = has(metric.of, run) ? metric.value(run) : std::nullopt; value && std::isfinite(*value))
+    if (const auto value = is_in_scope(metric.scope, run) ? metric.value(run) : std::nullopt;
+        value && std::isfinite(*value))
       lines += fmt::format("{}{{{}}} {}\n", metric.name, labels_of(run), *value);
   add(text, metric.name, metric.help, lines);
 }
@@ -124,7 +125,7 @@ void add_metric(std::string& text, const Metric& metric, const std::vector<Found
 void add_states(std::string& text, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
-    if (has(Of::answering, run) || !is_unfinished(run))
+    if (is_in_scope(MetricScope::answering, run) || !is_unfinished(run))
       for (const auto state : kRunStates)
         lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", labels_of(run), name(state),
                              run.status.standing.state == state ? 1 : 0);
@@ -134,7 +135,7 @@ void add_states(std::string& text, const std::vector<FoundRun>& runs) {
 void add_thermometers(std::string& text, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
-    if (has(Of::answering, run))
+    if (is_in_scope(MetricScope::answering, run))
       for (const auto& [channel, reading] : run.status.thermometers)
         if (reading && std::isfinite(reading->value))
           lines += fmt::format("gyrotherm_run_thermometer_celsius{{{},channel=\"{}\"}} {}\n", labels_of(run),
@@ -145,7 +146,7 @@ void add_thermometers(std::string& text, const std::vector<FoundRun>& runs) {
 void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
-    if (has(Of::answering, run) && run.free_bytes)
+    if (is_in_scope(MetricScope::answering, run) && run.free_bytes)
       lines += fmt::format("gyrotherm_disk_free_bytes{{{}}} {}\n", labels_of(run), *run.free_bytes);
   add(text, "gyrotherm_disk_free_bytes", "Free space on the disk of the record.", lines);
 }
@@ -160,36 +161,36 @@ bool ended_badly(const FoundRun& run) {
 /// Returns the runs with metrics: active runs, and the last run of a rig if it ended badly. Its alarms can no longer be
 /// acknowledged, so it is reported until another run starts on the rig. If two runs have the same labels, only the
 /// first is included, because labels must differ.
-std::vector<FoundRun> told_of(const std::vector<FoundRun>& runs) {
-  std::vector<FoundRun> told;
+std::vector<FoundRun> select_runs(const std::vector<FoundRun>& runs) {
+  std::vector<FoundRun> selected;
   std::set<std::string> names;
   std::set<std::pair<std::string, bool>> rigs;
-  const auto tell = [&](const FoundRun& run) {
-    if (names.insert(labels_of(run)).second) told.push_back(run);
+  const auto include = [&](const FoundRun& run) {
+    if (names.insert(labels_of(run)).second) selected.push_back(run);
   };
   for (const auto& run : runs)
-    if (is_unfinished(run)) tell(run);
+    if (is_unfinished(run)) include(run);
   for (const auto& run : runs) {
     if (!run.info || run.info->imported) continue;
     const bool is_the_last = rigs.emplace(run.info->rig_name, run.status.simulated).second;
-    if (is_the_last && !is_unfinished(run) && ended_badly(run)) tell(run);
+    if (is_the_last && !is_unfinished(run) && ended_badly(run)) include(run);
   }
-  return told;
+  return selected;
 }
 
 }  // namespace
 
 std::string metrics_text(const std::vector<FoundRun>& runs, const MonitorMetrics& own) {
-  const auto told = told_of(runs);
+  const auto selected = select_runs(runs);
   std::string text;
-  for (const auto& metric : kMetrics) add_metric(text, metric, told);
-  add_states(text, told);
-  add_thermometers(text, told);
-  add_disks(text, told);
+  for (const auto& metric : kMetrics) add_metric(text, metric, selected);
+  add_states(text, selected);
+  add_thermometers(text, selected);
+  add_disks(text, selected);
   const auto add_own = [&](const char* name, const char* help, auto value) {
-    text += head_of(name, help) + fmt::format("{} {}\n", name, value);
+    text += metric_head(name, help) + fmt::format("{} {}\n", name, value);
   };
-  add_own("gyrotherm_runs_going_on", "Active runs.", std::ranges::count_if(told, &FoundRun::is_running));
+  add_own("gyrotherm_runs_going_on", "Active runs.", std::ranges::count_if(selected, &FoundRun::is_running));
   add_own("gyrotherm_runs_found", "Records in the monitor's folders.", runs.size());
   add_own("gyrotherm_monitor_watchers", "Connected pages that watch a run.", own.watchers);
   add_own("gyrotherm_monitor_cache_bytes", "Memory used for chart overviews.", own.cache_bytes);

@@ -130,7 +130,7 @@ namespace {
 
 constexpr Duration kRetryAfter = std::chrono::minutes(1);
 
-/// A matter that a rule currently finds.
+/// An alarm or another event that currently satisfies a rule.
 struct Matter {
   std::string key;
   std::string subject;

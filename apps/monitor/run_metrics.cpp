@@ -42,7 +42,7 @@ std::optional<double> to_number(const std::optional<Celsius>& temperature) {
   return temperature ? std::optional(temperature->value) : std::nullopt;
 }
 
-/// Returns whether the run has not ended: a program executes it, or it was left and is to be resumed.
+/// Returns whether the run has not ended: a program executes it, or it was interrupted and can be resumed.
 bool is_unfinished(const FoundRun& run) { return run.is_running() || run.was_abandoned(); }
 
 /// Runs that have a metric. A program that does not answer has no current values, so some metrics are limited to

@@ -76,8 +76,8 @@ class Confirmations {
   std::map<std::string, Pending> pending_;
 };
 
-/// Limits the rate of attempts per name (of an address or a user): `most` attempts at once, and `per_second` more each
-/// second. Usable from any thread.
+/// Limits the rate of attempts per name (of an address or a user): a burst of `most` attempts, then `per_second`
+/// attempts per second. Usable from any thread.
 class RateLimit {
  public:
   RateLimit(double most, double per_second, const Clock& clock) : most_(most), per_second_(per_second), clock_(clock) {}

@@ -14,7 +14,7 @@
 
 namespace gyrotherm::monitor {
 
-/// Commands to a run from the page: the commands of `gyrotherm tell`, through the same socket, in the name of the
+/// Commands to a run from the page: the commands of `gyrotherm tell`, through the same socket, on behalf of the
 /// page's user. A command that ends a run must be confirmed. Usable from any thread.
 class RunControl {
  public:

@@ -38,7 +38,7 @@ inline constexpr const char* kStore = "store";
 /// Fails with usage if the text is not a conninfo, or if it contains a password.
 [[nodiscard]] Result<void> check_conninfo(const std::string& conninfo);
 
-/// Time limits, and the descriptor that ends a wait early.
+/// Time limits of the waits for the server, and the descriptor that ends a wait early.
 struct WaitLimits {
   Duration connect = std::chrono::seconds(10);
   Duration answer = std::chrono::seconds(60);

@@ -32,8 +32,8 @@ bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
 /// Returns true if the record is being written and has no live copy that could be read instead.
 bool is_being_written(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
-/// Returns the states that identify the files whose id was read: the identity of a live copy, which grows; identity and
-/// content of any other file.
+/// Returns the present states of the files. For a live copy, which grows, the state is only the identity of the file;
+/// for any other file it includes the content.
 std::vector<FileState> read_states(const record::RecordFiles& files) {
   std::vector<FileState> states;
   for (const auto& file : files.parts)

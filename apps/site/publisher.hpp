@@ -96,7 +96,7 @@ class Publisher {
     /// Position in the store; queried again on a new connection.
     std::optional<RunPosition> position{};
   };
-  /// The state of a run's files. A run that was sent whole is read again when it changes.
+  /// The state of a run's files. A run that was sent completely is read again only when this state changes.
   struct Stamp {
     FileState record, status, live_copy;
     bool operator==(const Stamp&) const = default;

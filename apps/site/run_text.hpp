@@ -33,7 +33,7 @@ struct StoredChannel {
 /// Returns the argument of add_run().
 [[nodiscard]] std::string run_as_json(const record::RunInfo& info);
 
-/// The state of a run, its cause, and its alarms: the arguments of say_state().
+/// The state of a run, its cause, and its alarms: the arguments of Store::update_state().
 struct LiveState {
   std::string state{}, cause{}, alarms{};
   bool operator==(const LiveState&) const = default;
@@ -49,7 +49,7 @@ struct RunPosition {
   std::int64_t gap{-1};
   bool finished{};
   bool dropped{};
-  /// Last sent on this connection; empty before the first time.
+  /// State last sent on this connection; empty before the first one.
   LiveState sent_state{};
   /// Returns true if the store accepts nothing more for the run.
   [[nodiscard]] bool is_closed() const { return finished || dropped; }

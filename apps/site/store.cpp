@@ -8,7 +8,7 @@ namespace gyrotherm::site {
 Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits) {
   auto connection = Postgres::connect(address, limits);
   if (!connection) return failure(connection.error());
-  // A store of a version before the first release has a greater number, and another say_state().
+  // A store from before the first release has a greater version number and a different say_state().
   const auto version = connection->ask(
       "SELECT gyrotherm.version(), to_regprocedure('gyrotherm.say_state(uuid, text, text, jsonb)') IS NOT NULL");
   if (!version && version.error().kind == FaultKind::refused)

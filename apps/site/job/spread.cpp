@@ -75,7 +75,7 @@ Result<std::vector<std::size_t>> unfinished_tasks(const Job& job, const std::str
   return left;
 }
 
-/// The workers of a job, which work until they have finished the tasks that they were given.
+/// The processes or cluster jobs that execute the tasks of a job. They end after the tasks passed to begin().
 class Workers {
  public:
   Workers() = default;
@@ -243,7 +243,7 @@ Result<Progress> distribute(const Job& job, const std::string& folder, const Dis
     for (bool finished = false; !finished;) {
       const auto is_finished = workers->have_finished();
       if (!is_finished) return failure(is_finished.error());
-      // This is queried before the progress, so that a task that ends in between is included.
+      // Query the workers before counting, so a task that ends between the two calls is counted.
       finished = *is_finished;
       const auto progress = count_progress(job, absolute);
       if (!progress) return progress;

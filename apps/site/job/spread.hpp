@@ -24,7 +24,7 @@ struct DistributionSettings {
   int stop = -1;
 };
 
-/// The number of tasks in each state.
+/// Counts of tasks by result. A task without a result waits, runs or has died.
 struct Progress {
   std::size_t all{}, good{}, bad{};
   [[nodiscard]] std::size_t left() const { return all - good - bad; }

@@ -15,12 +15,12 @@
 /// form.derived(key, value)
 ///     Writes a value that can be computed from others, for people and programs that read the file. Ignored when
 ///     reading; the key may be missing.
-/// form.if_there(key, there, value)
+/// form.if_present(key, there, value)
 ///     Writes the value only if `there` is true. When reading, a member whose key is missing keeps its value.
 /// form.object(key, describe_members)
 ///     Stores some members of the struct in a nested object; describe_members(form) lists them.
-/// form.object_if_there(key, there, describe_members)
-///     Does the same under the conditions of if_there().
+/// form.object_if_present(key, there, describe_members)
+///     Does the same under the conditions of if_present().
 /// form.expect(key, holds, what)
 ///     When reading, notes the error `what` at `key` if `holds` is false. Call it after the members that `holds`
 ///     depends on. Does nothing when writing.

@@ -59,7 +59,7 @@ class JsonWriter {
   }
   void derived(const char* key, const char* text) { json_[key] = text; }
   template <class T>
-  void if_there(const char* key, bool there, const T& value) {
+  void if_present(const char* key, bool there, const T& value) {
     if (there) json_[key] = make_json(value);
   }
   template <class DescribeMembers>
@@ -69,7 +69,7 @@ class JsonWriter {
     json_[key] = std::move(inside.json_);
   }
   template <class DescribeMembers>
-  void object_if_there(const char* key, bool there, DescribeMembers describe_members) {
+  void object_if_present(const char* key, bool there, DescribeMembers describe_members) {
     if (there) object(key, describe_members);
   }
   void expect(const char*, bool, const char*) {}
@@ -90,7 +90,7 @@ class JsonReader {
   template <class T>
   void derived(const char*, const T&) {}
   template <class T>
-  void if_there(const char* key, bool, T&& value) {
+  void if_present(const char* key, bool, T&& value) {
     if (node_.has(key)) (*this)(key, value);
   }
   template <class DescribeMembers>
@@ -99,7 +99,7 @@ class JsonReader {
     describe_members(inside);
   }
   template <class DescribeMembers>
-  void object_if_there(const char* key, bool, DescribeMembers describe_members) {
+  void object_if_present(const char* key, bool, DescribeMembers describe_members) {
     if (node_.has(key)) object(key, describe_members);
   }
   void expect(const char* key, bool holds, const char* what) {

@@ -110,7 +110,7 @@ double JsonNode::number() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return kNothing;
   if (node->is_number()) return node->get<double>();
-  const bool may_be_null = document_->nulls == Nulls::are_nan;
+  const bool may_be_null = document_->nulls == Nulls::read_as_nan;
   if (!node->is_null() || !may_be_null)
     mistake(may_be_null ? "wrong type, expected a number or null" : "wrong type, expected a number");
   return kNothing;

@@ -18,9 +18,10 @@ namespace gyrotherm {
 class JsonNode {
  public:
   /// Selects whether a number may be null, which is read as NaN.
-  enum class Nulls { are_nan, are_mistakes };
+  enum class Nulls { read_as_nan, are_errors };
   /// Parses a document. Fails with bad_file on a syntax error; `where` is file:line:column.
-  [[nodiscard]] static Result<JsonNode> parse(std::string_view text, std::string file, Nulls nulls = Nulls::are_nan);
+  [[nodiscard]] static Result<JsonNode> parse(std::string_view text, std::string file,
+                                              Nulls nulls = Nulls::read_as_nan);
 
   /// Returns whether this is an object with that key.
   [[nodiscard]] bool has(std::string_view key) const;

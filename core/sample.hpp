@@ -79,7 +79,7 @@ enum class ChamberActivity {
 };
 
 /// Returns whether the controller executes a stored program, which overrules a set point.
-[[nodiscard]] constexpr bool carries_out_program(ChamberActivity activity) {
+[[nodiscard]] constexpr bool is_program_activity(ChamberActivity activity) {
   return activity >= ChamberActivity::program && activity <= ChamberActivity::holding;
 }
 

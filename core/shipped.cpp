@@ -34,7 +34,7 @@ const char* find_other_kind(const std::string& given, const ShippedKind& kind) {
   for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
                             kShippedAnalogueMap, kShippedGyroStream})
     if (std::string_view(other.folder) != kind.folder &&
-        !shipped_file(fmt::format("{}/{}{}", other.folder, given, kExtension)).empty())
+        !find_shipped_file(fmt::format("{}/{}{}", other.folder, given, kExtension)).empty())
       return other.what;
   return nullptr;
 }
@@ -51,7 +51,7 @@ std::vector<std::string> shipped_folders() {
   return folders;
 }
 
-std::string shipped_file(const std::string& path) {
+std::string find_shipped_file(const std::string& path) {
   for (const auto& folder : shipped_folders())
     if (std::error_code error; fs::exists(fs::path(folder) / path, error))
       return relative_to_working_folder(fs::path(folder) / path);
@@ -70,9 +70,9 @@ bool is_path(std::string_view given) {
   return given.find('/') != std::string_view::npos || given.ends_with(kExtension);
 }
 
-Result<std::string> path_of(const std::string& given, const ShippedKind& kind) {
+Result<std::string> resolve_path(const std::string& given, const ShippedKind& kind) {
   if (is_path(given)) return given;
-  if (auto found = given.empty() ? "" : shipped_file(fmt::format("{}/{}{}", kind.folder, given, kExtension));
+  if (auto found = given.empty() ? "" : find_shipped_file(fmt::format("{}/{}{}", kind.folder, given, kExtension));
       !found.empty())
     return found;
   const auto names = shipped_names(kind);

@@ -28,7 +28,7 @@ inline constexpr ShippedKind kShippedProfile{"profiles", "profile"}, kShippedRig
 
 /// Searches shipped_folders() for the file `path`, such as "profiles/rigs/virtual.toml". Returns the path of the first
 /// match, relative to the working directory if the file lies in it, or an empty string.
-[[nodiscard]] std::string shipped_file(const std::string& path);
+[[nodiscard]] std::string find_shipped_file(const std::string& path);
 
 /// Returns the names of the shipped files of a kind, sorted: "random" for profiles/random.toml.
 [[nodiscard]] std::vector<std::string> shipped_names(const ShippedKind& kind);
@@ -38,6 +38,6 @@ inline constexpr ShippedKind kShippedProfile{"profiles", "profile"}, kShippedRig
 
 /// Returns the path that `given` refers to: itself if it is a path, otherwise the path of the shipped file of that
 /// name. Fails with bad_file if there is none; the message lists the available names and the searched folders.
-[[nodiscard]] Result<std::string> path_of(const std::string& given, const ShippedKind& kind);
+[[nodiscard]] Result<std::string> resolve_path(const std::string& given, const ShippedKind& kind);
 
 }  // namespace gyrotherm

@@ -43,7 +43,7 @@ Result<Descriptor> listen_on_tcp(const std::string& address, std::uint16_t port,
                  "cannot listen: " + std::generic_category().message(errno));
 }
 
-std::uint16_t port_of(const Descriptor& listener) {
+std::uint16_t listening_port(const Descriptor& listener) {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
   ::getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);

@@ -16,7 +16,7 @@ namespace gyrotherm {
 [[nodiscard]] Result<Descriptor> listen_on_tcp(const std::string& address, std::uint16_t port, int backlog);
 
 /// Returns the port of a listening socket, IPv4 or IPv6.
-[[nodiscard]] std::uint16_t port_of(const Descriptor& listener);
+[[nodiscard]] std::uint16_t listening_port(const Descriptor& listener);
 
 /// Returns the next waiting connection as a non-blocking socket. If no connection waits, returns a closed descriptor
 /// with errno set.

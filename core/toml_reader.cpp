@@ -424,7 +424,7 @@ Result<NamedText> read_named(const TomlTable& table, const char* key, const std:
                   .text = known.value_or("")};
   if (known) return named;
   if (!name.empty() && !is_path(name)) {
-    auto shipped = path_of(name, kind);
+    auto shipped = resolve_path(name, kind);
     if (!shipped) return failure(FaultKind::bad_file, table.place(key), gyrotherm::text(shipped.error()));
     named.path = std::move(*shipped);
   }

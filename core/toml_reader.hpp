@@ -111,7 +111,7 @@ template <auto First, auto Last, class... Words>
 
 /// Returns the keyword for `value`, or "" if there is none.
 template <class T, std::size_t N>
-[[nodiscard]] constexpr const char* word_of(const Vocabulary<T, N>& words, T value) {
+[[nodiscard]] constexpr const char* keyword_for(const Vocabulary<T, N>& words, T value) {
   for (const auto& [word, meaning] : words)
     if (meaning == value) return word;
   return "";

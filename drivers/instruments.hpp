@@ -94,7 +94,7 @@ class Chamber : public Identified {
   /// need, because every query may be lost on a bad line. It ignores the rest period after failures, and ends only a
   /// program that this process started. From now on, a unit or number of decimals that cannot be read keeps its latest
   /// value. Fails as send_set_point() does.
-  [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) {
+  [[nodiscard]] virtual Result<void> send_set_point_immediately(Celsius target) {
     end_rest();
     return send_set_point(target);
   }

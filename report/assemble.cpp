@@ -193,7 +193,7 @@ ReportedVerification make_verification(const model::Verification& verification) 
 }
 
 /// Returns the variation between the runs that were not used to train the model.
-std::optional<model::BetweenRuns> compare_runs(const model::TrainedModel& trained) {
+std::optional<model::RunScatter> compare_runs(const model::TrainedModel& trained) {
   std::vector<model::Verification> unseen = trained.later;
   unseen.push_back(trained.random);
   return between_runs(unseen);

@@ -154,10 +154,10 @@ void describe(auto& form, Like<UsedFile> auto& file) {
 void describe(auto& form, Like<ReportedValue> auto& value) {
   form("value", value.value);
   const bool is_uncertain = std::isfinite(value.standard_uncertainty);
-  form.if_there("u", is_uncertain, value.standard_uncertainty);
-  form.if_there("k", is_uncertain, value.coverage_factor);
+  form.if_present("u", is_uncertain, value.standard_uncertainty);
+  form.if_present("k", is_uncertain, value.coverage_factor);
   if (is_uncertain) form.derived("U", value.expanded());
-  form.if_there("degrees_of_freedom", std::isfinite(value.degrees_of_freedom), positive(value.degrees_of_freedom));
+  form.if_present("degrees_of_freedom", std::isfinite(value.degrees_of_freedom), positive(value.degrees_of_freedom));
 }
 
 void describe(auto& form, Like<Column> auto& column) {
@@ -187,7 +187,7 @@ void describe(auto& form, Like<ResultTable> auto& table) {
 void describe(auto& form, Like<ReportedBudget> auto& budget) {
   form("axis", budget.axis);
   form("stage", one_of(budget.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
-  form.if_there("run", !budget.run.empty(), budget.run);
+  form.if_present("run", !budget.run.empty(), budget.run);
   form("averaging_s", positive(budget.budget.averaging_s));
   form.derived("combined", combined(budget.budget.rows));
   form("rows", budget.budget.rows);
@@ -303,9 +303,9 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("deviations", report.deviations);
   form("bias_zero", report.bias_zero);
   expect_known_key(form, "bias_zero", report.bias_zero, true);
-  form.if_there("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
+  form.if_present("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
   form("cluster_length_s", positive(report.cluster_length_s));
-  form.if_there("trained_ranges", !report.trained_ranges.empty(), report.trained_ranges);
+  form.if_present("trained_ranges", !report.trained_ranges.empty(), report.trained_ranges);
   form.derived("coverage", model::kCoverage);
   form("results", report.results);
   form("budgets", report.budgets);
@@ -317,7 +317,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("program_version", report.program_version);
 }
 
-ReportedValue with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom) {
+ReportedValue value_with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom) {
   const double whole =
       std::isfinite(degrees_of_freedom) ? std::max(1.0, std::floor(degrees_of_freedom)) : degrees_of_freedom;
   return {.value = value,

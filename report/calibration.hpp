@@ -127,7 +127,8 @@ struct ReportedValue {
 
 /// Returns a value whose coverage factor is that of Student's t. As in a budget, the degrees of freedom are truncated
 /// to an integer for this.
-[[nodiscard]] ReportedValue with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom);
+[[nodiscard]] ReportedValue value_with_uncertainty(double value, double standard_uncertainty,
+                                                   double degrees_of_freedom);
 
 /// One quantity of a result with a value per row.
 struct Column {

@@ -28,7 +28,7 @@ ReportedValue make_value(double value, double u, double degrees_of_freedom, doub
   const double combined = std::hypot(u, u_type_b);
   if (!std::isfinite(value) || !(combined > 0)) return exact(value);
   const double freedom = u > 0 ? std::max(1.0, degrees_of_freedom) * std::pow(combined / u, 4) : kInfinite;
-  return with_uncertainty(value, combined, freedom);
+  return value_with_uncertainty(value, combined, freedom);
 }
 
 ReportedValue make_value(const model::Measured& figure, double u_type_b = 0) {
@@ -199,7 +199,7 @@ ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
                         .degrees_of_freedom = std::max(1.0, figures.effective.of_mean - 1)},
                        {.standard_uncertainty = rmse_reference_uncertainty(figures, u_reference)}});
   if (!(all.standard_deg_per_h > 0)) return exact(figures.rmse);
-  return with_uncertainty(figures.rmse, all.standard_deg_per_h, all.degrees_of_freedom);
+  return value_with_uncertainty(figures.rmse, all.standard_deg_per_h, all.degrees_of_freedom);
 }
 
 void add_whole_run(const ResultTarget& of, const data::Figures& figures) {
@@ -230,7 +230,7 @@ void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, 
   ReportedValue value = exact(figures.mean);
   if (model.uncertainty) {
     model::Budget budget = model.uncertainty->budget;
-    if (!of.in_sample) budget.rows = model::rows_in_run(dataset, std::move(budget.rows));
+    if (!of.in_sample) budget.rows = model::rows_for_run(dataset, std::move(budget.rows));
     const model::CombinedUncertainty all = combined(budget.rows);
     value.standard_uncertainty = all.standard_deg_per_h;
     value.coverage_factor = all.coverage_factor;

@@ -181,7 +181,7 @@ ReportFigure random_figure(const Report& report) {
   const ModelCurve multi_t{"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t};
   plot::Range range = plot::joined(plot::joined(plot::range_of(three.residual), plot::range_of(multi.residual)),
                                    plot::range_of(multi_t.residual));
-  range = rounded_out(range, 3);
+  range = round_out(range, 3);
   plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
   plot.panels = {plot::make_panel("(a) Before and after", kBiasTitle,
                                   {make_time_curve(report, run, run.series.raw, "before", plot::colour::kRaw),

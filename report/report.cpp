@@ -65,7 +65,7 @@ void describe(auto& form, Like<ReportedResidual> auto& residual) {
   form("outside", residual.outside);
   form("effective_parameters", residual.effective_parameters);
   form("expected_in_sample_std_deg_per_h", residual.expected_in_sample_std);
-  form.if_there("streamed", residual.streamed.has_value(), residual.streamed);
+  form.if_present("streamed", residual.streamed.has_value(), residual.streamed);
 }
 
 void describe(auto& form, Like<ReportedCycle> auto& cycle) {
@@ -127,7 +127,7 @@ void describe(auto& form, Like<ReportedTraining> auto& training) {
   form("profile", training.profile);
   form("simulated", training.simulated);
   form("clusters", training.clusters);
-  form.if_there("block", training.block.has_value(), training.block);
+  form.if_present("block", training.block.has_value(), training.block);
 }
 
 void describe(auto& form, Like<ReportedModel> auto& model) {
@@ -264,7 +264,7 @@ void describe_provenance(auto& form, Like<Report> auto& report) {
 void describe(auto& form, Like<Report> auto& report) {
   form.derived("schema", kReportSchema);
   form("rig", report.rig);
-  form.if_there("thermal", true, report.thermal);
+  form.if_present("thermal", true, report.thermal);
   form("quick", report.quick);
   form.object("accept", [&](auto& accept) {
     accept.derived("verdict", verdict_of(report));

@@ -78,8 +78,8 @@ struct ReportedCorrelation {
 /// Residual bias of a record after compensation.
 struct ReportedResidual {
   data::Figures all, ramps, holds, corners;
-  std::optional<model::ErrorToTruth> to_truth;  ///< virtual rig only
-  model::OutsideTheRange outside;
+  std::optional<model::TrueBiasError> to_truth;  ///< virtual rig only
+  model::RangeExceedance outside;
   double effective_parameters = kNotKnown;
   /// Unknown for a record that was not used in training.
   double expected_in_sample_std = kNotKnown;
@@ -162,8 +162,8 @@ struct ReportedUncertainty {
 /// Result of a method on a record that was not used in training.
 struct ReportedVerification {
   data::Figures figures;
-  std::optional<model::ErrorToTruth> to_truth;  ///< virtual rig only
-  std::optional<model::Coverage> coverage;      ///< intervals of the method's budget
+  std::optional<model::TrueBiasError> to_truth;  ///< virtual rig only
+  std::optional<model::Coverage> coverage;       ///< intervals of the method's budget
 };
 
 /// A later record of the same gyro, used to check whether the models remain valid.
@@ -184,8 +184,8 @@ struct ReportedMethod {
   /// Leave-cycle-out with parameters chosen without the held-out cycle.
   std::optional<data::Figures> nested;
   ReportedVerification random;
-  std::vector<ReportedVerification> later;         ///< in the order of Report::later
-  std::optional<model::BetweenRuns> between_runs;  ///< random and later runs
+  std::vector<ReportedVerification> later;        ///< in the order of Report::later
+  std::optional<model::RunScatter> between_runs;  ///< random and later runs
   std::optional<ReportedUncertainty> uncertainty;
   /// Size of the model for a navigation computer; 0 if unknown.
   int stored_numbers{};

@@ -55,8 +55,8 @@ Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& 
   return done;
 }
 
-AuthorisedFiles authorised_files(const CalibrationReport& report, const std::vector<NewFile>& files,
-                                 const std::string& program_version) {
+AuthorisedFiles make_authorisation(const CalibrationReport& report, const std::vector<NewFile>& files,
+                                   const std::string& program_version) {
   AuthorisedFiles all{.number = report.number,
                       .authorised = report.authorised.value_or(Authorisation{}),
                       .program_version = program_version};

@@ -35,8 +35,8 @@ struct AuthorisedFiles {
 };
 
 /// Returns the authorisation of an authorised report over the given files.
-[[nodiscard]] AuthorisedFiles authorised_files(const CalibrationReport& report, const std::vector<NewFile>& files,
-                                               const std::string& program_version);
+[[nodiscard]] AuthorisedFiles make_authorisation(const CalibrationReport& report, const std::vector<NewFile>& files,
+                                                 const std::string& program_version);
 
 /// Returns authorisation.json, ending in a newline. The text depends only on `files`.
 [[nodiscard]] std::string to_json(const AuthorisedFiles& files);

@@ -337,7 +337,7 @@ const char* describe(model::Outside policy) {
 
 /// Formats a figure of the error relative to the true bias of a virtual rig. Marks a figure from which the mean was
 /// removed.
-std::string format_truth(const std::optional<model::ErrorToTruth>& error, double data::Figures::*figure) {
+std::string format_truth(const std::optional<model::TrueBiasError>& error, double data::Figures::*figure) {
   if (!error) return "–";
   return plot::format_bias(error->figures.*figure) + (error->mean_removed ? " (mean removed)" : "");
 }

@@ -320,7 +320,7 @@ void ChamberRegisters::start_program() {
   run_.start(std::move(*program), first);
 }
 
-void ChamberRegisters::pass_second() {
+void ChamberRegisters::advance_second() {
   ++seconds_;
   if (!run_.runs()) return;
   const auto set_point = run_.next_set_point(laboratory_.air_as_measured());

@@ -255,7 +255,7 @@ class ChamberRegisters final : public ServedRegisters {
 
   [[nodiscard]] const drivers::RegisterMap& map() const override { return map_; }
   [[nodiscard]] std::uint8_t unit() const { return map_.link.modbus.unit; }
-  [[nodiscard]] bool is_silent_when_wrong() const override { return unit_.silent_exceptions; }
+  [[nodiscard]] bool is_silent_on_errors() const override { return unit_.silent_exceptions; }
 
   /// Reads registers. A hole inside a map's block reads 0.
   [[nodiscard]] tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
@@ -266,7 +266,7 @@ class ChamberRegisters final : public ServedRegisters {
 
   /// Advances the clock and a running program by one second and applies the program's set point. Call it before the
   /// laboratory's step.
-  void pass_second();
+  void advance_second();
   [[nodiscard]] const ProgramRun& program() const { return run_; }
 
  private:

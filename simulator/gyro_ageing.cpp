@@ -57,7 +57,7 @@ GyroHistory make_history(const Storage& storage, LaboratorySeed seed) {
   return past;
 }
 
-LaboratoryParameters soaked_at(LaboratoryParameters parameters, Celsius first) {
+LaboratoryParameters soak_at(LaboratoryParameters parameters, Celsius first) {
   parameters.plant.start_c = first.value;
   if (auto* reduced = std::get_if<ReducedGyroParameters>(&parameters.body)) reduced->start_c = first.value;
   if (auto* lumped = std::get_if<LumpedGyroParameters>(&parameters.body)) lumped->network.start_c = first.value;

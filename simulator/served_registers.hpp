@@ -19,7 +19,7 @@ class ServedRegisters {
   virtual ~ServedRegisters() = default;
   [[nodiscard]] virtual const drivers::RegisterMap& map() const = 0;
   /// Returns whether the unit stays silent instead of sending an exception reply.
-  [[nodiscard]] virtual bool is_silent_when_wrong() const { return false; }
+  [[nodiscard]] virtual bool is_silent_on_errors() const { return false; }
 
   /// Appends `count` registers to `words`. Fails with illegal_value if `count` exceeds the map's limit, or with
   /// illegal_address if the map does not contain a register.

@@ -72,7 +72,7 @@ PacedGyroLine::PacedGyroLine(VirtualGyroLine line, GyroLineSources sources, Fram
                              Descriptor listener)
     : sources_(std::move(sources)),
       server_(std::move(listener),
-              StreamWriter(pace == FramePace::full_rate ? line.frame : at_one_frame_a_second(line.frame),
+              StreamWriter(pace == FramePace::full_rate ? line.frame : slow_to_one_frame_per_second(line.frame),
                            std::vector(sources_.axes.size(), arcsec_per_pulse)),
               std::move(line.commands)),
       frames_a_second_(pace == FramePace::full_rate && line.frame.rate_hz > 0 ? line.frame.rate_hz : 1),

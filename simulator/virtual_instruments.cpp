@@ -169,7 +169,7 @@ class Servers final : public VirtualInstruments {
     laboratory_.switch_on(true);
     for (const auto& [set_point, unit] : seconds) {
       laboratory_.change_set_point(set_point);
-      laboratory_.bring_unit_to(unit);
+      laboratory_.set_unit_state(unit);
       laboratory_.step();
       for (auto& gyro : gyros_) gyro.skip(laboratory_);
     }
@@ -187,9 +187,9 @@ class Servers final : public VirtualInstruments {
   }
   void attend() override { replies_.attend(); }
 
-  void bring_unit_to(const UnitState& state) override {
+  void set_unit_state(const UnitState& state) override {
     const std::scoped_lock lock(guard_);
-    laboratory_.bring_unit_to(state);
+    laboratory_.set_unit_state(state);
   }
   [[nodiscard]] UnitState unit() override {
     const std::scoped_lock lock(guard_);
@@ -222,7 +222,7 @@ class Servers final : public VirtualInstruments {
  private:
   void step() {
     for (auto& gyro : gyros_) gyro.begin_second(laboratory_);
-    chamber_.pass_second();
+    chamber_.advance_second();
     laboratory_.step();
     for (auto& gyro : gyros_) gyro.end_second(laboratory_);
     ++seconds_;
@@ -246,7 +246,7 @@ class Servers final : public VirtualInstruments {
 
   std::uint16_t serve(const std::string& instrument, Descriptor listener, const MakeSession& session) {
     if (!listener.is_open()) return 0;
-    const auto port = port_of(listener);
+    const auto port = listening_port(listener);
     lines_.push_back({instrument, fmt::format("tcp://127.0.0.1:{}", port)});
     replies_.add(std::move(listener), session);
     return port;
@@ -260,7 +260,7 @@ class Servers final : public VirtualInstruments {
   void serve_gyro(VirtualGyroLine line, const GyroLineSources& sources, const VirtualInstrumentsOptions& options,
                   Descriptor listener, std::optional<Pty> pty) {
     const auto name = line_name(sources, laboratory_, options.gyros.size());
-    gyro_ports_.push_back(listener.is_open() ? port_of(listener) : std::uint16_t{0});
+    gyro_ports_.push_back(listener.is_open() ? listening_port(listener) : std::uint16_t{0});
     if (listener.is_open()) lines_.push_back({name, fmt::format("tcp://127.0.0.1:{}", gyro_ports_.back())});
     gyros_.emplace_back(std::move(line), sources, options.frames, laboratory_.arcsec_per_pulse(), std::move(listener));
     if (!pty) return;

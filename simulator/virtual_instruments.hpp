@@ -82,7 +82,7 @@ class VirtualInstruments {
   /// Replays seconds of a recorded run without sending.
   virtual void replay(std::span<const PastSecond> seconds) = 0;
   /// Changes the state of all units from the next second on, as an operator would.
-  virtual void bring_unit_to(const UnitState& state) = 0;
+  virtual void set_unit_state(const UnitState& state) = 0;
   /// Returns the last requested state, also during a replay.
   [[nodiscard]] virtual UnitState unit() = 0;
 

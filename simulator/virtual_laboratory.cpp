@@ -75,7 +75,7 @@ Celsius start_on_bracket(std::vector<DrawnUnit>& units, const BracketParameters&
     return Celsius{sum_c / static_cast<double>(bodies.size())};
   });
   for (auto* body : bodies)
-    body->gyro = soaked_at(std::move(body->gyro), Bracket(bracket, bracket_start).effective_air(air));
+    body->gyro = soak_at(std::move(body->gyro), Bracket(bracket, bracket_start).effective_air(air));
   return bracket_start;
 }
 
@@ -194,7 +194,7 @@ void VirtualLaboratory::hold_output(std::optional<double> output) {
   parts_->plant.hold_output(output);
 }
 
-void VirtualLaboratory::bring_unit_to(const UnitState& state) {
+void VirtualLaboratory::set_unit_state(const UnitState& state) {
   parts_->unit = state;
   for (auto& unit : parts_->units) unit.bring_to(state);
 }

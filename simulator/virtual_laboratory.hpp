@@ -61,7 +61,7 @@ struct LaboratorySeed {
 };
 
 /// Returns the laboratory with chamber and gyro at rest at `first`, which the controller must accept.
-[[nodiscard]] LaboratoryParameters soaked_at(LaboratoryParameters parameters, Celsius first);
+[[nodiscard]] LaboratoryParameters soak_at(LaboratoryParameters parameters, Celsius first);
 
 /// A value that a unit reports in addition to its rates.
 struct UnitValue {
@@ -93,7 +93,7 @@ class VirtualLaboratory {
   void hold_output(std::optional<double> output);
   /// Changes the state of all units from the next step on. A unit without power is silent and cools down; switching on
   /// restarts it. Each axis of a turned unit measures the Earth rate with the opposite sign.
-  void bring_unit_to(const UnitState& state);
+  void set_unit_state(const UnitState& state);
   /// Marks a unit as silent or sending. Only the server of its line uses the mark; nothing else changes.
   void silence(std::size_t unit, bool silent);
   /// Applies these faults and removes all others. Faults of the chamber apply from the next step on, faults of

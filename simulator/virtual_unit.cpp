@@ -55,7 +55,7 @@ LaboratorySeed seed_of(LaboratorySeed seed, std::string_view name) {
 }
 
 Celsius cabinet_at_rest(const DrawnAxis& axis, Celsius air) {
-  return std::visit([](const auto& body) { return cabinet_at_rest(body); }, soaked_at(axis.gyro, air).body);
+  return std::visit([](const auto& body) { return cabinet_at_rest(body); }, soak_at(axis.gyro, air).body);
 }
 
 VirtualAxis::VirtualAxis(const DrawnAxis& drawn)

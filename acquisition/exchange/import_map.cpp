@@ -289,7 +289,7 @@ std::string in_words(const ColumnName& column) {
                                                   : fmt::format("\"{}\"", plain(column.name));
 }
 
-const char* name(FileFormat format) { return word_of(kFormats, format); }
+const char* name(FileFormat format) { return keyword_for(kFormats, format); }
 
 bool ImportMap::counts_increments() const { return axis_kind(*this) == GyroKind::pulse_count; }
 

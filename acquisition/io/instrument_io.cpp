@@ -150,9 +150,9 @@ class WatchedChamber {
   Result<void> send_set_point(Celsius target) {
     return watch_.guard(chamber_, [&] { return chamber_.send_set_point(target); });
   }
-  Result<void> send_set_point_at_once(Celsius target) {
+  Result<void> send_set_point_immediately(Celsius target) {
     chamber_.end_rest();
-    return watch_.guard_safe(chamber_, [&] { return chamber_.send_set_point_at_once(target); });
+    return watch_.guard_safe(chamber_, [&] { return chamber_.send_set_point_immediately(target); });
   }
   Result<void> switch_on(bool on) {
     if (on) return watch_.guard(chamber_, [&] { return chamber_.start(); });
@@ -228,8 +228,8 @@ class InlineIo final : public InstrumentIo {
     return sample;
   }
   Result<void> send_set_point(Celsius target) override { return watches_.chamber.send_set_point(target); }
-  Result<void> send_set_point_at_once(Celsius target) override {
-    return watches_.chamber.send_set_point_at_once(target);
+  Result<void> send_set_point_immediately(Celsius target) override {
+    return watches_.chamber.send_set_point_immediately(target);
   }
   Result<void> switch_on(bool on) override { return watches_.chamber.switch_on(on); }
   std::vector<std::string> strangers() const override { return watches_.strangers(); }
@@ -373,8 +373,8 @@ class WorkerIo final : public InstrumentIo {
     return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
   }
 
-  Result<void> send_set_point_at_once(Celsius target) override {
-    const auto send = [this, target] { return watches_.chamber.send_set_point_at_once(target); };
+  Result<void> send_set_point_immediately(Celsius target) override {
+    const auto send = [this, target] { return watches_.chamber.send_set_point_immediately(target); };
     return run_command(fmt::format("set point {:g} °C", target.value), send, options_.patience);
   }
 

@@ -111,7 +111,7 @@ class InstrumentIo {
   [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
   /// Sends a set point immediately, even on a line that pauses after failures, and waits up to the full `patience` for
   /// the result. Intended for urgent commands.
-  [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) = 0;
+  [[nodiscard]] virtual Result<void> send_set_point_immediately(Celsius target) = 0;
   /// Starts or stops conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 

@@ -83,17 +83,17 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form("reaction", alarm.reaction);
   form("text", alarm.text);
   // Version 0.1.0 does not write the members below.
-  form.if_there("last_number", true, alarm.last_number);
-  form.if_there("subject", true, alarm.subject);
-  form.if_there("priority", true, one_of(alarm.priority, kAlarmPriorities));
-  form.if_there("count", true, alarm.count);
-  form.if_there("first_utc_ns", true, alarm.first_utc);
-  form.if_there("returned_utc_ns", true, alarm.returned_utc);
-  form.if_there("active", true, alarm.active);
-  form.if_there("acknowledged", true, alarm.acknowledged);
-  form.if_there("suppressed_by", true, alarm.suppressed_by);
-  form.if_there("acknowledged_by", true, alarm.acknowledged_by);
-  form.if_there("comment", true, alarm.comment);
+  form.if_present("last_number", true, alarm.last_number);
+  form.if_present("subject", true, alarm.subject);
+  form.if_present("priority", true, one_of(alarm.priority, kAlarmPriorities));
+  form.if_present("count", true, alarm.count);
+  form.if_present("first_utc_ns", true, alarm.first_utc);
+  form.if_present("returned_utc_ns", true, alarm.returned_utc);
+  form.if_present("active", true, alarm.active);
+  form.if_present("acknowledged", true, alarm.acknowledged);
+  form.if_present("suppressed_by", true, alarm.suppressed_by);
+  form.if_present("acknowledged_by", true, alarm.acknowledged_by);
+  form.if_present("comment", true, alarm.comment);
 }
 
 /// Returns the end of an alarm event's text that names the root alarm: " [consequence of host_late]".

@@ -41,9 +41,9 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form("written_in_boot", status.written_in_boot);
   form("parts", status.parts);
   // Older versions do not write the members below.
-  form.if_there("live_copy_trouble", true, status.live_copy_trouble);
-  form.if_there("alarms", true, status.alarms);
-  form.if_there("gyro_rates", true, status.gyro_rates);
+  form.if_present("live_copy_trouble", true, status.live_copy_trouble);
+  form.if_present("alarms", true, status.alarms);
+  form.if_present("gyro_rates", true, status.gyro_rates);
 }
 
 std::string in_words(RunState state, const std::string& cause) {

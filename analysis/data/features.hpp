@@ -46,11 +46,11 @@ struct Term {
 void describe(auto& form, Like<Factor> auto& factor) {
   form("kind", one_of(factor.kind, {FactorKind::temperature, FactorKind::gradient, FactorKind::rate, FactorKind::lag}));
   form("first", factor.first);
-  form.if_there("second", factor.kind == FactorKind::gradient, factor.second);
+  form.if_present("second", factor.kind == FactorKind::gradient, factor.second);
   form.expect("second", (factor.kind == FactorKind::gradient) == !factor.second.empty(),
               "expected for a gradient and only for a gradient");
-  form.if_there("time_constant_s", factor.kind == FactorKind::lag,
-                positive(factor.time_constant_s, kLongestTimeConstantS));
+  form.if_present("time_constant_s", factor.kind == FactorKind::lag,
+                  positive(factor.time_constant_s, kLongestTimeConstantS));
   form.expect("time_constant_s", (factor.kind == FactorKind::lag) == (factor.time_constant_s > 0),
               "expected for a lag and only for a lag");
 }

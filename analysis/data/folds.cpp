@@ -261,7 +261,7 @@ TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Ind
   return left;
 }
 
-Result<TrainingSet> with_two_folds(TrainingSet training_set) {
+Result<TrainingSet> ensure_two_folds(TrainingSet training_set) {
   if (training_set.folds.folds.size() >= 2) return training_set;
   auto plan = plan_folds({training_set.clusters}, {.kind = FoldKind::blocks, .guard_minutes = {}});
   if (!plan) return failure(plan.error());

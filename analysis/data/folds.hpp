@@ -84,6 +84,6 @@ struct TrainingSet {
 
 /// Returns the training set with at least two folds, which a choice on held-out clusters requires. If it has fewer,
 /// replaces them by blocks. Fails with usage if there are too few clusters.
-[[nodiscard]] Result<TrainingSet> with_two_folds(TrainingSet training_set);
+[[nodiscard]] Result<TrainingSet> ensure_two_folds(TrainingSet training_set);
 
 }  // namespace gyrotherm::data

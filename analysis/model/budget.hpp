@@ -169,7 +169,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
                                      Source::thermometer_drift, Source::input_drift, Source::thermometer_calibration,
                                      Source::latitude, Source::azimuth, Source::tilt, Source::fixture_elevation,
                                      Source::fixture_roll, Source::axis_direction, Source::scale_factor}));
-  form.if_there("of", !row.of.empty(), row.of);
+  form.if_present("of", !row.of.empty(), row.of);
   form("type", one_of(row.evaluation, {Evaluation::a, Evaluation::b}));
   form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular,
                                                  ErrorDistribution::triangular}));
@@ -180,18 +180,18 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
     if (row.source == Source::input_drift) row.unit = unit;
   form("sensitivity_deg_per_h_per_unit", row.sensitivity);
   form.derived("contribution_deg_per_h", contribution_deg_per_h(row));
-  form.if_there("degrees_of_freedom", row.degrees_of_freedom < std::numeric_limits<double>::infinity(),
-                positive(row.degrees_of_freedom));
+  form.if_present("degrees_of_freedom", row.degrees_of_freedom < std::numeric_limits<double>::infinity(),
+                  positive(row.degrees_of_freedom));
   form.derived("differs", name(differs(row.source)));
   form("assumed", row.assumed);
-  form.if_there("chosen_on_these_folds", row.chosen_on_these_folds, row.chosen_on_these_folds);
-  form.if_there("only_start_held_out", row.only_start_held_out, row.only_start_held_out);
+  form.if_present("chosen_on_these_folds", row.chosen_on_these_folds, row.chosen_on_these_folds);
+  form.if_present("only_start_held_out", row.only_start_held_out, row.only_start_held_out);
 }
 
 void describe(auto& form, Like<CombinedUncertainty> auto& uncertainty) {
   form("u_deg_per_h", uncertainty.standard_deg_per_h);
-  form.if_there("degrees_of_freedom", uncertainty.degrees_of_freedom < std::numeric_limits<double>::infinity(),
-                uncertainty.degrees_of_freedom);
+  form.if_present("degrees_of_freedom", uncertainty.degrees_of_freedom < std::numeric_limits<double>::infinity(),
+                  uncertainty.degrees_of_freedom);
   form("k", uncertainty.coverage_factor);
   form("U_deg_per_h", uncertainty.expanded_deg_per_h);
 }
@@ -214,14 +214,14 @@ void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
   std::optional<CombinedUncertainty> stated;
   if constexpr (std::is_const_v<std::remove_reference_t<decltype(uncertainty)>>)
     stated = combined(uncertainty.budget.rows);
-  form.if_there("combined", stated.has_value(), stated);
+  form.if_present("combined", stated.has_value(), stated);
   form("budget", uncertainty.budget.rows);
   form.expect("combined", !stated || agree(*stated, combined(uncertainty.budget.rows)),
               "does not match the rows of the budget");
   form("sensitivities", uncertainty.sensitivities);
   form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));
-  form.if_there("variance_in_training", std::isfinite(uncertainty.variance_in_training),
-                not_negative(uncertainty.variance_in_training));
+  form.if_present("variance_in_training", std::isfinite(uncertainty.variance_in_training),
+                  not_negative(uncertainty.variance_in_training));
 }
 
 }  // namespace gyrotherm::model

@@ -34,8 +34,8 @@ struct BeforeAfter {
 void describe(auto& form, Like<Measured> auto& measured) {
   form("value", measured.value);
   form("u", measured.u);
-  form.if_there("degrees_of_freedom", measured.degrees_of_freedom < std::numeric_limits<double>::infinity(),
-                measured.degrees_of_freedom);
+  form.if_present("degrees_of_freedom", measured.degrees_of_freedom < std::numeric_limits<double>::infinity(),
+                  measured.degrees_of_freedom);
 }
 void describe(auto& form, Like<BeforeAfter> auto& figures) {
   form("before", figures.before);

@@ -160,7 +160,7 @@ void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion
   form("widths", expansion.widths);
   form("weights", expansion.weights);
   form("centres", Rows{expansion.centres, inputs});
-  form.if_there("slope", expansion.slope.size() > 0, expansion.slope);
+  form.if_present("slope", expansion.slope.size() > 0, expansion.slope);
   form.expect("slope", expansion.slope.size() == 0 || expansion.slope.size() == inputs,
               "expected one number per input");
   form.expect("lengths", are_positive_numbers(expansion.lengths), "expected numbers from 1e-30 to 1e30");
@@ -216,11 +216,11 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form("clusters", record.clusters);
   form("from_s", record.from_s);
   form("to_s", record.to_s);
-  form.if_there("unit", is_named(record.of), record.of.unit);
-  form.if_there("axis", !record.of.axis.empty(), record.of.axis);
-  form.if_there("identity", !record.identity.empty(), record.identity);
-  form.if_there("bias_zero", !record.bias_zero.empty(), record.bias_zero);
-  form.if_there("block", record.block.has_value(), record.block);
+  form.if_present("unit", is_named(record.of), record.of.unit);
+  form.if_present("axis", !record.of.axis.empty(), record.of.axis);
+  form.if_present("identity", !record.identity.empty(), record.identity);
+  form.if_present("bias_zero", !record.bias_zero.empty(), record.bias_zero);
+  form.if_present("block", record.block.has_value(), record.block);
 }
 
 void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {
@@ -248,7 +248,7 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
   form("swarm", tuning.swarm);
   form("warnings", tuning.warnings);
   form("options", model.tuning_options);
-  form.if_there("one_standard_error", tuning.one_standard_error.has_value(), tuning.one_standard_error);
+  form.if_present("one_standard_error", tuning.one_standard_error.has_value(), tuning.one_standard_error);
 }
 
 /// Returns true if a model file may name this method: a method of this version or of version 0.1.0.
@@ -285,22 +285,22 @@ void describe(auto& form, Like<Model> auto& model) {
   form.object("function", [&](auto& function) {
     describe_function(function, model.function, static_cast<Eigen::Index>(model.terms.size()));
   });
-  form.object_if_there("variance", model.variance.has_value(), [&](auto& variance) {
+  form.object_if_present("variance", model.variance.has_value(), [&](auto& variance) {
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) model.variance.emplace();
     describe_variance(variance, *model.variance, static_cast<Eigen::Index>(model.terms.size()));
   });
-  form.if_there("selection", !model.selection.terms.empty(), model.selection);
-  form.if_there("residual_std_deg_per_h", std::isfinite(model.residual_std_deg_per_h),
-                not_negative(model.residual_std_deg_per_h));
-  form.if_there("nested_leave_cycle_out", model.nested_leave_cycle_out.has_value(), model.nested_leave_cycle_out);
-  form.object_if_there("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
-                       [&](auto& tuning) { describe_tuning(tuning, model); });
-  form.if_there("residual_noise", model.residual_noise.has_value(), model.residual_noise);
+  form.if_present("selection", !model.selection.terms.empty(), model.selection);
+  form.if_present("residual_std_deg_per_h", std::isfinite(model.residual_std_deg_per_h),
+                  not_negative(model.residual_std_deg_per_h));
+  form.if_present("nested_leave_cycle_out", model.nested_leave_cycle_out.has_value(), model.nested_leave_cycle_out);
+  form.object_if_present("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
+                         [&](auto& tuning) { describe_tuning(tuning, model); });
+  form.if_present("residual_noise", model.residual_noise.has_value(), model.residual_noise);
   form.expect("residual_noise", !model.residual_noise || is_within_limits(*model.residual_noise),
               "expected noise coefficients of at most 1e30 and an angle random walk of at least 1e-30");
-  form.if_there("latency", model.latency.has_value(), model.latency);
-  form.if_there("reduction", model.reduction.has_value(), model.reduction);
-  form.if_there("uncertainty", model.uncertainty.has_value(), model.uncertainty);
+  form.if_present("latency", model.latency.has_value(), model.latency);
+  form.if_present("reduction", model.reduction.has_value(), model.reduction);
+  form.if_present("uncertainty", model.uncertainty.has_value(), model.uncertainty);
   form.expect("uncertainty",
               !model.uncertainty || std::isfinite(combined(model.uncertainty->budget.rows).expanded_deg_per_h),
               "expected a budget with a finite combined uncertainty");
@@ -309,7 +309,7 @@ void describe(auto& form, Like<Model> auto& model) {
 std::string to_json(const Model& model) { return gyrotherm::text_of(make_json(model), 1) + "\n"; }
 
 Result<Model> model_from_json(std::string_view json, const std::string& file) {
-  const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_mistakes);
+  const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_errors);
   if (!root) return failure(root.error());
   const JsonNode schema = (*root)["schema"];
   if (schema.text() != kModelSchema)

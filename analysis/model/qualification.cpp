@@ -93,7 +93,7 @@ std::vector<NamedModel> named_models(const Qualification& qualification) {
 /// few weeks cannot reveal.
 Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
   return verify(model, run.dataset, run.clusters).map([&](const Verification& verification) {
-    return std::pow(verification.compensated.rmse, 2) + std::pow(drift_in_a_year_deg_per_h(model, run.dataset), 2);
+    return std::pow(verification.compensated.rmse, 2) + std::pow(yearly_drift_deg_per_h(model, run.dataset), 2);
   });
 }
 
@@ -136,7 +136,7 @@ Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
   return {};
 }
 
-Result<void> check_programs(const std::string& rate_profile, const std::vector<data::RecordedRun>& further) {
+Result<void> check_profiles(const std::string& rate_profile, const std::vector<data::RecordedRun>& further) {
   for (const data::RecordedRun& run : further)
     if (run.dataset.profile_name == rate_profile)
       return failure(FaultKind::usage, run.dataset.path,
@@ -163,7 +163,7 @@ Result<void> verify_later(Qualification& trained, const std::vector<data::Record
 
 Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                          const std::vector<data::RecordedRun>& further,
-                                         const QualificationOptions& options, const ComparisonBegins& begins,
+                                         const QualificationOptions& options, const ComparisonCallback& begins,
                                          const ProgressSink& progress) {
   if (further.empty()) return recommend({});
   std::vector<Candidate> candidates;
@@ -191,7 +191,7 @@ Result<PerModel<TrainedModel>> train_models(const data::RecordedRun& rate, const
 }
 
 Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
-                                  const QualificationOptions& options, const ComparisonBegins& begins,
+                                  const QualificationOptions& options, const ComparisonCallback& begins,
                                   const ProgressSink& progress) {
   Comparison comparison;
   for (const Task& task : comparison_tasks()) {

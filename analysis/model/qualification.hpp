@@ -71,13 +71,14 @@ struct Comparison {
 };
 
 /// Called before each method is trained, with its name and inputs.
-using ComparisonBegins = std::function<void(std::string_view method, std::string_view inputs)>;
+using ComparisonCallback = std::function<void(std::string_view method, std::string_view inputs)>;
 
 /// Trains every method of the table on its default inputs and on those that the table lists for comparison, except the
 /// three models of train_models(). Fails with interrupted.
 [[nodiscard]] Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
                                                 const QualificationOptions& options,
-                                                const ComparisonBegins& begins = {}, const ProgressSink& progress = {});
+                                                const ComparisonCallback& begins = {},
+                                                const ProgressSink& progress = {});
 
 /// All trained models and the recommendation.
 struct Qualification {
@@ -105,20 +106,20 @@ void for_each_trained(Trained& of, Visit visit) {
                                        const std::vector<data::RecordedRun>& records);
 
 /// Fails with usage if a further record has the profile of the ramp run.
-[[nodiscard]] Result<void> check_programs(const std::string& rate_profile,
+[[nodiscard]] Result<void> check_profiles(const std::string& rate_profile,
                                           const std::vector<data::RecordedRun>& further);
 
 /// Recommends one of all trained models, compared on records with profiles that the models have not seen
 /// (recommendation.hpp): each further record is predicted by the model of the ramp run, and the ramp run is predicted
 /// by the same method trained only on the further records. The comparison never uses data that were used in a model's
 /// scaling, selection, tuning or fitting. The random run, from which the headline results come, is not used at all.
-/// Each squared error includes the effect of the thermometers' drift in a year (drift_in_a_year_deg_per_h). Without
+/// Each squared error includes the effect of the thermometers' drift in a year (yearly_drift_deg_per_h). Without
 /// further records nothing is trained or recommended. The further records must have passed check_apart() and
-/// check_programs(). Fails with interrupted, or like verify().
+/// check_profiles(). Fails with interrupted, or like verify().
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,
                                                        const QualificationOptions& options,
-                                                       const ComparisonBegins& begins = {},
+                                                       const ComparisonCallback& begins = {},
                                                        const ProgressSink& progress = {});
 
 }  // namespace gyrotherm::model

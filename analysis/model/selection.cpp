@@ -266,7 +266,7 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
 
 Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std::vector<data::Term>& candidates,
                                  const data::TrainingSet& training_set, int most) {
-  const auto divided = with_two_folds(training_set);
+  const auto divided = ensure_two_folds(training_set);
   if (!divided) return failure(divided.error());
   std::vector<data::Term> terms = fixed;
   terms.insert(terms.end(), candidates.begin(), candidates.end());

@@ -397,7 +397,7 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
       return keep_going(progress, stage, fraction);
     };
     // The bias is not filtered here, since each inner split filters it.
-    const auto inner = with_two_folds(within(training_set, training_set.folds.folds[i].training));
+    const auto inner = ensure_two_folds(within(training_set, training_set.folds.folds[i].training));
     if (!inner) return failure(inner.error());
     const auto inner_splits = split_at_folds(*inner, inputs, estimator.method, within_stage);
     if (!inner_splits) return failure(inner_splits.error());

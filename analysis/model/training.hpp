@@ -87,7 +87,7 @@ struct EstimatorOptions {
 
 /// Returns the residuals of leave_out_residual() with hyper-parameters that are also chosen without the held-out fold:
 /// for each fold they are chosen again on folds of its training clusters, including selection and scaling. `splits` are
-/// those of the training set. Also fails like with_two_folds().
+/// those of the training set. Also fails like ensure_two_folds().
 [[nodiscard]] Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set,
                                                       const std::vector<FoldData>& splits, const InputPlan& inputs,
                                                       EstimatorOptions estimator, const ProgressSink& progress);

@@ -454,7 +454,7 @@ ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
   return all;
 }
 
-double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& dataset) {
+double yearly_drift_deg_per_h(const Model& model, const data::Dataset& dataset) {
   if (!model.uncertainty) return 0;
   double squares = 0;
   for (const Sensitivity& one : model.uncertainty->sensitivities) {
@@ -481,7 +481,7 @@ std::vector<double> drifts_between_k(const data::Dataset& trained, const data::D
   return all;
 }
 
-std::vector<BudgetRow> rows_in_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
+std::vector<BudgetRow> rows_for_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
   for (BudgetRow& row : rows) {
     if (!is_drift(row.source)) continue;
     const record::ThermometerUncertainty stated = stated_uncertainty(dataset, row.of);
@@ -495,7 +495,7 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);
   if (!slopes) return failure(slopes.error());
-  const auto rows = rows_in_run(dataset, differing_rows(at_averaging(trained.budget, clusters.length_s).rows));
+  const auto rows = rows_for_run(dataset, differing_rows(at_averaging(trained.budget, clusters.length_s).rows));
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;

@@ -111,7 +111,7 @@ struct ThermometersInUse {
 /// Computes the standard uncertainty that the thermometers' drift in a year adds to the compensated bias, °/h: the root
 /// sum of squares of each drift, as stated in the record or 0.05 K, times the root mean square of the model's
 /// sensitivity. 0 for a model without an uncertainty.
-[[nodiscard]] double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& dataset);
+[[nodiscard]] double yearly_drift_deg_per_h(const Model& model, const data::Dataset& dataset);
 
 /// Computes the drift of a budget's thermometer between the training and the run of a record, K, as if the drifts from
 /// calibration to training and from calibration to run were independent. If neither day of calibration is known, a year
@@ -125,7 +125,7 @@ struct ThermometersInUse {
 
 /// Returns a model's budget rows for the run of an unseen record. The uncertainty of a drift row becomes
 /// drift_between_k(). The row is marked as assumed if the record does not state the drift or the day of calibration.
-[[nodiscard]] std::vector<BudgetRow> rows_in_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
+[[nodiscard]] std::vector<BudgetRow> rows_for_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
 
 /// Computes the half-width of the interval, °/h, that should contain each cluster's mean of compensated bias with
 /// probability kCoverage in an unseen run. It combines the sources that differ within a run or between runs, for means

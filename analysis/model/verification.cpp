@@ -96,8 +96,8 @@ std::vector<SegmentFigures> segment_figures(const data::Dataset& dataset, const 
   return figures;
 }
 
-OutsideTheRange summarise_outside(const Model& model, const RangedInputs& ranged, Outside policy) {
-  OutsideTheRange outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
+RangeExceedance summarise_outside(const Model& model, const RangedInputs& ranged, Outside policy) {
+  RangeExceedance outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
   if (ranged.worst_term < 0) return outside;
   outside.farthest_term = to_string(model.terms[static_cast<std::size_t>(ranged.worst_term)]);
   outside.farthest = ranged.worst_excess;
@@ -159,7 +159,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
                     std::back_inserter(warnings));
   if (auto warning = over_fit_warning(result.compensated, result.floor, share_of_parameters(model, result)))
     warnings.push_back(*warning);
-  if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
+  if (const RangeExceedance& outside = result.outside; outside.clusters > 0) {
     const auto block = trained_block(model.trained_on);
     warnings.push_back(
         fmt::format("{} of {} clusters have an input outside the trained range{} (farthest: {}, by {:.2g} % of its "
@@ -212,13 +212,13 @@ std::optional<Coverage> find_coverage(const Eigen::VectorXd& residual, const Eig
 
 }  // namespace
 
-std::optional<ErrorToTruth> compute_true_bias_error(const data::Dataset& dataset, const data::Clusters& clusters,
-                                                    const Eigen::VectorXd& residual) {
+std::optional<TrueBiasError> compute_true_bias_error(const data::Dataset& dataset, const data::Clusters& clusters,
+                                                     const Eigen::VectorXd& residual) {
   if (clusters.true_bias_deg_per_h.size() == 0) return {};
   Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
   const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
   if (rows.empty()) return {};
-  ErrorToTruth result{.figures = {}, .mean_removed = dataset.has_own_reference};
+  TrueBiasError result{.figures = {}, .mean_removed = dataset.has_own_reference};
   if (result.mean_removed) error.array() -= error(rows).mean();
   result.figures = compute_figures(error(rows), clusters, rows);
   return result;
@@ -294,14 +294,14 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
                   .aligned_to_truth = compute_true_bias_error(dataset, clusters, aligned)};
 }
 
-std::optional<std::string> no_gain_warning(std::string_view residual_name, const data::Figures& residual,
-                                           const data::Figures& raw) {
+std::optional<std::string> make_no_gain_warning(std::string_view residual_name, const data::Figures& residual,
+                                                const data::Figures& raw) {
   if (residual.count <= 1 || residual.std < raw.std) return std::nullopt;
   return fmt::format("no better than no model: {} std {:.5g} °/h, raw bias std {:.5g} °/h", residual_name, residual.std,
                      raw.std);
 }
 
-std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {
+std::optional<RunScatter> between_runs(const std::vector<Verification>& verifications) {
   std::set<std::string> seen, zeros, gyros;
   std::vector<double> means;
   for (const Verification& one : verifications) {
@@ -314,11 +314,11 @@ std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verific
   const data::Figures figures =
       data::compute_figures(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())));
   const int freedom = figures.count - 1;
-  return BetweenRuns{.runs = figures.count,
-                     .mean_deg_per_h = figures.mean,
-                     .std_deg_per_h = figures.std,
-                     .degrees_of_freedom = freedom,
-                     .expanded_deg_per_h = figures.std * data::coverage_factor(kCoverage, freedom)};
+  return RunScatter{.runs = figures.count,
+                    .mean_deg_per_h = figures.mean,
+                    .std_deg_per_h = figures.std,
+                    .degrees_of_freedom = freedom,
+                    .expanded_deg_per_h = figures.std * data::coverage_factor(kCoverage, freedom)};
 }
 
 }  // namespace gyrotherm::model

@@ -30,7 +30,7 @@ struct SegmentFigures {
 };
 
 /// Clusters with inputs outside the trained range, and the policy for them.
-struct OutsideTheRange {
+struct RangeExceedance {
   Outside policy{};
   /// Clusters with an input outside. With refuse, they are excluded from the residual figures.
   int clusters{};
@@ -40,7 +40,7 @@ struct OutsideTheRange {
   double farthest{};
 };
 
-void describe(auto& form, Like<OutsideTheRange> auto& outside) {
+void describe(auto& form, Like<RangeExceedance> auto& outside) {
   form("policy", one_of(outside.policy, {Outside::continued, Outside::refuse, Outside::extrapolate}));
   form("clusters", outside.clusters);
   form("farthest_term", outside.farthest_term);
@@ -50,13 +50,13 @@ void describe(auto& form, Like<OutsideTheRange> auto& outside) {
 /// Prediction minus true bias of a virtual gyro: the error of the model, without effects that no temperature predicts
 /// (noise, bias instability, turn-on offset). A constant offset of the training record is not an error of the model;
 /// `std` excludes it, `rmse` includes it.
-struct ErrorToTruth {
+struct TrueBiasError {
   data::Figures figures;
   /// The bias reference is a mean of this record, so the mean error has no meaning.
   bool mean_removed{};
 };
 
-void describe(auto& form, Like<ErrorToTruth> auto& error) {
+void describe(auto& form, Like<TrueBiasError> auto& error) {
   describe(form, error.figures);
   form("mean_removed", error.mean_removed);
 }
@@ -84,7 +84,7 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
 /// (aligned). Includes only clusters with a streamed value in every second.
 struct Streamed {
   data::Figures residual, aligned;
-  std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< virtual rig only
+  std::optional<TrueBiasError> to_truth, aligned_to_truth;  ///< virtual rig only
 };
 
 void describe(auto& form, Like<Streamed> auto& streamed) {
@@ -112,7 +112,7 @@ struct Verification {
   /// Figures of the first 10 min after each corner, where the temperature profile changes its slope.
   data::Figures corners;
   /// Virtual rig only; the same clusters as `compensated`.
-  std::optional<ErrorToTruth> to_truth;
+  std::optional<TrueBiasError> to_truth;
   data::NoiseFloor floor;  ///< raw bias
   /// Effective parameters of the model; 0 if unknown.
   double effective_parameters{};
@@ -122,7 +122,7 @@ struct Verification {
   /// Residual of each cluster; NaN where the model refuses.
   Eigen::VectorXd residual_deg_per_h;
   std::vector<SegmentFigures> segments;
-  OutsideTheRange outside;
+  RangeExceedance outside;
   /// Empty for a model without an uncertainty.
   std::optional<Coverage> coverage;
   /// Empty until the caller adds the result of as_streamed().
@@ -133,9 +133,9 @@ struct Verification {
 
 /// Returns the error of predictions relative to the true bias, given the residual of each cluster's mean. Uses the
 /// clusters with a residual. No value if the truth is unknown.
-[[nodiscard]] std::optional<ErrorToTruth> compute_true_bias_error(const data::Dataset& dataset,
-                                                                  const data::Clusters& clusters,
-                                                                  const Eigen::VectorXd& residual_deg_per_h);
+[[nodiscard]] std::optional<TrueBiasError> compute_true_bias_error(const data::Dataset& dataset,
+                                                                   const data::Clusters& clusters,
+                                                                   const Eigen::VectorXd& residual_deg_per_h);
 
 /// Compensates the record's clusters and evaluates the residual bias. Fails with usage if the clusters lack a
 /// thermometer that the model needs, or if the model refuses every cluster.
@@ -153,11 +153,11 @@ struct Verification {
 
 /// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `residual_name`
 /// names the residual in the warning, such as "compensated".
-[[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view residual_name, const data::Figures& residual,
-                                                         const data::Figures& raw);
+[[nodiscard]] std::optional<std::string> make_no_gain_warning(std::string_view residual_name,
+                                                              const data::Figures& residual, const data::Figures& raw);
 
 /// Scatter of the means of whole runs, which a single run cannot reveal: type A, from two or more runs.
-struct BetweenRuns {
+struct RunScatter {
   int runs{};
   /// Mean compensated bias of each run, averaged over the runs.
   double mean_deg_per_h{};
@@ -168,7 +168,7 @@ struct BetweenRuns {
   double expanded_deg_per_h{};
 };
 
-void describe(auto& form, Like<BetweenRuns> auto& between) {
+void describe(auto& form, Like<RunScatter> auto& between) {
   form("runs", between.runs);
   form("mean_deg_per_h", between.mean_deg_per_h);
   form("std_deg_per_h", between.std_deg_per_h);
@@ -179,6 +179,6 @@ void describe(auto& form, Like<BetweenRuns> auto& between) {
 /// Computes the scatter of the runs that the model was not trained on, each counted once; no value for fewer than two.
 /// A run with its own mean as bias reference is excluded, because its difference from other runs was removed. No value
 /// if two runs have different bias references or different gyros.
-[[nodiscard]] std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications);
+[[nodiscard]] std::optional<RunScatter> between_runs(const std::vector<Verification>& verifications);
 
 }  // namespace gyrotherm::model

@@ -102,10 +102,10 @@ void describe(auto& form, Like<UnexplainedNoise> auto& noise) {
 void describe(auto& form, Like<PriorRecord> auto& record) {
   form("name", record.name);
   form("run_id", record.run_id);
-  form.if_there("unit", !record.unit.empty(), record.unit);
-  form.if_there("axis", !record.axis.empty(), record.axis);
-  form.if_there("identity", !record.identity.empty(), record.identity);
-  form.if_there("bias_zero", !record.bias_zero.empty(), record.bias_zero);
+  form.if_present("unit", !record.unit.empty(), record.unit);
+  form.if_present("axis", !record.axis.empty(), record.axis);
+  form.if_present("identity", !record.identity.empty(), record.identity);
+  form.if_present("bias_zero", !record.bias_zero.empty(), record.bias_zero);
 }
 
 void describe(auto& form, Like<TypePrior> auto& prior) {
@@ -114,7 +114,7 @@ void describe(auto& form, Like<TypePrior> auto& prior) {
   form.derived("schema", kTypePriorSchema);
   form("type", prior.type);
   form("units", prior.units);
-  form.if_there("records", !prior.records.empty(), prior.records);
+  form.if_present("records", !prior.records.empty(), prior.records);
   form("simulated", prior.simulated);
   form("cluster_length_s", positive(prior.cluster_length_s, kLongestClusterS));
   form("noise", prior.noise);
@@ -145,7 +145,7 @@ void describe(auto& form, Like<TypePrior> auto& prior) {
 std::string to_json(const TypePrior& prior) { return gyrotherm::text_of(make_json(prior), 1) + "\n"; }
 
 Result<TypePrior> type_prior_from_json(std::string_view json, const std::string& file) {
-  const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_mistakes);
+  const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_errors);
   if (!root) return failure(root.error());
   const JsonNode schema = (*root)["schema"];
   if (schema.text() != kTypePriorSchema)

@@ -68,23 +68,23 @@ CLI::Validator not_negative() {
   return {judge, "NONNEGATIVE"};
 }
 
-CLI::Validator not_a_dash() {
+CLI::Validator reject_dash() {
   const auto judge = [](const std::string& text) {
     return std::string(text == "-" ? "\"-\" is not a file name here; for a file with this name write ./-" : "");
   };
   return {judge, ""};
 }
 
-void add_forwarded(Program& program, const std::string& name, const std::string& description,
-                   const std::string& example,
-                   std::function<Result<Exit>(const std::vector<std::string>& arguments)> action) {
+void add_forwarding_subcommand(Program& program, const std::string& name, const std::string& description,
+                               const std::string& example,
+                               std::function<Result<Exit>(const std::vector<std::string>& arguments)> action) {
   auto* app = program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
   app->prefix_command();
   app->set_help_flag();
   app->callback([&program, app, action = std::move(action)] { program.outcome = action(app->remaining()); });
 }
 
-Result<Exit> become_program(const std::string& name, std::vector<std::string> arguments) {
+Result<Exit> exec_sibling_program(const std::string& name, std::vector<std::string> arguments) {
   std::string own_name = name;
   std::vector<char*> argv{own_name.data()};
   for (auto& argument : arguments) argv.push_back(argument.data());

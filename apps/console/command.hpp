@@ -100,15 +100,15 @@ void add_outside_option(CLI::App& command, std::string& outside, const std::stri
 /// Refuses a value that begins with a minus sign: a negative number or a mistyped option.
 [[nodiscard]] CLI::Validator not_negative();
 /// Refuses "-" for an output file or folder that cannot be standard output.
-[[nodiscard]] CLI::Validator not_a_dash();
+[[nodiscard]] CLI::Validator reject_dash();
 
 /// Adds a subcommand that does not parse its arguments, not even --help, and passes all of them to `action`.
-void add_forwarded(Program& program, const std::string& name, const std::string& description,
-                   const std::string& example,
-                   std::function<Result<Exit>(const std::vector<std::string>& arguments)> action);
+void add_forwarding_subcommand(Program& program, const std::string& name, const std::string& description,
+                               const std::string& example,
+                               std::function<Result<Exit>(const std::vector<std::string>& arguments)> action);
 
 /// Replaces this process by a program that was installed next to it, with these arguments. Returns only if that fails.
-[[nodiscard]] Result<Exit> become_program(const std::string& name, std::vector<std::string> arguments);
+[[nodiscard]] Result<Exit> exec_sibling_program(const std::string& name, std::vector<std::string> arguments);
 
 /// Parses the command line, runs the subcommand and prints its fault, if any. Returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);

@@ -72,11 +72,11 @@ int interrupts() { return stop_count + hangup_count - forgiven_hangup_count; }
 
 int stops() { return stop_count; }
 
-int terminations() { return termination_count; }
+int count_terminations() { return termination_count; }
 
-int hangups() { return hangup_count; }
+int count_hangups() { return hangup_count; }
 
-void forgive_hangups() { forgiven_hangup_count = hangup_count.load(); }
+void discard_hangups() { forgiven_hangup_count = hangup_count.load(); }
 
 int interrupt_descriptor() { return wake_pipe[0]; }
 

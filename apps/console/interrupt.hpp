@@ -23,16 +23,16 @@ void ignore_write_signals();
 /// Returns true if interrupts() is above 0.
 [[nodiscard]] bool interrupted();
 
-/// Returns the number of signals so far, except hang-ups discarded by forgive_hangups().
+/// Returns the number of signals so far, except hang-ups discarded by discard_hangups().
 [[nodiscard]] int interrupts();
 /// Returns the number of requests to stop so far: SIGINT and SIGTERM.
 [[nodiscard]] int stops();
 /// Returns the number of SIGTERM signals so far. A shutdown, a service manager or the end of a session sends SIGTERM.
-[[nodiscard]] int terminations();
+[[nodiscard]] int count_terminations();
 /// Returns the number of hang-ups (SIGHUP: loss of the terminal) so far, including discarded ones.
-[[nodiscard]] int hangups();
+[[nodiscard]] int count_hangups();
 /// Discards all hang-ups so far: interrupts() no longer counts them.
-void forgive_hangups();
+void discard_hangups();
 
 /// Returns a descriptor that becomes readable at each signal, for an event loop; −1 before watch_for_interrupts().
 [[nodiscard]] int interrupt_descriptor();

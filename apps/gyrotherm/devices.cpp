@@ -81,7 +81,7 @@ std::string serial_access_command(const Node& node) {
 
 std::string hid_access_command(const Node& node) {
   if (node.allowed) return "";
-  const auto shipped = shipped_file(std::string("drivers/") + kRules);
+  const auto shipped = find_shipped_file(std::string("drivers/") + kRules);
   const auto install =
       has_rules() || shipped.empty()
           ? ""

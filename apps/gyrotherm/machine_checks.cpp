@@ -270,7 +270,7 @@ std::vector<Finding> check_installation() {
                         fmt::format("none found in {}", fmt::join(shipped_folders(), ", ")),
                         "install the complete program: cmake --install, or the package gyrotherm"});
   else
-    findings.push_back({"shipped files", FindingState::ok, shipped_file(kShippedProfile.folder), ""});
+    findings.push_back({"shipped files", FindingState::ok, find_shipped_file(kShippedProfile.folder), ""});
   findings.push_back(check_program("gyrotherm-make-safe", FindingState::fault,
                                    "if a run dies, the chamber is not made safe; runs on a real rig therefore do "
                                    "not start"));

@@ -71,12 +71,12 @@ constexpr const char* kHelp =
     "invalid,\n"
     "or no such record; 5 a running program drives the chamber.\n";
 
-MakeSafeExit report_fault(Voice& voice, const Fault& fault, MakeSafeExit exit) {
+MakeSafeExit report_fault(ErrorPrinter& voice, const Fault& fault, MakeSafeExit exit) {
   voice.say(text(fault));
   return exit;
 }
 
-MakeSafeExit exit_code(const Rescued& rescued) {
+MakeSafeExit exit_code(const RescueResult& rescued) {
   if (rescued.reached == SafeStage::all) return MakeSafeExit::safe;
   return rescued.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
 }
@@ -84,7 +84,8 @@ MakeSafeExit exit_code(const Rescued& rescued) {
 /// Escalation selected on the command line.
 enum class RescueMode { gentle, kill, insist };
 
-MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* reason);
+MakeSafeExit rescue(ErrorPrinter& voice, const SafeState& safe_state, const SafeStateChamber& chamber,
+                    const char* reason);
 
 SafeStateChamber for_service(SafeStateChamber chamber) {
   chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kLongestServiceWatch);
@@ -92,7 +93,7 @@ SafeStateChamber for_service(SafeStateChamber chamber) {
 }
 
 /// Repeats attempts while the chamber answers and may still become safe.
-Rescued retry_until_safe(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
+RescueResult retry_until_safe(SafeRescue& rescue, RescueResult rescued, Trail& trail, ErrorPrinter& voice) {
   while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
     if (trail.leave(rescued)) voice.say(trail.describe());
     std::this_thread::sleep_for(rescue.pause());
@@ -101,7 +102,7 @@ Rescued retry_until_safe(SafeRescue& rescue, Rescued rescued, Trail& trail, Voic
   return rescued;
 }
 
-MakeSafeExit once(Voice& voice, const std::string& record, RescueMode mode) {
+MakeSafeExit once(ErrorPrinter& voice, const std::string& record, RescueMode mode) {
   auto safe_state = read_safe_state(safe_state_path(record));
   if (!safe_state) return report_fault(voice, safe_state.error(), MakeSafeExit::file);
   if (!*safe_state) {
@@ -120,7 +121,7 @@ MakeSafeExit once(Voice& voice, const std::string& record, RescueMode mode) {
     voice.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
     return MakeSafeExit::in_use;
   }
-  const auto chamber = chamber_of(**safe_state);
+  const auto chamber = make_safe_state_chamber(**safe_state);
   if (!chamber) return report_fault(voice, chamber.error(), MakeSafeExit::file);
   constexpr const char* kEnded = "the program that drove it had ended";
   if (mode == RescueMode::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
@@ -152,7 +153,8 @@ const char* describe(WatchEnd end) {
 
 /// Repeats attempts until the chamber has confirmed the safe state, or another program has taken over the run, has
 /// driven the chamber for a minute, or has made it safe.
-MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* reason) {
+MakeSafeExit rescue(ErrorPrinter& voice, const SafeState& safe_state, const SafeStateChamber& chamber,
+                    const char* reason) {
   if (!kill_process(safe_state.written_by, kKillTimeout))
     voice.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
   Trail trail(safe_state, reason);
@@ -187,12 +189,12 @@ Result<SafeState> obtain_safe_state(const std::string& record) {
   return failure(orders.error());
 }
 
-MakeSafeExit guard(Voice& voice, const std::string& record) {
+MakeSafeExit guard(ErrorPrinter& voice, const std::string& record) {
   const auto safe_state = obtain_safe_state(record);
   if (!safe_state)
     return report_fault(voice, safe_state.error(),
                         safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
-  const auto chamber = chamber_of(*safe_state);
+  const auto chamber = make_safe_state_chamber(*safe_state);
   if (!chamber) return report_fault(voice, chamber.error(), MakeSafeExit::file);
   // If the program has ended, watch() detects the closed line.
   [[maybe_unused]] const auto sent = ::write(STDIN_FILENO, &kWatching, 1);
@@ -236,7 +238,7 @@ MakeSafeExit run(int argc, char** argv) {
     ::close_range(STDERR_FILENO + 1, ~0U, 0);
     ignore_signals();
   }
-  Voice voice;
+  ErrorPrinter voice;
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
   if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
     voice.say("expected [--kill|--insist|--guard] RUN.db; see --help");

@@ -29,7 +29,7 @@ void describe(auto& form, Like<NotificationMemory> auto& memory) {
   form.derived("schema", kMemorySchema);
   form("running", memory.running_);
   // Missing in files of older versions.
-  form.if_there("going_on", !memory.last_seen_.empty(), by_name(memory.last_seen_));
+  form.if_present("going_on", !memory.last_seen_.empty(), by_name(memory.last_seen_));
   form("matters", by_name(memory.matters_));
 }
 

@@ -15,7 +15,7 @@ inline constexpr const char* kSessionsSchema = "gyrotherm-monitor-sessions/1";
 void describe(auto& form, Like<Sessions::Session> auto& session) {
   form("id", session.id);
   form("user", session.user);
-  form.if_there("known_by", !session.password_id.empty(), session.password_id);
+  form.if_present("known_by", !session.password_id.empty(), session.password_id);
   form("csrf", session.csrf);
   form("begun_utc_ns", session.begun);
   form("used_utc_ns", session.used);

@@ -53,7 +53,7 @@ NotifyAddress read_address(const TomlTable& table) {
 
 NotifyRule read_rule(const TomlTable& table) {
   NotifyRule rule{.when = one_of(kOccasions, table, "when"), .addresses = texts_at(table, "tell")};
-  rule.name = line_at(table, "name", word_of(kOccasions, rule.when));
+  rule.name = line_at(table, "name", keyword_for(kOccasions, rule.when));
   const bool waits = rule.when == Occasion::alarm || rule.when == Occasion::silent;
   if (waits)
     rule.after =

@@ -220,7 +220,7 @@ Result<int> WebServer::bind() {
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot be listened at: another program may be there, or the address is none of this machine's");
   impl_->listener = std::move(*listener);
-  const int port = port_of(impl_->listener);
+  const int port = listening_port(impl_->listener);
   std::vector<std::string> hosts;
   const bool v6 = options.address.find(':') != std::string::npos;
   auto names = options.hosts;

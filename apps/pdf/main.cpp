@@ -80,7 +80,7 @@ std::string find_last_line(std::string text) {
 Result<RenderedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
                                const std::string& option) {
   constexpr std::chrono::minutes kTimeout{5};
-  const auto program = shipped_file("apps/pdf/paper.py");
+  const auto program = find_shipped_file("apps/pdf/paper.py");
   if (program.empty()) return failure(FaultKind::bad_file, "apps/pdf/paper.py", "is not installed");
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());

@@ -93,7 +93,7 @@ Result<report::ReportedThermalImage> compute_image(const thermal::GyroModel& mod
 }
 
 Result<Exit> figure(Console& console, const FigureArguments& options) {
-  const auto path = path_of(options.gyro, kShippedGyro);
+  const auto path = resolve_path(options.gyro, kShippedGyro);
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);
   if (!text) return failure(text.error());

@@ -29,7 +29,7 @@ constexpr const char* kCalibrated = "calibrated";
 
 /// Reads a gyro file, or the shipped one of that name.
 Result<thermal::GyroModel> read_gyro(const std::string& given) {
-  const auto path = path_of(given, kShippedGyro);
+  const auto path = resolve_path(given, kShippedGyro);
   if (!path) return failure(path.error());
   return read_text_file(*path).and_then([&](const std::string& text) { return thermal::parse_gyro(text, *path); });
 }
@@ -311,7 +311,7 @@ void add_thermal_image(Program& program) {
   command.add_option("--fit", options.fit, "calibrate to this gain–non-gain difference first, K")
       ->check(CLI::Range(0.01, 100.0));
   command.add_option("--out", options.out, "folder for the results")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kFolder)
       ->required();
   command.add_flag("--force", options.force, "overwrite an existing image");

@@ -138,7 +138,7 @@ std::vector<ThermalView> make_views(const thermal::GyroModel& model, const therm
     colours = joined(colours, plot::range_of(views.back().image.celsius.values));
   }
   views.front().image.marks = thermometer_marks(model, state);
-  for (auto& view : views) view.image.colours_c = rounded_out(colours, 10);
+  for (auto& view : views) view.image.colours_c = round_out(colours, 10);
   return views;
 }
 
@@ -148,7 +148,7 @@ plot::ThermalImage make_top_face(const thermal::GyroModel& model, const thermal:
   crop_to_block(plane, make_parts(model));
   auto image = sample_plane(plane, thermal::ThermalField(model, mesh, state.field_c), columns);
   image.marks = thermometer_marks(model, state);
-  image.colours_c = rounded_out(plot::range_of(image.celsius.values), 10);
+  image.colours_c = round_out(plot::range_of(image.celsius.values), 10);
   return image;
 }
 

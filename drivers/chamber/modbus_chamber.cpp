@@ -204,7 +204,7 @@ class ModbusChamber final : public Chamber {
 
   void end_rest() override { registers_->end_rest(); }
 
-  Result<void> send_set_point_at_once(Celsius target) override {
+  Result<void> send_set_point_immediately(Celsius target) override {
     items_.trust_line();
     end_rest();
     items_.fall_back();
@@ -223,7 +223,7 @@ class ModbusChamber final : public Chamber {
     if (!map_.sequences.contains("stop_program") || map_.states.empty()) return {};
     const auto state = inspect();
     if (!state) return failure(state.error());
-    if (!carries_out_program(state->activity)) return {};
+    if (!is_program_activity(state->activity)) return {};
     return perform("stop_program").map([&] { program_runs_ = false; });
   }
 
@@ -490,7 +490,7 @@ class ModbusChamber final : public Chamber {
 
   /// Ends the controller's program if this driver started it or if the latest status reports one.
   [[nodiscard]] Result<void> end_known_program() {
-    const bool foreign = status_known_ && carries_out_program(status_.activity);
+    const bool foreign = status_known_ && is_program_activity(status_.activity);
     if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
     return perform("stop_program").map([&] {
       program_runs_ = false;

@@ -55,7 +55,7 @@ double code(const MemoryCell& cell, const char* meaning) {
   return found == cell.form.codes.end() ? 0 : static_cast<double>(found->second.front());
 }
 
-const char* word(StepKind kind) { return word_of(kStepKinds, kind); }
+const char* word(StepKind kind) { return keyword_for(kStepKinds, kind); }
 
 RegisterItem cell_form(const MemoryCell& cell, const ContextOf& context_of) {
   return context_of && !(cell.form.decimals.empty() && cell.form.unit.empty())

@@ -81,8 +81,8 @@ Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings)
   return map;
 }
 
-const char* name(LinkKind kind) { return word_of(kLinkKinds, kind); }
-const char* name(Confidence confidence) { return word_of(kConfidences, confidence); }
+const char* name(LinkKind kind) { return keyword_for(kLinkKinds, kind); }
+const char* name(Confidence confidence) { return keyword_for(kConfidences, confidence); }
 
 namespace {
 
@@ -226,6 +226,6 @@ std::string in_words(const std::vector<OrderFinding>& findings) {
                      fmt::join(fitting.begin() + 1, fitting.end(), ", "));
 }
 
-const char* name(WordOrder order) { return word_of(kWordOrders, order); }
+const char* name(WordOrder order) { return keyword_for(kWordOrders, order); }
 
 }  // namespace gyrotherm::drivers

@@ -272,7 +272,7 @@ FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   if (table.has("scale")) field.scale = read_scale(table.table("scale"));
   field.zero = table.number("zero", 0);
   read_meaning(table, format.rate_hz, field);
-  field.name = table.text("name", field.axis.empty() ? word_of(kFieldRoles, field.role) : "gyro_" + field.axis);
+  field.name = table.text("name", field.axis.empty() ? keyword_for(kFieldRoles, field.role) : "gyro_" + field.axis);
   table.ignore("confidence");
   return field;
 }

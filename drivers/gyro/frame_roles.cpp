@@ -110,7 +110,7 @@ bool have_same_meaning(const FrameField& one, const FrameField& other) {
 
 std::string word_for(const FrameField& field) {
   return is_housekeeping(field) ? fmt::format("the name \"{}\"", field.name)
-                                : fmt::format("the role \"{}\"", word_of(kFieldRoles, field.role));
+                                : fmt::format("the role \"{}\"", keyword_for(kFieldRoles, field.role));
 }
 
 /// Compares a field with the fields before it. Errors are noted in `table`, the table of the field.

@@ -171,7 +171,7 @@ Range y_range(const Panel& panel, Side side) {
   }
   const Range tight = range.value_or(Range{0, 1});
   const double air = kAir * (tight.high - tight.low);
-  return rounded_out({tight.low - air, tight.high + air}, y_tick_count(panel));
+  return round_out({tight.low - air, tight.high + air}, y_tick_count(panel));
 }
 
 Range x_range(const Plot& plot) {
@@ -419,7 +419,7 @@ double tick_step(const Range& range, int count) {
   return decade * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
 }
 
-Range rounded_out(const Range& range, int count) {
+Range round_out(const Range& range, int count) {
   double step = tick_step(range, count);
   Range out = extend_to_step(range, step);
   // A wider range may require a wider step. Its ends must be ticks of that step.

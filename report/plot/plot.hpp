@@ -32,7 +32,7 @@ struct Tick {
 
 /// Extends both ends of the range to the next tick, for about `count` ticks. ticks() with the same count then includes
 /// both ends.
-[[nodiscard]] Range rounded_out(const Range& range, int count);
+[[nodiscard]] Range round_out(const Range& range, int count);
 
 /// Returns the ticks inside the range, ends included. Each label has as many decimals as the step requires.
 [[nodiscard]] std::vector<Tick> ticks(const Range& range, int count);

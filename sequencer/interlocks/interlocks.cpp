@@ -284,7 +284,7 @@ std::optional<std::string> describe_alteration(const CheckInputs& in) {
   const auto& chamber = *in.chamber();
   const auto& sent = in.facts.sent;
   if (chamber.activity == ChamberActivity::off) return "is switched off";
-  if (sent && carries_out_program(chamber.activity)) return "runs a program of its own";
+  if (sent && is_program_activity(chamber.activity)) return "runs a program of its own";
   if (!sent || !(abs(chamber.set_point - *sent) > in.facts.set_point_tolerance)) return std::nullopt;
   return fmt::format("has the set point {:g} °C instead of {:g} °C", chamber.set_point.value, sent->value);
 }
@@ -308,7 +308,7 @@ Found check_foreign_set_point(const CheckInputs& in) {
                : Found{};
   const auto what = describe_alteration(in);
   const bool is_our_own =
-      (in.facts.sends_again || in.was_found(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
+      (in.facts.sends_again || in.was_found(InterlockId::not_taken)) && !is_program_activity(in.chamber()->activity);
   if (!what || was_restarted(in) || is_our_own) return {};
   return make_result("changed by another program or at its panel: the chamber " + *what);
 }

@@ -308,7 +308,7 @@ class Reader {
 
 }  // namespace
 
-std::string title_of(const GyroLine& line, const std::vector<UnitSettings>& units) {
+std::string line_title(const GyroLine& line, const std::vector<UnitSettings>& units) {
   std::string names;
   for (const auto& share : line.shares) names += (names.empty() ? "" : "+") + units[share.unit].info.name;
   return names == record::kOnlyUnit ? names : "gyro " + names;
@@ -318,7 +318,7 @@ Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitS
                                    const std::string& identity) {
   const auto& expected = units[line.shares.front().unit].info.serial_number;
   if (line.shares.size() > 1 || expected.empty() || identity.find(expected) != std::string::npos) return {};
-  return failure(FaultKind::mismatch, title_of(line, units),
+  return failure(FaultKind::mismatch, line_title(line, units),
                  fmt::format("\"{}\" answers, expected the serial number {}", identity, expected));
 }
 
@@ -340,7 +340,8 @@ std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers
 std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroLine& settings,
                                                    std::unique_ptr<drivers::ByteStream> stream, Duration within,
                                                    const Clock* clock) {
-  return make_framed_gyro(simulator::at_one_frame_a_second(settings.frame), std::move(stream), within, {}, clock);
+  return make_framed_gyro(simulator::slow_to_one_frame_per_second(settings.frame), std::move(stream), within, {},
+                          clock);
 }
 
 }  // namespace gyrotherm::rig

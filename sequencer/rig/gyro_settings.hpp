@@ -55,7 +55,7 @@ struct GyroLine {
 };
 
 /// Returns the title of the line's instrument: "gyro", "gyro u1", "gyro x+y+z".
-[[nodiscard]] std::string title_of(const GyroLine& line, const std::vector<UnitSettings>& units);
+[[nodiscard]] std::string line_title(const GyroLine& line, const std::vector<UnitSettings>& units);
 
 /// Compares the identity of a line's gyro with the serial number in the rig file. Fails with mismatch if they differ.
 /// Skips lines that several units share, and units without a serial number.

@@ -163,7 +163,7 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroQueryWithin);
       answers.push_back(
-          titled(title_of(file_.gyro_lines[i], file_.units), describe_line(file_.gyro_lines[i]),
+          titled(line_title(file_.gyro_lines[i], file_.units), describe_line(file_.gyro_lines[i]),
                  query_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
@@ -204,7 +204,7 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels, known(thermometer_title(i))});
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
-      io::GyroInputs inputs{*gyros_[i], {}, known(title_of(file_.gyro_lines[i], file_.units))};
+      io::GyroInputs inputs{*gyros_[i], {}, known(line_title(file_.gyro_lines[i], file_.units))};
       for (const auto& [unit, axes, values] : file_.gyro_lines[i].shares) inputs.shares.push_back({unit, axes, values});
       all.gyros.push_back(std::move(inputs));
     }
@@ -261,12 +261,12 @@ class AssembledRig : public Rig {
     return readings;
   }
 
-  Result<ChamberAsFound> inspect_chamber() {
+  Result<FoundChamber> inspect_chamber() {
     const auto state = query_with_retries([&] { return chamber_->inspect(); });
     if (!state) return failure(state.error());
     const auto limits = query_with_retries([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
-    return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
+    return FoundChamber{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
   }
 
   /// Sends the chamber to its first set point, and starts it unless it refused that set point. Returns the chamber's
@@ -291,7 +291,7 @@ class AssembledRig : public Rig {
   bool restore_chamber(const ChamberState& found, bool may_run_program) {
     chamber_->end_rest();
     bool done = !may_run_program || chamber_->end_program();
-    if (!std::isnan(found.set_point.value)) done = chamber_->send_set_point_at_once(found.set_point) && done;
+    if (!std::isnan(found.set_point.value)) done = chamber_->send_set_point_immediately(found.set_point) && done;
     if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;
     return done;
   }
@@ -314,7 +314,7 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({thermometer_title(i), *thermometers_[i]});
     for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({analogue_title(i), *analogue_[i]});
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      all.push_back({title_of(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
+      all.push_back({line_title(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
     return all;
   }
 
@@ -325,7 +325,7 @@ class AssembledRig : public Rig {
       if (!answer && !may_be_off) return failure(answer.error());
       if (!answer || answer->empty()) continue;
       for (const auto& line : file_.gyro_lines)
-        if (title == title_of(line, file_.units))
+        if (title == line_title(line, file_.units))
           if (auto same = compare_serial_number(line, file_.units, *answer); !same) return failure(same.error());
       identities_.emplace(title, *answer);
       names.push_back(plain(*answer));
@@ -439,7 +439,7 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   if (file.units.size() != 1 || file.units.front().info.axes.size() != 1)
     return failure(FaultKind::usage, file.file,
                    "a real rig with several axes cannot be served, because their signals are unknown");
-  const auto path = path_of("virtual", kShippedRig);
+  const auto path = resolve_path("virtual", kShippedRig);
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);
   if (!text) return failure(text.error());
@@ -468,7 +468,7 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
   auto parameters = laboratory_for(file);
   if (!parameters) return failure(parameters.error());
   if (parameters->soaked && how.first_set_point)
-    parameters = simulator::soaked_at(std::move(*parameters), *how.first_set_point);
+    parameters = simulator::soak_at(std::move(*parameters), *how.first_set_point);
   simulator::VirtualInstrumentsOptions options{.chamber = file.chamber_map,
                                                .thermometers = {},
                                                .gyros = {},

@@ -60,7 +60,7 @@ struct RigStart {
 inline constexpr const char* kChamberTitle = "chamber";
 
 /// The chamber before it was moved.
-struct ChamberAsFound {
+struct FoundChamber {
   ChamberState state;
   /// Range of set points that is configured in the controller.
   drivers::SetPointRange limits;
@@ -71,7 +71,7 @@ struct ChamberAsFound {
   drivers::ControllerSettings settings{};
 };
 /// Returns the first set point for the chamber as found. Fails if the chamber must not be moved at all.
-using Entrance = std::function<Result<Celsius>(const ChamberAsFound&)>;
+using Entrance = std::function<Result<Celsius>(const FoundChamber&)>;
 
 class Rig {
  public:
@@ -98,7 +98,7 @@ class Rig {
                                                                  const drivers::ChamberProgram* program) = 0;
   [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first,
                                                          const drivers::ChamberProgram* program = nullptr) {
-    return prepare([first](const ChamberAsFound&) -> Result<Celsius> { return first; }, program);
+    return prepare([first](const FoundChamber&) -> Result<Celsius> { return first; }, program);
   }
   /// Returns true after a failed prepare() if nothing was moved, or everything was restored.
   [[nodiscard]] virtual bool is_as_found() const = 0;

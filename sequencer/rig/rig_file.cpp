@@ -294,7 +294,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
 }
 
 Result<RigFile> read_rig(const std::string& given) {
-  const auto file = path_of(given, kShippedRig);
+  const auto file = resolve_path(given, kShippedRig);
   if (!file) return failure(file.error());
   return read_text_file(*file).and_then([&](const std::string& text) { return parse_rig(text, *file); });
 }

@@ -60,7 +60,7 @@ class AttendedWires final : public Wires {
     instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
-  void bring_units_to(const UnitState& state) override { instruments_->bring_unit_to(state); }
+  void bring_units_to(const UnitState& state) override { instruments_->set_unit_state(state); }
   std::vector<DegreesPerHour> true_bias(const std::string& unit) override {
     const auto& units = instruments_->units();
     const auto found = std::ranges::find(units, unit);

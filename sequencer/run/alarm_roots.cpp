@@ -124,7 +124,7 @@ std::vector<RigLine> rig_lines(const rig::RigFile& rig) {
     }
   }
   for (const auto& gyro : rig.gyro_lines) {
-    auto& line = line_at(lines, gyro.line, title_of(gyro, rig.units));
+    auto& line = line_at(lines, gyro.line, line_title(gyro, rig.units));
     for (const auto& share : gyro.shares) {
       line.units.push_back(share.unit);
       line.names.push_back(rig.units[share.unit].info.name);

@@ -142,7 +142,7 @@ constexpr int kStopTries = 3;
 /// unknown activity counts as progress.
 bool may_progress(ChamberActivity activity) {
   if (activity == ChamberActivity::holding) return false;
-  return activity == ChamberActivity::unknown || carries_out_program(activity);
+  return activity == ChamberActivity::unknown || is_program_activity(activity);
 }
 
 std::string to_capitals(const std::string& name) {
@@ -258,8 +258,8 @@ interlocks::InterlockDemand ControllerLead::adjust_demand(interlocks::InterlockD
 }
 
 Result<void> ControllerLead::send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) {
-  auto left = io.send_set_point_at_once(second.goal);
-  for (int tries = 1; !left && tries < kStopTries; ++tries) left = io.send_set_point_at_once(second.goal);
+  auto left = io.send_set_point_immediately(second.goal);
+  for (int tries = 1; !left && tries < kStopTries; ++tries) left = io.send_set_point_immediately(second.goal);
   return left;
 }
 

@@ -38,7 +38,7 @@ std::optional<std::string> ChildWork::next(Duration within) {
   }
 }
 
-Voice::Voice() {
+ErrorPrinter::ErrorPrinter() {
   auto pipe = new_pipe();
   pid_ = pipe.from.is_open() ? ::fork() : -1;
   if (pid_ == 0) {
@@ -53,13 +53,13 @@ Voice::Voice() {
   if (pipe_.is_open()) ::fcntl(pipe_.number(), F_SETFL, O_NONBLOCK);
 }
 
-Voice::~Voice() {
+ErrorPrinter::~ErrorPrinter() {
   pipe_.close();
   if (pid_ > 0) [[maybe_unused]]
     const bool ended = reap(pid_, std::chrono::seconds(1));
 }
 
-void Voice::say(const std::string& line) {
+void ErrorPrinter::say(const std::string& line) {
   const auto whole = "gyrotherm-make-safe: " + plain(line, Blanks::kept) + "\n";
   if (pipe_.is_open()) [[maybe_unused]]
     const auto written = ::write(pipe_.number(), whole.data(), whole.size());

@@ -38,13 +38,13 @@ class ChildWork {
 
 /// Prints lines on standard error from a separate process, which waits for a slow reader. Drops lines that the process
 /// cannot accept.
-class Voice {
+class ErrorPrinter {
  public:
-  Voice();
+  ErrorPrinter();
   /// Waits at most one second until all lines are printed.
-  ~Voice();
-  Voice(const Voice&) = delete;
-  Voice& operator=(const Voice&) = delete;
+  ~ErrorPrinter();
+  ErrorPrinter(const ErrorPrinter&) = delete;
+  ErrorPrinter& operator=(const ErrorPrinter&) = delete;
 
   void say(const std::string& line);
 

@@ -82,10 +82,10 @@ class Attempt {
 
   [[nodiscard]] Result<void> send_once() {
     if (auto known = recognise_chamber(); !known) return known;
-    if (!goal_.by_program) return chamber_->send_set_point_at_once(goal_.set_point);
+    if (!goal_.by_program) return chamber_->send_set_point_immediately(goal_.set_point);
     chamber_->end_rest();
     const auto ended = chamber_->end_program();
-    return chamber_->send_set_point_at_once(goal_.set_point).and_then([&] { return ended; });
+    return chamber_->send_set_point_immediately(goal_.set_point).and_then([&] { return ended; });
   }
 
   [[nodiscard]] bool send_set_point() {
@@ -131,7 +131,7 @@ class Attempt {
     const auto state = inspect();
     if (!switched) return failure(switched.error());
     const bool wrong = state && (state->activity == ChamberActivity::not_following ||
-                                 state->activity == ChamberActivity::done || carries_out_program(state->activity));
+                                 state->activity == ChamberActivity::done || is_program_activity(state->activity));
     if (must_be_off() || !(wrong || task_ == SafeTask::follow)) return state;
     if (auto started = chamber_->start(); !started) return failure(started.error());
     return inspect();
@@ -142,7 +142,7 @@ class Attempt {
     chamber_->end_rest();
     if (auto known = recognise_chamber(); !known) return failure(known.error());
     if (auto ended = chamber_->end_program(); !ended) return failure(ended.error());
-    if (auto sent = chamber_->send_set_point_at_once(goal_.set_point); !sent) return failure(sent.error());
+    if (auto sent = chamber_->send_set_point_immediately(goal_.set_point); !sent) return failure(sent.error());
     const auto state = write_mode();
     if (!state) return failure(state.error());
     if (!std::isnan(state->set_point.value) && abs(state->set_point - goal_.set_point) > goal_.tolerance)
@@ -209,7 +209,7 @@ double take_number(std::string_view& line) {
   return value;
 }
 
-void take(const std::string& line, Rescued& rescued) {
+void take(const std::string& line, RescueResult& rescued) {
   std::string_view left = line;
   const double stage = take_number(left);
   if (!(stage >= 0 && stage <= static_cast<double>(SafeStage::all))) return;
@@ -239,7 +239,7 @@ SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptEnvironment& environ
   return Attempt(goal, environment, task).carry_out();
 }
 
-Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
+Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
   const auto where = safe_state_path(safe_state.record);
   const auto line = drivers::parse_line(safe_state.line);
   if (!line || !drivers::carries_bytes(*line))
@@ -267,7 +267,8 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
       }};
 }
 
-Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice, SafeTask task) {
+RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& voice,
+                          SafeTask task) {
   const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + std::string(kMadeSafeMark));
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = drivers::ChamberLock::holder(chamber.place);
@@ -277,7 +278,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
       return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
     }
   }
-  Rescued rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false, .is_driven = false};
+  RescueResult rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false, .is_driven = false};
   ChildWork work([&](const auto& tell) { carry_out(chamber, task, tell); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {
@@ -300,7 +301,7 @@ SafeTask SafeRescue::task() const {
   }
 }
 
-void SafeRescue::take(const Rescued& rescued, SafeTask task) {
+void SafeRescue::take(const RescueResult& rescued, SafeTask task) {
   if (task != SafeTask::look) {
     if (rescued.reached != SafeStage::nothing) evidence_.acknowledge(SafeAction::set_point);
     if (rescued.reached == SafeStage::all) evidence_.acknowledge(SafeAction::follow);
@@ -312,7 +313,7 @@ void SafeRescue::take(const Rescued& rescued, SafeTask task) {
   if (rescued.state) evidence_.see(*rescued.state, since_boot());
 }
 
-Rescued SafeRescue::attempt() {
+RescueResult SafeRescue::attempt() {
   const auto what = task();
   auto rescued = attempt_once(safe_state_, chamber_, voice_, what);
   if (rescued.in_use) return rescued;

@@ -75,9 +75,9 @@ struct SafeStateChamber {
   std::function<std::unique_ptr<drivers::Chamber>()> connect;
 };
 /// Returns the chamber that the safe-state file describes, by its map. Fails with bad_file.
-[[nodiscard]] Result<SafeStateChamber> chamber_of(const SafeState& safe_state);
+[[nodiscard]] Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state);
 
-struct Rescued {
+struct RescueResult {
   SafeStage reached{};
   std::string details;
   /// Another program holds the chamber: nothing was attempted.
@@ -92,20 +92,20 @@ struct Rescued {
 /// must not keep a chamber hot. The exception is a holder that drives chambers or makes them safe, belongs to this user
 /// or root, is not stopped, and is not the program that has died. Ends a hanging attempt after ten seconds, or thirty
 /// seconds later if the chamber has shown the safe set point.
-[[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
-                                   SafeTask task = SafeTask::leave_as_required);
+[[nodiscard]] RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber,
+                                        ErrorPrinter& voice, SafeTask task = SafeTask::leave_as_required);
 
 /// Makes a chamber safe by repeated attempts. Each attempt opens and closes its own connection, so a program that takes
 /// the run over finds the chamber free. The readings of all attempts form one body of evidence.
 class SafeRescue {
  public:
   /// All arguments must outlive this object.
-  SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice)
+  SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& voice)
       : safe_state_(safe_state), chamber_(chamber), voice_(voice), evidence_(chamber.goal) {}
 
   /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once the chamber has shown set
   /// point, mode and air.
-  [[nodiscard]] Rescued attempt();
+  [[nodiscard]] RescueResult attempt();
   /// Returns true if every remedy has failed and only an operator can help.
   [[nodiscard]] bool is_exhausted() const { return evidence_.is_exhausted(); }
   /// Returns true if the chamber has never been read, or not in the last attempts.
@@ -115,11 +115,11 @@ class SafeRescue {
 
  private:
   [[nodiscard]] SafeTask task() const;
-  void take(const Rescued& rescued, SafeTask task);
+  void take(const RescueResult& rescued, SafeTask task);
 
   const SafeState& safe_state_;
   const SafeStateChamber& chamber_;
-  Voice& voice_;
+  ErrorPrinter& voice_;
   SafeEvidence evidence_;
   static constexpr int kLostAfter = 5;
 

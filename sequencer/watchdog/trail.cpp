@@ -25,7 +25,7 @@ Trail::Trail(const SafeState& safe_state, std::string because)
             .details = {}};
 }
 
-bool Trail::leave(const Rescued& rescued) {
+bool Trail::leave(const RescueResult& rescued) {
   const bool confirmed = rescued.reached == SafeStage::all;
   const bool same = confirmed == trace_.confirmed && same_until_ && !confirmed;
   if (same && (rescued.details == trace_.details || !same_until_->over())) return false;

@@ -21,7 +21,7 @@ class Trail {
 
   /// Records the result as the trace that `status` shows. Returns false if nothing has changed, or if only the reason
   /// of a missing confirmation changed less than a minute after the last trace. Never waits.
-  bool leave(const Rescued& rescued);
+  bool leave(const RescueResult& rescued);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();
   /// Returns true if everything has been written within that time.

@@ -50,7 +50,7 @@ std::span<const std::byte> bytes_of(const std::string& text) { return std::as_by
 
 }  // namespace
 
-drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format) {
+drivers::FrameFormat slow_to_one_frame_per_second(drivers::FrameFormat format) {
   if (format.rate_hz > 0) format.rate_hz = 1;
   return format;
 }

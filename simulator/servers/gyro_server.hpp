@@ -17,7 +17,7 @@
 namespace gyrotherm::simulator {
 
 /// Returns the format with a rate of one frame per second. In a dry run the virtual gyro and its driver use it.
-[[nodiscard]] drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format);
+[[nodiscard]] drivers::FrameFormat slow_to_one_frame_per_second(drivers::FrameFormat format);
 
 /// Writes consecutive frames. Increments and rates are chosen so that the sum of all sent values, rounded as in the
 /// frames, equals the angle: no rounding error accumulates between frames, whatever the resolution of the field. One

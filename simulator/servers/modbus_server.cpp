@@ -21,7 +21,7 @@ std::uint8_t exception_code(const Fault& refusal) {
 
 std::uint8_t code(ModbusException exception) { return static_cast<std::uint8_t>(exception); }
 
-bool is_silent(const ServedRegisters& registers) { return registers.is_silent_when_wrong(); }
+bool is_silent(const ServedRegisters& registers) { return registers.is_silent_on_errors(); }
 
 void append(std::vector<std::byte>& to, const std::vector<std::byte>& bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());

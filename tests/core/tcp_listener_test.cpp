@@ -26,7 +26,7 @@ TEST(TcpListener, AcceptsConnectionThatWaits) {
   ASSERT_TRUE(listener) << text(listener.error());
   EXPECT_FALSE(accept_connection(*listener).is_open());
   EXPECT_TRUE(would_block());
-  const auto client = connect_to_loopback(port_of(*listener));
+  const auto client = connect_to_loopback(listening_port(*listener));
   ASSERT_TRUE(ready(listener->number(), POLLIN, Deadline(std::chrono::seconds(10))));
   const auto accepted = accept_connection(*listener);
   ASSERT_TRUE(accepted.is_open());
@@ -40,7 +40,7 @@ TEST(TcpListener, AcceptsConnectionThatWaits) {
 TEST(TcpListener, FailsWhenPortIsTaken) {
   const auto first = listen_on_tcp("127.0.0.1", 0, 1);
   ASSERT_TRUE(first) << text(first.error());
-  const auto second = listen_on_tcp("127.0.0.1", port_of(*first), 1);
+  const auto second = listen_on_tcp("127.0.0.1", listening_port(*first), 1);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, FaultKind::disconnected);
 }

@@ -48,6 +48,6 @@ MUTANTS = [
      "if (!is_terminated()) return end(finish_stopped(run_));", "return end(finish_stopped(run_));",
      "app_test", "GuardedRun.IsMadeSafeBySigterm"),
     ("on_stop does not count for SIGTERM", "apps/gyrotherm/run/event_loop.cpp",
-     "return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;", "return terminations() > 0;",
+     "return count_terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;", "return count_terminations() > 0;",
      "app_test", "GuardedRun.HoldsSetPointAfterSigtermWhenOnStopIsHold"),
 ]

@@ -37,7 +37,7 @@ TEST(Calibration, RefusesColumnsOfUnequalLength) {
 
 TEST(Decision, PassesUpToLimitBySimpleRule) {
   const auto at = [](double value) {
-    return compare_with_limits(with_uncertainty(value, 0.05, 1e9), 1, DecisionRule::simple).verdict;
+    return compare_with_limits(value_with_uncertainty(value, 0.05, 1e9), 1, DecisionRule::simple).verdict;
   };
   EXPECT_EQ(at(0.99), Verdict::pass);
   EXPECT_EQ(at(-1), Verdict::pass);
@@ -47,7 +47,7 @@ TEST(Decision, PassesUpToLimitBySimpleRule) {
 TEST(Decision, IsConditionalWithinUncertaintyOfLimitByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto at = [](double value) {
-    return compare_with_limits(with_uncertainty(value, 0.05, kInfinite), 1, DecisionRule::guard_band).verdict;
+    return compare_with_limits(value_with_uncertainty(value, 0.05, kInfinite), 1, DecisionRule::guard_band).verdict;
   };
   EXPECT_EQ(at(-0.9), Verdict::pass);  // U is 0.098
   EXPECT_EQ(at(0.91), Verdict::conditional_pass);
@@ -58,19 +58,20 @@ TEST(Decision, IsConditionalWithinUncertaintyOfLimitByGuardBand) {
 
 TEST(Decision, ReturnsProbabilityThatTrueValueIsWithinLimit) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  EXPECT_NEAR(compare_with_limits(with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5,
+  EXPECT_NEAR(compare_with_limits(value_with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5,
               1e-9);
-  EXPECT_NEAR(compare_with_limits(with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability,
+  EXPECT_NEAR(compare_with_limits(value_with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability,
               0.841344746, 1e-8);
   // Cauchy distribution without the part below −1.
-  EXPECT_NEAR(compare_with_limits(with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability, 0.75 - 0.00816,
-              1e-4);
+  EXPECT_NEAR(compare_with_limits(value_with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability,
+              0.75 - 0.00816, 1e-4);
 }
 
 /// If U equals the limit, the true value of a passed result may be outside on either side.
 TEST(Decision, HasStatedErrorProbabilityByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  const ReportedValue nothing = with_uncertainty(0, 0.5, kInfinite), great = with_uncertainty(9, 0.5, kInfinite);
+  const ReportedValue nothing = value_with_uncertainty(0, 0.5, kInfinite),
+                      great = value_with_uncertainty(9, 0.5, kInfinite);
   const Conformity found = compare_with_limits(nothing, nothing.expanded(), DecisionRule::guard_band);
   EXPECT_EQ(found.verdict, Verdict::pass);
   EXPECT_NEAR(1 - found.probability, 0.05, 1e-9);

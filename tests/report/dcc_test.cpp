@@ -105,8 +105,9 @@ TEST(Dcc, HasEveryResultWithItsUncertainty) {
 TEST(Dcc, SplitsRowsWithUnknownValuesIntoSeparateLists) {
   CalibrationReport report = real_report();
   report.results.resize(1);
-  report.results[0].columns = {{"set_point", "°C", {{.value = 20}, {.value = -40}, {.value = 60}}},
-                               {"bias", "°/h", {with_uncertainty(1, 0.1, 1e9), {}, with_uncertainty(3, 0.1, 1e9)}}};
+  report.results[0].columns = {
+      {"set_point", "°C", {{.value = 20}, {.value = -40}, {.value = 60}}},
+      {"bias", "°/h", {value_with_uncertainty(1, 0.1, 1e9), {}, value_with_uncertainty(3, 0.1, 1e9)}}};
   report.budgets.clear();
   report.compared.clear();
   const std::string xml = dcc(report);

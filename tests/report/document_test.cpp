@@ -204,7 +204,7 @@ TEST(Document, BeginsWithMeanOfEachAxis) {
   EXPECT_EQ(keys[0].title, "Axis u1.x");
   ASSERT_EQ(keys[0].figures.size(), 4u);
   EXPECT_TRUE(keys[0].figures[0].best);
-  EXPECT_EQ(keys[0].figures[0].value, format(Language::english, with_uncertainty(0.002, 0.00003, 41.7)));
+  EXPECT_EQ(keys[0].figures[0].value, format(Language::english, value_with_uncertainty(0.002, 0.00003, 41.7)));
   EXPECT_TRUE(has(keys[0].figures[0].label, "as left (k\u00a0=\u00a02.02, ν\u00a0=\u00a041)"))
       << keys[0].figures[0].label;
   EXPECT_TRUE(has(keys[0].figures[3].label, "as found"));
@@ -219,21 +219,21 @@ TEST(Document, ComparesStagesOfOneRecord) {
     ResultTable again = report.results[k];
     again.run = "second";
     if (again.key == "whole_run" && again.stage == Stage::uncompensated)
-      again.columns[2].values[0] = with_uncertainty(0.5, 0.01, 60);
+      again.columns[2].values[0] = value_with_uncertainty(0.5, 0.01, 60);
     if (again.key == "whole_run" && again.stage == Stage::as_left)
-      again.columns[2].values[0] = with_uncertainty(0.05, 0.001, 60);
+      again.columns[2].values[0] = value_with_uncertainty(0.05, 0.001, 60);
     if (again.key == "compensated_mean" && again.stage == Stage::as_found)
-      again.columns[0].values[0] = with_uncertainty(0.3, 0.01, 60);
+      again.columns[0].values[0] = value_with_uncertainty(0.3, 0.01, 60);
     report.results[k].in_sample = report.results[k].stage == Stage::as_left;
     report.results.push_back(std::move(again));
   }
   const Document document = make_document(report, Language::english);
   const std::string text = text_of(document);
-  const std::string raw = quantity_text(Language::english, with_uncertainty(0.5, 0.01, 60), "°/h");
+  const std::string raw = quantity_text(Language::english, value_with_uncertainty(0.5, 0.01, 60), "°/h");
   EXPECT_TRUE(has(text, raw)) << "uncompensated, of the record that the model has not seen";
   EXPECT_TRUE(has(text, ", 10 times as large")) << text.substr(0, 3000);
   const auto keys = all_of<KeyFigures>(document);
-  EXPECT_EQ(keys[0].figures[3].value, format(Language::english, with_uncertainty(0.3, 0.01, 60))) << "as found";
+  EXPECT_EQ(keys[0].figures[3].value, format(Language::english, value_with_uncertainty(0.3, 0.01, 60))) << "as found";
 }
 
 TEST(Document, ShowsStagesInAdjacentColumns) {

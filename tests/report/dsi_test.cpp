@@ -74,8 +74,8 @@ TEST(Dsi, IgnoresInvalidUncertainty) {
   EXPECT_EQ(classify_certainty({.value = 1, .standard_uncertainty = -1, .coverage_factor = 2}), Certainty::value);
   EXPECT_EQ(classify_certainty({.value = 1, .standard_uncertainty = kNotANumber, .coverage_factor = 2}),
             Certainty::value);
-  EXPECT_EQ(classify_certainty(with_uncertainty(1, 0, kEndless)), Certainty::with_normal_u);
-  EXPECT_EQ(classify_certainty(with_uncertainty(1, 1, 5)), Certainty::with_students_u);
+  EXPECT_EQ(classify_certainty(value_with_uncertainty(1, 0, kEndless)), Certainty::with_normal_u);
+  EXPECT_EQ(classify_certainty(value_with_uncertainty(1, 1, 5)), Certainty::with_students_u);
 }
 
 }  // namespace

@@ -232,10 +232,10 @@ TEST(Order, ComparesEachRowWithLimit) {
     apply_limits(report, {{.quantity = "stabilised_bias.bias", .at_most = 1}}, rule);
     return report.conformity.at(0);
   };
-  const ReportedValue greatest = with_uncertainty(-0.9, 0.01, kInfinite),
-                      blurred = with_uncertainty(0.8, 0.2, kInfinite),
-                      more_blurred = with_uncertainty(0.7, 0.4, kInfinite), unknown{.value = 0.1},
-                      beyond = with_uncertainty(2, 0.1, kInfinite);
+  const ReportedValue greatest = value_with_uncertainty(-0.9, 0.01, kInfinite),
+                      blurred = value_with_uncertainty(0.8, 0.2, kInfinite),
+                      more_blurred = value_with_uncertainty(0.7, 0.4, kInfinite), unknown{.value = 0.1},
+                      beyond = value_with_uncertainty(2, 0.1, kInfinite);
   using enum DecisionRule;
   const Conformity conditional = worst({greatest, blurred}, guard_band);
   EXPECT_EQ(conditional.verdict, Verdict::conditional_pass);

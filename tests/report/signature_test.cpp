@@ -152,7 +152,7 @@ class Signed : public testing::Test {
         views_.push_back({name, bytes(name)});
     const auto report = calibration_from_json(bytes("calibration.json"), "calibration.json");
     ASSERT_TRUE(report);
-    write(kAuthorisationFile, to_json(authorised_files(*report, views_, "0.1.0")));
+    write(kAuthorisationFile, to_json(make_authorisation(*report, views_, "0.1.0")));
   }
   [[nodiscard]] Result<std::vector<std::string>> signed_with(const SigningKey& key) const {
     return sign_report(folder_path(), key,

@@ -96,7 +96,7 @@ class ChamberOnALine {
   /// Advances the laboratory, independent of the line's clock.
   void pass(int seconds) {
     for (int i = 0; i < seconds; ++i) {
-      unit.pass_second();
+      unit.advance_second();
       laboratory.step();
     }
   }

@@ -247,7 +247,7 @@ TEST(ColdStart, StartsAtAirTemperatureAndReachesRest) {
 }
 
 TEST(ColdStart, StartsAtFirstSetPoint) {
-  VirtualLaboratory laboratory(soaked_at(laboratory_of_rig("virtual-hard"), {-40}), {});
+  VirtualLaboratory laboratory(soak_at(laboratory_of_rig("virtual-hard"), {-40}), {});
   EXPECT_NEAR(laboratory.air_as_measured().value, -40, 0.06);
   for (const double shown_c : laboratory.thermometers_as_measured_c()) EXPECT_NEAR(shown_c, -40, 0.1);
   EXPECT_EQ(laboratory.set_point().value, -40);

@@ -58,12 +58,12 @@ TEST(VirtualLaboratory, TurnedGyroMeasuresOppositeEarthRate) {
     laboratory.change_set_point({20});
     laboratory.switch_on(true);
     const double as_mounted = rate_over(laboratory, 600);
-    laboratory.bring_unit_to({.turned = true});
+    laboratory.set_unit_state({.turned = true});
     const double turned = rate_over(laboratory, 600);
     const double earth_rate = 15.041067 * std::sin(45 * std::numbers::pi / 180);
     EXPECT_NEAR((as_mounted - turned) / 2, earth_rate, 0.01) << rig << ": less noise over ten minutes";
     EXPECT_NEAR((as_mounted + turned) / 2, laboratory.true_bias()[0].value + laboratory.drift()[0].value, 0.02) << rig;
-    laboratory.bring_unit_to({});
+    laboratory.set_unit_state({});
     EXPECT_NEAR(rate_over(laboratory, 600), as_mounted, 0.02) << rig;
   }
 }
@@ -74,13 +74,13 @@ TEST(VirtualLaboratory, SwitchedOffGyroIsSilentAndCoolsDown) {
     laboratory.change_set_point({20});
     laboratory.switch_on(true);
     const double warm_c = laboratory.thermometers_as_measured_c()[0];
-    laboratory.bring_unit_to({.off = true});
+    laboratory.set_unit_state({.off = true});
     const auto pulses = laboratory.pulses()[0];
     for (int t = 0; t < 8 * 3600; ++t) laboratory.step();
     EXPECT_EQ(laboratory.pulses()[0], pulses) << rig;
     EXPECT_NEAR(laboratory.thermometers_as_measured_c()[0], 20, 0.3) << rig;
     EXPECT_GT(warm_c, 21) << rig;
-    laboratory.bring_unit_to({});
+    laboratory.set_unit_state({});
     for (int t = 0; t < 8 * 3600; ++t) laboratory.step();
     EXPECT_GT(laboratory.pulses()[0], pulses) << rig;
     EXPECT_NEAR(laboratory.thermometers_as_measured_c()[0], warm_c, 0.3) << rig;
@@ -94,10 +94,10 @@ TEST(VirtualLaboratory, RestartsGyroWhenSwitchedOnAgain) {
   laboratory.switch_on(true);
   for (int t = 0; t < 10; ++t) laboratory.step();
   const double before = laboratory.drift()[0].value;
-  laboratory.bring_unit_to({.off = true});
+  laboratory.set_unit_state({.off = true});
   laboratory.step();
   EXPECT_EQ(laboratory.drift()[0].value, before) << "no drift while it is off";
-  laboratory.bring_unit_to({});
+  laboratory.set_unit_state({});
   EXPECT_NE(laboratory.drift()[0].value, before);
   EXPECT_NEAR(laboratory.drift()[0].value, before, 0.02);
 }

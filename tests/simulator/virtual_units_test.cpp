@@ -70,8 +70,8 @@ std::string plain_world(const std::string& rig, LaboratorySeed seed) {
   laboratory.switch_on(true);
   std::string all;
   for (int t = 0; t < 3000; ++t) {
-    if (t == 1000) laboratory.bring_unit_to({.off = true});
-    if (t == 1500) laboratory.bring_unit_to({.turned = true});
+    if (t == 1000) laboratory.set_unit_state({.off = true});
+    if (t == 1500) laboratory.set_unit_state({.turned = true});
     if (t == 2000) laboratory.change_set_point({-20});
     laboratory.step();
     all += fmt::format("{} {} {:f}", laboratory.pulses()[0], laboratory.device_time_us(),
@@ -186,10 +186,10 @@ TEST(VirtualUnits, CountTheEarthsRateOfEachAxis) {
 
 TEST(VirtualUnits, AreSwitchedAndTurnedTogether) {
   VirtualLaboratory laboratory(small_world({unit_named("a"), unit_named("b")}), {});
-  laboratory.bring_unit_to({.off = true});
+  laboratory.set_unit_state({.off = true});
   for (int t = 0; t < 10; ++t) laboratory.step();
   for (const auto unit : {0U, 1U}) EXPECT_EQ(laboratory.pulses(unit)[0], 0);
-  laboratory.bring_unit_to({.turned = true});
+  laboratory.set_unit_state({.turned = true});
   for (int t = 0; t < 100; ++t) laboratory.step();
   for (const auto unit : {0U, 1U}) EXPECT_LT(laboratory.pulses(unit)[0], -9000);
 }

@@ -78,7 +78,7 @@ class BenchIo final : public io::InstrumentIo {
     chamber_.set_point_c = target.value;
     return {};
   }
-  Result<void> send_set_point_at_once(Celsius target) override {
+  Result<void> send_set_point_immediately(Celsius target) override {
     ++chamber_.insisted;
     return send_set_point(target);
   }

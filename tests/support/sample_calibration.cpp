@@ -26,7 +26,7 @@ std::vector<ReportedValue> set_points() { return {exact(20), exact(-40), exact(6
 
 void add_behaviour(std::vector<ResultTable>& results, const std::string& axis, Stage stage, double size) {
   const auto value = [&](double number, double u, double freedom) {
-    return with_uncertainty(number * size, u, freedom);
+    return value_with_uncertainty(number * size, u, freedom);
   };
   results.push_back(table(Group::turn_on, "turn_on_repeatability", axis, stage,
                           {column("set_point", "°C", {exact(20)}), column("starts", "1", {exact(5)}),
@@ -38,8 +38,8 @@ void add_behaviour(std::vector<ResultTable>& results, const std::string& axis, S
       Group::bias, "stabilised_bias", axis, stage,
       {column("set_point", "°C", set_points()),
        column("temperature", "°C",
-              {with_uncertainty(25.31, 0.012, kInfinite), with_uncertainty(-33.9, 0.02, kInfinite),
-               with_uncertainty(65.2, 0.02, kInfinite)}),
+              {value_with_uncertainty(25.31, 0.012, kInfinite), value_with_uncertainty(-33.9, 0.02, kInfinite),
+               value_with_uncertainty(65.2, 0.02, kInfinite)}),
        column("bias", "°/h", {value(0.00214, 0.00003, 35), value(-0.1241, 0.00031, 35), value(0.2034, 0.0004, 35)})}));
   results.push_back(
       table(Group::bias, "retrace", axis, stage,
@@ -54,7 +54,7 @@ void add_behaviour(std::vector<ResultTable>& results, const std::string& axis, S
                           {column("temperature", "°C", {exact(0), exact(10)}),
                            column("width", "°/h", {value(0.0121, 0.0004, 50), value(0.0133, 0.0005, 50)})}));
   results.push_back(table(Group::random_drift, "angle_random_walk", axis, stage,
-                          {column("angle_random_walk", "°/√h", {with_uncertainty(0.00031, 0.000006, 900)})}));
+                          {column("angle_random_walk", "°/√h", {value_with_uncertainty(0.00031, 0.000006, 900)})}));
   results.push_back(
       table(Group::compensation, "whole_run", axis, stage,
             {column("mean", "°/h", {value(0.0118, 0.0009, 40)}), column("std", "°/h", {value(0.0782, 0.0051, 118)}),
@@ -64,7 +64,7 @@ void add_behaviour(std::vector<ResultTable>& results, const std::string& axis, S
 void add_compensated_mean(std::vector<ResultTable>& results, const std::string& axis, Stage stage, double mean,
                           double u) {
   results.push_back(table(Group::compensation, "compensated_mean", axis, stage,
-                          {column("compensated_bias", "°/h", {with_uncertainty(mean, u, 41.7)})}));
+                          {column("compensated_bias", "°/h", {value_with_uncertainty(mean, u, 41.7)})}));
 }
 
 ReportedBudget budget(const std::string& axis, Stage stage) {
@@ -161,8 +161,8 @@ void add_results(CalibrationReport& report) {
     add_compensated_mean(report.results, axis, Stage::as_left, 0.002, 0.00003);
     report.budgets.push_back(budget(axis, Stage::as_found));
     report.budgets.push_back(budget(axis, Stage::as_left));
-    apply_limits(report, axis, Stage::as_found, with_uncertainty(0.0131, 0.0019, 41.7), 0.01);
-    apply_limits(report, axis, Stage::as_left, with_uncertainty(0.002, 0.00003, 41.7), 0.01);
+    apply_limits(report, axis, Stage::as_found, value_with_uncertainty(0.0131, 0.0019, 41.7), 0.01);
+    apply_limits(report, axis, Stage::as_left, value_with_uncertainty(0.002, 0.00003, 41.7), 0.01);
     add_figures(report.figures, axis);
     report.compared.push_back({.axis = axis,
                                .inputs = "multi-point-t",

@@ -203,7 +203,7 @@ void add_export(Program& program) {
       add_command(program, "export", "Exports a record as a text table, as NetCDF or as a figure.",
                   "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the output file")->check(not_a_dash())->type_name(value::kTable);
+  command.add_option("--out", options.out, "the output file")->check(reject_dash())->type_name(value::kTable);
   add_force_flag(command, options.force);
   command
       .add_option("--as", options.format,

@@ -108,7 +108,7 @@ void add_export_model(Program& program) {
       ->required()
       ->check(CLI::IsMember({"libsvm", "c"}));
   command.add_option("--out", options.out, "the file (default for libsvm: standard output)")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kCode);
   add_force_flag(command, options.force);
   command

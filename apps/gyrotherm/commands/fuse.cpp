@@ -332,7 +332,7 @@ void add_fuse(Program& program) {
   command.add_option("--out", options.out, "table of the fused rate, one line per second; - for standard output")
       ->type_name(value::kTable);
   command.add_option("--report", options.report, "folder for fusion.html and fusion.json")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kFolder);
   command
       .add_option("--export-c", options.export_c,

@@ -74,7 +74,7 @@ void add_go(Program& program) {
   command.add_option("at", options.at, "the set point, °C")->required();
   command.add_option("--for", options.time, "duration of the hold (default: 24 h)");
   command.add_option("--out", options.out, "the record (default: go-DATE-TIME.db, in UTC)")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kRecord);
 }
 

@@ -96,7 +96,7 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; name the record");
   if (auto can_create = check_can_create(options.out); !can_create) return failure(can_create.error());
   if (auto free = record::check_name_of_new_record(options.out); !free) return failure(free.error());
-  const auto map = path_of(options.map, kShippedImportMap);
+  const auto map = resolve_path(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto summary = exchange::import_record(
@@ -124,7 +124,7 @@ void add_import(Program& program) {
       ->required();
   command.add_option("--map", options.map, "column map")->type_name(value::kMap);
   command.add_option("--out", options.out, "the record, or with --guess the map")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kRecord);
   command.add_flag("--guess", options.guess, "write a draft map of the file, to be corrected, to --out or stdout");
 }

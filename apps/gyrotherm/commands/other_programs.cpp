@@ -11,26 +11,27 @@ namespace gyrotherm::app {
 namespace {
 
 Result<Exit> become_site_program(const std::vector<std::string>& arguments) {
-  return become_program("gyrotherm-site", arguments);
+  return exec_sibling_program("gyrotherm-site", arguments);
 }
 
 Result<Exit> become_thermal_program(const std::vector<std::string>& arguments) {
   std::vector<std::string> image_arguments{"image"};
   image_arguments.insert(image_arguments.end(), arguments.begin(), arguments.end());
-  return become_program("gyrotherm-thermal", std::move(image_arguments));
+  return exec_sibling_program("gyrotherm-thermal", std::move(image_arguments));
 }
 
 }  // namespace
 
 void add_site(Program& program) {
-  add_forwarded(program, "site", "Creates and queries the store of a site of rigs (gyrotherm-site).",
-                "gyrotherm site rigs --site site.toml", become_site_program);
+  add_forwarding_subcommand(program, "site", "Creates and queries the store of a site of rigs (gyrotherm-site).",
+                            "gyrotherm site rigs --site site.toml", become_site_program);
 }
 
 void add_thermal(Program& program) {
-  add_forwarded(program, "thermal",
-                "Computes the finite-element thermal image of the working gyro at rest (gyrotherm-thermal image).",
-                "gyrotherm thermal --mesh medium --out image", become_thermal_program);
+  add_forwarding_subcommand(
+      program, "thermal",
+      "Computes the finite-element thermal image of the working gyro at rest (gyrotherm-thermal image).",
+      "gyrotherm thermal --mesh medium --out image", become_thermal_program);
 }
 
 }  // namespace gyrotherm::app

@@ -184,7 +184,7 @@ Result<std::vector<data::RecordedRun>> load_further_records(Console& console, co
   std::vector<data::RecordedRun> further;
   for (std::size_t k = 0; k < loaded->datasets.size(); ++k)
     further.push_back({loaded->datasets[k], loaded->clusters[k]});
-  if (const auto other = model::check_programs(rate.name, further); !other) return failure(other.error());
+  if (const auto other = model::check_profiles(rate.name, further); !other) return failure(other.error());
   return further;
 }
 
@@ -443,7 +443,7 @@ void add_qualify(Program& program) {
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("--out", options.out, "the folder for all results")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--rig", options.rig, "the rig (default: virtual, a dry run)")->type_name(value::kRig);

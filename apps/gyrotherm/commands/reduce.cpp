@@ -64,7 +64,7 @@ void add_reduce(Program& program) {
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("runs", options.runs, "its training records")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the smaller model")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kModel)
       ->required();
   add_force_flag(command, options.force);

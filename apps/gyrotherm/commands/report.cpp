@@ -85,7 +85,7 @@ void add_report_compare(Program& program, CLI::App& report) {
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--out", options.out, "also write comparison.json and its page into this folder")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kFolder);
   add_languages(command, options.languages);
 }
@@ -100,7 +100,7 @@ void add_report(Program& program) {
       "gyrotherm report out --order order.toml --laboratory laboratory.toml --out out/calibration", report_on);
   command.add_option("records", options.runs, "the records, or the folder that qualify wrote")
       ->type_name(value::kRecordOrFolder);
-  command.add_option("--out", options.out, "the folder of the report")->check(not_a_dash())->type_name(value::kFolder);
+  command.add_option("--out", options.out, "the folder of the report")->check(reject_dash())->type_name(value::kFolder);
   command.add_option("--model", options.left, "the as-left model; may be repeated, one per axis")
       ->type_name(value::kModel);
   command.add_option("--models", options.left_folder, "the as-left models of all axes, in a folder that qualify wrote")

@@ -56,7 +56,7 @@ void add_run(Program& program) {
   command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile)->required();
   command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig)->required();
   command.add_option("--out", options.out, "the record (default: the profile's name with .db)")
-      ->check(not_a_dash())
+      ->check(reject_dash())
       ->type_name(value::kRecord);
   command.add_option("--seed", options.start.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());

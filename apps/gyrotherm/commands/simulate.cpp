@@ -55,7 +55,7 @@ std::string modbus_in_words(const drivers::RegisterMap& map, const simulator::Se
 std::string describe_line(const rig::RigFile& rig, const simulator::ServedLine& served) {
   if (served.instrument == "chamber") return modbus_in_words(rig.chamber_map, served);
   for (const auto& line : rig.gyro_lines)
-    if (served.instrument == title_of(line, rig.units)) return fmt::format("frames: {}", line.frame.name);
+    if (served.instrument == line_title(line, rig.units)) return fmt::format("frames: {}", line.frame.name);
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     if (served.instrument == fmt::format("thermometer {}", i + 1))
       return fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " "));

@@ -48,7 +48,7 @@ void add_warnings(model::Model& model, const RecordedRuns& records, const data::
         "clusters are means over {:g} s, not {:g} s: their gyro noise is {:.2g} times as large, and temperature "
         "rates, lags and uncertainties refer to this cluster length",
         cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
-  if (auto warning = model::no_gain_warning("the held-out residual bias has", model.leave_cycle_out, raw))
+  if (auto warning = model::make_no_gain_warning("the held-out residual bias has", model.leave_cycle_out, raw))
     model.warnings.push_back(std::move(*warning));
 }
 
@@ -161,7 +161,7 @@ void add_train(Program& program) {
                   "gyrotherm train ramp.db --inputs multi-point-t --out model.json", train_and_write);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the model")->check(not_a_dash())->type_name(value::kModel)->required();
+  command.add_option("--out", options.out, "the model")->check(reject_dash())->type_name(value::kModel)->required();
   add_force_flag(command, options.force);
   command
       .add_option("--inputs", options.training.inputs,

@@ -167,7 +167,7 @@ void add_type_prior(Program& program) {
                   "by the serial number of the gyro; virtual records by their seed")
       ->type_name(value::kRecord)
       ->required();
-  command.add_option("--out", options.out, "the prior")->check(not_a_dash())->type_name(value::kModel)->required();
+  command.add_option("--out", options.out, "the prior")->check(reject_dash())->type_name(value::kModel)->required();
   add_force_flag(command, options.force);
   command.add_option("--type", options.prior.type, "name of the type, shown in reports")->type_name("NAME");
   command

@@ -72,7 +72,7 @@ std::string describe_streamed(const model::Verification& v) {
   return text;
 }
 
-std::string describe(const model::BetweenRuns& between) {
+std::string describe(const model::RunScatter& between) {
   return fmt::format(
       "between {} unseen runs: mean of a run {:.5f} °/h, std {:.5f} °/h ({} degrees of freedom), U {:.5f} °/h\n",
       between.runs, between.mean_deg_per_h, between.std_deg_per_h, between.degrees_of_freedom,
@@ -230,7 +230,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (!recorded) return failure(recorded.error());
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
-    if (auto warning = model::no_gain_warning("compensated", verification->compensated, verification->raw))
+    if (auto warning = model::make_no_gain_warning("compensated", verification->compensated, verification->raw))
       verification->warnings.push_back(std::move(*warning));
     const auto& [dataset, clusters] = *recorded;
     if (options.as_streamed) {

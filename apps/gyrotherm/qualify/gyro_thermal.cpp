@@ -40,7 +40,7 @@ Result<Origin> parse_origin(const simulator::GyroModelUsed& used) {
 std::string find_gyro_file(const simulator::GyroModelUsed& used, const Origin& origin) {
   const std::string name = origin.gyro + ".toml";
   const std::string beside = (std::filesystem::path(used.path).parent_path() / name).string();
-  for (const std::string& path : {beside, shipped_file(std::string(kShippedGyro.folder) + "/" + name)}) {
+  for (const std::string& path : {beside, find_shipped_file(std::string(kShippedGyro.folder) + "/" + name)}) {
     if (path.empty()) continue;
     const auto text = read_text_file(path);
     if (text && sha256(*text) == origin.sha256) return path;

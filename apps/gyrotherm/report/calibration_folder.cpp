@@ -94,7 +94,7 @@ Result<void> write_calibration(Console& console, const report::CalibrationReport
   if (!files) return failure(files.error());
   if (report.state == report::ReportState::authorised)
     files->insert(files->end() - 1,
-                  {report::kAuthorisationFile, to_json(authorised_files(report, *files, GYROTHERM_VERSION))});
+                  {report::kAuthorisationFile, to_json(make_authorisation(report, *files, GYROTHERM_VERSION))});
   if (auto put = report::replace_all(folder, *files); !put) return put;
   console.print_message(folder + "/" + report::kCalibrationFile);
   for (std::size_t i = 0; i + 1 < files->size(); ++i) console.print_message(folder + "/" + (*files)[i].name);

@@ -292,7 +292,7 @@ Result<Opening> prepare_opening(Console& console, const rig::RigFile& file, cons
 
 /// Keeps the store and arms the guard: the last step before the chamber moves. Returns the first set point.
 Result<Celsius> open_with(Opening& opening, Result<std::unique_ptr<record::Store>> store,
-                          const rig::ChamberAsFound& found) {
+                          const rig::FoundChamber& found) {
   if (!store) return failure(store.error());
   opening.store = std::move(*store);
   return opening.ownership.arm(chamber_identity(found.identities), found.settings).map([&] {
@@ -340,7 +340,7 @@ Result<std::optional<drivers::ChamberProgram>> program_to_upload(const NewRun& p
 
 /// Computes the entry point of a new run from the state of the chamber, and creates its record. Returns the first set
 /// point.
-Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::ChamberAsFound& found) {
+Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::FoundChamber& found) {
   opening.missing = found.missing;
   if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
   const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
@@ -399,7 +399,7 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
 
 /// Applies the resume rule to the present state of the chamber, and reopens the record. Returns the first set point.
 Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& opening,
-                        const rig::ChamberAsFound& found) {
+                        const rig::FoundChamber& found) {
   run::RunContinuation& on = run.on;
   opening.missing = found.missing;
   on.interruption.strangers = run::compare_identities(run.info.identities, found.identities);
@@ -459,7 +459,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   print_readiness(console, file, check_readiness(file, path, opening->rig->will_start_utc()));
   print_connecting(console, file);
   store_confirmations(console, file.file, file);
-  const auto entrance = [&](const rig::ChamberAsFound& found) { return enter(plan, *opening, found); };
+  const auto entrance = [&](const rig::FoundChamber& found) { return enter(plan, *opening, found); };
   const auto names = opening->rig->prepare(entrance, *program ? &**program : nullptr);
   if (!names) {
     auto why = preparation_fault(opening->ownership, *opening->rig, names.error());
@@ -482,7 +482,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto opening = prepare_opening(console, on.rig, path, on.start, false);
   if (!opening) return failure(opening.error());
   print_connecting(console, on.rig);
-  const auto entrance = [&](const rig::ChamberAsFound& found) { return reenter(*run, options, *opening, found); };
+  const auto entrance = [&](const rig::FoundChamber& found) { return reenter(*run, options, *opening, found); };
   if (auto names = opening->rig->prepare(entrance, nullptr); !names) {
     guard_abandoned_chamber(opening->ownership, run->info, names.error());
     return preparation_fault(opening->ownership, *opening->rig, names.error());

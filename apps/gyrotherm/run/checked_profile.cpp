@@ -15,7 +15,7 @@
 namespace gyrotherm::app {
 
 Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig) {
-  const auto path = path_of(given, kShippedProfile);
+  const auto path = resolve_path(given, kShippedProfile);
   if (!path) return failure(path.error());
   const auto profile_text = read_text_file(*path);
   if (!profile_text) return failure(profile_text.error());

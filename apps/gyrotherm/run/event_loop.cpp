@@ -174,9 +174,9 @@ class RealTime {
   /// Reacts to a closed terminal as the rig file requires. A user may close a terminal and still want the run to
   /// continue.
   void handle_hangup() {
-    if (hangups() == seen_hangups_) return;
-    seen_hangups_ = hangups();
-    forgive_hangups();
+    if (count_hangups() == seen_hangups_) return;
+    seen_hangups_ = count_hangups();
+    discard_hangups();
     if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
       run_.run_controller.note(EventKind::note, "the terminal was closed; the run and its guard continue");
     else if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
@@ -185,7 +185,7 @@ class RealTime {
 
   /// Returns true after a SIGTERM that must leave the chamber safe. A shutdown does not wait: the watchdog takes over.
   [[nodiscard]] bool is_terminated() const {
-    return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;
+    return count_terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;
   }
 
   void handle_signal() {

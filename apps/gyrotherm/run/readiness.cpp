@@ -45,7 +45,7 @@ std::vector<ConnectedInstrument> instrument_lines(const rig::RigFile& rig) {
     lines.push_back({.title = fmt::format("thermometer {}", i + 1),
                      .line = rig.thermometers[i].line,
                      .program = rig.simulated ? drivers::ProgramCommand{} : rig.thermometers[i].command});
-  for (const auto& gyro : rig.gyro_lines) lines.push_back({title_of(gyro, rig.units), gyro.line});
+  for (const auto& gyro : rig.gyro_lines) lines.push_back({line_title(gyro, rig.units), gyro.line});
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
     lines.push_back(
         {rig::analogue_title(i), rig.analogue_inputs[i].line, rig.analogue_inputs[i].map.registers.link.modbus.port});

@@ -240,7 +240,7 @@ TEST(ExchangedChamber, ReceivesNoCommand) {
     rack.chamber_wire.swap();
     for (int slot = 1; slot < 4; ++slot) {
       EXPECT_EQ(io->send_set_point(Celsius{50}).error().kind, FaultKind::mismatch);
-      EXPECT_EQ(io->send_set_point_at_once(Celsius{20}).error().kind, FaultKind::mismatch);
+      EXPECT_EQ(io->send_set_point_immediately(Celsius{20}).error().kind, FaultKind::mismatch);
       EXPECT_EQ(io->switch_on(true).error().kind, FaultKind::mismatch);
       EXPECT_EQ(io->switch_on(false).error().kind, FaultKind::mismatch);
       (void)io->read(slot, rack.clock);

@@ -180,10 +180,10 @@ TEST(Folds, KeepGuardOfOuterFoldInInnerFolds) {
 TEST(Folds, BecomeBlocksWhenOneFoldRemains) {
   const Clusters record = clusters_at({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, {0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1});
   const TrainingSet training_set{record, *plan_folds({record})};
-  const auto left = with_two_folds(within(training_set, training_set.folds.folds[0].training));
+  const auto left = ensure_two_folds(within(training_set, training_set.folds.folds[0].training));
   ASSERT_TRUE(left);
   EXPECT_EQ(left->folds.folds.size(), 4u);
-  EXPECT_FALSE(with_two_folds(within(training_set, training_set.folds.folds[1].training)))
+  EXPECT_FALSE(ensure_two_folds(within(training_set, training_set.folds.folds[1].training)))
       << "four clusters cannot be cut";
 }
 

@@ -380,13 +380,13 @@ TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_EQ(unit_of(row(*back, Source::input_drift)), "mA");
-  EXPECT_NEAR(rows_in_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither day is known";
+  EXPECT_NEAR(rows_for_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither day is known";
 }
 
 TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
   const auto rows_in = [&](const data::Dataset& run) {
     Model model = model_;
-    model.uncertainty->budget.rows = rows_in_run(run, model.uncertainty->budget.rows);
+    model.uncertainty->budget.rows = rows_for_run(run, model.uncertainty->budget.rows);
     return model;
   };
   EXPECT_EQ(row(rows_in(dataset_), Source::thermometer_drift).standard_uncertainty, 0.05) << "a year, and no more";
@@ -397,7 +397,7 @@ TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
   EXPECT_NEAR(row(said, Source::thermometer_drift).standard_uncertainty, std::hypot(0.05, 0.04), 1e-12);
   EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "what it was trained on said nothing";
   for (BudgetRow& one : said.uncertainty->budget.rows) one.assumed = false;
-  said.uncertainty->budget.rows = rows_in_run(dataset_, said.uncertainty->budget.rows);
+  said.uncertainty->budget.rows = rows_for_run(dataset_, said.uncertainty->budget.rows);
   EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "nor does this run";
   EXPECT_FALSE(row(said, Source::turn_on).assumed) << "which has no drift";
 }
@@ -422,13 +422,13 @@ TEST_F(UncertaintyOfAModel, AddsDriftOfTwoRunsPerThermometer) {
 TEST_F(UncertaintyOfAModel, ComputesEffectOfOneYearOfDrift) {
   double squares = 0;
   for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms, 2);
-  EXPECT_NEAR(drift_in_a_year_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "nothing is said";
+  EXPECT_NEAR(yearly_drift_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "nothing is said";
   data::Dataset said = dataset_;
   said.thermometer_uncertainty.assign(8, {.drift_in_a_year = Kelvins{0.02}});
-  EXPECT_NEAR(drift_in_a_year_deg_per_h(model_, said), 0.02 * std::sqrt(squares), 1e-15);
+  EXPECT_NEAR(yearly_drift_deg_per_h(model_, said), 0.02 * std::sqrt(squares), 1e-15);
   Model silent = model_;
   silent.uncertainty.reset();
-  EXPECT_EQ(drift_in_a_year_deg_per_h(silent, dataset_), 0);
+  EXPECT_EQ(yearly_drift_deg_per_h(silent, dataset_), 0);
 }
 
 /// Draws an error from the row's distribution, in its unit.

@@ -353,14 +353,14 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
 
 TEST(Gain, IsMissingIfStdIsNotBelowRawBias) {
   const data::Figures raw{.std = 0.5, .count = 100};
-  EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.4, .count = 100}, raw));
-  EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "one mean has no STD";
-  EXPECT_TRUE(no_gain_warning("compensated", {.std = 0.5, .count = 2}, raw));
-  EXPECT_EQ(*no_gain_warning("compensated", {.std = 0.6, .count = 100}, raw),
+  EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.4, .count = 100}, raw));
+  EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "one mean has no STD";
+  EXPECT_TRUE(make_no_gain_warning("compensated", {.std = 0.5, .count = 2}, raw));
+  EXPECT_EQ(*make_no_gain_warning("compensated", {.std = 0.6, .count = 100}, raw),
             "no better than no model: compensated std 0.6 °/h, raw bias std 0.5 °/h");
 }
 
-TEST(BetweenRuns, UsesOnlyUnseenRuns) {
+TEST(RunScatter, UsesOnlyUnseenRuns) {
   const auto run = [](const char* id, double mean, bool trained) {
     Verification one;
     one.run_id = id;
@@ -379,7 +379,7 @@ TEST(BetweenRuns, UsesOnlyUnseenRuns) {
   EXPECT_FALSE(between_runs({run("a", 1, false), run("b", 2, true)}));
 }
 
-TEST(BetweenRuns, RequiresOneGyro) {
+TEST(RunScatter, RequiresOneGyro) {
   Verification a, b;
   a.run_id = a.identity = "a";
   b.run_id = b.identity = "b";
@@ -388,7 +388,7 @@ TEST(BetweenRuns, RequiresOneGyro) {
   EXPECT_TRUE(between_runs({a, b})) << "one of which nobody knows may be the same";
 }
 
-TEST(BetweenRuns, RequiresOneIndependentBiasReference) {
+TEST(RunScatter, RequiresOneIndependentBiasReference) {
   const auto run = [](const char* id, double mean, const char* zero, bool own) {
     Verification one;
     one.run_id = id;

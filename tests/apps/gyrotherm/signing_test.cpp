@@ -33,7 +33,7 @@ report::CalibrationReport report_on(const Folder& folder) {
   report.cluster_length_s = 100;
   report.results = {{.group = report::Group::bias,
                      .key = "stabilised_bias",
-                     .columns = {{"bias", "°/h", {report::with_uncertainty(0.1, 0.01, 30)}}}}};
+                     .columns = {{"bias", "°/h", {report::value_with_uncertainty(0.1, 0.01, 30)}}}}};
   report.files = {used("record", "record.db"), used("model_left", "model.json")};
   report.files.push_back({.role = "profile", .name = "elsewhere.toml"});
   return report;

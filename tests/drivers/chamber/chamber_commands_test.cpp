@@ -239,7 +239,7 @@ TEST_F(ChamberCommands, AControllerThatRoundsSetPointsToWholeDegreesIsNotTheOneO
   EXPECT_NE(text(coarse.error()).find("(set_point): the controller stores steps of 1 K, expected 0.1 K"),
             std::string::npos)
       << text(coarse.error());
-  EXPECT_TRUE(chamber->send_set_point_at_once({23.4})) << "it is made safe all the same";
+  EXPECT_TRUE(chamber->send_set_point_immediately({23.4})) << "it is made safe all the same";
   EXPECT_EQ(unit->words[3], 23);
 }
 
@@ -358,10 +358,10 @@ TEST_F(ChamberCommands, APieceThatTakesASecondToBeBusyMakesNotEveryReadingLate) 
 }
 
 TEST_F(ChamberCommands, InsistingAsksNothingThatTheSetPointItselfDoesNotNeed) {
-  ASSERT_TRUE(chamber->send_set_point_at_once({23}));
+  ASSERT_TRUE(chamber->send_set_point_immediately({23}));
   EXPECT_EQ(unit->written, (Written{{3, 230}}));
   EXPECT_EQ(unit->asked, (std::vector<std::uint16_t>{4, 5, 3, 4, 5})) << "its decimals and unit, and the read-back";
-  EXPECT_TRUE(chamber->send_set_point_at_once({85}))
+  EXPECT_TRUE(chamber->send_set_point_immediately({85}))
       << "the controller's limit is not asked for: it may clamp, and is read back";
 }
 
@@ -372,7 +372,7 @@ TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
     return requests += requests % 2 == 0 ? 2 : 1, false;
     // The line itself repeats a read.
   };
-  EXPECT_TRUE(chamber->send_set_point_at_once({23}));
+  EXPECT_TRUE(chamber->send_set_point_immediately({23}));
   EXPECT_EQ(unit->words[3], 230);
 }
 

@@ -114,7 +114,7 @@ TEST_P(UnitRegister, CountsAsLastReadForTheSafeSetPointAlone) {
   EXPECT_EQ(chamber->send_set_point({22}).error().kind, FaultKind::refused) << "no run goes on by guesses";
   EXPECT_EQ(set_point(), before) << "nothing is sent in a unit that was not read";
   EXPECT_EQ(chamber->read().error().kind, FaultKind::refused);
-  ASSERT_TRUE(chamber->send_set_point_at_once({22}));
+  ASSERT_TRUE(chamber->send_set_point_immediately({22}));
   EXPECT_NEAR(set_point(), 71.6, 0.11) << "°F";
   const auto state = chamber->read();
   ASSERT_TRUE(state) << text(state.error());
@@ -129,9 +129,9 @@ TEST_P(UnitRegister, IsHandedOnToTheProgramThatMakesSafe) {
   EXPECT_EQ(settings.at(GetParam().unit), GetParam().fahrenheit);
   shipped.refuse(GetParam().unit);
   const auto other = shipped.connect(settings);
-  ASSERT_TRUE(other->send_set_point_at_once({22}));
+  ASSERT_TRUE(other->send_set_point_immediately({22}));
   EXPECT_NEAR(set_point(), 71.6, 0.11);
-  EXPECT_FALSE(shipped.connect()->send_set_point_at_once({22})) << "nothing is known of the unit";
+  EXPECT_FALSE(shipped.connect()->send_set_point_immediately({22})) << "nothing is known of the unit";
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, UnitRegister,

@@ -28,7 +28,7 @@ TEST(Axis, RoundsOutToExistingTicks) {
   for (int k = 1; k < 400; ++k) {
     const double high = 0.001 * k * k;
     for (const int count : {3, 4, 5, 8}) {
-      const Range range = rounded_out({-0.37 * high, high}, count);
+      const Range range = round_out({-0.37 * high, high}, count);
       const auto all = ticks(range, count);
       ASSERT_GE(all.size(), 2U) << high;
       EXPECT_NEAR(all.front().value, range.low, 1e-9 * high) << high << ' ' << count;
@@ -46,7 +46,7 @@ TEST(Axis, IsZeroToOneWithoutData) {
 }
 
 TEST(Axis, HasWidthForSingleValue) {
-  const Range range = rounded_out({5, 5}, 4);
+  const Range range = round_out({5, 5}, 4);
   EXPECT_LT(range.low, range.high);
 }
 

@@ -29,7 +29,7 @@ GyroEnd::GyroEnd(const rig::GyroLine& settings, const std::vector<rig::UnitSetti
           }
         return axes;
       }()),
-      format_(simulator::at_one_frame_a_second(settings.frame)),
+      format_(simulator::slow_to_one_frame_per_second(settings.frame)),
       writer_(make_writer()),
       line_(
           rig, seed, [](auto, Bytes&) {}, garble_burst),

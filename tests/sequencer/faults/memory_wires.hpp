@@ -45,10 +45,10 @@ class MemoryWires final : public rig::Wires {
   void let_pass(std::int64_t seconds) override {
     for (; seconds > 0; --seconds) {
       clock_.advance(std::chrono::seconds(1));
-      plant_.pass_second();
+      plant_.advance_second();
     }
   }
-  void bring_units_to(const UnitState& state) override { plant_.laboratory().bring_unit_to(state); }
+  void bring_units_to(const UnitState& state) override { plant_.laboratory().set_unit_state(state); }
 
  private:
   static Wire<drivers::ByteStream> stream(LineEnd& end) {

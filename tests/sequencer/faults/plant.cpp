@@ -55,8 +55,8 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
   }
 }
 
-void Plant::pass_second() {
-  registers_.pass_second();
+void Plant::advance_second() {
+  registers_.advance_second();
   laboratory_.step();
   for (auto& gyro : gyros_) gyro->send_frame();
 }

@@ -26,7 +26,7 @@ class Plant {
   void apply_faults() { laboratory_.inject(faults); }
 
   /// Advances by one second, and lets the gyros send their frames.
-  void pass_second();
+  void advance_second();
   /// Restarts the controller at `set_point`, switched on or off.
   void restart_chamber(Celsius set_point, bool on);
   /// Writes an item of the chamber's map, like a person at its panel.

@@ -79,7 +79,7 @@ class SimulatedRun {
 
  private:
   void second();
-  void pass_second();
+  void advance_second();
   void obey(const InjectedFault& fault);
   void attack(const InjectedFault& fault);
   void check_attack_is_noticed();
@@ -148,9 +148,9 @@ SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetti
   if (has(setting.schedule, InjectedFaultKind::outputs_blocked)) listener_.emplace();
 }
 
-void SimulatedRun::pass_second() {
+void SimulatedRun::advance_second() {
   clock_.advance(kSecond);
-  plant_.pass_second();
+  plant_.advance_second();
 }
 
 /// Reads the end of the record and prepares the continuation, as the program itself does.
@@ -183,7 +183,7 @@ void SimulatedRun::begin_run() {
   assemble();
   const auto state = begin(ground_.profile);
   auto info = info_of(ground_.profile, file_);
-  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
+  const auto entrance = [&](const rig::FoundChamber& found) -> Result<Celsius> {
     info.identities = found.identities;
     return demanded_set_point(ground_.profile, state);
   };
@@ -206,7 +206,7 @@ void SimulatedRun::resume_run() {
   assemble();
   const auto goal = demanded_set_point(on->profile, on->state);
   run::EntryPoint entry;
-  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
+  const auto entrance = [&](const rig::FoundChamber& found) -> Result<Celsius> {
     on->stood.strangers = run::compare_identities(identities_, found.identities);
     const auto verdict = judge_reentry(on->stood, file_.safe_set_point, found.state.air);
     const bool asks = verdict.way == run::Reentry::ask;
@@ -351,7 +351,7 @@ void SimulatedRun::second() {
   ++second_;
   if (!run_controller_) {
     if (--down_ <= 0) return recorded_ ? resume_run() : begin_run();
-    return pass_second();
+    return advance_second();
   }
   rig_->let_pass(1);
   if (asleep_ > 0) return --asleep_, invariants_.no_tick();

@@ -39,7 +39,7 @@ TEST(ManyUnitsRig, ATriadHasThreeUnitsOnLinesOfTheirOwn) {
   EXPECT_TRUE(rig.units[1].info.axes[0].direction);
   EXPECT_EQ(rig.units[1].info.gradients.size(), 8u);
   EXPECT_TRUE(rig.units[1].continue_when_silent) << "one of several";
-  EXPECT_EQ(title_of(rig.gyro_lines[1], rig.units), "gyro y");
+  EXPECT_EQ(line_title(rig.gyro_lines[1], rig.units), "gyro y");
   const auto channels = channels_of(rig);
   EXPECT_EQ(channels[8].unit_under_test, "y");
   EXPECT_EQ(rig.limits.units[1].thermometers.size(), 9u) << "with the shell of its three points";
@@ -71,7 +71,7 @@ TEST(ManyUnitsRig, UnitsMayShareALine) {
   EXPECT_EQ(line.frame.axes, (std::vector<std::string>{"z", "x"}));
   ASSERT_EQ(line.shares.size(), 2u);
   EXPECT_EQ(line.shares[1].axes, std::vector<std::size_t>{1});
-  EXPECT_EQ(title_of(line, rig->units), "gyro a+b");
+  EXPECT_EQ(line_title(line, rig->units), "gyro a+b");
   ASSERT_EQ(rig->units[1].info.values.size(), 1u);
   EXPECT_EQ(rig->units[1].info.values[0].name, "temperature_x");
   for (const auto& value : rig->units[0].info.values) EXPECT_NE(value.name, "temperature_x") << "the other's";

@@ -70,7 +70,7 @@ TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
   auto rig = rig::Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
-  const auto refuse = [&](const rig::ChamberAsFound& now) -> Result<Celsius> {
+  const auto refuse = [&](const rig::FoundChamber& now) -> Result<Celsius> {
     before = now.state;
     return failure(FaultKind::interrupted, "chamber", "not now");
   };

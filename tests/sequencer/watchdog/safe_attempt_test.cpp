@@ -44,7 +44,7 @@ class FakeChamber final : public drivers::Chamber {
     ADD_FAILURE() << "asks for limits and programs first";
     return {};
   }
-  Result<void> send_set_point_at_once(Celsius target) override {
+  Result<void> send_set_point_immediately(Celsius target) override {
     state_.heard += "set ";
     state_.clock.advance(state_.slowness);
     if (state_.silent_tries-- > 0) return failure(state_.silence, "chamber", "no reply");
@@ -238,7 +238,7 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
         .by_program = false,
         .written_by = own_identity(),
         .map_text = map_text};
-    const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(chamber_of);
+    const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(make_safe_state_chamber);
     EXPECT_TRUE(chamber) << entry.path() << ": " << text(chamber.error());
   }
   EXPECT_GE(maps, 14);
@@ -247,15 +247,15 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
 TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
   auto map_text = read_text_file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/chamber.toml").value();
   const auto tolerance = [&] {
-    const auto chamber = chamber_of({.record = "r.db",
-                                     .line = "tcp://10.0.0.7",
-                                     .link = drivers::LinkKind::tcp,
-                                     .word_order = {},
-                                     .safe_set_point = {23},
-                                     .switch_off = false,
-                                     .by_program = false,
-                                     .written_by = own_identity(),
-                                     .map_text = map_text});
+    const auto chamber = make_safe_state_chamber({.record = "r.db",
+                                                  .line = "tcp://10.0.0.7",
+                                                  .link = drivers::LinkKind::tcp,
+                                                  .word_order = {},
+                                                  .safe_set_point = {23},
+                                                  .switch_off = false,
+                                                  .by_program = false,
+                                                  .written_by = own_identity(),
+                                                  .map_text = map_text});
     EXPECT_TRUE(chamber) << text(chamber.error());
     return chamber ? chamber->goal.tolerance : Kelvins{};
   };
@@ -285,7 +285,7 @@ SafeState armed(const std::string& line, drivers::LinkKind link, const drivers::
 TEST(MakeSafe, SpeaksAsTheRigFileOfTheRunDid) {
   using drivers::LinkKind;
   const auto place = [](const SafeState& safe_state) {
-    const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(chamber_of);
+    const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(make_safe_state_chamber);
     EXPECT_TRUE(chamber) << text(chamber.error());
     return chamber ? chamber->place : "";
   };
@@ -294,27 +294,27 @@ TEST(MakeSafe, SpeaksAsTheRigFileOfTheRunDid) {
   EXPECT_NE(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.unit = 2})), plain) << "another unit, another lock";
   EXPECT_NE(place(armed("serial:/dev/ttyUSB9", LinkKind::rtu, {.unit = 3, .echo = true})), "");
   EXPECT_NE(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.returns_other_transaction = true})), "");
-  EXPECT_FALSE(chamber_of(armed("tcp://10.0.0.7", LinkKind::tcp, {.echo = true}))) << "no such link";
+  EXPECT_FALSE(make_safe_state_chamber(armed("tcp://10.0.0.7", LinkKind::tcp, {.echo = true}))) << "no such link";
 }
 
 TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
   for (const auto* line : {"virtual", "hid:1", "nonsense://"})
-    EXPECT_FALSE(chamber_of({.record = "r.db",
-                             .line = line,
-                             .link = drivers::LinkKind::tcp,
-                             .word_order = {},
-                             .safe_set_point = {23},
-                             .switch_off = false,
-                             .by_program = false,
-                             .written_by = own_identity(),
-                             .map_text = ""}))
+    EXPECT_FALSE(make_safe_state_chamber({.record = "r.db",
+                                          .line = line,
+                                          .link = drivers::LinkKind::tcp,
+                                          .word_order = {},
+                                          .safe_set_point = {23},
+                                          .switch_off = false,
+                                          .by_program = false,
+                                          .written_by = own_identity(),
+                                          .map_text = ""}))
         << line;
 }
 
 TEST(MakeSafe, RefusesLinkThatDoesNotFitLine) {
   using drivers::LinkKind;
   const auto refusal = [](const char* line, LinkKind link) {
-    const auto chamber = chamber_of(armed(line, link, {}));
+    const auto chamber = make_safe_state_chamber(armed(line, link, {}));
     return chamber ? "" : text(chamber.error());
   };
   for (const auto& [line, link] : {std::pair("serial:/dev/ttyUSB9", LinkKind::tcp),

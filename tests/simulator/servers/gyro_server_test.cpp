@@ -48,7 +48,7 @@ TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
   const auto stream = tests::shipped_stream("vectornav");
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
-  const auto port = port_of(*listener);
+  const auto port = listening_port(*listener);
   GyroServer server(std::move(*listener), StreamWriter(stream.frame, {0.1}), stream.start);
   const auto line = connect(port);
   const std::string& command = stream.start.front().send;
@@ -66,7 +66,7 @@ TEST(GyroServer, SendsEqualFramesToSerialLineAndSocket) {
   auto listener = listen_on_loopback(0);
   auto pty = open_pty();
   ASSERT_TRUE(listener && pty);
-  const auto port = port_of(*listener);
+  const auto port = listening_port(*listener);
   const int other_end = ::open(pty->path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
   GyroServer server(std::move(*listener), StreamWriter(stream.frame, {0.1}));
   server.add(std::move(*pty));
@@ -89,7 +89,7 @@ TEST(GyroServer, SendsAllAxesAndHousekeeping) {
   const auto format = tests::whole_shipped_stream("kvh-17xx-b").frame;
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
-  const auto port = port_of(*listener);
+  const auto port = listening_port(*listener);
   GyroServer server(std::move(*listener), StreamWriter(format, {0.1, 0.1, 0.1}));
   const auto line = connect(port);
   ASSERT_TRUE(line->write({}, kSoon));
@@ -112,7 +112,7 @@ class UnitAndDriver {
   UnitAndDriver(const std::string& name, GyroUnitFaults faults) : stream_(tests::shipped_stream(name)) {
     auto listener = listen_on_loopback(0);
     if (!listener) throw std::runtime_error(text(listener.error()));
-    const auto port = port_of(*listener);
+    const auto port = listening_port(*listener);
     thread_ = std::jthread(
         [this, faults, taken = std::make_shared<Descriptor>(std::move(*listener))](const std::stop_token& stop) {
           GyroServer server(std::move(*taken), StreamWriter(stream_.frame, {0.001}), stream_.start, faults);
@@ -181,7 +181,7 @@ TEST(GyroServer, SendsNoFrameInConfiguration) {
   const auto stream = tests::shipped_stream("kvh-17xx-a");
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
-  const auto port = port_of(*listener);
+  const auto port = listening_port(*listener);
   GyroServer server(std::move(*listener), StreamWriter(stream.frame, {0.1}), stream.start);
   const auto line = connect(port);
   const auto say = [&](const std::string& command) {

@@ -37,12 +37,12 @@ class BothEnds {
 
   /// Advances by one second, which ends with the origin.
   Result<void> first_second() {
-    pass_second();
+    advance_second();
     return gyro_->wait_for_origin();
   }
   /// Advances by one second and reads it.
   Result<GyroCount> second() {
-    pass_second();
+    advance_second();
     return gyro_->read(kSecond);
   }
 
@@ -68,7 +68,7 @@ class BothEnds {
   }
 
  private:
-  void pass_second() {
+  void advance_second() {
     constexpr double kPulses[] = {106, 80, 40};
     clock_.advance(kSecond);
     const auto from = pulses_;
@@ -152,7 +152,7 @@ void expect_exact_sum(const std::string& name, const drivers::FrameFormat& forma
 
 TEST(StreamWriter, AtOneFrameASecondEveryShippedStreamAddsUpExactly) {
   for (const auto& name : tests::shipped_streams())
-    expect_exact_sum(name, at_one_frame_a_second(tests::whole_shipped_stream(name).frame), 1, 300);
+    expect_exact_sum(name, slow_to_one_frame_per_second(tests::whole_shipped_stream(name).frame), 1, 300);
 }
 
 TEST(StreamWriter, AtItsOwnRateEveryShippedStreamAddsUpExactly) {
@@ -165,12 +165,12 @@ TEST(StreamWriter, AtItsOwnRateEveryShippedStreamAddsUpExactly) {
 TEST(StreamWriter, OneAxisOfThreeAddsUpAlone) {
   for (const auto* name : {"kvh-17xx-a", "hg1700-rawimusx", "stim300"})
     for (const auto* axis : {"x", "y", "z"})
-      expect_exact_sum(name, at_one_frame_a_second(tests::shipped_stream(name, {axis}).frame), 1, 20);
+      expect_exact_sum(name, slow_to_one_frame_per_second(tests::shipped_stream(name, {axis}).frame), 1, 20);
 }
 
 TEST(StreamWriter, DoesNotCompensateSkippedFrames) {
   for (const auto* name : {"kvh-17xx-a", "hg4930", "kvh-dsp-3000-ascii"}) {
-    const auto format = at_one_frame_a_second(tests::whole_shipped_stream(name).frame);
+    const auto format = slow_to_one_frame_per_second(tests::whole_shipped_stream(name).frame);
     const auto axes = format.axes.size();
     StreamWriter writer(format, std::vector(axes, 0.1));
     drivers::FrameDecoder decoder(format);
@@ -187,7 +187,7 @@ TEST(StreamWriter, DoesNotCompensateSkippedFrames) {
 
 TEST(StreamWriter, UsesDefaultHousekeepingForMissingValues) {
   for (const auto& name : tests::shipped_streams()) {
-    const auto format = at_one_frame_a_second(tests::whole_shipped_stream(name).frame);
+    const auto format = slow_to_one_frame_per_second(tests::whole_shipped_stream(name).frame);
     StreamWriter writer(format, std::vector(format.axes.size(), 0.1));
     drivers::FrameDecoder decoder(format);
     decoder.feed(writer.lead_in());

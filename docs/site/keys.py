@@ -110,7 +110,7 @@ LABORATORY = {
     _ORDER: {
         "texts": [], "country": [""], "party": [""], "people:table": [""], "people": ["[person]"],
         "equipment:table": [""], "equipment": ["[equipment]"], "logo": [""], "item": [], "units": [], "influences": [],
-        "limits": [], "replaced": [], "deviations": [], "parse_laboratory:one": ["[statement]"],
+        "limits": [], "read_replaced_report": [], "deviations": [], "parse_laboratory:one": ["[statement]"],
         "parse_laboratory": [""], "parse_order": [],
     },
 }  # fmt: skip
@@ -119,7 +119,7 @@ ORDER = {
         "texts": [], "country": ["customer"], "party": ["customer"], "people:table": [""], "people": ["[person]"],
         "equipment": [], "logo": [], "item": ["[unit]"], "units:table": [""], "units": ["[unit]"],
         "influences:table": [""], "influences": ["[influence]"], "limits:table": [""], "limits": ["[limit]"],
-        "replaced:table": [""], "replaced": ["replaces"], "deviations:table": [""], "deviations": ["[deviation]"],
+        "read_replaced_report:table": [""], "read_replaced_report": ["replaces"], "deviations:table": [""], "deviations": ["[deviation]"],
         "parse_laboratory": [], "parse_order": [""],
     },
 }  # fmt: skip
@@ -128,7 +128,7 @@ SITE = {
         "passfile_at": ["store"], "read_store_address": ["store"], "read_archive": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
     },
     "apps/monitor/site_file.cpp": {
-        "address_of": ["[notify.address]"], "rule_of": ["[notify.rule]"], "mail_of": ["notify.mail"],
+        "read_address": ["[notify.address]"], "read_rule": ["[notify.rule]"], "read_mail_server": ["notify.mail"],
         "check_names": [], "parse_site:notify": ["notify"], "parse_site": [""],
     },
 }  # fmt: skip

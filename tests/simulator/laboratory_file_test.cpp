@@ -99,7 +99,7 @@ TEST(LaboratoryFile, ReportsEndlessModeHop) {
 
 TEST(LaboratoryFile, ReportsHeatAndDeadBandOutsideLimits) {
   expect_mistake(rig_with("virtual-hard", "heating = 0.1 ", "heating = 0.5 "), "-0.45 to 0.45");
-  expect_mistake(rig_with("virtual-hard", "share = 0.19 ", "share = 1.9 "), "more than the whole");
+  expect_mistake(rig_with("virtual-hard", "share = 0.19 ", "share = 1.9 "), "expected at most 1");
   expect_mistake(rig_with("virtual-hard", "split_per_k = 3e-4 ", "split_per_k = -3e-2 "), "-0.01 to 0.01");
   expect_mistake(rig_with("virtual-hard", "half_width_deg_per_h = 0.2", "half_width_deg_per_h = -0.2"), "below 0");
   expect_mistake(rig_with("virtual-hard", "sags_below = \"0 °C\"", "sags_below = \"-40 °C\""), "above -40");
@@ -220,7 +220,7 @@ TEST(LaboratoryFile, NamesANumberThatMustBePositive) {
   expect_mistake(file_with("wave_period_k = 55", "wave_period_k = 0"), "above 0");
 }
 TEST(LaboratoryFile, NamesATimeConstantBelowTheStep) {
-  expect_mistake(file_with("actuator_s = 3", "actuator_s = 0.5"), "step of 1 s");
+  expect_mistake(file_with("actuator_s = 3", "actuator_s = 0.5"), "expected at least 1 s");
 }
 TEST(LaboratoryFile, NamesAListOfTheWrongLength) {
   expect_mistake(file_with("[114.5,  122.3,", "[122.3,"), "10 numbers, expected 11");

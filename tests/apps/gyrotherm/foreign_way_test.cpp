@@ -167,7 +167,7 @@ TEST(ForeignWay, NamesFoldWithConstantInput) {
     const auto record = make_record(folder, clean_rate, "", [&](int i) { return i / 540 == fold ? 20. : 1.; });
     const auto refused = train(folder, record, "--folds blocks:4 --guard 0");
     EXPECT_NE(refused.find(fmt::format("without fold {} of 4", fold + 1)), std::string::npos) << refused;
-    EXPECT_NE(refused.find("expected other --folds"), std::string::npos) << refused;
+    EXPECT_NE(refused.find("choose other --folds"), std::string::npos) << refused;
   }
 }
 

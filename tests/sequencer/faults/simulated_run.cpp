@@ -207,12 +207,12 @@ void SimulatedRun::resume_run() {
   const auto goal = demanded_set_point(on->profile, on->state);
   run::EntryPoint entry;
   const auto entrance = [&](const rig::FoundChamber& found) -> Result<Celsius> {
-    on->stood.strangers = run::compare_identities(identities_, found.identities);
-    const auto verdict = judge_reentry(on->stood, file_.safe_set_point, found.state.air);
+    on->interruption.strangers = run::compare_identities(identities_, found.identities);
+    const auto verdict = judge_reentry(on->interruption, file_.safe_set_point, found.state.air);
     const bool asks = verdict.way == run::Reentry::ask;
-    if (asks && (!on->stood.strangers.empty() || !std::exchange(accepted_, true)))
+    if (asks && (!on->interruption.strangers.empty() || !std::exchange(accepted_, true)))
       return failure(FaultKind::interrupted, path_, verdict.why);
-    entry = run::entry_at(goal, found.state.air, run::is_in_place(found.state.air, goal, on->stood.air),
+    entry = run::entry_at(goal, found.state.air, run::is_in_place(found.state.air, goal, on->interruption.air),
                           file_.chamber_limits);
     return entry.set_point;
   };
@@ -223,7 +223,7 @@ void SimulatedRun::resume_run() {
   if (!store) return end_at_storage("record", store.error(), excused);
   dropped_ = on->start.dropped_units;
   live(std::move(*store), on->state, on->recorded + 1);
-  if (entry.away) run_controller_->begin_away(entry.set_point, on->why_stopped, on->stood.air);
+  if (entry.away) run_controller_->begin_away(entry.set_point, on->why_stopped, on->interruption.air);
 }
 
 void SimulatedRun::assemble() {

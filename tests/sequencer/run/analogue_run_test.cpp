@@ -131,7 +131,7 @@ TEST(AnalogueInputs, OfADroppedUnitHaveNeitherValueNorFault) {
   units.carry_out({.drop = true, .unit = "u1"});
   auto sample = half_silent();
   sample.units[1].analogue = {{2.5, {}}};
-  units.take_out(sample);
+  units.clear_readings(sample);
   for (const auto& analogue : sample.units[0].analogue) {
     ASSERT_TRUE(analogue.value);
     EXPECT_TRUE(std::isnan(*analogue.value));

@@ -209,7 +209,7 @@ TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
   const auto air_after = [&](std::size_t seconds_in_execute) {
     record.state.assign(record.state.size(), RunState::suspended);
     std::fill_n(record.state.begin(), seconds_in_execute, RunState::execute);
-    return plan_continuation(record, dry_run.path(), kSecond, 0)->stood.air;
+    return plan_continuation(record, dry_run.path(), kSecond, 0)->interruption.air;
   };
   EXPECT_FALSE(air_after(0));
   EXPECT_EQ(air_after(70), Celsius{record.chamber_air_c[69]}) << "the last at which the clock ran";
@@ -223,7 +223,7 @@ TEST(Resume, OfAChamberThatSomebodyElseHasIsForPeople) {
   const auto way_after = [&](EventKind kind, const std::string& interlock) {
     record.events.push_back(
         {.slot = 49, .event = {.at = {}, .kind = kind, .text = {}, .about = {interlock, "suspend"}}});
-    return judge_reentry(plan_continuation(record, dry_run.path(), kSecond, 0)->stood, kMild, {20}).way;
+    return judge_reentry(plan_continuation(record, dry_run.path(), kSecond, 0)->interruption, kMild, {20}).way;
   };
   EXPECT_EQ(way_after(EventKind::interlock, "door"), Reentry::go_on);
   EXPECT_EQ(way_after(EventKind::interlock, "foreign_set_point"), Reentry::ask);
@@ -247,7 +247,7 @@ TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
   record.state.back() = RunState::aborted;
   const auto on = plan_continuation(record, dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
-  EXPECT_TRUE(on->stood.aborted);
+  EXPECT_TRUE(on->interruption.aborted);
   const auto stands = profile_position(on->profile, on->state);
   EXPECT_EQ(stands.phase, Phase::holding);
   EXPECT_EQ(stands.soaked, last.soaked);

@@ -39,9 +39,9 @@ constexpr auto kWriteTimeout = 5s;
 
 }  // namespace
 
-class WebServer::Impl {
+class WebServer::Listeners {
  public:
-  Impl(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
+  Listeners(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
 
   void serve() {
     std::vector<std::thread> threads;
@@ -210,17 +210,17 @@ class WebServer::Impl {
 };
 
 WebServer::WebServer(const WebServerOptions& options, Answer answer)
-    : impl_(std::make_unique<Impl>(options, std::move(answer))) {}
+    : listeners_(std::make_unique<Listeners>(options, std::move(answer))) {}
 WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
-  auto& options = impl_->options;
+  auto& options = listeners_->options;
   auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMostWaiting);
   if (!listener)
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot be listened at: another program may be there, or the address is none of this machine's");
-  impl_->listener = std::move(*listener);
-  const int port = listening_port(impl_->listener);
+  listeners_->listener = std::move(*listener);
+  const int port = listening_port(listeners_->listener);
   std::vector<std::string> hosts;
   const bool v6 = options.address.find(':') != std::string::npos;
   auto names = options.hosts;
@@ -234,13 +234,13 @@ Result<int> WebServer::bind() {
   return port;
 }
 
-void WebServer::serve() { impl_->serve(); }
+void WebServer::serve() { listeners_->serve(); }
 
 void WebServer::stop() {
-  impl_->stopping = true;
-  ::shutdown(impl_->listener.number(), SHUT_RDWR);  // wakes serve()
+  listeners_->stopping = true;
+  ::shutdown(listeners_->listener.number(), SHUT_RDWR);  // wakes serve()
 }
 
-bool WebServer::is_stopping() const { return impl_->stopping; }
+bool WebServer::is_stopping() const { return listeners_->stopping; }
 
 }  // namespace gyrotherm::monitor

@@ -47,8 +47,8 @@ class WebServer {
   [[nodiscard]] bool is_stopping() const;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  class Listeners;
+  std::unique_ptr<Listeners> listeners_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -73,7 +73,7 @@ def condense_text(text: re.Match[str]) -> str:
 def prepare_for_print(markup: str) -> str:
     """Returns markup with the figures of report/plot prepared for a page: opaque colours, one condensed font."""
     markup = re.sub(r'fill="(#[0-9a-f]{6})"([^<>]*?) fill-opacity="([0-9.]+)"',
-                    lambda found: f'fill="{on_white(found[1], float(found[3]))}"{found[2]}', markup)
+                    lambda found: f'fill="{blend_with_white(found[1], float(found[3]))}"{found[2]}', markup)
     markup = re.sub(r'font-family="[^"]*"', f'font-family="{FAMILY}"', markup)
     return re.sub(r'<text x="([^"]*)" y="([^"]*)"([^<>]*)>', condense_text, markup)
 

@@ -285,8 +285,8 @@ class OfOthers(InAFolder):
 
     def test_explains_invalid_units_of_time(self):
         for units, said in (("fortnights since 2026-03-01", '"fortnights" is not a unit of time'),
-                            ("seconds since the start", '"the start" is no time'),
-                            ("seconds since 2026-02-30", '"2026-02-30" is no time')):
+                            ("seconds since the start", '"the start" is not a time'),
+                            ("seconds since 2026-02-30", '"2026-02-30" is not a time')):
             with self.assertRaisesRegex(AssertionError, said):
                 self.imported(self.made([0], units))
 
@@ -312,7 +312,7 @@ class OfOthers(InAFolder):
                                               err_msg=f"{kind}, {missing.dtype}")
 
     def test_refuses_missing_value_that_is_not_a_number(self):
-        with self.assertRaisesRegex(AssertionError, 'the missing_value of "T" is no number'):
+        with self.assertRaisesRegex(AssertionError, 'the attribute missing_value of "T" is not a number'):
             self.imported(self.made([0], "s", missing_value="-999"))
 
     def with_time(self, **attributes):

@@ -230,8 +230,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
 
   auto& job = add("job", "Example: gyrotherm-site job lot/job --wait\n\nPrints the progress of a job.", continue_job);
   job.add_option("job", options->out, "the folder of the job")->required();
-  job.add_flag("--wait", options->wait,
-               "submit the tasks that are not done, wait for them, and carry out the final steps");
+  job.add_flag("--wait", options->wait, "submit the unfinished tasks, wait for them, and carry out the final steps");
   job.add_flag("--again", options->again, "also repeat failed tasks");
   add_distribution_options(job, *options);
 

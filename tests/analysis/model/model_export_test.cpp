@@ -388,7 +388,7 @@ TEST(CExport, ExportsTrackerOnlyWithNoise) {
   const Model model = data::small_svr_model();
   EXPECT_EQ(to_c(model, "gyro")->header.find("track"), std::string::npos);
   const auto program = *to_c(model, "gyro", model.residual_noise);
-  for (const char* words : {"0.05 deg/sqrt(h)", "0.02 deg/h", "0.333 deg/h/sqrt(h)", "initial standard deviation 0.25 deg/h"})
+  for (const char* words : {"0.05 deg/sqrt(h)", "0.02 deg/h", "0.333 deg/h/sqrt(h)", "deviation 0.25 deg/h"})
     EXPECT_NE(program.header.find(words), std::string::npos) << words;
 }
 

@@ -142,7 +142,7 @@ TEST_F(Fuse, TakesModelsByAxisName) {
   EXPECT_EQ(fuse("--model tetrad.a").exit_code, 2);
   const auto nobody = fuse(models() + " --model tetrad.e=" + model);
   EXPECT_EQ(nobody.exit_code, 2) << nobody.out;
-  EXPECT_NE(nobody.err.find("\"tetrad.e\" is none of the axes"), std::string::npos) << nobody.err;
+  EXPECT_NE(nobody.err.find("\"tetrad.e\" is not one of the axes"), std::string::npos) << nobody.err;
   const auto twice = fuse(models() + " --model tetrad.a=" + model + " --model tetrad.a=" + model);
   EXPECT_EQ(twice.exit_code, 2) << twice.out;
   EXPECT_NE(twice.err.find("tetrad.a has two models"), std::string::npos) << twice.err;

@@ -70,7 +70,7 @@ TEST(Qualify, TrainsOneAxisOfLotWithoutOthers) {
   const auto command = "qualify --rig virtual-triad --out " + out + kSmall;
   const auto unknown = gyrotherm_with(command + " --only w");
   EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_NE(unknown.err.find("\"w\"; there are x, y, z"), std::string::npos) << unknown.err;
+  EXPECT_NE(unknown.err.find("\"w\"; the axes are x, y, z"), std::string::npos) << unknown.err;
   EXPECT_FALSE(std::filesystem::exists(out)) << "before anything moves";
   EXPECT_EQ(gyrotherm_with("qualify --only gyro --out " + out + kSmall).exit_code, 2)
       << "of one axis there is no choice";

@@ -68,9 +68,9 @@ std::string stop_command(const Folder& folder, const std::string& state) {
 
 TEST(SystemdUnit, LimitsMakeSafeOnlyAtShutdown) {
   const Folder folder;
-  EXPECT_EQ(stop_command(folder, "stopping"), "within 30 s\n--kill ramp.db\n");
+  EXPECT_EQ(stop_command(folder, "stopping"), "within 30 s\n--kill rate.db\n");
   for (const auto* state : {"running", "degraded", "starting", "maintenance", "offline", "''"})
-    EXPECT_EQ(stop_command(folder, state), "--insist ramp.db\n") << state;
+    EXPECT_EQ(stop_command(folder, state), "--insist rate.db\n") << state;
 }
 
 /// Returns the exit code of ExecCondition for the run "rate" in this folder. 0 starts the run; 1 to 254 skips it
@@ -85,7 +85,7 @@ int run_condition(const Folder& folder) {
 
 TEST(SystemdUnit, SkipsFinishedRunWithoutFailure) {
   const Folder folder;
-  const auto record = folder / "ramp.db";
+  const auto record = folder / "rate.db";
   EXPECT_EQ(run_condition(folder), 0) << "no record: the run begins";
   Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", record, "--json"},
                  folder / "log");
@@ -99,12 +99,12 @@ TEST(SystemdUnit, SkipsFinishedRunWithoutFailure) {
   EXPECT_EQ(run_condition(folder), 1);
 }
 
-/// Writes the second file of a run that continued after ramp.db was removed.
+/// Writes the second file of a run that continued after rate.db was removed.
 void leave_second_file(const Folder& folder) {
   record::RunInfo info;
   info.id = "0123456789abcdef0123456789abcdef";
   info.simulated = true;
-  const record::Continuation continuation{.part = 2, .before = "ramp.db", .from = 0, .cause = "ramp.db was removed"};
+  const record::Continuation continuation{.part = 2, .before = "rate.db", .from = 0, .cause = "rate.db was removed"};
   auto file = record::RunFile::create(folder / "ramp.2.db", info, continuation);
   ASSERT_TRUE(file) << text(file.error());
   ASSERT_TRUE(file->begin() && file->insert_event(-1, {{}, EventKind::fault, "goes on"}) && file->replace_frames({}) &&
@@ -127,7 +127,7 @@ std::string start_command(const Folder& folder) {
 TEST(SystemdUnit, ResumesExistingRun) {
   const Folder folder;
   const auto command = start_command(folder);
-  const std::string begins = "run day.toml --rig lab.toml --out ramp.db\n", goes_on = "resume ramp.db\n";
+  const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";
   EXPECT_EQ(shell(command).out, begins);
   std::ofstream(folder / "ramp.2.db") << "somebody's";
   EXPECT_EQ(shell(command).out, begins) << "no part of a run";
@@ -135,12 +135,12 @@ TEST(SystemdUnit, ResumesExistingRun) {
   leave_second_file(folder);
   EXPECT_EQ(shell(command).out, goes_on);
   const auto anew = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
-                                   (folder / "ramp.db"));
+                                   (folder / "rate.db"));
   EXPECT_EQ(anew.exit_code, 4) << anew.err;
   EXPECT_NE(anew.err.find("its run continues in " + (folder / "ramp.2.db")), std::string::npos) << anew.err;
-  EXPECT_FALSE(std::filesystem::exists(folder / "ramp.db"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "rate.db"));
   std::filesystem::remove(folder / "ramp.2.db");
-  std::ofstream(folder / "ramp.db") << "damaged";
+  std::ofstream(folder / "rate.db") << "damaged";
   EXPECT_EQ(shell(command).out, goes_on) << "and resume says what is wrong with it";
 }
 

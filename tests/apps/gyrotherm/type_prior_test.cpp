@@ -44,7 +44,8 @@ class TypePriorCommand : public testing::Test {
 };
 
 TEST_F(TypePriorCommand, DistinguishesVirtualGyrosBySeed) {
-  for (const auto* words : {"SIMULATED: type \"ring\" of 3 units", "seed 1: 1 record, 4.", "A-B", "wanders over"})
+  for (const auto* words :
+       {"SIMULATED: type \"ring\" of 3 units", "seed 1: 1 record, 4.", "A-B", "with a time constant of"})
     EXPECT_NE(learnt_.out.find(words), std::string::npos) << learnt_.out;
   const auto file = nlohmann::json::parse(read_text_file(*folder_ / "prior.json").value());
   EXPECT_EQ(file["schema"], "gyrotherm-type-prior/1");
@@ -94,7 +95,7 @@ TEST_F(TypePriorCommand, RefusesInconsistentRecordsAndReportsReusedGyro) {
   const auto twice = gyrotherm_with(
       fmt::format("train {} --prior {} --out {}", record(2), *folder_ / "prior.json", *folder_ / "twice.json"));
   EXPECT_EQ(twice.exit_code, 0) << twice.err;
-  EXPECT_NE(twice.out.find("the prior was learnt from this gyro (seed 2) too"), std::string::npos) << twice.out;
+  EXPECT_NE(twice.out.find("the prior was also learnt from this gyro (seed 2)"), std::string::npos) << twice.out;
 }
 
 TEST_F(TypePriorCommand, IdentifiesGyroUnderAnyName) {
@@ -114,7 +115,7 @@ TEST_F(TypePriorCommand, IdentifiesGyroUnderAnyName) {
   const auto model = gyrotherm_with(
       fmt::format("train {} --prior {} --out {}", record(2), *folder_ / "named.json", *folder_ / "twice2.json"));
   EXPECT_EQ(model.exit_code, 0) << model.err;
-  EXPECT_NE(model.out.find("the prior was learnt from this gyro (seed 2) too"), std::string::npos) << model.out;
+  EXPECT_NE(model.out.find("the prior was also learnt from this gyro (seed 2)"), std::string::npos) << model.out;
 }
 
 TEST(TypePriorOfForeignRecords, RequiresUnitOfEachRecord) {

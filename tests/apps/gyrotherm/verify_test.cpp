@@ -102,7 +102,7 @@ TEST_F(Verify, ReportsCoverageOfIntervals) {
   EXPECT_GT(coverage["clusters"], 0);
   EXPECT_LE(coverage["effective"], coverage["clusters"]);
   EXPECT_GT(coverage["mean_half_width_deg_per_h"], 0.0);
-  EXPECT_NE(verified("").out.find("intervals of 95 %"), std::string::npos);
+  EXPECT_NE(verified("").out.find("95 % intervals"), std::string::npos);
 }
 
 /// The gyro is turned around and back at 20 °C. With one hour in each of three positions, 0.0003 °/√h give ± 0.0002

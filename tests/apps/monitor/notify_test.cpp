@@ -284,7 +284,7 @@ tell = ["nobody"]
                                "site.toml");
   ASSERT_FALSE(read);
   EXPECT_NE(text(read.error()).find("did you mean \"alarm\""), std::string::npos) << text(read.error());
-  EXPECT_NE(read.error().what.find("no [notify.mail]"), std::string::npos) << read.error().what;
+  EXPECT_NE(read.error().what.find("[notify.mail] is missing"), std::string::npos) << read.error().what;
   EXPECT_NE(read.error().what.find("\"nobody\""), std::string::npos) << read.error().what;
 }
 

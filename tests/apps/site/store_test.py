@@ -738,7 +738,7 @@ class ManyRigs(unittest.TestCase):
             asked = [SITE, "rigs", "--store", store.address("ada"), "--json"]
             some = subprocess.run(asked, capture_output=True, text=True, check=True)
             self.assertEqual(len(json.loads(some.stdout)), 100)
-            self.assertIn("there may be more", some.stderr)
+            self.assertIn("more rows may exist", some.stderr)
 
 
 class Bounded(unittest.TestCase):

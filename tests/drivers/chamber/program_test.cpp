@@ -128,7 +128,8 @@ TEST(ProgramMemory, RefusesWhatItCannotHold) {
   EXPECT_TRUE(encode_program(*ezt.memory, program(99, seconds(1), true)));
   const auto many = encode_program(*ezt.memory, program(100, seconds(1), true));
   ASSERT_FALSE(many);
-  EXPECT_NE(many.error().what.find("keeps 99, and 100 are needed"), std::string::npos) << many.error().what;
+  EXPECT_NE(many.error().what.find("stores 99 steps, and the program needs 100"), std::string::npos)
+      << many.error().what;
   EXPECT_EQ(encode_program(*ezt.memory, program(1, std::chrono::milliseconds(1500), false)).error().kind,
             FaultKind::out_of_range);
   EXPECT_NE(encode_program(*binder.memory, program(1, seconds(1), true)).error().what.find("no guaranteed soak"),

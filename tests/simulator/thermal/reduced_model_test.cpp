@@ -86,7 +86,7 @@ TEST(ReducedModel, NumbersOfAnySizeReadBackBitForBit) {
 TEST(ReducedModel, ReportsEachErrorWithPosition) {
   const auto good = reduced_model_text(reduced_box_gyro());
   expect_mistake(with(good, "gyro/1", "gyro/9"), "is not understood");
-  expect_mistake(with(good, "source_sha256 = \"0", "source_sha256 = \"X"), "64 hexadecimal digits");
+  expect_mistake(with(good, "source_sha256 = \"0", "source_sha256 = \"X"), "64 lower-case hexadecimal digits");
   expect_mistake(with(good, "still_film_w_per_m2_k = 8.0", "still_film_w_per_m2_k = 0.0"), "above 0");
   expect_mistake(with(good, "emissivity = 0.05", "emissivity = -1.0"), "at least 0");
   expect_mistake(with(good, "preamplifier = 0.784", "preamplifier = -0.784"), "at least 0");

@@ -339,12 +339,12 @@ class OfOthers(InAFolder):
 
     def test_refuses_units_and_calendar_that_are_not_text(self):
         for name, value in (("units", 1), ("calendar", np.array([1.0, 2.0])), ("calendar", ["standard", "noleap"])):
-            with self.assertRaisesRegex(AssertionError, f'the attribute {name} of "time" is no text'):
+            with self.assertRaisesRegex(AssertionError, f'the attribute {name} of "time" is not a text'):
                 self.imported(self.with_time(**{name: value}))
 
     def test_refuses_scale_that_is_not_a_number(self):
         for name, value in (("scale_factor", np.array([0.01, 0.02])), ("add_offset", "20")):
-            with self.assertRaisesRegex(AssertionError, f'the {name} of "T" is not one number'):
+            with self.assertRaisesRegex(AssertionError, f'the attribute {name} of "T" is not a single number'):
                 self.imported(self.made([0], "s", **{name: value}))
 
 

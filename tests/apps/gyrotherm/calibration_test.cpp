@@ -314,7 +314,7 @@ TEST_F(CalibrationOfAUnit, TakesInputsOnlyForModelsInFolder) {
   for (const std::string& models : {std::string(), " --model " + in("model.json")}) {
     const auto refused = report(models);
     EXPECT_EQ(refused.exit_code, 2) << models;
-    EXPECT_NE(refused.err.find("--inputs: names models in a folder"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("--inputs: selects models in a folder"), std::string::npos) << refused.err;
   }
   const auto looked = report(" --models " + in("nowhere"));
   EXPECT_NE(looked.err.find("model-gradients,A.json"), std::string::npos) << looked.err;

@@ -105,7 +105,7 @@ void leave_second_file(const Folder& folder) {
   info.id = "0123456789abcdef0123456789abcdef";
   info.simulated = true;
   const record::Continuation continuation{.part = 2, .before = "rate.db", .from = 0, .cause = "rate.db was removed"};
-  auto file = record::RunFile::create(folder / "ramp.2.db", info, continuation);
+  auto file = record::RunFile::create(folder / "rate.2.db", info, continuation);
   ASSERT_TRUE(file) << text(file.error());
   ASSERT_TRUE(file->begin() && file->insert_event(-1, {{}, EventKind::fault, "goes on"}) && file->replace_frames({}) &&
               file->commit());
@@ -129,17 +129,17 @@ TEST(SystemdUnit, ResumesExistingRun) {
   const auto command = start_command(folder);
   const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";
   EXPECT_EQ(shell(command).out, begins);
-  std::ofstream(folder / "ramp.2.db") << "somebody's";
+  std::ofstream(folder / "rate.2.db") << "somebody's";
   EXPECT_EQ(shell(command).out, begins) << "no part of a run";
-  std::filesystem::remove(folder / "ramp.2.db");
+  std::filesystem::remove(folder / "rate.2.db");
   leave_second_file(folder);
   EXPECT_EQ(shell(command).out, goes_on);
   const auto anew = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
                                    (folder / "rate.db"));
   EXPECT_EQ(anew.exit_code, 4) << anew.err;
-  EXPECT_NE(anew.err.find("its run continues in " + (folder / "ramp.2.db")), std::string::npos) << anew.err;
+  EXPECT_NE(anew.err.find("its run continues in " + (folder / "rate.2.db")), std::string::npos) << anew.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "rate.db"));
-  std::filesystem::remove(folder / "ramp.2.db");
+  std::filesystem::remove(folder / "rate.2.db");
   std::ofstream(folder / "rate.db") << "damaged";
   EXPECT_EQ(shell(command).out, goes_on) << "and resume says what is wrong with it";
 }

@@ -361,7 +361,7 @@ TEST(GyroHousekeeping, NamesEachMistakeOfWhatIsThereOnlyWhen) {
   EXPECT_EQ(one("{ mask = 0x80, value = 0 }"), "");
   EXPECT_NE(one("{ mask = 0, value = 0 }").find("the mask is empty"), std::string::npos);
   EXPECT_NE(one("{ mask = 1, value = 2 }").find("does not contain the value"), std::string::npos);
-  EXPECT_NE(one("{ mask = 0x100, value = 0 }").find("the field"), std::string::npos);
+  EXPECT_NE(one("{ mask = 0x100, value = 0 }").find("has bits outside the field"), std::string::npos);
   const auto when = [](const char* value) {
     return value_field(fmt::format("name = \"a\"\nunit = \"V\"\nwhen = {{ mask = 0xC0, value = {} }}\n", value));
   };

@@ -2,8 +2,8 @@
 # gyrotherm_module(NAME SOURCES a.cpp … USES other modules … PRIVATE third parties …) makes the static library
 # gyrotherm::NAME of a module, or of a part of one. It is installed for others to build on (package.cmake) unless it is
 # INTERNAL to the programs. The modules in USES are public, third parties stay private. In a unity build each of the SOURCES
-# named in ALONE is compiled by itself, because another file uses the same local names. A module that COMPUTES is optimised
-# as in a release by every preset; a NUMERICAL one is, too, and leaves out Eigen's index checks in a release.
+# named in ALONE is compiled by itself, because another file uses the same local names. A module that COMPUTES has
+# its own optimisation; a NUMERICAL one has, too, and leaves out Eigen's index checks in a release.
 # GCC 12 warns of array bounds and restrict inside its own std::string; the sanitizer preset checks for the real ones.
 function(gyrotherm_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>
@@ -22,9 +22,9 @@ function(gyrotherm_precompile name first)
   endif()
 endfunction()
 
-# Optimises what computes as a release does, in every preset.
+# Gives a module that computes its own optimisation, whatever the other modules have.
 function(gyrotherm_computes target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O2>)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${GYROTHERM_COMPUTING}>)
 endfunction()
 
 function(gyrotherm_module name)
@@ -144,7 +144,7 @@ function(gyrotherm_fuzz name)
   else()
     target_sources(fuzz_test PRIVATE ${sources})
     target_link_libraries(fuzz_test PRIVATE ${libraries})
-    add_test(NAME Fuzz.${name} COMMAND fuzz_test ${name} $<IF:$<BOOL:${GYROTHERM_NIGHTLY}>,1000000,20000>)
+    add_test(NAME Fuzz.${name} COMMAND fuzz_test ${name} $<IF:$<BOOL:${GYROTHERM_NIGHTLY}>,1000000,5000>)
     set_tests_properties(Fuzz.${name} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS 2)
   endif()
 endfunction()

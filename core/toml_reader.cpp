@@ -271,6 +271,12 @@ bool TomlTable::is_list(std::string_view key) const {
   return node && node->is_array();
 }
 
+bool TomlTable::is_text(std::string_view key) const {
+  const auto* node = find(mark_read(key).table, key);
+  const auto* list = node ? node->as_array() : nullptr;
+  return node && (node->is_string() || (list && !list->empty() && list->front().is_string()));
+}
+
 double TomlTable::number(std::string_view key, std::optional<double> fallback) const {
   return read(*this, mark_read(key).table, key, fallback, kExpectNumber, as_number);
 }

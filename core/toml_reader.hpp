@@ -34,6 +34,8 @@ class TomlTable {
   [[nodiscard]] bool has(std::string_view key) const;
   [[nodiscard]] bool is_table(std::string_view key) const;
   [[nodiscard]] bool is_list(std::string_view key) const;
+  /// Returns whether the value is a text or a list that begins with a text.
+  [[nodiscard]] bool is_text(std::string_view key) const;
 
   /// Reads a value. Without `fallback` the key is required.
   [[nodiscard]] double number(std::string_view key, std::optional<double> fallback = {}) const;

@@ -36,26 +36,31 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
   unit.program_number = table.text("program_number", "");
   unit.program_step = table.text("program_step", "");
   for (const auto& one : table.tables("shows")) {
-    SimulatedUnit::Shows shows{.item = one.text("register"), .values = {}};
-    const auto* item = drivers::find_named_item(map, one, "register", shows.item);
+    SimulatedUnit::Shows shows{.item = one.text(drivers::item_key(one)), .values = {}};
+    const auto* item = drivers::find_named_item(map, one, drivers::item_key(one), shows.item);
     for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
       if (!one.has(state)) continue;
-      const auto code = item && !item->codes.empty() ? drivers::code_of(*item, one.text(state)) : one.number(state);
+      const auto code = item && !item->codes.empty() && one.is_text(state) ? drivers::code_of(*item, one.text(state))
+                                                                           : one.number(state);
       if (!code) one.mistake(state, fmt::format("not a code of register \"{}\"", shows.item));
       shows.values[state] = code.value_or(0);
     }
     unit.shows.push_back(std::move(shows));
   }
   for (const auto& one : table.tables("initial")) {
-    const auto name = one.text("register");
-    (void)drivers::find_named_item(map, one, "register", name);
+    const auto name = one.text(drivers::item_key(one));
+    const auto* item = drivers::find_named_item(map, one, drivers::item_key(one), name);
     if (one.has("text"))
       unit.initial_texts.emplace_back(name, one.text("text"));
+    else if (one.has("code"))
+      unit.initial.emplace_back(name, item ? drivers::code_of(*item, one.text("code")).value_or(0) : 0);
     else
       unit.initial.emplace_back(name, one.number("value"));
   }
   unit.when_off = table.texts("sentinel_when_off");
   for (const auto& name : unit.when_off) (void)drivers::find_named_item(map, table, "sentinel_when_off", name);
+  if (map.text_link)
+    for (const auto* key : {"refuses", "unknown", "lag", "noise"}) table.ignore(key);  // read by the text server
   unit.silent_exceptions = table.boolean("silent_exceptions", false);
   unit.ignores_blocks_elsewhere = table.boolean("ignores_blocks_elsewhere", false);
   return unit;

@@ -14,6 +14,7 @@
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "simulator/servers/reply_server.hpp"
+#include "simulator/servers/text_server.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
 
 namespace gyrotherm::simulator {
@@ -294,12 +295,19 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
       analogue_(std::move(sources.analogue)),
       replies_(guard_) {
   auto pty = ptys.begin();
-  const MakeSession chamber = [this] { return make_modbus_session(chamber_); };
+  const bool is_text_unit = drivers::is_text(chamber_.map().link.kind);
+  const bool has_lag = !options.attended;
+  const MakeSession chamber = [this, is_text_unit, has_lag] {
+    return is_text_unit ? make_text_session(chamber_, chamber_.map().link.kind, has_lag)
+                        : make_modbus_session(chamber_);
+  };
   sessions_[InstrumentKind::chamber] = {chamber};
   chamber_port_ = serve("chamber", take_listener(listeners), chamber);
   if (options.ptys)
-    serve("chamber", std::move(*pty++),
-          [this] { return std::make_unique<ModbusRtuSession>(chamber_, drivers::LinkKind::rtu); });
+    serve("chamber", std::move(*pty++), [this, is_text_unit]() -> std::unique_ptr<Session> {
+      if (is_text_unit) return make_text_session(chamber_, drivers::LinkKind::text_serial, true);
+      return std::make_unique<ModbusRtuSession>(chamber_, drivers::LinkKind::rtu);
+    });
   for (std::size_t i = 0; i < thermometer_indices_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
     const auto session = session_factory(options.thermometers[i], thermometer_indices_[i], laboratory_);

@@ -31,8 +31,8 @@ std::string read_pattern(const TomlTable& table) {
 }
 
 const RegisterItem* readable_item(const TomlTable& table, const RegisterMap& map, const std::string& name) {
-  const auto* item = find_named_item(map, table, "register", name);
-  if (item && !item->readable) table.mistake("register", fmt::format("register \"{}\" cannot be read", name));
+  const auto* item = find_named_item(map, table, item_key(table), name);
+  if (item && !item->readable) table.mistake(item_key(table), fmt::format("register \"{}\" cannot be read", name));
   return item;
 }
 
@@ -51,7 +51,7 @@ Fingerprint read_fingerprint(const TomlTable& table, const RegisterMap& map, con
 
 VerifiedSetting read_setting(const TomlTable& table, const RegisterMap& map) {
   VerifiedSetting setting{
-      .item = table.text("register"), .verifies = table.text("verifies", ""), .when = {}, .pattern = {}};
+      .item = table.text(item_key(table)), .verifies = table.text("verifies", ""), .when = {}, .pattern = {}};
   const auto* item = readable_item(table, map, setting.item);
   const bool is_text = item && item->type == RegisterType::text;
   if (setting.verifies.empty()) return setting;
@@ -65,8 +65,12 @@ VerifiedSetting read_setting(const TomlTable& table, const RegisterMap& map) {
 }  // namespace
 
 void read_identity(const TomlTable& table, RegisterMap& map) {
-  auto& verification = map.verification;
   if (table.has("register")) map.identity = read_fingerprint(table, map, table.text("register"));
+  read_verification(table, map);
+}
+
+void read_verification(const TomlTable& table, RegisterMap& map) {
+  auto& verification = map.verification;
   verification.verifies = table.text("verifies", "");
   for (const auto& name : table.texts("shows")) {
     if (readable_item(table, map, name)) verification.shows.push_back(name);

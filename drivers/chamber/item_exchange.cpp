@@ -154,7 +154,9 @@ Result<ItemExchange::Shown> ItemExchange::show(const RegisterItem& item) {
 
 Result<void> ItemExchange::check(const Fingerprint& print, const Shown& shown) const {
   if (shown.value) return check_fingerprint(map_, print, *shown.value);
-  if (matches(print.pattern, shown.words)) return {};
+  const bool fits =
+      print.is_expression ? fits_expression(print.pattern, shown.words) : matches(print.pattern, shown.words);
+  if (fits) return {};
   return failure(FaultKind::mismatch, place(item(print.item)),
                  fmt::format("reads \"{}\", expected \"{}\"", shown.words, print.pattern));
 }
@@ -487,6 +489,13 @@ Result<void> ItemExchange::perform(const Sequence& sequence, const Parameters& p
   for (const auto& step : sequence)
     if (auto done = perform_step(step, parameters); !done) return done;
   return {};
+}
+
+Result<void> ItemExchange::perform_all(const Sequence& sequence) {
+  Result<void> all;
+  for (const auto& step : sequence)
+    if (auto done = perform_step(step, {}); !done && all) all = std::move(done);
+  return all;
 }
 
 }  // namespace gyrotherm::drivers

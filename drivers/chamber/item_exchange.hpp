@@ -117,6 +117,8 @@ class ItemExchange {
   /// Executes a command. Fails at the first step that fails, or with timeout if the condition of a wait is not met in
   /// time.
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
+  /// Executes every step, even after a step that failed. Fails with the first failure.
+  [[nodiscard]] Result<void> perform_all(const Sequence& sequence);
 
  private:
   /// Value of an item as text, and as a number unless it is a text.

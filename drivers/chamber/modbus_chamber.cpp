@@ -188,7 +188,9 @@ class ModbusChamber final : public Chamber {
 
   Result<void> stop() override {
     items_.trust_line();
-    if (map_.sequences.contains("stop")) return perform("stop");
+    const auto found = map_.sequences.find("stop");
+    if (found != map_.sequences.end() && map_.text_link) return items_.perform_all(found->second);
+    if (found != map_.sequences.end()) return perform("stop");
     if (map_.control) return switch_to(map_.control->off);
     return failure(FaultKind::refused, "chamber stop", "its register map has neither a command \"stop\" nor [control]");
   }
@@ -336,7 +338,7 @@ class ModbusChamber final : public Chamber {
   /// may be plausible by chance. Only before the first set point.
   [[nodiscard]] Result<void> confirm_air() {
     constexpr int kReadings = 2;
-    if (set_point_.readable || word_count(air_.type) < 2) return {};
+    if (set_point_.readable || map_.text_link || word_count(air_.type) < 2) return {};
     for (int good = 0; good < kReadings;) {
       pauses_->rest(std::chrono::seconds(1));
       const auto state = look();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <chrono>
@@ -37,6 +38,7 @@ Range range(const RegisterItem& item) {
     case RegisterType::u32: return range_of<std::uint32_t>();
     case RegisterType::s32: return range_of<std::int32_t>();
     case RegisterType::f32: return range_of<float>();
+    case RegisterType::f64: return range_of<double>();
     case RegisterType::bits: return {0, static_cast<double>((1U << item.bit_count) - 1)};
   }
   return {};
@@ -69,24 +71,29 @@ double raw_of(const RegisterItem& item, std::uint32_t bits) {
     case RegisterType::u32: return bits;
     case RegisterType::s32: return static_cast<std::int32_t>(bits);
     case RegisterType::f32: return std::bit_cast<float>(bits);
+    case RegisterType::f64: break;  // four registers, see raw_value()
     case RegisterType::bits: return bits >> item.first_bit & ((1U << item.bit_count) - 1);
   }
   return 0;
 }
 
-/// Converts from or to the order abcd; each order is its own inverse.
-void reorder(WordOrder order, std::uint16_t& first, std::uint16_t& second) {
-  if (order == WordOrder::cdab || order == WordOrder::dcba) std::swap(first, second);
-  if (order == WordOrder::badc || order == WordOrder::dcba) first = swapped(first), second = swapped(second);
+/// Converts words from or to the order abcd; each order is its own inverse.
+void reorder(WordOrder order, std::span<std::uint16_t> words) {
+  if (order == WordOrder::cdab || order == WordOrder::dcba) std::ranges::reverse(words);
+  if (order == WordOrder::badc || order == WordOrder::dcba)
+    for (auto& word : words) word = swapped(word);
 }
 
+constexpr std::size_t kWordsOfDouble = 4;
+constexpr int kBitsPerWord = 16;
+
 std::vector<std::uint16_t> words_of(const RegisterItem& item, double raw) {
-  const auto bits = bits_of(item, raw);
-  auto low = static_cast<std::uint16_t>(bits);
-  if (word_count(item.type) == 1) return {low};
-  auto high = static_cast<std::uint16_t>(bits >> 16);
-  reorder(item.order, high, low);
-  return {high, low};
+  const auto bits = item.type == RegisterType::f64 ? std::bit_cast<std::uint64_t>(raw) : bits_of(item, raw);
+  const std::size_t count = word_count(item.type);
+  std::vector<std::uint16_t> words(count);
+  for (std::size_t i = 0; i < count; ++i) words[count - 1 - i] = static_cast<std::uint16_t>(bits >> (i * kBitsPerWord));
+  if (count > 1) reorder(item.order, words);
+  return words;
 }
 
 double writing_scale(const RegisterItem& item) { return item.write_scale.value_or(item.scale); }
@@ -132,6 +139,7 @@ bool is_in_the_calendar(const CivilTime& t) {
 }  // namespace
 
 std::uint16_t word_count(RegisterType type) {
+  if (type == RegisterType::f64) return kWordsOfDouble;
   return type == RegisterType::u32 || type == RegisterType::s32 || type == RegisterType::f32 ? 2 : 1;
 }
 
@@ -145,7 +153,10 @@ std::uint16_t word_count(const RegisterItem& item) {
   return spread(static_cast<std::size_t>((form.characters + form.per_register - 1) / form.per_register), form.stride);
 }
 
-std::string place(const RegisterItem& item) { return fmt::format("chamber register {} ({})", item.address, item.name); }
+std::string place(const RegisterItem& item) {
+  if (!item.line.empty()) return fmt::format("chamber item {} ({})", item.name, item.line);
+  return fmt::format("chamber register {} ({})", item.address, item.name);
+}
 
 std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present) {
   const auto mask = static_cast<std::uint16_t>(((1U << item.bit_count) - 1) << item.first_bit);
@@ -178,10 +189,15 @@ std::vector<std::uint16_t> encode_as_read(const RegisterItem& item, double value
 
 double raw_value(const RegisterItem& item, std::span<const std::uint16_t> words) {
   assert(words.size() >= word_count(item.type));
-  if (word_count(item.type) == 1) return raw_of(item, words[0]);
-  auto high = words[0], low = words[1];
-  reorder(item.order, high, low);
-  return raw_of(item, std::uint32_t{high} << 16 | low);
+  const std::size_t count = word_count(item.type);
+  if (count == 1) return raw_of(item, words[0]);
+  std::array<std::uint16_t, kWordsOfDouble> ordered{};
+  std::ranges::copy(words.first(count), ordered.begin());
+  reorder(item.order, std::span(ordered).first(count));
+  std::uint64_t bits = 0;
+  for (const auto word : std::span(ordered).first(count)) bits = bits << kBitsPerWord | word;
+  if (item.type == RegisterType::f64) return std::bit_cast<double>(bits);
+  return raw_of(item, static_cast<std::uint32_t>(bits));
 }
 
 double decode_as_written(const RegisterItem& item, std::span<const std::uint16_t> words) {

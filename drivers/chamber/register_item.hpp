@@ -16,8 +16,9 @@
 
 namespace gyrotherm::drivers {
 
-enum class RegisterType { u16, s16, u32, s32, f32, bits, text, date_time };
+enum class RegisterType { u16, s16, u32, s32, f32, f64, bits, text, date_time };
 /// Order of the bytes in two registers, written for the value ABCD: −40.25 is C221 0000 in abcd and 0000 C221 in cdab.
+/// In four registers cdab reverses the registers, and badc swaps the bytes of each.
 enum class WordOrder { abcd, cdab, badc, dcba };
 
 /// Source of a fact in the map: a test on the instrument, the vendor's manual, a public source or an excerpt, or
@@ -62,6 +63,8 @@ struct Companion {
 struct RegisterItem {
   /// "air_temperature", "set_point", "control_mode", …
   std::string name;
+  /// Question or command of a text unit, for messages; empty for a Modbus unit.
+  std::string line;
   std::uint16_t address{};
   /// Address on RTU links, including RTU over TCP, if it differs.
   std::optional<std::uint16_t> rtu_address;
@@ -132,9 +135,9 @@ struct ItemContext {
 /// Returns the item with the instrument's present scale and unit.
 [[nodiscard]] RegisterItem in_context(RegisterItem item, const ItemContext& context);
 
-/// Returns the one or two words of a number on the wire. The type must not be text or date_time, and `value` must be
-/// finite. The value is rounded to the nearest one of the type and saturates at the limits of the type. In the word of
-/// a bit field the other bits are 0.
+/// Returns the words of a number on the wire: four for f64, otherwise one or two. The type must not be text or
+/// date_time, and `value` must be finite. The value is rounded to the nearest one of the type and saturates at the
+/// limits of the type. In the word of a bit field the other bits are 0.
 [[nodiscard]] std::vector<std::uint16_t> encode(const RegisterItem& item, double value);
 /// Returns the value of `words`, which must have the item's count. Fails with corrupted (not finite) or out_of_range (a
 /// sentinel, which is named, or an impossible value).
@@ -161,7 +164,7 @@ struct ItemContext {
 /// Returns the number of registers of any item.
 [[nodiscard]] std::uint16_t word_count(const RegisterItem& item);
 
-/// Returns the location for faults: "chamber register 2782 (set_point)".
+/// Returns the location for faults: "chamber register 2782 (set_point)" or "chamber item set_point (TEMP?)".
 [[nodiscard]] std::string place(const RegisterItem& item);
 
 /// Returns `word` with the other bits of the register set as in `present`. The item is a bit field.

@@ -34,7 +34,8 @@ const MapLink* RegisterMap::find(LinkKind kind) const {
 Result<RegisterMap> select_link(RegisterMap map, LinkKind kind) {
   const auto* link = map.find(kind);
   if (!link) return failure(FaultKind::usage, map.name, fmt::format("its map describes no {} link", name(kind)));
-  const bool was_rtu = map.link.kind != LinkKind::tcp, is_rtu = kind != LinkKind::tcp;
+  const auto has_rtu_addresses = [](LinkKind one) { return one == LinkKind::rtu || one == LinkKind::rtu_over_tcp; };
+  const bool was_rtu = has_rtu_addresses(map.link.kind), is_rtu = has_rtu_addresses(kind);
   for (auto& item : map.items)
     if (item.rtu_address && was_rtu != is_rtu) std::swap(item.address, *item.rtu_address);
   map.link = *link;
@@ -43,6 +44,12 @@ Result<RegisterMap> select_link(RegisterMap map, LinkKind kind) {
 
 Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing) {
   auto kind = map.links.front().kind;
+  if (map.text_link) {
+    if (std::holds_alternative<SerialLine>(line)) kind = LinkKind::text_serial;
+    if (std::holds_alternative<TcpLine>(line))
+      kind = map.find(LinkKind::text_tcp) ? LinkKind::text_tcp : LinkKind::text_serial;
+    return select_link(std::move(map), framing.value_or(kind));
+  }
   if (std::holds_alternative<SerialLine>(line)) kind = LinkKind::rtu;
   if (std::holds_alternative<TcpLine>(line)) kind = map.find(LinkKind::tcp) ? LinkKind::tcp : LinkKind::rtu_over_tcp;
   return select_link(std::move(map), framing.value_or(kind));
@@ -189,7 +196,7 @@ std::vector<OrderFinding> probe_word_order(const RegisterItem& air, std::span<co
                                            const RegisterItem& set_point,
                                            std::span<const std::uint16_t> set_point_words) {
   std::vector<OrderFinding> findings;
-  if (word_count(air.type) < 2 || word_count(set_point.type) < 2) return findings;
+  if (!air.line.empty() || word_count(air.type) < 2 || word_count(set_point.type) < 2) return findings;
   auto orders = kOrders;
   std::stable_partition(orders.begin(), orders.end(), [&](auto order) { return order == air.order; });
   for (const auto order : orders) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,7 @@
 #include "core/sample.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_item.hpp"
+#include "drivers/chamber/text_link.hpp"
 #include "drivers/line/link_settings.hpp"
 #include "drivers/line/modbus.hpp"
 
@@ -142,11 +144,15 @@ struct ProfileMemory {
   Confidence confidence = Confidence::unverified;
 };
 
-enum class LinkKind { tcp, rtu, rtu_over_tcp };
+/// Modbus links, and links of text units. A text unit with a serial link may also be behind a TCP device server.
+enum class LinkKind { tcp, rtu, rtu_over_tcp, text_tcp, text_serial };
+[[nodiscard]] inline bool is_text(LinkKind kind) { return kind >= LinkKind::text_tcp; }
 
 struct MapLink {
   LinkKind kind{};
+  /// Of a text unit only port, serial format, timeout and unit number are used.
   ModbusLink modbus;
+  TextWire text{};
 };
 
 /// Expected content of a register of the described instrument.
@@ -157,6 +163,8 @@ struct Fingerprint {
   std::uint32_t mask = 0xFFFFFFFF;
   /// Pattern for a text instead of the value, as in matches().
   std::string pattern;
+  /// The pattern is a regular expression (ECMAScript) that is searched for in the text.
+  bool is_expression = false;
 };
 
 /// A setting of the instrument that changes the meaning of its registers.
@@ -227,6 +235,8 @@ struct RegisterMap {
   /// State and alarms are read at every n-th reading; 0 for never.
   int status_every{};
   std::vector<RegisterItem> items;
+  /// Protocol of a text unit; null for a Modbus unit.
+  std::shared_ptr<const TextLink> text_link;
   std::optional<Fingerprint> identity;
   Verification verification;
   /// If empty, the chamber controls whenever it is powered.
@@ -245,9 +255,10 @@ struct RegisterMap {
   [[nodiscard]] const MapLink* find(LinkKind kind) const;
 };
 
-/// Parses a map. Fails with bad_file and lists every error with its position. The items air_temperature and set_point
-/// (writable) are required. Items named in identity, control, states, alarms and sequences must exist and have the
-/// codes that are used. `word_order` overrides the map's order, for a unit with a different setting.
+/// Parses a map of a Modbus unit (schema gyrotherm-chamber/1) or of a text unit (gyrotherm-text/1). Fails with bad_file
+/// and lists every error with its position. The items air_temperature and set_point (writable) are required. Items
+/// named in identity, control, states, alarms and sequences must exist and have the codes that are used. `word_order`
+/// overrides the map's order, for a unit with a different setting.
 [[nodiscard]] Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 
@@ -272,7 +283,8 @@ struct RegisterMap {
 [[nodiscard]] const char* name(Confidence confidence);
 
 inline constexpr auto kWordOrders = make_vocabulary<WordOrder::abcd, WordOrder::dcba>("abcd", "cdab", "badc", "dcba");
-inline constexpr auto kLinkKinds = make_vocabulary<LinkKind::tcp, LinkKind::rtu_over_tcp>("tcp", "rtu", "rtu_over_tcp");
+inline constexpr auto kLinkKinds =
+    make_vocabulary<LinkKind::tcp, LinkKind::text_serial>("tcp", "rtu", "rtu_over_tcp", "text_tcp", "text_serial");
 inline constexpr auto kReadFunctions = make_vocabulary<ReadFunction::coils, ReadFunction::input_registers>(
     "coils", "discrete_inputs", "holding_registers", "input_registers");
 inline constexpr Vocabulary<WriteFunction, 3> kWriteFunctions{{{"coil", WriteFunction::coil},
@@ -337,6 +349,12 @@ void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, Regis
 
 /// Reads [identity].
 void read_identity(const TomlTable& table, RegisterMap& map);
+/// Reads the keys of [identity] that do not describe the fingerprint.
+void read_verification(const TomlTable& table, RegisterMap& map);
+/// Returns the key that names an item in a condition or step: "item" in the file of a text unit, otherwise "register".
+[[nodiscard]] inline const char* item_key(const TomlTable& table) { return table.has("item") ? "item" : "register"; }
+/// Returns whether a regular expression is found in `text`.
+[[nodiscard]] bool fits_expression(const std::string& expression, const std::string& text);
 
 /// Returns the item `name`. If there is none, notes an error at `key` and returns null.
 [[nodiscard]] const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,

@@ -29,7 +29,7 @@ constexpr double kUsualDecimal = 0.1;
 constexpr std::int64_t kMostOfOneKind = 256;
 
 constexpr auto kTypes = make_vocabulary<RegisterType::u16, RegisterType::date_time>("u16", "s16", "u32", "s32", "f32",
-                                                                                    "bits", "text", "date_time");
+                                                                                    "f64", "bits", "text", "date_time");
 constexpr auto kDateParts =
     make_vocabulary<DatePart::year, DatePart::second>("year", "month", "day", "weekday", "hour", "minute", "second");
 
@@ -77,8 +77,8 @@ void read_scale(const TomlTable& table, RegisterItem& item) {
   if (table.has("write_scale")) item.write_scale = positive("write_scale", table.number("write_scale"));
   double finest = std::max(item.scale, item.write_scale.value_or(0));
   if (table.has("decimals")) finest *= kUsualDecimal;
-  item.resolution =
-      positive("resolution", table.number("resolution", item.type == RegisterType::f32 ? kFinestOfFloat : finest));
+  const bool is_float = item.type == RegisterType::f32 || item.type == RegisterType::f64;
+  item.resolution = positive("resolution", table.number("resolution", is_float ? kFinestOfFloat : finest));
 }
 
 void read_codes(const TomlTable& table, RegisterItem& item) {
@@ -326,7 +326,8 @@ void read_value(const TomlTable& table, const RegisterMap& map, const RegisterIt
     if ((clock && clock->type != RegisterType::date_time) || (item && item->type != RegisterType::date_time))
       table.mistake("date_of", "both registers must be of type date_time");
   } else {
-    step.value = table.number("value");
+    // A text command may have no field for a value.
+    step.value = table.number("value", map.text_link ? std::optional(0.0) : std::nullopt);
   }
 }
 
@@ -422,8 +423,9 @@ void read_power_switches(const TomlTable& file, RegisterMap& map) {
 void check_required(const TomlTable& file, const RegisterMap& map) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
-  if (!air) file.mistake("", "missing [[register]] named \"air_temperature\"");
-  if (!set_point) file.mistake("", "missing [[register]] named \"set_point\"");
+  const auto* kind = map.text_link ? "item" : "[[register]]";
+  if (!air) file.mistake("", fmt::format("missing {} named \"air_temperature\"", kind));
+  if (!set_point) file.mistake("", fmt::format("missing {} named \"set_point\"", kind));
   if (air && !air->readable) file.mistake("", "register \"air_temperature\" cannot be read");
   if (set_point && !set_point->writable) file.mistake("", "register \"set_point\" must have access = \"rw\" or \"w\"");
   const auto is_number = [](const RegisterItem* item) {
@@ -561,7 +563,7 @@ void read_links(const TomlTable& link, RegisterMap& map) {
     map.links.push_back(std::move(made));
   };
   for (const auto& [word, kind] : kLinkKinds) {
-    if (!link.has(word)) continue;
+    if (is_text(kind) || !link.has(word)) continue;
     const auto own = link.table(word);
     add(kind, &own);
   }
@@ -621,8 +623,8 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
     if (found && !found->readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", name));
     return name;
   };
-  limits.lowest_item = item("lowest_register");
-  limits.highest_item = item("highest_register");
+  limits.lowest_item = item(table.has("lowest_item") ? "lowest_item" : "lowest_register");
+  limits.highest_item = item(table.has("highest_item") ? "highest_item" : "highest_register");
   (void)table.rate("fastest", CelsiusPerMinute{});  // documentation only
   limits.every = table.duration("every", Duration{});
   if (table.has("nonvolatile_set_point"))
@@ -679,13 +681,13 @@ std::optional<double> code_of(const RegisterItem& item, const std::string& meani
 
 Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   Condition condition;
-  condition.item = table.text("register");
-  const auto* item = find_named_item(map, table, "register", condition.item);
+  condition.item = table.text(item_key(table));
+  const auto* item = find_named_item(map, table, item_key(table), condition.item);
   const bool negated = table.has("is_not");
   const char* key = negated ? "is_not" : "is";
   if (table.has(key)) condition.meanings = one_or_more(table, key);
   if (item && !item->readable && item->type == RegisterType::text)
-    table.mistake("register", fmt::format("register \"{}\" is not a number", item->name));
+    table.mistake(item_key(table), fmt::format("register \"{}\" is not a number", item->name));
   for (const auto& meaning : condition.meanings)
     if (item) add_meaning(table, key, *item, meaning, condition);
   if (negated) condition.not_these = !condition.not_these;
@@ -705,16 +707,20 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
 
   RegisterMap map;
   map.text = text;
-  (void)parsed->choice("schema", {"gyrotherm-chamber/1"});
-  const auto defaults = read_any_unit(*parsed, word_order, map);
+  const bool is_text_unit = parsed->choice("schema", {"gyrotherm-chamber/1", "gyrotherm-text/1"}) == "gyrotherm-text/1";
+  ItemDefaults defaults;
+  if (is_text_unit)
+    read_text_unit(*parsed, map);
+  else
+    defaults = read_any_unit(*parsed, word_order, map);
   if (parsed->has("control")) read_control(parsed->table("control"), map);
   read_sequences(parsed->table("sequence"), map);
   read_power_switches(*parsed, map);
   read_states(*parsed, map);
   read_alarms(*parsed, map);
   read_limits(parsed->table("limits"), map);
-  read_forbidden(*parsed, defaults, map);
-  if (parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
+  if (!is_text_unit) read_forbidden(*parsed, defaults, map);
+  if (!is_text_unit && parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
   parsed->ignore("simulated");  // read by the simulator
   check_required(*parsed, map);
   check_block(parsed->table("link"), map);

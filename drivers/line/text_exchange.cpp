@@ -13,7 +13,7 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr std::size_t kLongestLine = 256;
+constexpr std::size_t kBufferSize = 256;
 /// Bytes that an idle bus adds around lines. None of them occurs in a line.
 constexpr std::string_view kNoise("\0\xFF", 2);
 
@@ -27,10 +27,12 @@ TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions
     : line_(std::move(line)), options_(std::move(options)) {}
 
 Result<void> TextExchange::wait_for_silence(bool resync_follows) {
-  std::array<std::byte, kLongestLine> stale;
+  std::array<std::byte, kBufferSize> stale;
   const bool in_order = options_.alone && resync_follows && !resync_is_owed_;
-  const auto pause = answer_may_come_late_ && !in_order ? options_.within : options_.pause;
-  const Deadline deadline(options_.within, options_.clock);
+  auto pause = answer_may_come_late_ && !in_order ? options_.within : options_.pause;
+  if (quiet_until_) pause = std::max(pause, quiet_until_->left());
+  quiet_until_.reset();
+  const Deadline deadline(std::max(options_.within, pause), options_.clock);
   do {
     const auto size = line_->read(stale, pause);
     if (size) continue;
@@ -41,17 +43,27 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   return failure(FaultKind::corrupted, "", "the line does not become silent");
 }
 
-/// Reads lines until one begins with `begins`; earlier lines answer older questions.
+/// Reads lines until one begins with `begins`; earlier lines answer older questions. Without a terminator, the bytes up
+/// to a silence are one line.
 Result<std::string> TextExchange::receive(std::string_view begins) {
   std::string text;
-  std::array<std::byte, kLongestLine> buffer;
+  std::array<std::byte, kBufferSize> buffer;
   const Deadline deadline(options_.within, options_.clock);
+  const bool ends_by_silence = options_.answer_end.empty();
   while (true) {
-    const auto size = line_->read(std::span(buffer).first(kLongestLine - text.size()), deadline.left());
-    if (!size) return failure(size.error());
+    const auto patience = ends_by_silence && !text.empty() ? options_.silence : deadline.left();
+    const auto size =
+        line_->read(std::span(buffer).first(std::min(kBufferSize, options_.longest - text.size())), patience);
+    if (!size) {
+      const bool is_end = ends_by_silence && !text.empty() && size.error().kind == FaultKind::timeout;
+      if (!is_end) return failure(size.error());
+      if (text.starts_with(begins)) return text;
+      return failure(FaultKind::corrupted, "", "answer to another question");
+    }
     text.append(reinterpret_cast<const char*>(buffer.data()), *size);
     remove_noise_before(text);
-    for (auto end = text.find(options_.answer_end); end != std::string::npos; end = text.find(options_.answer_end)) {
+    for (auto end = ends_by_silence ? std::string::npos : text.find(options_.answer_end); end != std::string::npos;
+         end = text.find(options_.answer_end)) {
       auto after = text.substr(end + options_.answer_end.size());
       remove_noise_before(after);
       text.resize(end);
@@ -60,16 +72,20 @@ Result<std::string> TextExchange::receive(std::string_view begins) {
                              : failure(FaultKind::corrupted, "", "more than one line in the answer");
       text = after;
     }
-    if (text.size() == kLongestLine) return failure(FaultKind::corrupted, "", "no end of line in 256 bytes");
+    if (text.size() == options_.longest)
+      return failure(FaultKind::corrupted, "", fmt::format("no end of line in {} bytes", options_.longest));
   }
 }
 
+Result<void> TextExchange::transmit(std::string_view text) {
+  const auto line = std::string(text) + options_.question_end;
+  auto sent = line_->write(std::as_bytes(std::span(line)), options_.within);
+  if (!sent) answer_may_come_late_ = answer_may_come_late_ || sent.error().kind != FaultKind::disconnected;
+  return sent;
+}
+
 Result<std::string> TextExchange::exchange(std::string_view question, std::string_view begins) {
-  const auto line = std::string(question) + options_.question_end;
-  if (auto sent = line_->write(std::as_bytes(std::span(line)), options_.within); !sent) {
-    answer_may_come_late_ = answer_may_come_late_ || sent.error().kind != FaultKind::disconnected;
-    return failure(std::move(sent.error()));
-  }
+  if (auto sent = transmit(question); !sent) return failure(std::move(sent.error()));
   answer_may_come_late_ = true;
   auto answer = receive(begins);
   answer_may_come_late_ = !answer;
@@ -85,13 +101,22 @@ Result<void> TextExchange::find(const ResyncQuery& resync) {
   return failure(answer.error());
 }
 
-Result<std::string> TextExchange::ask(std::string_view question, const ResyncQuery& resync) {
+/// Waits for silence, and resynchronises after a lost answer.
+Result<void> TextExchange::prepare(const ResyncQuery& resync) {
   if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "waiting after lost answers");
   rest_.reset();
   const bool resynchronises = resync_is_lost_ && !resync.question.empty();
-  if (auto silent = wait_for_silence(resynchronises); !silent) return failure(std::move(silent.error()));
-  if (resynchronises)
-    if (auto found = find(resync); !found) return failure(std::move(found.error()));
+  if (auto silent = wait_for_silence(resynchronises); !silent) return silent;
+  return resynchronises ? find(resync) : Result<void>{};
+}
+
+Result<void> TextExchange::send(std::string_view command, const ResyncQuery& resync) {
+  if (auto ready = prepare(resync); !ready) return ready;
+  return transmit(command);
+}
+
+Result<std::string> TextExchange::ask(std::string_view question, const ResyncQuery& resync) {
+  if (auto ready = prepare(resync); !ready) return failure(std::move(ready.error()));
   auto answer = exchange(question);
   const bool is_resync = question == resync.question;
   if (answer && options_.alone && !is_resync && !resync.question.empty() && answer->starts_with(resync.answer_begins))

@@ -15,7 +15,8 @@
 namespace gyrotherm::drivers {
 
 struct TextExchangeOptions {
-  std::string question_end;  ///< line terminators
+  std::string question_end;
+  /// Terminator of an answer. If empty, an answer ends with a silence of `silence`.
   std::string answer_end;
   Duration within{};  ///< for a whole answer
   /// Required silence before a question.
@@ -24,6 +25,9 @@ struct TextExchangeOptions {
   bool alone = false;
   /// Clock of the line, which outlives the exchange; null means the steady clock.
   const Clock* clock = nullptr;
+  /// Maximum size of an answer with its terminator.
+  std::size_t longest = 256;
+  Duration silence = std::chrono::milliseconds(50);
 };
 
 /// A question with an answer that cannot be confused with any other answer. An instrument answers in order: after this
@@ -42,16 +46,30 @@ class TextExchange {
   /// `question`. Before `resync` is sent, the line must be silent for `within`, unless the instrument is alone on the
   /// line and no answer to an earlier `resync` is outstanding. If `resync` is not answered, all questions fail for the
   /// next 3.25 s; the same applies to a question that is not answered while an answer to `resync` is outstanding. Fails
-  /// with timeout, disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end, which are
-  /// two answers to one question). Without `resync`, an answer that arrives later than twice `within` is accepted for
-  /// the next question.
+  /// with timeout, disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end,
+  /// which are two answers to one question). Without `resync`, an answer that arrives later than twice `within` is
+  /// accepted for the next question.
   [[nodiscard]] Result<std::string> ask(std::string_view question, const ResyncQuery& resync = {});
+  /// Sends a command that has no answer. Resynchronises first, as ask() does. Fails as ask() does.
+  [[nodiscard]] Result<void> send(std::string_view command, const ResyncQuery& resync = {});
+
+  /// Treats the last answer as lost, because it was not the answer to its question.
+  void reject_answer() { resync_is_lost_ = answer_may_come_late_ = true; }
+  /// Requires a silence of at least `time` from now on before the next question.
+  void rest_before_next(Duration time) { quiet_until_.emplace(time, options_.clock); }
+  /// Makes the next question try immediately, even in the rest period after a lost answer to `resync`.
+  void end_rest() {
+    rest_.reset();
+    line_->end_rest();
+  }
 
  private:
   [[nodiscard]] Result<void> wait_for_silence(bool resync_follows);
   [[nodiscard]] Result<std::string> receive(std::string_view begins);
   [[nodiscard]] Result<std::string> exchange(std::string_view question, std::string_view begins = {});
   [[nodiscard]] Result<void> find(const ResyncQuery& resync);
+  [[nodiscard]] Result<void> prepare(const ResyncQuery& resync);
+  [[nodiscard]] Result<void> transmit(std::string_view line);
 
   std::unique_ptr<ByteStream> line_;
   TextExchangeOptions options_;
@@ -61,6 +79,7 @@ class TextExchange {
   bool resync_is_owed_ = false;
   /// No question is sent before this deadline.
   std::optional<Deadline> rest_;
+  std::optional<Deadline> quiet_until_;
 };
 
 }  // namespace gyrotherm::drivers

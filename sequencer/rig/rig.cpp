@@ -12,6 +12,7 @@
 #include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/pauses.hpp"
 #include "sequencer/rig/inquiry.hpp"
@@ -45,7 +46,7 @@ class DriversOnLines final : public Drivers {
   explicit DriversOnLines(const std::string& chamber) : chamber_(drivers::parse_line(chamber).value()) {}
 
   std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
-    return make_modbus(chamber_, map.link.modbus);
+    return make_registers(chamber_, map);
   }
   std::unique_ptr<drivers::Pauses> pauses() override { return drivers::real_pauses(); }
   std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,

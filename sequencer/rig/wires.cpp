@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/clock.hpp"
+#include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm::rig {
@@ -74,6 +75,7 @@ class AttendedWires final : public Wires {
 
   [[nodiscard]] std::unique_ptr<drivers::Registers> registers(InstrumentKind kind, std::size_t index,
                                                               const drivers::RegisterMap& map) {
+    if (is_text(map.link.kind)) return make_text_registers(map, instruments_->line(kind, index), kLineName);
     const auto& link = map.link.modbus;
     if (link.framing != drivers::ModbusLink::Framing::tcp)
       return make_guarded_registers(make_modbus_rtu(instruments_->line(kind, index), kLineName, link), link);

@@ -15,6 +15,7 @@
 
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/text_registers.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
@@ -245,7 +246,8 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
   if (!line || !drivers::carries_bytes(*line))
     return failure(FaultKind::bad_file, where, "its line does not lead to a chamber");
   const bool is_serial = std::holds_alternative<drivers::SerialLine>(*line);
-  if (is_serial != (safe_state.link == drivers::LinkKind::rtu))
+  const bool may_be_either = safe_state.link == drivers::LinkKind::text_serial;
+  if (!may_be_either && is_serial != (safe_state.link == drivers::LinkKind::rtu))
     return failure(FaultKind::bad_file, where,
                    fmt::format("link \"{}\" does not fit line {}", name(safe_state.link), safe_state.line));
   auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
@@ -263,7 +265,7 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
       .place = drivers::chamber_lock_name(*line, linked->link.modbus.port, linked->link.modbus.unit),
       .goal = goal,
       .connect = [map = *linked, line = *line, settings = safe_state.settings] {
-        return make_modbus_chamber(map, make_modbus(line, map.link.modbus), drivers::real_pauses(), settings);
+        return make_modbus_chamber(map, make_registers(line, map), drivers::real_pauses(), settings);
       }};
 }
 

@@ -46,6 +46,7 @@ std::string to_string(const drivers::MapLink& link, bool serial) {
 
 std::string modbus_in_words(const drivers::RegisterMap& map, const simulator::ServedLine& served) {
   const bool serial = served.line.starts_with("serial:");
+  if (map.text_link) return fmt::format("text protocol of {}", map.name);
   const auto* rtu = serial ? map.find(drivers::LinkKind::rtu) : nullptr;
   const auto& link = rtu ? *rtu : map.link;
   return fmt::format("{}, unit {}, {}", to_string(link, serial), link.modbus.unit, map.name);

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The text protocol of an instrument that a file describes: questions, commands and answers of its items. Each item of
+/// a text unit occupies virtual registers, so the item exchange, the rules and the simulator treat text units as they
+/// treat Modbus units. docs/text-instruments.md describes the file format.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "core/toml_reader.hpp"
+#include "drivers/chamber/register_item.hpp"
+#include "drivers/line/text_frame.hpp"
+#include "drivers/line/text_template.hpp"
+
+namespace gyrotherm::drivers {
+
+struct RegisterMap;
+
+/// Properties of one kind of line.
+struct TextWire {
+  std::string question_end = "\n";
+  /// If empty, an answer ends with a silence of `silence`.
+  std::string answer_end = "\n";
+  Duration silence = std::chrono::milliseconds(50);
+  /// Pauses after a question's answer, and after a command or its acknowledgement.
+  Duration after_read{}, after_write{};
+  std::size_t longest_answer = 256;
+  /// Precedes each question, and each answer if `answers_have_prefix`; its field "address" is the unit number.
+  std::optional<TextTemplate> prefix;
+  bool answers_have_prefix = false;
+  std::optional<TextFrame> frame;
+};
+
+/// Texts of an item's codes; the position of a text is the value in the register.
+using CodeTexts = std::vector<std::string>;
+
+/// Place of a field's value in the virtual registers.
+struct TextCell {
+  std::string field;
+  /// Index of the item in RegisterMap::items.
+  std::size_t item{};
+  CodeTexts codes;  ///< empty: the field is not a code in text form
+};
+
+/// One question with its answers. Registers `first` to `first + count − 1` hold the values of an answer.
+struct TextQuery {
+  std::uint16_t first{}, count{};
+  std::string ask;
+  /// Other spellings, which only the virtual unit accepts.
+  std::vector<std::string> also_asked;
+  /// Commands without an answer that precede the question.
+  std::vector<std::string> before;
+  std::vector<TextTemplate> answers;
+  std::vector<TextCell> cells;
+};
+
+struct TextCommand {
+  /// Index of the written item in RegisterMap::items.
+  std::size_t item{};
+  /// Field "value" is the written value. Any other field has the name of an item, whose present value is sent.
+  TextTemplate tell;
+  /// The acknowledgement is one of these; empty if the unit sends none.
+  std::vector<TextTemplate> acknowledged;
+  CodeTexts codes;
+};
+
+struct TextLink {
+  TextEncoding encoding = TextEncoding::ascii;
+  /// Refusals of a question or command. Field "code" is a key of `refusals`; "reason" is shown.
+  std::vector<TextTemplate> refused;
+  std::map<std::int64_t, std::string> refusals;
+  std::vector<TextQuery> queries;
+  std::vector<TextCommand> commands;
+  /// Question of the identity item, whose answer resynchronises the line; empty if there is none.
+  std::string identity_question;
+
+  [[nodiscard]] const TextQuery* find_query(std::uint16_t address) const;
+  [[nodiscard]] const TextCommand* find_command(const RegisterMap& map, std::uint16_t address) const;
+};
+
+/// Returns the field's value as the words of its registers, or nothing if it is a text that is not a code.
+[[nodiscard]] std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const RegisterItem& item,
+                                                                 const FieldValue& value);
+/// Returns the field for the words of an item.
+[[nodiscard]] FieldValue to_field(const RegisterItem& item, const CodeTexts& codes,
+                                  std::span<const std::uint16_t> words);
+
+/// Reads the keys of a text unit: name, vendor, source, [link], [[item]], [identity]. Errors are noted in the table.
+void read_text_unit(const TomlTable& file, RegisterMap& map);
+
+}  // namespace gyrotherm::drivers

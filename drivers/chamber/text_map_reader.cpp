@@ -1,0 +1,458 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the parts of an instrument file that describe a text protocol: [link], [[item]], [identity], [parameter].
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <regex>
+#include <span>
+#include <utility>
+
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_link.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+/// Distance between the first registers of two questions. A read of up to kReadAtMost registers reaches only one.
+constexpr std::uint16_t kQuestionStride = 1024;
+constexpr std::uint16_t kReadAtMost = 250;
+constexpr std::size_t kMostQuestions = 60;
+constexpr std::uint16_t kCharactersOfText = 64;
+constexpr double kUsualResolution = 0.001;
+constexpr std::size_t kLongestExpression = 200;
+
+std::vector<std::string> one_or_more(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return {};
+  if (table.is_list(key)) return table.texts(key);
+  return {table.text(key)};
+}
+
+/// Reads the templates of a file, with its parameters inserted.
+class TemplateReader {
+ public:
+  TemplateReader(const TomlTable& file, TextEncoding encoding) : encoding_(encoding) {
+    const auto table = file.table("parameter");
+    for (const auto& key : table.keys())
+      parameters_[key] =
+          table.is_text(key) && !table.is_list(key) ? table.text(key) : fmt::format("{:.10g}", table.number(key));
+  }
+
+  TextTemplate read(const TomlTable& table, const char* key, const std::string& text) const {
+    auto made = TextTemplate::parse(with_parameters(text), encoding_);
+    if (made) return std::move(*made);
+    table.mistake(key, made.error().what);
+    return {};
+  }
+
+  std::vector<TextTemplate> read_all(const TomlTable& table, const char* key) const {
+    std::vector<TextTemplate> all;
+    for (const auto& text : one_or_more(table, key)) all.push_back(read(table, key, text));
+    return all;
+  }
+
+  /// Reads a line without fields.
+  std::string read_constant(const TomlTable& table, const char* key, const std::string& text) const {
+    const auto made = read(table, key, text);
+    if (!made.fields().empty())
+      table.mistake(key, fmt::format("the field \"{}\" has no value here, expected a [parameter] of that name",
+                                     made.fields().front().name));
+    return made.format({});
+  }
+
+ private:
+  /// Replaces "{channels:s}" by the parameter `channels`.
+  [[nodiscard]] std::string with_parameters(std::string text) const {
+    for (const auto& [name, value] : parameters_) {
+      const auto begin = text.find("{" + name + ":");
+      const auto end = begin == std::string::npos ? begin : text.find('}', begin);
+      if (end != std::string::npos) text.replace(begin, end - begin + 1, value);
+    }
+    return text;
+  }
+
+  TextEncoding encoding_;
+  std::map<std::string, std::string> parameters_;
+};
+
+constexpr auto kEncodings = make_vocabulary<TextEncoding::ascii, TextEncoding::latin1>("ascii", "latin1");
+constexpr auto kChecksums =
+    make_vocabulary<FrameChecksum::none, FrameChecksum::negated_sum>("none", "xor", "negated_sum");
+
+char read_control_character(const TomlTable& table, const char* key, int fallback) {
+  return static_cast<char>(whole<int>(table, key, 0, 127, fallback));
+}
+
+TextFrame read_frame(const TomlTable& table) {
+  TextFrame frame;
+  frame.begin = read_control_character(table, "begin", frame.begin);
+  frame.end = read_control_character(table, "end", frame.end);
+  frame.high_bit = table.boolean("high_bit", false);
+  frame.checksum = one_of(kChecksums, table, "checksum", "none");
+  return frame;
+}
+
+/// Reads the keys that [link] and [link.tcp] or [link.serial] have in common.
+void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire& wire, ModbusLink& settings) {
+  const auto line_end = [&](const char* key, std::string& target) {
+    if (table.has(key)) target = table.text(key);
+  };
+  line_end("question_end", wire.question_end);
+  line_end("answer_end", wire.answer_end);
+  wire.silence = table.duration("silence", wire.silence);
+  wire.after_read = table.duration("after_read", wire.after_read);
+  wire.after_write = table.duration("after_write", wire.after_write);
+  settings.timeout = table.duration("timeout", settings.timeout);
+  settings.unit = whole<std::uint8_t>(table, "address", 0, 255, settings.unit);
+  constexpr std::int64_t kLongest = 65536;
+  wire.longest_answer =
+      whole<std::size_t>(table, "longest_answer", 8, kLongest, static_cast<std::int64_t>(wire.longest_answer));
+  if (table.has("prefix")) wire.prefix = templates.read(table, "prefix", table.text("prefix"));
+  wire.answers_have_prefix = table.boolean("answers_have_prefix", wire.answers_have_prefix);
+  if (table.has("frame")) wire.frame = read_frame(table.table("frame"));
+}
+
+void read_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& map) {
+  TextWire common;
+  ModbusLink settings;
+  settings.read_at_most = kReadAtMost;
+  settings.write_at_most = kReadAtMost;
+  read_wire(link, templates, common, settings);
+  map.holes = true;
+  map.status_every = whole<int>(link, "status_every", 0, 3600, 1);
+  const auto add = [&](LinkKind kind, const TomlTable& own) {
+    MapLink made{.kind = kind, .modbus = settings, .text = common};
+    made.modbus.framing = kind == LinkKind::text_tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
+    read_wire(own, templates, made.text, made.modbus);
+    if (own.has("port")) made.modbus.port = whole<std::uint16_t>(own, "port", 1, 65535);
+    if (own.has("settings")) {
+      const auto format = parse_serial_format(own.text("settings"));
+      if (format)
+        made.modbus.serial = *format;
+      else
+        own.mistake("settings", format.error().what);
+    }
+    map.links.push_back(std::move(made));
+  };
+  if (link.has("tcp")) add(LinkKind::text_tcp, link.table("tcp"));
+  if (link.has("serial")) add(LinkKind::text_serial, link.table("serial"));
+  if (map.links.empty()) link.mistake("", "expected [link.tcp] or [link.serial]");
+  if (map.links.empty()) map.links.push_back({.kind = LinkKind::text_tcp, .modbus = settings, .text = common});
+  if (link.text("usual", "") == "serial") std::ranges::reverse(map.links);
+  map.link = map.links.front();
+}
+
+void read_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text) {
+  text.refused = templates.read_all(link, "refused");
+  const auto table = link.table("refusals");
+  for (const auto& key : table.keys()) {
+    std::int64_t code = 0;
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), code);
+    if (error != std::errc{} || end != key.data() + key.size())
+      table.mistake(key, fmt::format("\"{}\" is not a whole number", key));
+    text.refusals[code] = table.text(key);
+  }
+}
+
+/// Codes of an item: numbers, or texts whose positions are the numbers.
+struct ItemCodes {
+  std::map<std::string, std::vector<std::int64_t>> numbers;
+  CodeTexts texts;
+};
+
+/// Adds the codes of one table.
+void read_codes(const TomlTable& table, ItemCodes& codes) {
+  for (const auto& name : table.keys()) {
+    if (table.is_table(name)) continue;
+    auto& all = codes.numbers[name];
+    if (!table.is_text(name)) {
+      if (table.is_list(name))
+        for (const double code : table.numbers(name)) all.push_back(static_cast<std::int64_t>(code));
+      else
+        all.push_back(table.integer(name));
+      continue;
+    }
+    for (const auto& text : one_or_more(table, name.c_str())) {
+      auto found = std::ranges::find(codes.texts, text);
+      if (found == codes.texts.end()) found = codes.texts.insert(codes.texts.end(), text);
+      const auto position = static_cast<std::int64_t>(found - codes.texts.begin());
+      if (std::ranges::find(all, position) == all.end()) all.push_back(position);
+    }
+  }
+}
+
+/// Reads the items of a file: first all questions with the fields of their answers, then the commands.
+class ItemReader {
+ public:
+  ItemReader(const TomlTable& file, const TemplateReader& templates, RegisterMap& map, TextLink& text)
+      : templates_(templates), map_(map), text_(text), tables_(file.tables("item")) {
+    for (const auto& table : tables_) {
+      const auto name = table.text("name");
+      if (!own_.emplace(name, &table).second) table.mistake("name", fmt::format("a second item is named \"{}\"", name));
+    }
+  }
+
+  void read() {
+    for (const auto& table : tables_) {
+      if (table.has("ask")) read_question(table);
+      if (!table.has("ask") && !table.has("tell")) table.mistake("", "expected \"ask\" or \"tell\"");
+    }
+    for (const auto& table : tables_)
+      if (table.has("tell")) read_command(table);
+    for (const auto& command : text_.commands) check_fields(command);
+  }
+
+  void read_identity_question(const TomlTable& table) {
+    TextQuery query;
+    query.answers = templates_.read_all(table, "answer");
+    if (query.answers.empty()) query.answers.push_back(templates_.read(table, "answer", "{value:s}"));
+    RegisterItem item;
+    item.name = "identity";
+    item.type = RegisterType::text;
+    item.text.characters = kCharactersOfText;
+    item.confidence = one_of(kConfidences, table, "confidence", "unverified");
+    begin_question(table, query);
+    text_.identity_question = query.ask;
+    add_cell("value", std::move(item), {}, query);
+    text_.queries.push_back(std::move(query));
+  }
+
+ private:
+  /// Reads the question; further spellings follow it in a list.
+  void begin_question(const TomlTable& table, TextQuery& query) {
+    for (const auto& line : one_or_more(table, "ask"))
+      query.also_asked.push_back(templates_.read_constant(table, "ask", line));
+    if (query.also_asked.empty()) return table.mistake("ask", "missing key \"ask\"");
+    query.ask = query.also_asked.front();
+    query.also_asked.erase(query.also_asked.begin());
+    if (text_.queries.size() == kMostQuestions)
+      table.mistake("ask", fmt::format("more than {} questions", kMostQuestions));
+    query.first = static_cast<std::uint16_t>(std::min(text_.queries.size(), kMostQuestions) * kQuestionStride);
+  }
+
+  void add_cell(const std::string& field, RegisterItem item, CodeTexts codes, TextQuery& query) {
+    item.line = query.ask;
+    item.address = static_cast<std::uint16_t>(query.first + query.count);
+    query.count = static_cast<std::uint16_t>(query.count + word_count(item));
+    query.cells.push_back({.field = field, .item = map_.items.size(), .codes = std::move(codes)});
+    map_.items.push_back(std::move(item));
+  }
+
+  void read_question(const TomlTable& table) {
+    const auto name = table.text("name");
+    TextQuery query;
+    for (const auto& line : one_or_more(table, "before"))
+      query.before.push_back(templates_.read_constant(table, "before", line));
+    query.answers = templates_.read_all(table, "answer");
+    if (query.answers.empty()) table.mistake("answer", "missing key \"answer\"");
+    begin_question(table, query);
+    for (const auto& answer : query.answers)
+      for (const auto& field : answer.fields()) {
+        const bool is_known =
+            std::ranges::any_of(query.cells, [&](const TextCell& cell) { return cell.field == field.name; });
+        if (field.name == "_" || is_known) continue;
+        const auto& item_name = field.name == "value" ? name : field.name;
+        const auto own = own_.find(item_name);
+        const bool has_own_question = own != own_.end() && own->second->has("ask") && own->second != &table;
+        if (has_own_question) continue;
+        if (map_.find(item_name)) {
+          table.mistake("answer", fmt::format("the item \"{}\" is already in another answer", item_name));
+          continue;
+        }
+        auto [item, codes] = make_item(item_name, field.form, own == own_.end() ? table : *own->second, &table);
+        add_cell(field.name, std::move(item), std::move(codes), query);
+      }
+    if (query.count > kReadAtMost) table.mistake("answer", "the fields of one answer are too many");
+    text_.queries.push_back(std::move(query));
+  }
+
+  /// Makes an item from its own table, or from that of the question that contains it.
+  std::pair<RegisterItem, CodeTexts> make_item(const std::string& name, const FieldForm& form, const TomlTable& table,
+                                               const TomlTable* question) const {
+    RegisterItem item;
+    item.name = name;
+    ItemCodes codes;
+    if (question && question->has("codes")) {
+      const auto all = question->table("codes");
+      if (all.is_table(name)) read_codes(all.table(name), codes);
+      if (question == &table) read_codes(all, codes);
+    }
+    if (question != &table && table.has("codes")) read_codes(table.table("codes"), codes);
+    item.codes = codes.numbers;
+    const bool is_text = form.kind == FieldForm::Kind::text || (form.kind == FieldForm::Kind::bits && form.width > 1);
+    item.type = is_text && codes.texts.empty() ? RegisterType::text : RegisterType::f64;
+    item.text.characters =
+        form.kind == FieldForm::Kind::bits ? static_cast<std::uint16_t>(form.width) : kCharactersOfText;
+    read_number(table, form, item);
+    const auto flags = table.table("flags");
+    for (const auto& flag : flags.keys()) item.flags[flag] = whole<std::uint8_t>(flags, flag.c_str(), 0, 31);
+    item.otherwise = table.text("otherwise", "");
+    item.confidence = one_of(kConfidences, table, "confidence", "unverified");
+    item.note = table.text("note", "");
+    return {std::move(item), std::move(codes.texts)};
+  }
+
+  static void read_number(const TomlTable& table, const FieldForm& form, RegisterItem& item) {
+    const auto unit = table.text("unit", "");
+    item.fahrenheit = unit == "°F";
+    item.step = table.boolean("difference", false);
+    item.scale = table.number("scale", 1);
+    if (!(item.scale > 0)) table.mistake("scale", "expected a positive number");
+    const double finest = form.kind == FieldForm::Kind::number
+                              ? (form.decimals < 0 ? kUsualResolution : std::pow(10.0, -form.decimals))
+                              : 1.0;
+    item.resolution = table.number("resolution", finest * item.scale);
+    if (table.has("lowest")) item.lowest = table.number("lowest");
+    if (table.has("highest")) item.highest = table.number("highest");
+    if (table.has("invalid_above")) item.highest = table.number("invalid_above");
+    const auto sentinels = table.table("sentinels");
+    for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
+    if (table.has("tolerance")) item.tolerance = table.number("tolerance");
+    item.seen_within = table.duration("lags", Duration{});
+    item.seen_later = table.boolean("seen_later", false);
+  }
+
+  void read_command(const TomlTable& table) {
+    const auto name = table.text("name");
+    TextCommand command;
+    command.tell = templates_.read(table, "tell", table.text("tell"));
+    command.acknowledged = templates_.read_all(table, "acknowledged");
+    auto* item = find_item(name);
+    const auto* value = command.tell.find("value");
+    if (!item) {
+      auto made = make_item(name, value ? value->form : FieldForm{.kind = FieldForm::Kind::integer}, table, nullptr);
+      made.first.readable = false;
+      made.first.self_clearing = true;
+      made.first.address = static_cast<std::uint16_t>(kMostQuestions * kQuestionStride + next_command_);
+      made.first.line = table.text("tell");
+      next_command_ = static_cast<std::uint16_t>(next_command_ + word_count(made.first));
+      command.codes = std::move(made.second);
+      map_.items.push_back(std::move(made.first));
+      item = &map_.items.back();
+    } else {
+      for (const auto& query : text_.queries)
+        for (const auto& cell : query.cells)
+          if (&map_.items[cell.item] == item) command.codes = cell.codes;
+      if (value && value->form.decimals >= 0)
+        item->resolution = std::max(item->resolution, std::pow(10.0, -value->form.decimals) * item->scale);
+    }
+    item->writable = true;
+    if (command.acknowledged.empty() && !item->readable && item->seen_in.empty())
+      table.mistake("tell", "this command is neither acknowledged nor read back");
+    command.item = static_cast<std::size_t>(item - map_.items.data());
+    tables_of_commands_.push_back(&table);
+    text_.commands.push_back(std::move(command));
+  }
+
+  void check_fields(const TextCommand& command) const {
+    const auto& table = *tables_of_commands_[static_cast<std::size_t>(&command - text_.commands.data())];
+    for (const auto& field : command.tell.fields()) {
+      if (field.name == "_" || field.name == "value") continue;
+      const auto* other = map_.find(field.name);
+      if (!other || !other->readable)
+        table.mistake("tell", fmt::format("the field \"{}\" is not an item that can be read", field.name));
+    }
+  }
+
+  [[nodiscard]] RegisterItem* find_item(const std::string& name) const {
+    const auto found = std::ranges::find(map_.items, name, &RegisterItem::name);
+    return found == map_.items.end() ? nullptr : &*found;
+  }
+
+  const TemplateReader& templates_;
+  RegisterMap& map_;
+  TextLink& text_;
+  std::vector<TomlTable> tables_;
+  std::map<std::string, const TomlTable*> own_;
+  std::vector<const TomlTable*> tables_of_commands_;
+  std::uint16_t next_command_ = 0;
+};
+
+/// Returns whether the text is a regular expression without groups, which a short text cannot keep busy for long.
+bool is_expression(const std::string& text) {
+  if (text.size() > kLongestExpression || text.find_first_of("()") != std::string::npos) return false;
+  try {
+    return std::regex(text).mark_count() == 0;
+  } catch (const std::regex_error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+bool fits_expression(const std::string& expression, const std::string& text) {
+  return std::regex_search(text, std::regex(expression));
+}
+
+void read_text_unit(const TomlTable& file, RegisterMap& map) {
+  map.name = file.text("name");
+  map.vendor = file.text("vendor");
+  for (const auto* documentation : {"model", "firmware"}) (void)file.text(documentation, "");
+  (void)file.text("source");
+  (void)file.choice("kind", {"chamber"});
+  auto text = std::make_shared<TextLink>();
+  const auto link = file.table("link");
+  text->encoding = one_of(kEncodings, link, "encoding", "ascii");
+  const TemplateReader templates(file, text->encoding);
+  read_links(link, templates, map);
+  read_refusals(link, templates, *text);
+  ItemReader items(file, templates, map, *text);
+  const auto identity = file.table("identity");
+  const bool has_identity = file.has("identity");
+  if (has_identity && identity.has("ask")) items.read_identity_question(identity);
+  items.read();
+  if (has_identity) {
+    Fingerprint print{.item = identity.has("ask") ? "identity" : identity.text("item"),
+                      .pattern = identity.text("pattern", ".+"),
+                      .is_expression = true};
+    (void)find_named_item(map, identity, "item", print.item);
+    if (!is_expression(print.pattern))
+      identity.mistake("pattern", fmt::format("\"{}\" is not a regular expression without groups", print.pattern));
+    map.identity = std::move(print);
+    read_verification(identity, map);
+  }
+  map.text_link = std::move(text);
+}
+
+const TextQuery* TextLink::find_query(std::uint16_t address) const {
+  const auto found = std::ranges::find_if(
+      queries, [&](const TextQuery& query) { return address >= query.first && address < query.first + query.count; });
+  return found == queries.end() ? nullptr : &*found;
+}
+
+const TextCommand* TextLink::find_command(const RegisterMap& map, std::uint16_t address) const {
+  const auto found = std::ranges::find_if(
+      commands, [&](const TextCommand& command) { return map.items[command.item].address == address; });
+  return found == commands.end() ? nullptr : &*found;
+}
+
+std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const RegisterItem& item,
+                                                   const FieldValue& value) {
+  if (item.type == RegisterType::text) {
+    const auto* text = std::get_if<std::string>(&value);
+    return text ? std::optional(encode_text(item.text, *text)) : std::nullopt;
+  }
+  auto raw = item;
+  raw.scale = 1;
+  raw.offset = 0;
+  raw.fahrenheit = false;
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    const auto found = std::ranges::find(cell.codes, *text);
+    return encode_as_read(raw, found == cell.codes.end() ? -1.0 : static_cast<double>(found - cell.codes.begin()));
+  }
+  const auto* number = std::get_if<double>(&value);
+  return number ? std::optional(encode_as_read(raw, *number)) : std::nullopt;
+}
+
+FieldValue to_field(const RegisterItem& item, const CodeTexts& codes, std::span<const std::uint16_t> words) {
+  if (item.type == RegisterType::text) return decode_text(item.text, words);
+  const double raw = raw_value(item, words);
+  if (codes.empty()) return raw;
+  const auto position = static_cast<std::size_t>(std::max(raw, 0.0));
+  return position < codes.size() ? codes[position] : std::string();
+}
+
+}  // namespace gyrotherm::drivers

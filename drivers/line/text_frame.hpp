@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Frames of text protocols: a start byte, the text, check characters and an end byte.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/clock.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm::drivers {
+
+/// Check characters of a frame: none, the XOR of all data bytes, or the negated sum of all bytes from the start byte on
+/// as two hexadecimal digits.
+enum class FrameChecksum { none, exclusive_or, negated_sum };
+
+/// Frame around each line of a serial link.
+struct TextFrame {
+  char begin = '\x02', end = '\x03';
+  /// Bit 7 of each data byte and of the checksum is set.
+  bool high_bit = false;
+  FrameChecksum checksum = FrameChecksum::none;
+};
+
+/// Returns the frame of a text.
+[[nodiscard]] std::string to_frame(const TextFrame& form, std::string_view text);
+/// Returns the text of a whole frame, or nothing if its checksum or form is wrong.
+[[nodiscard]] std::optional<std::string> from_frame(const TextFrame& form, std::string_view frame);
+
+/// Wraps `line`: each write sends one frame, and each read returns the text of one frame followed by the end byte.
+/// Bytes outside frames are skipped. A read fails with corrupted if a frame has a wrong checksum or exceeds 4096 bytes,
+/// and otherwise as `line` does. `clock` is the clock of `line`; null means the steady clock.
+[[nodiscard]] std::unique_ptr<ByteStream> make_framed_stream(std::unique_ptr<ByteStream> line, const TextFrame& form,
+                                                             const Clock* clock = nullptr);
+
+}  // namespace gyrotherm::drivers

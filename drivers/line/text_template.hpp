@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Templates of the lines that a text instrument sends and receives. One template both formats and parses a line. Pure
+/// functions. docs/text-instruments.md describes the syntax for authors of instrument files.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace gyrotherm::drivers {
+
+/// Encoding of an instrument's text. In latin1 each character up to U+00FF is one byte.
+enum class TextEncoding { ascii, latin1 };
+
+/// Form of a field.
+struct FieldForm {
+  enum class Kind { number, integer, hexadecimal, text, bits };
+  Kind kind{};
+  /// Minimum width of a number with leading zeros, exact number of hexadecimal or binary digits; 0 for any.
+  int width = 0;
+  /// Decimals of a sent number; −1 sends the shortest form.
+  int decimals = -1;
+  /// Number of values in a list; 0 for a single value.
+  int count = 0;
+  char separator = ',';
+  bool operator==(const FieldForm&) const = default;
+};
+
+/// Value of a field: a number, a list of numbers, or a text.
+using FieldValue = std::variant<double, std::vector<double>, std::string>;
+using FieldValues = std::map<std::string, FieldValue>;
+
+/// A sequence of literals, fields and optional groups.
+class TextTemplate {
+ public:
+  struct Field {
+    /// "_" for a field whose value is not used.
+    std::string name;
+    FieldForm form;
+  };
+
+  /// Parses a template in UTF-8. Fails with bad_file (an unclosed field or group, an unknown form, two adjacent texts,
+  /// a character outside `encoding`). The caller sets `where`.
+  [[nodiscard]] static Result<TextTemplate> parse(std::string_view text, TextEncoding encoding);
+
+  /// Returns all fields, including those of optional groups.
+  [[nodiscard]] const std::vector<Field>& fields() const { return fields_; }
+  [[nodiscard]] const Field* find(std::string_view field) const;
+
+  /// Formats a line. A field without a value is sent as 0 or as an empty text. An optional group is sent if `values`
+  /// contains one of its fields.
+  [[nodiscard]] std::string format(const FieldValues& values) const;
+
+  /// Parses a whole line. Returns nothing if it does not fit. A blank in the template fits any number of blanks.
+  /// A number has a full stop as its decimal mark and may follow blanks. A text extends to the next literal that fits.
+  [[nodiscard]] std::optional<FieldValues> match(std::string_view line) const;
+
+  /// Returns the literal text before the first field or group.
+  [[nodiscard]] std::string prefix() const;
+
+ private:
+  /// A literal, the index of a field, or an optional group.
+  struct Piece {
+    std::string literal;
+    std::optional<std::size_t> field;
+    std::vector<Piece> group;
+  };
+  class Parser;
+  class Matcher;
+
+  void format_pieces(const std::vector<Piece>& pieces, const FieldValues& values, std::string& line) const;
+  [[nodiscard]] bool has_value(const std::vector<Piece>& pieces, const FieldValues& values) const;
+
+  std::vector<Piece> pieces_;
+  std::vector<Field> fields_;
+};
+
+/// Formats one value. A number that is not finite is sent as 0.
+[[nodiscard]] std::string format_field(const FieldForm& form, const FieldValue& value);
+
+/// Converts UTF-8 to the bytes of an encoding. Fails with bad_file at a character that it does not have.
+[[nodiscard]] Result<std::string> to_encoding(std::string_view text, TextEncoding encoding);
+
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulator/servers/text_server.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::simulator {
+namespace {
+
+/// A longer line violates the protocol.
+constexpr std::size_t kLongestLine = 4096;
+
+/// Behaviour of a virtual text unit from the table [simulated].
+struct TextBehaviour {
+  struct Refusal {
+    std::string item, answer;
+  };
+  std::vector<Refusal> refusals;
+  /// Answer to an unknown line; none if empty.
+  std::string unknown;
+  Duration lag{};
+};
+
+std::string usual_refusal(const drivers::TextLink& text) {
+  if (text.refused.empty()) return "";
+  const double code = text.refusals.empty() ? 0 : static_cast<double>(text.refusals.begin()->first);
+  drivers::FieldValues values{{"code", code}, {"reason", std::string("refused")}};
+  return text.refused.front().format(values);
+}
+
+TextBehaviour read_behaviour(const drivers::RegisterMap& map) {
+  const auto& text = *map.text_link;
+  TextBehaviour behaviour{.refusals = {}, .unknown = usual_refusal(text)};
+  const auto file = TomlTable::parse(map.text, map.name);
+  if (!file) return behaviour;
+  const auto table = file->table("simulated");
+  const auto encoded = [&](const std::string& line) {
+    return drivers::to_encoding(line, text.encoding).value_or(line);
+  };
+  behaviour.unknown = encoded(table.text("unknown", behaviour.unknown));
+  behaviour.lag = table.duration("lag", Duration{});
+  for (const auto& one : table.tables("refuses"))
+    behaviour.refusals.push_back({one.text("item"), encoded(one.text("with"))});
+  return behaviour;
+}
+
+class UnitSession final : public Session {
+ public:
+  UnitSession(ServedRegisters& registers, drivers::LinkKind kind, bool has_lag)
+      : registers_(registers),
+        map_(registers.map()),
+        text_(*map_.text_link),
+        behaviour_(read_behaviour(map_)),
+        link_(map_.find(kind) ? *map_.find(kind) : map_.link) {
+    if (!has_lag) behaviour_.lag = {};
+    if (link_.text.prefix) prefix_ = link_.text.prefix->format({{"address", static_cast<double>(link_.modbus.unit)}});
+  }
+
+  bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override {
+    received_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    while (auto line = take_line()) {
+      const auto answer = answer_prefixed(*line);
+      if (!answer) continue;
+      const auto sent = link_.text.frame ? to_frame(*link_.text.frame, *answer) : *answer + link_.text.answer_end;
+      const auto all = std::as_bytes(std::span(sent));
+      reply.insert(reply.end(), all.begin(), all.end());
+    }
+    return received_.size() <= kLongestLine;
+  }
+
+ private:
+  /// Removes and returns the next line. Without a terminator, all received bytes are one line.
+  std::optional<std::string> take_line() {
+    const auto& wire = link_.text;
+    const auto terminator = wire.frame ? std::string(1, wire.frame->end) : wire.question_end;
+    if (terminator.empty())
+      return received_.empty() ? std::nullopt : std::optional(std::exchange(received_, std::string()));
+    // The last character of a terminator is enough: some clients send only that one.
+    const auto end = received_.find(terminator.back());
+    if (end == std::string::npos) return std::nullopt;
+    auto line = received_.substr(0, end + 1);
+    received_.erase(0, end + 1);
+    if (wire.frame) {
+      const auto begin = line.rfind(wire.frame->begin);
+      return begin == std::string::npos ? std::string() : from_frame(*wire.frame, line.substr(begin)).value_or("");
+    }
+    constexpr std::string_view kLineEnds = "\r\n";
+    while (!line.empty() && kLineEnds.find(line.back()) != std::string_view::npos) line.pop_back();
+    line.erase(0, std::min(line.find_first_not_of(kLineEnds), line.size()));
+    return line;
+  }
+
+  std::optional<std::string> answer_prefixed(const std::string& line) {
+    if (line.empty() || !line.starts_with(prefix_)) return std::nullopt;
+    auto answer = answer_line(line.substr(prefix_.size()));
+    if (answer && link_.text.answers_have_prefix) answer = prefix_ + *answer;
+    return answer;
+  }
+
+  std::optional<std::string> answer_line(const std::string& line) {
+    for (const auto& query : text_.queries) {
+      if (std::ranges::find(query.before, line) != query.before.end()) return std::nullopt;
+      if (line == query.ask || std::ranges::find(query.also_asked, line) != query.also_asked.end())
+        return answer_query(query);
+    }
+    for (const auto& command : text_.commands)
+      if (const auto fields = command.tell.match(line)) return carry_out(command, *fields, line);
+    return refusal();
+  }
+
+  [[nodiscard]] std::optional<std::string> refusal() const {
+    return behaviour_.unknown.empty() ? std::nullopt : std::optional(behaviour_.unknown);
+  }
+
+  std::optional<std::string> answer_query(const drivers::TextQuery& query) {
+    std::vector<std::uint16_t> words;
+    if (!registers_.read(drivers::ReadFunction::holding_registers, query.first, query.count, words)) return refusal();
+    drivers::FieldValues values;
+    for (const auto& cell : query.cells) {
+      const auto& item = map_.items[cell.item];
+      const auto at = static_cast<std::size_t>(item.address - query.first);
+      const auto its = std::span(words).subspan(at, word_count(item));
+      values[cell.field] = to_field(item, cell.codes, lagging(item, {its.begin(), its.end()}));
+    }
+    return query.answers.front().format(values);
+  }
+
+  /// Returns the former words of an item that was written less than the lag ago.
+  std::vector<std::uint16_t> lagging(const drivers::RegisterItem& item, std::vector<std::uint16_t> present) {
+    const auto found = former_.find(item.address);
+    if (found == former_.end()) return present;
+    if (std::chrono::steady_clock::now() < found->second.second) return found->second.first;
+    former_.erase(found);
+    return present;
+  }
+
+  std::optional<std::string> carry_out(const drivers::TextCommand& command, const drivers::FieldValues& fields,
+                                       const std::string& line) {
+    const auto& own = map_.items[command.item];
+    for (const auto& field : command.tell.fields()) {
+      const auto value = fields.find(field.name);
+      if (value == fields.end()) continue;
+      const auto& item = field.name == "value" ? own : *map_.find(field.name);
+      if (item.writable && !write_item(item, command.codes, value->second)) return refuse(item);
+    }
+    if (!command.tell.find("value") && !write_item(own, command.codes, 0.0)) return refuse(own);
+    if (command.acknowledged.empty()) return std::nullopt;
+    const auto& acknowledged = command.acknowledged.front();
+    drivers::FieldValues values;
+    const auto* rest = acknowledged.find("_");
+    if (rest && rest->form.kind == drivers::FieldForm::Kind::text) values["_"] = line;
+    if (const auto value = fields.find("value"); value != fields.end()) values["value"] = value->second;
+    return acknowledged.format(values);
+  }
+
+  bool write_item(const drivers::RegisterItem& item, const drivers::CodeTexts& codes,
+                  const drivers::FieldValue& value) {
+    const auto words = to_words({.field = {}, .item = 0, .codes = codes}, item, value);
+    if (!words) return false;
+    if (behaviour_.lag > Duration{} && item.readable) {
+      std::vector<std::uint16_t> before;
+      if (registers_.read(drivers::ReadFunction::holding_registers, item.address, word_count(item), before))
+        former_.insert_or_assign(item.address,
+                                 std::pair(std::move(before), std::chrono::steady_clock::now() + behaviour_.lag));
+    }
+    return registers_.write(drivers::WriteFunction::registers, item.address, *words).has_value();
+  }
+
+  [[nodiscard]] std::optional<std::string> refuse(const drivers::RegisterItem& item) {
+    former_.erase(item.address);
+    const auto found = std::ranges::find(behaviour_.refusals, item.name, &TextBehaviour::Refusal::item);
+    return found == behaviour_.refusals.end() ? refusal() : std::optional(found->answer);
+  }
+
+  ServedRegisters& registers_;
+  const drivers::RegisterMap& map_;
+  const drivers::TextLink& text_;
+  TextBehaviour behaviour_;
+  drivers::MapLink link_;
+  std::string prefix_;
+  std::string received_;
+  /// Words before the last write and the time until which they are shown, by address.
+  std::map<std::uint16_t, std::pair<std::vector<std::uint16_t>, std::chrono::steady_clock::time_point>> former_;
+};
+
+}  // namespace
+
+std::unique_ptr<Session> make_text_session(ServedRegisters& registers, drivers::LinkKind kind, bool has_lag) {
+  return std::make_unique<UnitSession>(registers, kind, has_lag);
+}
+
+}  // namespace gyrotherm::simulator

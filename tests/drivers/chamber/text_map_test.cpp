@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_registers.hpp"
+#include "drivers/line/pauses.hpp"
+#include "tests/support/fakes.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+constexpr const char* kMap = R"(schema = "gyrotherm-text/1"
+kind = "chamber"
+name = "C 1"
+vendor = "Maker"
+source = "a test"
+state = [{ activity = "running", item = "mode", is = "constant" }, { activity = "off", item = "mode", is = "standby" }]
+[link]
+question_end = "\r\n"
+answer_end = "\r\n"
+timeout = "200 ms"
+refused = "NA:{reason:s}"
+[link.tcp]
+port = 10001
+[identity]
+ask = "TYPE?"
+pattern = "C-1|C-2"
+[[item]]
+name = "temperature"
+ask = "TEMP?"
+answer = "{air_temperature:f}, {set_point:f}, {alarm_high:f}, {alarm_low:f}"
+[[item]]
+name = "set_point"
+tell = "TEMP, S{value:f.1}"
+acknowledged = "OK:{_:s}"
+lags = "2 s"
+[[item]]
+name = "mode"
+ask = "MODE?"
+answer = "{value:s}"
+tell = "MODE, {value:s}"
+acknowledged = "OK:{_:s}"
+codes = { standby = "STANDBY", constant = "CONSTANT" }
+[control]
+commanded = "mode"
+on = "constant"
+off = "standby"
+[limits]
+highest_item = "alarm_high"
+lowest_item = "alarm_low"
+[sequence]
+start = [{ write = "mode", code = "constant" }]
+stop = [{ write = "mode", code = "standby" }]
+)";
+
+/// A chamber written without the map: it answers each line with the next scripted answer, or by `answer`.
+class ScriptedChamber final : public ByteStream {
+ public:
+  std::function<std::string(const std::string&)> answer;
+  std::vector<std::string> heard;
+  std::deque<std::string> coming;
+
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration) override {
+    if (coming.empty()) return failure(FaultKind::timeout, "scripted", "nothing came");
+    const auto bytes = coming.front().substr(0, buffer.size());
+    coming.front().erase(0, bytes.size());
+    if (coming.front().empty()) coming.pop_front();
+    std::ranges::copy(std::as_bytes(std::span(bytes)), buffer.begin());
+    return bytes.size();
+  }
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    EXPECT_TRUE(line.ends_with("\r\n"));
+    line.resize(line.size() - 2);
+    heard.push_back(line);
+    if (const auto text = answer(line); !text.empty()) coming.push_back(text);
+    return {};
+  }
+};
+
+class TextChamber : public ::testing::Test {
+ protected:
+  TextChamber() {
+    auto stream = std::make_unique<ScriptedChamber>();
+    line = stream.get();
+    line->answer = [this](const std::string& question) { return respond(question); };
+    const auto map = parse_register_map(kMap, "test").value();
+    chamber = make_modbus_chamber(map, make_text_registers(map, std::move(stream), "test"), virtual_pauses(), {});
+  }
+
+  std::string respond(const std::string& question) {
+    if (question == "TYPE?") return "T,C-1,190.0\r\n";
+    if (question == "TEMP?") return temperature + "\r\n";
+    if (question == "MODE?") return mode + "\r\n";
+    if (question.starts_with("TEMP, S")) {
+      const auto value = question.substr(7);
+      if (std::stod(value) > 100) return "NA:DATA OUT OF RANGE\r\n";
+      temperature = "23.5," + value + ",105.0,-45.0";
+      return "OK:" + question + "\r\n";
+    }
+    if (question.starts_with("MODE, ")) return mode = question.substr(6), "OK:" + question + "\r\n";
+    return "NA:CMD ERR\r\n";
+  }
+
+  std::string temperature = "23.5,20.0,105.0,-45.0", mode = "STANDBY";
+  ScriptedChamber* line{};
+  std::unique_ptr<Chamber> chamber;
+};
+
+TEST_F(TextChamber, IsReadAndControlled) {
+  EXPECT_EQ(chamber->identify().value(), "Maker C 1 (identity = T,C-1,190.0)");
+  const auto state = chamber->inspect().value();
+  EXPECT_EQ(state.air.value, 23.5);
+  EXPECT_EQ(state.set_point.value, 20);
+  EXPECT_EQ(state.activity, ChamberActivity::off);
+  ASSERT_TRUE(chamber->start());
+  ASSERT_TRUE(chamber->send_set_point({-40}));
+  EXPECT_EQ(chamber->inspect().value().set_point.value, -40);
+  EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::running);
+  EXPECT_EQ(chamber->limits().value().highest.value, 105);
+  ASSERT_TRUE(chamber->stop());
+  EXPECT_EQ(mode, "STANDBY");
+}
+
+TEST_F(TextChamber, ReportsRefusalsWithTheirReason) {
+  temperature = "23.5,20.0,150.0,-45.0";
+  const auto sent = chamber->send_set_point({120});
+  ASSERT_FALSE(sent);
+  EXPECT_EQ(sent.error().kind, FaultKind::refused);
+  EXPECT_NE(sent.error().what.find("DATA OUT OF RANGE"), std::string::npos);
+}
+
+TEST_F(TextChamber, NeedsAnotherUnitsNameToFit) {
+  line->answer = [&](const std::string& question) {
+    return question == "TYPE?" ? "T,D-9,190.0\r\n" : respond(question);
+  };
+  EXPECT_EQ(chamber->identify().error().kind, FaultKind::mismatch);
+}
+
+TEST_F(TextChamber, AcceptsNoGarbageAsAValue) {
+  for (const auto* garbage : {"23,5,20,0,105,0,-45,0", "23.5,20.0", "23.5,20.0,105.0,-45.0,7", "OK:TEMP?", "nan,1,2,3",
+                              "23.5 C,20.0,105.0,-45.0", "1.7E400,1,2,3"}) {
+    temperature = garbage;
+    const auto read = chamber->read();
+    ASSERT_FALSE(read) << garbage;
+    EXPECT_EQ(read.error().kind, FaultKind::corrupted) << garbage;
+  }
+  temperature = "23.5,20.0,105.0,-45.0";
+}
+
+TEST_F(TextChamber, TakesNoLateAnswerForALaterQuestion) {
+  ASSERT_TRUE(chamber->identify());
+  bool loses = true;
+  std::string kept;
+  line->answer = [&](const std::string& question) -> std::string {
+    if (question == "TEMP?" && loses) return loses = false, kept = "99.0,20.0,105.0,-45.0\r\n", "";
+    if (question == "TYPE?" && !kept.empty()) return std::exchange(kept, "") + respond(question);
+    return respond(question);
+  };
+  EXPECT_FALSE(chamber->read());
+  for (int i = 0; i < 3; ++i)
+    if (const auto state = chamber->read()) {
+      EXPECT_EQ(state->air.value, 23.5);
+    }
+}
+
+TEST(TextMap, ReadsProposedForm) {
+  const auto map = parse_register_map(kMap, "test").value();
+  EXPECT_TRUE(map.find("air_temperature")->readable);
+  EXPECT_TRUE(map.find("set_point")->writable);
+  EXPECT_EQ(map.find("set_point")->resolution, 0.1);
+  EXPECT_EQ(map.link.modbus.port, 10001);
+  EXPECT_EQ(map.text_link->queries.size(), 3U);
+}
+
+TEST(TextMap, NamesEachErrorWithItsPlace) {
+  const auto fails = [](const std::string& from, const std::string& to, const std::string& expected) {
+    std::string text = kMap;
+    text.replace(text.find(from), from.size(), to);
+    const auto map = parse_register_map(text, "test.toml");
+    ASSERT_FALSE(map) << to;
+    EXPECT_NE((map.error().where + map.error().what).find(expected), std::string::npos) << map.error().what;
+  };
+  fails("{value:f.1}", "{value:z}", "is not a field");
+  fails("ask = \"TEMP?\"", "asks = \"TEMP?\"", "asks");
+  fails("pattern = \"C-1|C-2\"", "pattern = \"(C-1\"", "regular expression");
+  fails("answer = \"{air_temperature:f}, {set", "answer = \"{air:f}, {set", "air_temperature");
+  fails("port = 10001", "port = 100010", "port");
+  fails("is = \"constant\"", "is = \"constnat\"", "constnat");
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/line/text_template.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drivers/line/text_frame.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+TextTemplate parse(std::string_view text, TextEncoding encoding = TextEncoding::ascii) {
+  return TextTemplate::parse(text, encoding).value();
+}
+
+double number(const FieldValues& values, const char* name) { return std::get<double>(values.at(name)); }
+std::string text(const FieldValues& values, const char* name) { return std::get<std::string>(values.at(name)); }
+
+TEST(TextTemplate, FormatsNumbersInEachForm) {
+  const auto send = [](const char* form, double value) {
+    return parse(std::string("{value:") + form + "}").format({{"value", value}});
+  };
+  EXPECT_EQ(send("f", -40), "-40");
+  EXPECT_EQ(send("f.1", -40), "-40.0");
+  EXPECT_EQ(send("f.1", -0.04), "0.0");
+  EXPECT_EQ(send("f06.1", 23), "0023.0");
+  EXPECT_EQ(send("f06.1", -5.5), "-005.5");
+  EXPECT_EQ(send("f06.1", -0.01), "0000.0");
+  EXPECT_EQ(send("d", 2.6), "3");
+  EXPECT_EQ(send("d03", 7), "007");
+  EXPECT_EQ(send("x4", -4000), "F060");
+  EXPECT_EQ(send("x4", 2500), "09C4");
+  EXPECT_EQ(send("b1", 1), "1");
+  EXPECT_EQ(send("f.2", std::nan("")), "0.00");
+}
+
+TEST(TextTemplate, ReadsWhatItFormats) {
+  for (const auto* form : {"f", "f.3", "f08.3", "d", "d05", "x4", "x8"})
+    for (const double value : {-123.0, -1.0, 0.0, 7.0, 120.0}) {
+      const auto both = parse(std::string("a{value:") + form + "}z");
+      const auto read = both.match(both.format({{"value", value}}));
+      ASSERT_TRUE(read) << form << " " << value;
+      EXPECT_EQ(number(*read, "value"), value) << form;
+    }
+}
+
+TEST(TextTemplate, FitsOnlyWholeLines) {
+  const auto answer = parse("1¶{value:f}", TextEncoding::latin1);
+  EXPECT_EQ(number(answer
+                       .match("1\xB6"
+                              "24.4812")
+                       .value(),
+                   "value"),
+            24.4812);
+  for (const auto* line : {"1", "1\xB6",
+                           "1\xB6"
+                           "x",
+                           "1\xB6"
+                           "24.4x",
+                           "01\xB6"
+                           "24.4",
+                           "1\xB6"
+                           "24,4",
+                           "1\xB6"
+                           "nan",
+                           "1\xB6"
+                           "inf",
+                           "1\xB6"
+                           "0x10",
+                           "-8", ""})
+    EXPECT_FALSE(answer.match(line)) << line;
+}
+
+TEST(TextTemplate, AcceptsAnyNumberOfBlanksForABlank) {
+  const auto answer = parse("{a:f}, {b:f}");
+  for (const auto* line : {"1,2", "1, 2", "1,  2", " 1, +2"}) EXPECT_TRUE(answer.match(line)) << line;
+  EXPECT_FALSE(answer.match("1;2"));
+}
+
+TEST(TextTemplate, ReadsOptionalGroupsAndTexts) {
+  const auto monitor = parse("{_:f}, [{humidity:f}], {mode:s}, {alarms:d}");
+  const auto with = monitor.match("23.0,85,CONSTANT,0").value();
+  EXPECT_EQ(number(with, "humidity"), 85);
+  EXPECT_EQ(text(with, "mode"), "CONSTANT");
+  const auto without = monitor.match("23.0,,STANDBY,2").value();
+  EXPECT_FALSE(without.contains("humidity"));
+  EXPECT_EQ(number(without, "alarms"), 2);
+  EXPECT_FALSE(monitor.match("23.0,85,CONSTANT"));
+}
+
+TEST(TextTemplate, ReadsListsAndDigits) {
+  const auto scan = parse("1;{value:f*3,}");
+  EXPECT_EQ(std::get<std::vector<double>>(scan.match("1;+2.0E+01,-3,9.90000000E+37").value().at("value")),
+            (std::vector<double>{20, -3, 9.9e37}));
+  EXPECT_FALSE(scan.match("1;1,2"));
+  EXPECT_FALSE(scan.match("1;1,2,3,4"));
+  const auto digits = parse("{_:b1}{run:b1}{rest:b30}");
+  const auto read = digits.match("01000000000000000000000000000001").value();
+  EXPECT_EQ(number(read, "run"), 1);
+  EXPECT_EQ(text(read, "rest"), "000000000000000000000000000001");
+  EXPECT_FALSE(digits.match("0200000000000000000000000000000"));
+}
+
+TEST(TextTemplate, KeepsDoubledBrackets) {
+  const auto huber = parse("{{M00{value:x4}");
+  EXPECT_EQ(huber.format({{"value", -4000.0}}), "{M00F060");
+  EXPECT_EQ(parse("a[[b").format({}), "a[b");
+}
+
+TEST(TextTemplate, RefusesTextThatIsNoTemplate) {
+  for (const auto* wrong : {"{value", "{value}", "{value:q}", "{:f}", "{value:f.}", "{value:s4}", "{value:x}",
+                            "{value:b}", "[a", "[]", "[a[b]]", "{a:s}{b:s}", "{a:f}{a:f}", "{a:f*0,}", "{a:x9}", "¶"})
+    EXPECT_EQ(TextTemplate::parse(wrong, TextEncoding::ascii).error().kind, FaultKind::bad_file) << wrong;
+}
+
+TEST(TextTemplate, EndsOnLinesThatFitInManyWays) {
+  const auto many = parse("{a:s}x{b:s}x{c:s}x{d:s}x{e:s}x{f:s}y");
+  EXPECT_FALSE(many.match(std::string(2000, 'x')));
+}
+
+// Published frames of CTS chambers: DESY's driver and the maker's page, as quoted in the protocol descriptions.
+TEST(TextFrame, HasPublishedBytesOfCts) {
+  const TextFrame cts{.high_bit = true, .checksum = FrameChecksum::exclusive_or};
+  const auto framed = [&](const char* text) { return to_frame(cts, std::string("\x01") + text); };
+  EXPECT_EQ(framed("A0"), "\x02\x81\xC1\xB0\xF0\x03");
+  EXPECT_EQ(framed("S"), "\x02\x81\xD3\xD2\x03");
+  EXPECT_EQ(framed("s1 1"), "\x02\x81\xF3\xB1\xA0\xB1\xD2\x03");
+  EXPECT_EQ(framed("s1 0"), "\x02\x81\xF3\xB1\xA0\xB0\xD3\x03");
+  EXPECT_EQ(from_frame(cts, "\x02\x81\xC1\xB0\xF0\x03").value(),
+            "\x01"
+            "A0");
+  EXPECT_FALSE(from_frame(cts, "\x02\x81\xC1\xB0\xF1\x03"));
+}
+
+// Published frame of ASCII-1 of a SIMPAC controller: checksum "8E".
+TEST(TextFrame, HasPublishedBytesOfAscii1) {
+  const TextFrame ascii1{.checksum = FrameChecksum::negated_sum};
+  EXPECT_EQ(to_frame(ascii1, "1?"),
+            "\x02"
+            "1?8E\x03");
+  EXPECT_EQ(from_frame(ascii1,
+                       "\x02"
+                       "1?8E\x03")
+                .value(),
+            "1?");
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

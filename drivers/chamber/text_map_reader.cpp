@@ -25,7 +25,7 @@ constexpr std::uint16_t kCharactersOfText = 64;
 constexpr double kUsualResolution = 0.001;
 constexpr std::size_t kLongestExpression = 200;
 
-std::vector<std::string> one_or_more(const TomlTable& table, const char* key) {
+std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   if (table.is_list(key)) return table.texts(key);
   return {table.text(key)};
@@ -50,7 +50,7 @@ class TemplateReader {
 
   std::vector<TextTemplate> read_all(const TomlTable& table, const char* key) const {
     std::vector<TextTemplate> all;
-    for (const auto& text : one_or_more(table, key)) all.push_back(read(table, key, text));
+    for (const auto& text : texts_at(table, key)) all.push_back(read(table, key, text));
     return all;
   }
 
@@ -175,7 +175,7 @@ void read_codes(const TomlTable& table, ItemCodes& codes) {
         all.push_back(table.integer(name));
       continue;
     }
-    for (const auto& text : one_or_more(table, name.c_str())) {
+    for (const auto& text : texts_at(table, name.c_str())) {
       auto found = std::ranges::find(codes.texts, text);
       if (found == codes.texts.end()) found = codes.texts.insert(codes.texts.end(), text);
       const auto position = static_cast<std::int64_t>(found - codes.texts.begin());
@@ -223,7 +223,7 @@ class ItemReader {
  private:
   /// Reads the question; further spellings follow it in a list.
   void begin_question(const TomlTable& table, TextQuery& query) {
-    for (const auto& line : one_or_more(table, "ask"))
+    for (const auto& line : texts_at(table, "ask"))
       query.also_asked.push_back(templates_.read_constant(table, "ask", line));
     if (query.also_asked.empty()) return table.mistake("ask", "missing key \"ask\"");
     query.ask = query.also_asked.front();
@@ -244,7 +244,7 @@ class ItemReader {
   void read_question(const TomlTable& table) {
     const auto name = table.text("name");
     TextQuery query;
-    for (const auto& line : one_or_more(table, "before"))
+    for (const auto& line : texts_at(table, "before"))
       query.before.push_back(templates_.read_constant(table, "before", line));
     query.answers = templates_.read_all(table, "answer");
     if (query.answers.empty()) table.mistake("answer", "missing key \"answer\"");

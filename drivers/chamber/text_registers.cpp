@@ -21,7 +21,7 @@ constexpr std::size_t kLongestQuote = 80;
 constexpr Duration kConnectWithin = std::chrono::seconds(2);
 constexpr int kReadTries = 2;
 
-std::string quoted(const std::string& line) {
+std::string quote_line(const std::string& line) {
   const bool is_long = line.size() > kLongestQuote;
   return fmt::format("\"{}{}\"", plain(line.substr(0, kLongestQuote)), is_long ? "…" : "");
 }
@@ -96,7 +96,8 @@ class TextRegisters final : public Registers {
       identity_answer_.clear();
     }
     fault.where = place_;
-    if (fault.kind == FaultKind::timeout) fault.what = fmt::format("no answer to {}: {}", quoted(question), fault.what);
+    if (fault.kind == FaultKind::timeout)
+      fault.what = fmt::format("no answer to {}: {}", quote_line(question), fault.what);
     return fault;
   }
 
@@ -107,7 +108,8 @@ class TextRegisters final : public Registers {
     const auto prefix = answer_prefix();
     if (!answer->starts_with(prefix)) {
       exchange_.reject_answer();
-      return failure(FaultKind::corrupted, place_, fmt::format("the answer {} is from another unit", quoted(*answer)));
+      return failure(FaultKind::corrupted, place_,
+                     fmt::format("the answer {} is from another unit", quote_line(*answer)));
     }
     return answer->substr(prefix.size());
   }
@@ -123,10 +125,10 @@ class TextRegisters final : public Registers {
     for (const auto& refused : text_.refused)
       if (const auto found = refused.match(answer))
         return failure(FaultKind::refused, place_,
-                       fmt::format("{} was refused: {}", quoted(question), reason(*found, answer)));
+                       fmt::format("{} was refused: {}", quote_line(question), reason(*found, answer)));
     exchange_.reject_answer();
     return failure(FaultKind::corrupted, place_,
-                   fmt::format("{} is no answer to {}", quoted(answer), quoted(question)));
+                   fmt::format("{} is no answer to {}", quote_line(answer), quote_line(question)));
   }
 
   [[nodiscard]] std::string reason(const FieldValues& fields, const std::string& answer) const {

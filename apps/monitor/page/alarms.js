@@ -3,8 +3,8 @@
 // and a comment being typed survive every update.
 'use strict';
 
-function times_of(alarm) {
-  const at = ns => moment(ns / 1e6, true);
+function alarm_times(alarm) {
+  const at = ns => format_time(ns / 1e6, true);
   const count = alarm.count || 1;
   return [
     count > 1 ? `${count} times: first ${at(alarm.first_utc_ns)}, last ${at(alarm.utc_ns)}` : at(alarm.utc_ns),
@@ -14,33 +14,34 @@ function times_of(alarm) {
     .join(', ');
 }
 
-/// A row and the function that updates it.
-function alarm_row(selected) {
-  const box = make('input', {type: 'checkbox', on: {change: selected}}),
-    state = make('span', {class: 'badge'}),
-    priority = make('span', {class: 'badge'}),
-    known = make('span', {class: 'badge acknowledged'}, 'Acknowledged'),
-    text = make('span', {class: 'text'}),
-    times = make('p', {class: 'note'}),
-    comment = make('p', {class: 'note'}),
-    count = make('summary', {}),
-    consequences = make('ul', {}),
-    details = make('details', {}, count, consequences);
-  const element = make(
+/// Creates a row: {element, box, update(), alarm}. Calls `on_select` when its box changes.
+function make_alarm_row(on_select) {
+  const box = make_element('input', {type: 'checkbox', on: {change: on_select}}),
+    state = make_element('span', {class: 'badge'}),
+    priority = make_element('span', {class: 'badge'}),
+    acknowledged_badge = make_element('span', {class: 'badge acknowledged'}, 'Acknowledged'),
+    text = make_element('span', {class: 'text'}),
+    times = make_element('p', {class: 'note'}),
+    comment = make_element('p', {class: 'note'}),
+    count = make_element('summary', {}),
+    consequences = make_element('ul', {}),
+    details = make_element('details', {}, count, consequences);
+  const element = make_element(
     'li',
     {class: 'alarm'},
-    make('label', {class: 'row'}, box, state, priority, known, text),
+    make_element('label', {class: 'row'}, box, state, priority, acknowledged_badge, text),
     times,
     comment,
     details
   );
   const consequence_line = alarm =>
-    make('li', {}, `${alarm.active ? 'Active' : 'Returned'}: ${alarm.text} (${times_of(alarm)})`);
-  function show(alarm, suppressed) {
+    make_element('li', {}, `${alarm.active ? 'Active' : 'Returned'}: ${alarm.text} (${alarm_times(alarm)})`);
+  function update(alarm, suppressed) {
     const is_active = alarm.active !== false,
       level = alarm.priority || 'low';
     row.alarm = alarm;
-    element.className = `alarm ${is_active ? 'active' : 'returned'} ${level}${alarm.acknowledged ? ' acknowledged' : ''}`;
+    const acknowledged = alarm.acknowledged ? ' acknowledged' : '';
+    element.className = `alarm ${is_active ? 'active' : 'returned'} ${level}${acknowledged}`;
     box.disabled = Boolean(alarm.acknowledged);
     box.hidden = !page.session.may_control;
     if (alarm.acknowledged) box.checked = false;
@@ -48,85 +49,85 @@ function alarm_row(selected) {
     state.className = `badge ${is_active ? 'alarm' : 'returned'}`;
     set_text(priority, `${level} priority`);
     priority.className = 'badge ' + level;
-    known.hidden = !alarm.acknowledged;
+    acknowledged_badge.hidden = !alarm.acknowledged;
     set_text(text, alarm.text);
-    set_text(times, times_of(alarm));
+    set_text(times, alarm_times(alarm));
     set_text(comment, alarm.comment ? `${alarm.acknowledged_by}: ${alarm.comment}` : '');
     comment.hidden = !alarm.comment;
     details.hidden = suppressed.length === 0;
     set_text(count, `${suppressed.length} ${suppressed.length === 1 ? 'consequence' : 'consequences'}, suppressed`);
-    become(consequences, suppressed.map(consequence_line));
+    update_children(consequences, suppressed.map(consequence_line));
   }
-  const row = {element, box, show, alarm: null};
+  const row = {element, box, update, alarm: null};
   return row;
 }
 
-/// Sorts the children of `box` without moving the child that has the focus.
-function order(box, wanted) {
-  for (const child of [...box.children]) if (!wanted.includes(child)) child.remove();
-  const fixed = wanted.findIndex(child => child.contains(document.activeElement) && child.parentNode === box);
-  const pivot = fixed < 0 ? null : wanted[fixed];
-  const place = (child, before) => {
+/// Replaces the children of `box` by `children` without moving the child that has the focus.
+function replace_children(box, children) {
+  for (const child of [...box.children]) if (!children.includes(child)) child.remove();
+  const focused = children.findIndex(child => child.contains(document.activeElement) && child.parentNode === box);
+  const focused_child = focused < 0 ? null : children[focused];
+  const insert = (child, before) => {
     if (child.parentNode !== box || child.nextSibling !== before) box.insertBefore(child, before);
   };
-  for (let i = wanted.length - 1; i > fixed; --i) place(wanted[i], wanted[i + 1] || null);
-  for (let i = fixed - 1; i >= 0; --i) place(wanted[i], wanted[i + 1] || pivot);
+  for (let i = children.length - 1; i > focused; --i) insert(children[i], children[i + 1] || null);
+  for (let i = focused - 1; i >= 0; --i) insert(children[i], children[i + 1] || focused_child);
 }
 
-/// The list with its form. `refresh` takes the newest status of the run.
-function alarm_list(run) {
+/// Creates the list and the form that acknowledges alarms: {element, refresh()}.
+function make_alarm_list(run) {
   const rows = new Map(),
-    list = make('ul', {class: 'alarms'}),
-    none = make('p', {class: 'note'}, 'None.'),
-    summary = make('p', {class: 'note', role: 'status'}),
-    words = make('input', {id: 'alarm-comment', maxlength: 500, required: true, autocomplete: 'off'}),
-    some = make('button', {value: 'selected'}),
-    all = make('button', {value: 'all'}),
-    trouble = make('p', {class: 'error', role: 'alert'});
+    list = make_element('ul', {class: 'alarms'}),
+    empty_note = make_element('p', {class: 'note'}, 'None.'),
+    summary = make_element('p', {class: 'note', role: 'status'}),
+    comment = make_element('input', {id: 'alarm-comment', maxlength: 500, required: true, autocomplete: 'off'}),
+    selected_button = make_element('button', {value: 'selected'}),
+    all_button = make_element('button', {value: 'all'}),
+    error = make_element('p', {class: 'error', role: 'alert'});
   const open_rows = () => [...rows.values()].filter(row => !row.alarm.acknowledged);
-  const show_buttons = () => {
+  const update_buttons = () => {
     const open = open_rows(),
       selected = open.filter(row => row.box.checked).length;
-    set_text(some, `Acknowledge selected (${selected})`);
-    set_text(all, `Acknowledge all shown (${open.length})`);
-    some.disabled = selected === 0;
-    all.disabled = open.length === 0;
+    set_text(selected_button, `Acknowledge selected (${selected})`);
+    set_text(all_button, `Acknowledge all shown (${open.length})`);
+    selected_button.disabled = selected === 0;
+    all_button.disabled = open.length === 0;
   };
-  const form = make(
+  const form = make_element(
     'form',
     {class: 'row acknowledge'},
-    make('label', {for: 'alarm-comment'}, 'Comment'),
-    words,
-    some,
-    all
+    make_element('label', {for: 'alarm-comment'}, 'Comment'),
+    comment,
+    selected_button,
+    all_button
   );
   form.addEventListener('submit', async event => {
     event.preventDefault();
     const selected = open_rows().filter(row => row.box.checked),
-      is_all = event.submitter ? event.submitter === all : selected.length === 0;
+      is_all = event.submitter ? event.submitter === all_button : selected.length === 0;
     const numbers = (is_all ? open_rows() : selected).map(row => row.alarm.number),
-      typed = words.value;
-    const answer = await control.acknowledge(run, numbers, typed);
-    set_text(trouble, answer.ok ? '' : answer.json.error);
-    if (!answer.ok) return;
-    announce(answer.json.done);
+      sent_comment = comment.value;
+    const response = await control.acknowledge(run, numbers, sent_comment);
+    set_text(error, response.ok ? '' : response.json.error);
+    if (!response.ok) return;
+    announce(response.json.done);
     for (const row of selected) row.box.checked = false;
-    if (words.value === typed) words.value = '';
+    if (comment.value === sent_comment) comment.value = '';
   });
   function refresh() {
     const roots = run.status.alarms.filter(alarm => !alarm.suppressed_by),
-      tags = new Set(roots.map(tag_of));
+      tags = new Set(roots.map(alarm_tag));
     for (const tag of [...rows.keys()]) if (!tags.has(tag)) rows.delete(tag);
     for (const alarm of roots) {
-      const tag = tag_of(alarm);
-      if (!rows.has(tag)) rows.set(tag, alarm_row(show_buttons));
-      rows.get(tag).show(alarm, run.status.alarms.filter(other => other.suppressed_by === tag));
+      const tag = alarm_tag(alarm);
+      if (!rows.has(tag)) rows.set(tag, make_alarm_row(update_buttons));
+      rows.get(tag).update(alarm, run.status.alarms.filter(other => other.suppressed_by === tag));
     }
-    order(list, roots.map(alarm => rows.get(tag_of(alarm)).element));
-    none.hidden = roots.length > 0;
-    set_text(summary, alarms_in_words(run.status));
+    replace_children(list, roots.map(alarm => rows.get(alarm_tag(alarm)).element));
+    empty_note.hidden = roots.length > 0;
+    set_text(summary, alarm_summary(run.status));
     form.hidden = !page.session.may_control || !run.status.running;
-    show_buttons();
+    update_buttons();
   }
-  return {element: make('div', {}, summary, form, trouble, none, list), refresh};
+  return {element: make_element('div', {}, summary, form, error, empty_note, list), refresh};
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trend of any channels, drawn by dygraphs from at most 2000 buckets.
+// Draws the trend of the selected channels with dygraphs. The monitor reduces a long interval to at most 2000 buckets.
 'use strict';
 
 const chart = (() => {
-  const kMostBuckets = 2000,
-    kMostChannels = 16,
+  const kMaxBuckets = 2000,
+    kMaxChannels = 16,
+    // Length in s, 0: the whole run; and label.
     kSpans = [
       [60, '1 min'],
       [600, '10 min'],
@@ -16,49 +17,50 @@ const chart = (() => {
   // The page draws its own legend: the library's uses inline styles, which the page does not allow.
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter(plugin => plugin.prototype.toString() !== 'Legend Plugin');
 
+  // The shown rows, for tests.
   const shown = {rows: []};
 
-  /// Returns the library's ticks with enough digits to distinguish adjacent ones.
-  function ticks_of(low, high, pixels, options, graph, values) {
+  /// Returns the ticks of dygraphs. Their labels have enough decimals to distinguish adjacent ticks.
+  function make_ticks(low, high, pixels, options, graph, values) {
     const ticks = Dygraph.numericTicks(low, high, pixels, options, graph, values),
-      digits = digits_for(ticks.length > 1 ? ticks[1].v - ticks[0].v : high - low);
-    return ticks.map(tick => Object.assign(tick, {label: number(tick.v, digits)}));
+      digits = digits_for_distance(ticks.length > 1 ? ticks[1].v - ticks[0].v : high - low);
+    return ticks.map(tick => Object.assign(tick, {label: format_number(tick.v, digits)}));
   }
 
-  function colour(i) {
+  function channel_colour(i) {
     return getComputedStyle(document.documentElement)
       .getPropertyValue(`--c${(i % 8) + 1}`)
       .trim();
   }
 
-  // Converts the buckets of an answer to rows of dygraphs: the time, and lowest, middle and highest value of each
-  // channel.
-  function rows_of(answer, started_ms) {
+  /// Converts buckets to rows of dygraphs: the time, and the minimum, centre and maximum of each channel.
+  function make_rows(series, started_ms) {
     const rows = [],
-      none = [NaN, NaN, NaN];
-    for (let i = 0; i < answer.count; ++i) {
-      const row = [new Date(started_ms + 1000 * (answer.from + i * answer.step))];
-      for (const channel of answer.channels) {
+      no_value = [NaN, NaN, NaN];
+    for (let i = 0; i < series.count; ++i) {
+      const row = [new Date(started_ms + 1000 * (series.from + i * series.step))];
+      for (const channel of series.channels) {
         const low = channel.low[i],
           high = channel.high ? channel.high[i] : low;
-        row.push(low === null ? none : [low, (low + high) / 2, high]);
+        row.push(low === null ? no_value : [low, (low + high) / 2, high]);
       }
       rows.push(row);
     }
     return rows;
   }
 
-  /// Adds a sample to the last bucket, or begins the next one.
-  function add_sample(rows, answer, sample, places, started_ms) {
-    const bucket = Math.floor((sample.slot - answer.from) / answer.step);
+  /// Adds a sample to its bucket, and creates the buckets up to it. `value_indices` are the positions of the shown
+  /// channels in a sample.
+  function add_sample(rows, series, sample, value_indices, started_ms) {
+    const bucket = Math.floor((sample.slot - series.from) / series.step);
     if (bucket < 0) return;
     while (rows.length <= bucket)
       rows.push([
-        new Date(started_ms + 1000 * (answer.from + rows.length * answer.step)),
-        ...places.map(() => [NaN, NaN, NaN]),
+        new Date(started_ms + 1000 * (series.from + rows.length * series.step)),
+        ...value_indices.map(() => [NaN, NaN, NaN]),
       ]);
-    places.forEach((place, i) => {
-      const value = sample.values[place],
+    value_indices.forEach((value_index, i) => {
+      const value = sample.values[value_index],
         old = rows[bucket][i + 1];
       if (value === null) return;
       const low = Number.isNaN(old[0]) ? value : Math.min(old[0], value),
@@ -67,6 +69,7 @@ const chart = (() => {
     });
   }
 
+  // Labels of the marks, by the kind of the event. Other kinds have no mark.
   const kMarks = {
     note: 'N',
     interlock: '!',
@@ -77,20 +80,21 @@ const chart = (() => {
     interrupted: 'X',
   };
 
-  function marks_of(events, answer, series, started_ms) {
-    const last = answer.from + answer.step * answer.count,
+  /// Returns the annotations of dygraphs: one per bucket with an event, at most the last 200. `channel` carries them.
+  function make_marks(events, series, channel, started_ms) {
+    const end = series.from + series.step * series.count,
       by_bucket = new Map();
     for (const event of events) {
-      if (!kMarks[event.kind] || event.slot < answer.from || event.slot >= last) continue;
-      const bucket = Math.floor((event.slot - answer.from) / answer.step),
-        known = by_bucket.get(bucket);
-      if (known) {
-        known.text += '\n' + event.text;
-        if (event.kind === 'interlock') Object.assign(known, {shortText: '!', cssClass: 'alarm-mark'});
+      if (!kMarks[event.kind] || event.slot < series.from || event.slot >= end) continue;
+      const bucket = Math.floor((event.slot - series.from) / series.step),
+        previous = by_bucket.get(bucket);
+      if (previous) {
+        previous.text += '\n' + event.text;
+        if (event.kind === 'interlock') Object.assign(previous, {shortText: '!', cssClass: 'alarm-mark'});
       } else {
         by_bucket.set(bucket, {
-          series,
-          x: started_ms + 1000 * (answer.from + bucket * answer.step),
+          series: channel,
+          x: started_ms + 1000 * (series.from + bucket * series.step),
           shortText: kMarks[event.kind],
           text: event.text,
           width: 18,
@@ -104,145 +108,151 @@ const chart = (() => {
     return [...by_bucket.values()].slice(-200);
   }
 
+  /// Fills the view Trend.
   function trend(content, run) {
-    const started = run.status.started_ms || 0,
+    const started_ms = run.status.started_ms || 0,
       names = run.channels.map(channel => channel.name);
-    const chosen = new Set(
+    const selected = new Set(
       (JSON.parse(localStorage.getItem('channels') || 'null') || []).filter(name => names.includes(name))
     );
-    if (chosen.size === 0)
-      for (const name of names.filter(one => one !== 'chamber_set_point_c').slice(0, 4)) chosen.add(name);
-    const box = make('div', {
+    if (selected.size === 0)
+      for (const name of names.filter(name => name !== 'chamber_set_point_c').slice(0, 4)) selected.add(name);
+    const box = make_element('div', {
       class: 'chart',
       role: 'img',
-      'aria-label': 'Chart of the chosen channels over time',
-      'aria-describedby': 'trend-said',
+      'aria-label': 'Chart of the selected channels over time',
+      'aria-describedby': 'trend-caption',
     });
-    const legend = make('ul', {class: 'legend', 'aria-hidden': 'true'}),
-      said = make('p', {class: 'note', id: 'trend-said', role: 'status'});
-    const low = make('input', {type: 'number', id: 'scale-low', step: 'any'}),
-      high = make('input', {type: 'number', id: 'scale-high', step: 'any'});
-    const pinned = make('input', {type: 'checkbox', id: 'scale-pinned'});
+    const legend = make_element('ul', {class: 'legend', 'aria-hidden': 'true'}),
+      caption = make_element('p', {class: 'note', id: 'trend-caption', role: 'status'});
+    const low_input = make_element('input', {type: 'number', id: 'scale-low', step: 'any'}),
+      high_input = make_element('input', {type: 'number', id: 'scale-high', step: 'any'});
+    const fixed_box = make_element('input', {type: 'checkbox', id: 'scale-fixed'});
     let graph = null,
-      answer = null,
+      series = null,
       rows = [],
       view = {span: run.status.slot > 7200 ? 0 : 3600, from: null, to: null},
-      asked = 0,
-      due = 0,
-      refetch = 0;
+      request_count = 0,
+      redraw_due_ms = 0,
+      loaded_ms = 0;
     const last_slot = () => Math.max(0, run.sample ? run.sample.slot : 0, run.status.slot);
-    const follows = () => view.from === null;
-    const range = () =>
-      follows()
+    const is_following = () => view.from === null;
+    const visible_slots = () =>
+      is_following()
         ? {from: view.span ? Math.max(0, last_slot() - view.span) : 0, to: last_slot()}
         : {from: view.from, to: view.to};
 
     const span_buttons = kSpans.map(([span, label]) =>
-      make('button', {type: 'button', on: {click: () => look({span, from: null, to: null})}}, label)
+      make_element('button', {type: 'button', on: {click: () => set_view({span, from: null, to: null})}}, label)
     );
-    const button = (label, what) => make('button', {type: 'button', on: {click: what}}, label);
+    const make_button = (label, on_click) => make_element('button', {type: 'button', on: {click: on_click}}, label);
     const zoom = factor => {
-      const {from, to} = range(),
+      const {from, to} = visible_slots(),
         middle = (from + to) / 2,
         half = Math.max(5, ((to - from) / 2) * factor);
-      look_at(middle - half, middle + half);
+      show_slots(middle - half, middle + half);
     };
-    const shift = part => {
-      const {from, to} = range(),
-        by = (to - from) * part;
-      look_at(from + by, to + by);
+    const shift = fraction => {
+      const {from, to} = visible_slots(),
+        slots = (to - from) * fraction;
+      show_slots(from + slots, to + slots);
     };
     content.replaceChildren(
-      make(
+      make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'trend-title'},
-        make('h2', {id: 'trend-title'}, 'Trend'),
-        make('div', {class: 'row', role: 'group', 'aria-label': 'Time interval'}, ...span_buttons),
-        make(
+        make_element('h2', {id: 'trend-title'}, 'Trend'),
+        make_element('div', {class: 'row', role: 'group', 'aria-label': 'Time interval'}, ...span_buttons),
+        make_element(
           'div',
           {class: 'row', role: 'group', 'aria-label': 'Zoom'},
-          button('Zoom in', () => zoom(0.5)),
-          button('Zoom out', () => zoom(2)),
-          button('Earlier', () => shift(-0.5)),
-          button('Later', () => shift(0.5))
+          make_button('Zoom in', () => zoom(0.5)),
+          make_button('Zoom out', () => zoom(2)),
+          make_button('Earlier', () => shift(-0.5)),
+          make_button('Later', () => shift(0.5))
         ),
         box,
         legend,
-        said
+        caption
       ),
-      make(
+      make_element(
         'section',
         {class: 'sheet', 'aria-label': 'Channels and scale'},
-        make(
+        make_element(
           'fieldset',
           {},
-          make('legend', {}, 'Channels'),
-          make(
+          make_element('legend', {}, 'Channels'),
+          make_element(
             'div',
             {class: 'pick', tabindex: 0, role: 'group', 'aria-label': 'Channels'},
             ...run.channels.map((channel, i) => {
-              const tick = make('input', {type: 'checkbox', id: 'channel-' + i});
-              tick.checked = chosen.has(channel.name);
-              tick.addEventListener('change', () => {
-                if (tick.checked && chosen.size >= kMostChannels) {
-                  tick.checked = false;
-                  return set_text(said, `At most ${kMostChannels} channels are drawn.`);
+              const checkbox = make_element('input', {type: 'checkbox', id: 'channel-' + i});
+              checkbox.checked = selected.has(channel.name);
+              checkbox.addEventListener('change', () => {
+                if (checkbox.checked && selected.size >= kMaxChannels) {
+                  checkbox.checked = false;
+                  return set_text(caption, `At most ${kMaxChannels} channels can be shown.`);
                 }
-                if (tick.checked) chosen.add(channel.name);
-                else chosen.delete(channel.name);
-                if (chosen.size > 0) load();
-                localStorage.setItem('channels', JSON.stringify([...chosen]));
+                if (checkbox.checked) selected.add(channel.name);
+                else selected.delete(channel.name);
+                if (selected.size > 0) load();
+                localStorage.setItem('channels', JSON.stringify([...selected]));
               });
-              return make(
+              return make_element(
                 'label',
                 {for: 'channel-' + i},
-                tick,
-                ` ${label_of(channel.name)} [${channel.unit || '1'}]`
+                checkbox,
+                ` ${channel_label(channel.name)} [${channel.unit || '1'}]`
               );
             })
           )
         ),
-        make(
+        make_element(
           'fieldset',
           {},
-          make('legend', {}, 'Scale'),
-          make(
+          make_element('legend', {}, 'Scale'),
+          make_element(
             'div',
             {class: 'row'},
-            make('label', {for: 'scale-pinned'}, pinned, ' pinned, from'),
-            make('label', {for: 'scale-low', class: 'unseen'}, 'Lowest'),
-            low,
+            make_element('label', {for: 'scale-fixed'}, fixed_box, ' fixed, from'),
+            make_element('label', {for: 'scale-low', class: 'unseen'}, 'Minimum'),
+            low_input,
             ' to ',
-            make('label', {for: 'scale-high', class: 'unseen'}, 'Highest'),
-            high
+            make_element('label', {for: 'scale-high', class: 'unseen'}, 'Maximum'),
+            high_input
           )
         )
       )
     );
 
-    const value_range = () =>
-      pinned.checked && low.value !== '' && high.value !== '' && Number(low.value) < Number(high.value)
-        ? [Number(low.value), Number(high.value)]
-        : null;
+    // null: dygraphs selects the scale.
+    const value_range = () => {
+      if (!fixed_box.checked || low_input.value === '' || high_input.value === '') return null;
+      const low = Number(low_input.value),
+        high = Number(high_input.value);
+      return low < high ? [low, high] : null;
+    };
     const rescale = () => {
       if (graph) graph.updateOptions({valueRange: value_range()});
     };
-    pinned.addEventListener('change', () => {
-      if (pinned.checked && graph && low.value === '') {
-        const [first, last] = graph.yAxisRange(0);
-        [low.value, high.value] = [first, last].map(value => value.toFixed(digits_for((last - first) / 100)));
+    fixed_box.addEventListener('change', () => {
+      if (fixed_box.checked && graph && low_input.value === '') {
+        const [low, high] = graph.yAxisRange(0),
+          digits = digits_for_distance((high - low) / 100);
+        low_input.value = low.toFixed(digits);
+        high_input.value = high.toFixed(digits);
       }
       rescale();
     });
-    low.addEventListener('input', rescale);
-    high.addEventListener('input', rescale);
+    low_input.addEventListener('input', rescale);
+    high_input.addEventListener('input', rescale);
 
-    function look(wish) {
-      view = wish;
+    function set_view(new_view) {
+      view = new_view;
       load();
     }
-    function look_at(from, to) {
-      look({
+    function show_slots(from, to) {
+      set_view({
         span: view.span,
         from: Math.max(0, Math.floor(from)),
         to: Math.min(last_slot(), Math.max(Math.ceil(to), Math.floor(from) + 10)),
@@ -251,15 +261,15 @@ const chart = (() => {
 
     function show_legend(values) {
       legend.replaceChildren(
-        ...answer.channels.map((channel, i) => {
-          const line = make('span', {class: 'line'});
-          line.style.background = colour(i);
-          return make(
+        ...series.channels.map((channel, i) => {
+          const line = make_element('span', {class: 'line'});
+          line.style.background = channel_colour(i);
+          return make_element(
             'li',
             {},
             line,
-            `${label_of(channel.name)} `,
-            values ? make('strong', {}, with_unit(values[i], channel.unit)) : channel.unit
+            `${channel_label(channel.name)} `,
+            values ? make_element('strong', {}, format_with_unit(values[i], channel.unit)) : channel.unit
           );
         })
       );
@@ -268,9 +278,9 @@ const chart = (() => {
     function draw() {
       const options = {
         file: rows,
-        labels: ['time', ...answer.channels.map(channel => channel.name)],
+        labels: ['time', ...series.channels.map(channel => channel.name)],
         customBars: true,
-        colors: answer.channels.map((_, i) => colour(i)),
+        colors: series.channels.map((_, i) => channel_colour(i)),
         valueRange: value_range(),
         fillAlpha: 0.25,
         strokeWidth: 1.6,
@@ -282,17 +292,17 @@ const chart = (() => {
         rightGap: 12,
         dateWindow: null,
         axes: {
-          y: {axisLabelWidth: 64, ticker: ticks_of},
+          y: {axisLabelWidth: 64, ticker: make_ticks},
           x: {pixelsPerLabel: 80},
         },
         zoomCallback: (first, second) => {
-          if (graph && first !== undefined) look_at((first - started) / 1000, (second - started) / 1000);
+          if (graph && first !== undefined) show_slots((first - started_ms) / 1000, (second - started_ms) / 1000);
         },
         highlightCallback: (event, x, points, row) =>
           show_legend(rows[row].slice(1).map(bar => (Number.isNaN(bar[1]) ? null : bar[1]))),
         unhighlightCallback: () => show_legend(null),
       };
-      const marks = marks_of(run.events, answer, answer.channels[0].name, started);
+      const marks = make_marks(run.events, series, series.channels[0].name, started_ms);
       if (graph) {
         graph.setAnnotations(marks, true);
         graph.updateOptions(options, false);
@@ -301,101 +311,102 @@ const chart = (() => {
         if (marks.length > 0) graph.setAnnotations(marks);
       }
       show_legend(null);
-      const {from, to} = range();
+      const {from, to} = visible_slots();
       set_text(
-        said,
-        answer.channels.map(channel => label_of(channel.name)).join(', ') +
-          `: ${moment(started + 1000 * from, true)} to ${moment(started + 1000 * to, true)}, ` +
-          (answer.step === 1 ? 'every second' : `lowest and highest of each ${duration(answer.step)}`) +
-          (follows() && run.status.running ? ', following' : '') +
+        caption,
+        series.channels.map(channel => channel_label(channel.name)).join(', ') +
+          `: ${format_time(started_ms + 1000 * from, true)} to ${format_time(started_ms + 1000 * to, true)}, ` +
+          (series.step === 1 ? 'every second' : `minimum and maximum of each ${format_duration(series.step)}`) +
+          (is_following() && run.status.running ? ', live' : '') +
           '.'
       );
-      span_buttons.forEach((one, i) =>
-        one.setAttribute('aria-pressed', follows() && kSpans[i][0] === view.span ? 'true' : 'false')
+      span_buttons.forEach((button, i) =>
+        button.setAttribute('aria-pressed', is_following() && kSpans[i][0] === view.span ? 'true' : 'false')
       );
     }
 
     async function load() {
-      const mine = ++asked,
-        {from, to} = range(),
-        wanted = names.filter(name => chosen.has(name));
-      const found = await ask(
-        `/api/v1/runs/${run.key}/series?channels=${wanted.map(encodeURIComponent).join(',')}` +
-          `&from=${from}&to=${to}&buckets=${Math.min(kMostBuckets, Math.max(300, box.clientWidth))}`
+      const request = ++request_count,
+        {from, to} = visible_slots(),
+        channels = names.filter(name => selected.has(name));
+      const response = await request_json(
+        `/api/v1/runs/${run.key}/series?channels=${channels.map(encodeURIComponent).join(',')}` +
+          `&from=${from}&to=${to}&buckets=${Math.min(kMaxBuckets, Math.max(300, box.clientWidth))}`
       );
-      if (mine !== asked || page.view.name !== 'trend') return;
-      if (!found.ok) return set_text(said, found.json.error);
+      if (request !== request_count || page.view.name !== 'trend') return;
+      if (!response.ok) return set_text(caption, response.json.error);
       if (
         graph &&
-        (!answer || answer.channels.map(c => c.name).join() !== found.json.channels.map(c => c.name).join())
+        (!series || series.channels.map(c => c.name).join() !== response.json.channels.map(c => c.name).join())
       ) {
         graph.destroy();
         graph = null;
       }
-      answer = found.json;
-      rows = shown.rows = rows_of(answer, started);
-      if (follows()) run.recent.forEach(take);
-      refetch = performance.now();
-      if (rows.length === 0) return set_text(said, 'No data in this interval.');
+      series = response.json;
+      rows = shown.rows = make_rows(series, started_ms);
+      if (is_following()) run.recent_samples.forEach(add);
+      loaded_ms = performance.now();
+      if (rows.length === 0) return set_text(caption, 'No data in this interval.');
       draw();
     }
 
-    function take(one) {
-      const places = answer.channels.map(channel => names.indexOf(channel.name));
-      add_sample(rows, answer, one, places, started);
+    function add(sample) {
+      const value_indices = series.channels.map(channel => names.indexOf(channel.name));
+      add_sample(rows, series, sample, value_indices, started_ms);
     }
 
-    /// Draws at most four times a second. Requests the buckets again once there are too many, or once they reach too
-    /// far back.
-    function sample(one) {
-      if (!answer || !follows()) return;
-      take(one);
+    /// Adds a sample. Redraws at most four times a second. Requests the buckets again if there are too many or if they
+    /// begin too long before the visible interval.
+    function on_sample(sample) {
+      if (!series || !is_following()) return;
+      add(sample);
       const now = performance.now();
-      if (now < due || !graph) return;
-      due = now + 250;
+      if (now < redraw_due_ms || !graph) return;
+      redraw_due_ms = now + 250;
       if (
-        now - refetch > 3000 &&
-        (rows.length > 1.25 * kMostBuckets || (view.span && one.slot - answer.from > 1.2 * view.span))
+        now - loaded_ms > 3000 &&
+        (rows.length > 1.25 * kMaxBuckets || (view.span && sample.slot - series.from > 1.2 * view.span))
       )
         return load();
-      const first = view.span ? rows.findIndex(row => row[0] >= started + 1000 * (one.slot - view.span)) : 0;
+      const first = view.span ? rows.findIndex(row => row[0] >= started_ms + 1000 * (sample.slot - view.span)) : 0;
       if (first > 0) {
         rows.splice(0, first);
-        answer.from += first * answer.step;
+        series.from += first * series.step;
       }
       graph.updateOptions({file: rows});
     }
 
     const dark = matchMedia('(prefers-color-scheme: dark)'),
-      repaint = () => {
+      draw_again = () => {
         if (graph) {
           graph.destroy();
           graph = null;
           draw();
         }
       };
-    dark.addEventListener('change', repaint);
+    dark.addEventListener('change', draw_again);
     page.view.name = 'trend';
     load();
     return {
       name: 'trend',
-      sample,
-      event: () => {
-        if (graph) graph.setAnnotations(marks_of(run.events, answer, answer.channels[0].name, started));
+      on_sample,
+      on_event: () => {
+        if (graph) graph.setAnnotations(make_marks(run.events, series, series.channels[0].name, started_ms));
       },
-      end: () => {
-        dark.removeEventListener('change', repaint);
+      close: () => {
+        dark.removeEventListener('change', draw_again);
         if (graph) graph.destroy();
         graph = null;
-        ++asked;
+        // Discards the response to a request that is under way.
+        ++request_count;
       },
     };
   }
 
-  /// Returns the number of rows of the chart without any value; for tests.
-  function holes() {
+  /// Counts the shown rows without any value; for tests.
+  function count_empty_rows() {
     return shown.rows.filter(row => row.slice(1).every(bar => Number.isNaN(bar[1]))).length;
   }
 
-  return {trend, holes};
+  return {trend, count_empty_rows};
 })();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Login, and the commands of an operator to a run. Commands that end a run must be confirmed: the monitor first answers
-// with the progress of the run and a token for the confirmation.
+// Login, and an operator's commands to a run. A command that ends a run must be confirmed: the monitor first responds
+// with the progress of the run and a token, which the page sends back to confirm.
 'use strict';
 
 const control = (() => {
   const dialog = () => document.getElementById('dialog');
 
-  function send(path, body) {
-    return ask(path, {
+  function post(path, body) {
+    return request_json(path, {
       method: 'POST',
       headers: {'Content-Type': 'application/json', 'X-CSRF-Token': page.session.csrf || ''},
       body: JSON.stringify(body),
@@ -15,174 +15,179 @@ const control = (() => {
   }
 
   function login_view() {
-    const trouble = make('p', {class: 'error', role: 'alert'});
-    const name = make('input', {id: 'login-name', name: 'name', autocomplete: 'username', required: true}),
-      password = make('input', {
+    const error = make_element('p', {class: 'error', role: 'alert'});
+    const name = make_element('input', {id: 'login-name', name: 'name', autocomplete: 'username', required: true}),
+      password = make_element('input', {
         id: 'login-password',
         type: 'password',
         autocomplete: 'current-password',
         required: true,
       });
-    const form = make(
+    const form = make_element(
       'form',
       {class: 'card'},
-      make('h2', {}, 'Log in'),
-      make('label', {for: 'login-name'}, 'Name'),
+      make_element('h2', {}, 'Log in'),
+      make_element('label', {for: 'login-name'}, 'Name'),
       name,
-      make('label', {for: 'login-password'}, 'Password'),
+      make_element('label', {for: 'login-password'}, 'Password'),
       password,
-      make('button', {}, 'Log in'),
-      trouble
+      make_element('button', {}, 'Log in'),
+      error
     );
     form.addEventListener('submit', async event => {
       event.preventDefault();
-      const answer = await send('/api/v1/login', {name: name.value, password: password.value});
-      if (!answer.ok) {
-        set_text(trouble, answer.json.error);
+      const response = await post('/api/v1/login', {name: name.value, password: password.value});
+      if (!response.ok) {
+        set_text(error, response.json.error);
         password.value = '';
         password.focus();
         return;
       }
-      begin();
+      start_page();
     });
-    return make('section', {class: 'sheet half'}, form);
+    return make_element('section', {class: 'sheet half'}, form);
   }
 
   async function log_out() {
-    await send('/api/v1/logout', {});
+    await post('/api/v1/logout', {});
     close_stream();
     page.run = null;
-    begin();
+    start_page();
   }
 
-  /// Shows a dialog with a form. Resolves to its text, or null if it was closed.
-  function question(title, text, action, grave, wants_text, label = 'Text') {
+  /// Shows a dialog. `input_label` adds a text input. Resolves to the entered text, or to null if the user cancels.
+  function show_dialog(title, text, action, is_destructive, input_label) {
     return new Promise(resolve => {
-      const words = make('input', {
-        id: 'dialog-text',
-        maxlength: 500,
-        autocomplete: 'off',
-        required: wants_text === 'required',
-      });
-      const form = make(
+      const text_input = make_element('input', {id: 'dialog-text', maxlength: 500, autocomplete: 'off'});
+      const form = make_element(
         'form',
         {method: 'dialog'},
-        make('h2', {id: 'dialog-title'}, title),
-        make('p', {}, text),
-        wants_text ? make('label', {for: 'dialog-text'}, label, words) : null,
-        make(
+        make_element('h2', {id: 'dialog-title'}, title),
+        make_element('p', {}, text),
+        input_label ? make_element('label', {for: 'dialog-text'}, input_label, text_input) : null,
+        make_element(
           'div',
           {class: 'row'},
-          make('button', {type: 'button', value: 'cancel', on: {click: () => dialog().close('cancel')}}, 'Cancel'),
-          make('button', {value: 'go', class: grave ? 'grave' : null}, action)
+          make_element(
+            'button',
+            {type: 'button', value: 'cancel', on: {click: () => dialog().close('cancel')}},
+            'Cancel'
+          ),
+          make_element('button', {value: 'go', class: is_destructive ? 'destructive' : null}, action)
         )
       );
       dialog().replaceChildren(form);
       dialog().returnValue = 'cancel';
-      dialog().onclose = () => resolve(dialog().returnValue === 'go' ? words.value : null);
+      dialog().onclose = () => resolve(dialog().returnValue === 'go' ? text_input.value : null);
       dialog().showModal();
     });
   }
 
-  function told(answer) {
-    const text = answer.ok ? answer.json.done : answer.json.error;
+  /// Shows the result of a command and reports it to screen readers.
+  function show_result(response) {
+    const text = response.ok ? response.json.done : response.json.error;
     announce(text);
-    set_text(document.getElementById('told'), text);
+    set_text(document.getElementById('command-result'), text);
   }
 
-  async function command(run, verb) {
+  async function send_command(run, verb) {
     if (verb === 'pause' || verb === 'resume') {
-      const asks = verb === 'resume' && run.status.state === 'held';
-      const text = asks ? await question('Resume the run', run.status.cause, 'Resume', false, 'may') : '';
-      if (text !== null) told(await send(`/api/v1/runs/${run.key}/${verb}`, {text}));
+      const needs_dialog = verb === 'resume' && run.status.state === 'held';
+      const text = needs_dialog ? await show_dialog('Resume the run', run.status.cause, 'Resume', false, 'Text') : '';
+      if (text !== null) show_result(await post(`/api/v1/runs/${run.key}/${verb}`, {text}));
       return;
     }
-    const first = await send(`/api/v1/runs/${run.key}/${verb}`, {});
-    if (!first.json.confirm) return told(first);
-    const sure = await question(
+    const first = await post(`/api/v1/runs/${run.key}/${verb}`, {});
+    if (!first.json.confirm) return show_result(first);
+    const reason = await show_dialog(
       verb === 'stop' ? 'Stop the run?' : 'Abort the run?',
       first.json.question,
-      verb === 'stop' ? 'Stop it' : 'Abort it',
+      verb === 'stop' ? 'Stop run' : 'Abort run',
       true,
-      'may',
       'Reason'
     );
-    if (sure !== null) told(await send(`/api/v1/runs/${run.key}/${verb}`, {confirm: first.json.confirm, text: sure}));
+    if (reason === null) return;
+    show_result(await post(`/api/v1/runs/${run.key}/${verb}`, {confirm: first.json.confirm, text: reason}));
   }
 
-  const kVerbs = [
+  // Verb in the address, label of the button, and whether the command ends the run.
+  const kCommands = [
     ['pause', 'Pause', false],
     ['resume', 'Resume', false],
     ['stop', 'Stop …', true],
     ['abort', 'Abort …', true],
   ];
 
-  function run_bar(run) {
+  function command_bar(run) {
     if (!page.session.may_control || !run.status.running) return null;
-    const buttons = kVerbs.map(([verb, label, grave]) =>
-      make(
+    const buttons = kCommands.map(([verb, label, is_destructive]) =>
+      make_element(
         'button',
-        {type: 'button', id: 'ask-' + verb, class: grave ? 'grave' : null, on: {click: () => command(run, verb)}},
+        {
+          type: 'button',
+          id: 'command-' + verb,
+          class: is_destructive ? 'destructive' : null,
+          on: {click: () => send_command(run, verb)},
+        },
         label
       )
     );
-    return make(
+    return make_element(
       'section',
       {class: 'sheet', id: 'control', 'aria-labelledby': 'control-title'},
-      make('h2', {id: 'control-title'}, 'Control'),
-      make('div', {class: 'row'}, ...buttons),
-      make('p', {class: 'note', id: 'told', role: 'status'})
+      make_element('h2', {id: 'control-title'}, 'Control'),
+      make_element('div', {class: 'row'}, ...buttons),
+      make_element('p', {class: 'note', id: 'command-result', role: 'status'})
     );
   }
 
-  function refresh_bar(run) {
+  function update_command_bar(run) {
     const bar = document.getElementById('control');
     if (!bar) return;
-    const held = run.status.running && run.status.state === 'held',
-      over = !run.status.running || ['aborting', 'aborted', 'stopped', 'complete'].includes(run.status.state);
-    document.getElementById('ask-pause').disabled = held || over;
-    document.getElementById('ask-resume').disabled = !held;
-    document.getElementById('ask-stop').disabled = over;
-    document.getElementById('ask-abort').disabled = !run.status.running;
+    const is_held = run.status.running && run.status.state === 'held',
+      has_ended = !run.status.running || ['aborting', 'aborted', 'stopped', 'complete'].includes(run.status.state);
+    document.getElementById('command-pause').disabled = is_held || has_ended;
+    document.getElementById('command-resume').disabled = !is_held;
+    document.getElementById('command-stop').disabled = has_ended;
+    document.getElementById('command-abort').disabled = !run.status.running;
   }
 
   function note_form(run) {
     if (!page.session.may_control || !run.status.running) return null;
-    const words = make('input', {id: 'note-text', maxlength: 500, required: true, autocomplete: 'off'});
-    const form = make(
+    const text_input = make_element('input', {id: 'note-text', maxlength: 500, required: true, autocomplete: 'off'});
+    const form = make_element(
       'form',
       {class: 'row'},
-      make('label', {for: 'note-text'}, 'Note'),
-      words,
-      make('button', {}, 'Add')
+      make_element('label', {for: 'note-text'}, 'Note'),
+      text_input,
+      make_element('button', {}, 'Add')
     );
     form.addEventListener('submit', async event => {
       event.preventDefault();
-      const answer = await send(`/api/v1/runs/${run.key}/note`, {text: words.value});
-      told(answer);
-      if (answer.ok) words.value = '';
+      const response = await post(`/api/v1/runs/${run.key}/note`, {text: text_input.value});
+      show_result(response);
+      if (response.ok) text_input.value = '';
     });
-    return make(
+    return make_element(
       'section',
       {class: 'sheet', 'aria-label': 'Add a note to the record'},
       form,
-      make('p', {class: 'note', id: 'told', role: 'status'})
+      make_element('p', {class: 'note', id: 'command-result', role: 'status'})
     );
   }
 
-  // Alarms per request.
-  const kMostAtOnce = 50;
+  const kMaxAlarmsPerRequest = 50;
 
-  /// Acknowledges alarms by their numbers. Returns the answer of the run, or the first refusal.
+  /// Acknowledges alarms by their numbers. Returns the last response, or the first refusal.
   async function acknowledge(run, numbers, text) {
-    let answer = {ok: false, json: {error: 'no alarm is selected'}};
-    for (let i = 0; i < numbers.length; i += kMostAtOnce) {
-      const alarm = numbers.slice(i, i + kMostAtOnce).join(',');
-      answer = await send(`/api/v1/runs/${run.key}/acknowledge`, {alarm, text});
-      if (!answer.ok) return answer;
+    let response = {ok: false, json: {error: 'no alarm is selected'}};
+    for (let i = 0; i < numbers.length; i += kMaxAlarmsPerRequest) {
+      const alarm = numbers.slice(i, i + kMaxAlarmsPerRequest).join(',');
+      response = await post(`/api/v1/runs/${run.key}/acknowledge`, {alarm, text});
+      if (!response.ok) return response;
     }
-    return answer;
+    return response;
   }
 
-  return {login_view, log_out, run_bar, refresh_bar, note_form, acknowledge};
+  return {login_view, log_out, command_bar, update_command_bar, note_form, acknowledge};
 })();

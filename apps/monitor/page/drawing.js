@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the profile: requested and planned set points, the present position of the run, and the deviation of the air.
+// Draws the profile: past and planned set points, the present position of the run, and the deviation of the air.
 'use strict';
 
 const drawing = (() => {
-  function svg(tag, attributes, text) {
+  function make_svg(tag, attributes, text) {
     const element = document.createElementNS('http://www.w3.org/2000/svg', tag);
     for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
     if (text !== undefined) element.textContent = text;
     return element;
   }
 
-  /// Returns the remaining path as points [second of the run, °C]: the end of this segment, then the other segments as
-  /// planned.
-  function ahead_of(run, slot, set) {
+  /// Returns the remaining path as points [slot, °C]: the end of the present segment, then the planned later segments.
+  /// Returns no points if the remaining time is unknown.
+  function remaining_path(run, slot, set_point) {
     const status = run.status,
       points = [];
     if (
@@ -20,37 +20,38 @@ const drawing = (() => {
       !status.running ||
       status.time_left_s === null ||
       status.time_left_s === undefined ||
-      set === null
+      set_point === null
     )
       return points;
     const later = run.plan.segments.slice(status.segment_index + 1),
-      rest = later.reduce((sum, segment) => sum + segment.duration_s, 0);
-    const here = run.plan.segments[status.segment_index];
-    let time = slot + Math.max(0, status.time_left_s - rest);
-    points.push([slot, set], [time, here ? here.to_c : set]);
+      later_s = later.reduce((sum, segment) => sum + segment.duration_s, 0);
+    const present = run.plan.segments[status.segment_index];
+    let time = slot + Math.max(0, status.time_left_s - later_s);
+    points.push([slot, set_point], [time, present ? present.to_c : set_point]);
     for (const segment of later) {
       points.push([time, segment.from_c], [(time += segment.duration_s), segment.to_c]);
     }
     return points;
   }
 
-  function profile(box, run, height) {
+  /// Draws the profile in `box`. Returns {refresh(), close()}. refresh() redraws at most once per second.
+  function draw_profile(box, run, height) {
     const started = run.status.started_ms || 0;
     let past = null,
-      loaded = -1,
-      ended = false,
-      drawn = -Infinity;
+      loaded_slot = -1,
+      is_closed = false,
+      drawn_ms = -Infinity;
     async function load(slot) {
-      loaded = slot;
-      const found = await ask(
+      loaded_slot = slot;
+      const response = await request_json(
         `/api/v1/runs/${run.key}/series?channels=set_point_c,chamber_air_c&from=0&to=${slot}&buckets=400`
       );
-      if (ended || !found.ok) return;
-      past = found.json;
-      drawn = -Infinity;
+      if (is_closed || !response.ok) return;
+      past = response.json;
+      drawn_ms = -Infinity;
       refresh();
     }
-    function path(points, x, y) {
+    function path_data(points, x, y) {
       return points
         .map(([t, value], i) =>
           value === null
@@ -63,22 +64,20 @@ const drawing = (() => {
     function refresh() {
       const slot = Math.max(0, run.sample ? run.sample.slot : run.status.slot),
         now = performance.now();
-      if (loaded < 0 || slot - loaded > Math.max(20, slot / 400)) {
-        if (now - drawn > 1000 || loaded < 0) load(slot);
+      if (loaded_slot < 0 || slot - loaded_slot > Math.max(20, slot / 400)) {
+        if (now - drawn_ms > 1000 || loaded_slot < 0) load(slot);
       }
-      if (!past || now - drawn < 900) return;
-      drawn = now;
-      const set_now = run.sample ? run.sample.values[0] : run.status.set_point_c;
-      const done = past.channels[0].low.map((value, i) => [
-        past.from + i * past.step,
-        value === null ? null : (value + (past.channels[0].high || past.channels[0].low)[i]) / 2,
-      ]);
-      const air = past.channels[1].low.map((value, i) => [
-        past.from + i * past.step,
-        value === null ? null : (value + (past.channels[1].high || past.channels[1].low)[i]) / 2,
-      ]);
-      const ahead = ahead_of(run, slot, set_now),
-        all = [...done, ...air, ...ahead].filter(point => point[1] !== null);
+      if (!past || now - drawn_ms < 900) return;
+      drawn_ms = now;
+      const set_point = run.sample ? run.sample.values[0] : run.status.set_point_c;
+      const [done, air] = past.channels.map(channel =>
+        channel.low.map((value, i) => [
+          past.from + i * past.step,
+          value === null ? null : (value + (channel.high || channel.low)[i]) / 2,
+        ])
+      );
+      const remaining = remaining_path(run, slot, set_point),
+        all = [...done, ...air, ...remaining].filter(point => point[1] !== null);
       if (all.length < 2) return;
       const width = Math.max(280, Math.round(box.clientWidth || 600)),
         left = 52,
@@ -94,67 +93,71 @@ const drawing = (() => {
       high += pad;
       const x = t => left + ((width - left - right) * t) / end,
         y = value => top + ((height - top - bottom) * (high - value)) / (high - low);
-      const drawing = svg('svg', {
+      const picture = make_svg('svg', {
         viewBox: `0 0 ${width} ${height}`,
         class: 'profile-svg',
         role: 'img',
-        'aria-label': `Profile: ${run.status.segment_count} segments, now in ${run.status.segment_index + 1}`,
+        'aria-label': `Profile: segment ${run.status.segment_index + 1} of ${run.status.segment_count}`,
       });
-      const step = [1, 2, 5, 10, 20, 25, 50, 100].find(one => (high - low) / one <= 6) || 200;
+      const step = [1, 2, 5, 10, 20, 25, 50, 100].find(candidate => (high - low) / candidate <= 6) || 200;
       for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
-        drawing.append(
-          svg('line', {class: 'grid', x1: left, x2: width - right, y1: y(value), y2: y(value)}),
-          svg('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end'}, number(value, 0))
+        picture.append(
+          make_svg('line', {class: 'grid', x1: left, x2: width - right, y1: y(value), y2: y(value)}),
+          make_svg('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end'}, format_number(value, 0))
         );
       }
       const times = Math.max(2, Math.floor((width - left) / 130));
       for (let i = 0; i <= times; ++i) {
         const t = (end * i) / times,
           anchor = i === 0 ? 'start' : i === times ? 'end' : 'middle';
-        drawing.append(
-          svg('text', {x: x(t), y: height - 22, 'text-anchor': anchor}, moment(started + 1000 * t, end > 20 * 3600)),
-          svg('text', {x: x(t), y: height - 5, 'text-anchor': anchor}, duration(t))
+        picture.append(
+          make_svg(
+            'text',
+            {x: x(t), y: height - 22, 'text-anchor': anchor},
+            format_time(started + 1000 * t, end > 20 * 3600)
+          ),
+          make_svg('text', {x: x(t), y: height - 5, 'text-anchor': anchor}, format_duration(t))
         );
       }
-      drawing.append(svg('text', {x: 4, y: top + 2}, '°C'));
-      const both = done
+      picture.append(make_svg('text', {x: 4, y: top + 2}, '°C'));
+      const pairs = done
         .map((point, i) => [point[0], point[1], air[i] ? air[i][1] : null])
         .filter(point => point[1] !== null && point[2] !== null);
-      // Smallest coloured deviation, K.
-      const kSeen = 0.5;
+      const kMinColouredK = 0.5;
       let area = '';
-      for (let i = 1; i < both.length; ++i) {
-        const [t0, s0, a0] = both[i - 1],
-          [t1, s1, a1] = both[i];
-        if (Math.abs(a0 - s0) < kSeen && Math.abs(a1 - s1) < kSeen) continue;
+      for (let i = 1; i < pairs.length; ++i) {
+        const [t0, s0, a0] = pairs[i - 1],
+          [t1, s1, a1] = pairs[i];
+        if (Math.abs(a0 - s0) < kMinColouredK && Math.abs(a1 - s1) < kMinColouredK) continue;
         const corners = [[t0, s0], [t1, s1], [t1, a1], [t0, a0]];
         area += `M${corners.map(([t, value]) => `${x(t).toFixed(1)} ${y(value).toFixed(1)}`).join('L')}Z`;
       }
-      drawing.append(
-        svg('path', {class: 'off', d: area}),
-        svg('path', {class: 'done', d: path(done, x, y)}),
-        svg('path', {class: 'ahead', d: path(ahead, x, y)})
+      picture.append(
+        make_svg('path', {class: 'deviation', d: area}),
+        make_svg('path', {class: 'done', d: path_data(done, x, y)}),
+        make_svg('path', {class: 'remaining', d: path_data(remaining, x, y)})
       );
       if (run.status.running) {
-        const right_side = x(slot) > width - 60;
-        drawing.append(
-          svg('line', {class: 'now', x1: x(slot), x2: x(slot), y1: top, y2: height - bottom}),
-          svg(
+        const is_near_right_edge = x(slot) > width - 60,
+          anchor = is_near_right_edge ? 'end' : 'start';
+        picture.append(
+          make_svg('line', {class: 'now', x1: x(slot), x2: x(slot), y1: top, y2: height - bottom}),
+          make_svg(
             'text',
-            {x: x(slot) + (right_side ? -5 : 5), y: top + 10, 'text-anchor': right_side ? 'end' : 'start'},
+            {x: x(slot) + (is_near_right_edge ? -5 : 5), y: top + 10, 'text-anchor': anchor},
             'now'
           )
         );
       }
-      box.replaceChildren(drawing);
+      box.replaceChildren(picture);
     }
     return {
       refresh,
-      end: () => {
-        ended = true;
+      close: () => {
+        is_closed = true;
       },
     };
   }
 
-  return {profile};
+  return {draw_profile};
 })();

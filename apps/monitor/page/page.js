@@ -1,127 +1,133 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page: selects the view and the run, and keeps the event stream open. Texts are made in text.js, the views in
-// views.js, the charts in chart.js and drawing.js, commands to a run in control.js, the list of alarms in alarms.js,
-// and the other rigs in site.js.
+// The page: selects the run and the view, and keeps the event stream open. text.js creates elements and formats values,
+// views.js contains the views, chart.js and drawing.js the charts, control.js the login and the commands to a run,
+// alarms.js the list of alarms, and site.js the view of the site.
 'use strict';
 
 const page = {
   session: {may_look: false, may_control: false, name: null},
-  // The shown run: {key, status, channels, sample, events, plan}.
+  // The shown run, as created by load_run().
   run: null,
-  // The shown view: {name, refresh(), sample(), event(), tick(), end()}.
+  // The shown view: {name, refresh(), on_sample(), on_event(), on_second(), close()}. All members are optional.
   view: null,
-  source: null,
-  shows: 0,
+  event_source: null,
+  // Number of calls of show_view().
+  show_count: 0,
 };
 
 // The shown run and its stream.
 
-function connection(text) {
+function show_notice(text) {
   set_text(document.getElementById('connection'), text);
 }
 
-/// Shows that no data arrives. `since` is the time of the last data, if known.
-function nothing_new(why, since) {
-  const what = since ? `No new data since ${moment(since)}` : 'No new data';
-  connection(`${what}: ${why}. Retrying; the runs continue without the monitor.`);
+/// Shows that no data arrives. `last_data_ms` is the time of the last data, UTC, if known.
+function show_no_data(reason, last_data_ms) {
+  const since = last_data_ms ? ` since ${format_time(last_data_ms)}` : '';
+  show_notice(`No new data${since}: ${reason}. Retrying; the runs continue without the monitor.`);
 }
 
 function close_stream() {
-  if (page.source) page.source.close();
-  page.source = null;
-  clearTimeout(page.reconnect);
+  if (page.event_source) page.event_source.close();
+  page.event_source = null;
+  clearTimeout(page.reconnect_timer);
 }
 
 function open_stream() {
   close_stream();
   const run = page.run,
-    // Starts one second earlier, so the monitor immediately sends the last sample.
+    // Without a sample, starts one slot earlier, so the monitor sends the last sample immediately.
     after = run.sample ? run.sample.slot : Math.max(-1, run.status.slot - 1);
-  const source = (page.source = new EventSource(
-    `/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event}`
+  const source = (page.event_source = new EventSource(
+    `/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event_number}`
   ));
-  source.addEventListener('open', () => connection(''));
-  source.addEventListener('status', message => take_status(JSON.parse(message.data)));
-  source.addEventListener('sample', message => take_sample(JSON.parse(message.data)));
-  source.addEventListener('event', message => take_event(JSON.parse(message.data)));
+  source.addEventListener('open', () => show_notice(''));
+  source.addEventListener('status', message => handle_status(JSON.parse(message.data)));
+  source.addEventListener('sample', message => handle_sample(JSON.parse(message.data)));
+  source.addEventListener('event', message => handle_event(JSON.parse(message.data)));
   source.addEventListener('error', async () => {
-    if (page.source !== source) return;
-    if (source.readyState !== EventSource.CLOSED) return nothing_new('the monitor does not respond'); // reconnects
-    // Shows the login if the session has ended.
-    const found = await ask('/api/v1/runs/' + run.key);
-    if (page.source !== source) return;
-    nothing_new(found.ok ? 'the monitor accepts no more watchers' : found.json.error);
+    // The page has opened another stream.
+    if (page.event_source !== source) return;
+    // Unless the stream is closed, the browser reconnects by itself.
+    if (source.readyState !== EventSource.CLOSED) return show_no_data('the monitor does not respond');
+    // This request shows the login if the session has ended.
+    const response = await request_json('/api/v1/runs/' + run.key);
+    if (page.event_source !== source) return;
+    show_no_data(response.ok ? 'too many pages are open on this monitor' : response.json.error);
     close_stream();
-    page.reconnect = setTimeout(open_stream, 2000);
+    page.reconnect_timer = setTimeout(open_stream, 2000);
   });
 }
 
-function take_status(status) {
+function handle_status(status) {
   const run = page.run;
   if (!run || run.key !== status.key) return;
   if (run.status.id !== status.id) {
-    // Another record has replaced this one: the shown data no longer applies.
+    // The record of another run has replaced this one.
     close_stream();
     page.run = null;
-    show();
+    show_view();
     return;
   }
-  const before = run.status;
+  const previous = run.status;
   run.status = Object.assign({}, run.status, status);
-  run.status_came = performance.now();
-  if (state_of(before) !== state_of(status))
-    announce(`${status.name}: ${kStates[state_of(status)]}. ${cause_of(status)}`);
-  const known = new Set(before.alarms.map(alarm => alarm.number));
-  for (const alarm of unacknowledged(status)) if (!known.has(alarm.number)) announce('Alarm: ' + alarm.text);
-  show_frame();
+  run.status_received_ms = performance.now();
+  if (display_state(previous) !== display_state(status))
+    announce(`${status.name}: ${kStates[display_state(status)]}. ${display_cause(status)}`);
+  const previous_numbers = new Set(previous.alarms.map(alarm => alarm.number));
+  for (const alarm of unacknowledged_alarms(status))
+    if (!previous_numbers.has(alarm.number)) announce('Alarm: ' + alarm.text);
+  update_frame();
   if (page.view.refresh) page.view.refresh();
 }
 
-function take_sample(sample) {
+function handle_sample(sample) {
   const run = page.run;
   if (run.sample && sample.slot <= run.sample.slot) return;
   run.sample = sample;
-  run.recent.push(sample);
-  if (run.recent.length > 300) run.recent.shift();
-  run.sample_came = performance.now();
-  if (page.view.sample) page.view.sample(sample);
+  run.recent_samples.push(sample);
+  if (run.recent_samples.length > 300) run.recent_samples.shift();
+  run.sample_received_ms = performance.now();
+  if (page.view.on_sample) page.view.on_sample(sample);
 }
 
-function take_event(event) {
+function handle_event(event) {
   const run = page.run;
-  if (event.number <= run.last_event) return;
-  run.last_event = event.number;
+  if (event.number <= run.last_event_number) return;
+  run.last_event_number = event.number;
   run.events.push(event);
-  if (page.view.event) page.view.event(event);
+  if (page.view.on_event) page.view.on_event(event);
 }
 
 async function load_events(run) {
   for (let more = true; more;) {
-    const events = await ask(`/api/v1/runs/${run.key}/events?after=${run.last_event}`);
-    if (!events.ok) return;
-    run.events.push(...events.json.events);
-    if (run.events.length > 0) run.last_event = run.events[run.events.length - 1].number;
-    more = events.json.more;
+    const response = await request_json(`/api/v1/runs/${run.key}/events?after=${run.last_event_number}`);
+    if (!response.ok) return;
+    run.events.push(...response.json.events);
+    if (run.events.length > 0) run.last_event_number = run.events[run.events.length - 1].number;
+    more = response.json.more;
   }
 }
 
-async function load_run(key, is_wanted) {
-  const found = await ask('/api/v1/runs/' + key);
-  if (!found.ok) return found.json.error;
-  if (!is_wanted()) return null;
+/// Loads a run, sets page.run and opens the stream. Changes nothing if `is_current` returns false after the request.
+/// Returns an error text, or null.
+async function load_run(key, is_current) {
+  const response = await request_json('/api/v1/runs/' + key);
+  if (!response.ok) return response.json.error;
+  if (!is_current()) return null;
   const run = (page.run = {
     key,
-    status: found.json,
-    status_came: performance.now(),
-    channels: found.json.channels,
+    status: response.json,
+    status_received_ms: performance.now(),
+    channels: response.json.channels,
     sample: null,
-    // Samples that may arrive while a chart is being requested.
-    recent: [],
+    // The last samples. A chart adds those that arrived during its request.
+    recent_samples: [],
     events: [],
-    last_event: -1,
+    last_event_number: -1,
     plan: null,
   });
-  const [plan] = await Promise.all([ask(`/api/v1/runs/${key}/profile`), load_events(run)]);
+  const [plan] = await Promise.all([request_json(`/api/v1/runs/${key}/profile`), load_events(run)]);
   run.plan = plan.ok ? plan.json : null;
   if (page.run === run) open_stream();
   return null;
@@ -142,33 +148,45 @@ const kSiteTabs = [
   ['rigs', 'Rigs'],
 ];
 
-/// Returns the tabs. The site has one if the monitor has a site.
+/// Returns the tabs that do not depend on a run. The tab "Site" exists only if the monitor has a site file.
 function site_tabs() {
   return page.has_site ? [...kSiteTabs, ['site', 'Site']] : kSiteTabs;
 }
 
-function show_frame() {
+function update_frame() {
   const run = page.run,
     status = run && run.status,
-    {view} = where();
+    {view} = current_route();
   const tab = (href, label, current, count) =>
-    make(
+    make_element(
       'li',
       {},
-      make(
+      make_element(
         'a',
         {href, 'aria-current': current ? 'page' : null},
         label,
-        count ? make('span', {class: 'count'}, make('span', {class: 'unseen'}, 'unacknowledged: '), String(count)) : null
+        count
+          ? make_element(
+              'span',
+              {class: 'count'},
+              make_element('span', {class: 'unseen'}, 'unacknowledged: '),
+              String(count)
+            )
+          : null
       )
     );
   const tabs = run
     ? kRunTabs.map(([name, label]) =>
-        tab(`#/run/${run.key}/${name}`, label, view === name, name === 'alarms' ? unacknowledged(status).length : 0)
+        tab(
+          `#/run/${run.key}/${name}`,
+          label,
+          view === name,
+          name === 'alarms' ? unacknowledged_alarms(status).length : 0
+        )
       )
     : [];
-  const looked = [run && run.key, view, status && unacknowledged(status).length, page.session.may_look].join();
-  if (looked !== page.frame) {
+  const tabs_key = [run && run.key, view, status && unacknowledged_alarms(status).length, page.session.may_look].join();
+  if (tabs_key !== page.tabs_key) {
     document
       .getElementById('tabs')
       .replaceChildren(
@@ -176,86 +194,86 @@ function show_frame() {
           ? [...tabs, ...site_tabs().map(([name, label]) => tab('#/' + name, label, view === name))]
           : [])
       );
-    page.frame = looked;
+    page.tabs_key = tabs_key;
     document.querySelector('#tabs [aria-current="page"]')?.scrollIntoView({block: 'nearest', inline: 'nearest'});
   }
   set_text(document.getElementById('run-title'), run ? `${status.name} · ${status.profile} on ${status.rig}` : '');
   document.getElementById('simulated').hidden = !(status && status.simulated);
-  document.title = run ? `${kStates[state_of(status)]} · ${status.name} · gyrotherm` : 'gyrotherm';
+  document.title = run ? `${kStates[display_state(status)]} · ${status.name} · gyrotherm` : 'gyrotherm';
   set_text(document.getElementById('who'), page.session.name ? `${page.session.name} (${page.session.role})` : '');
   document.getElementById('log-out').hidden = !page.session.csrf;
 }
 
-function where() {
+function current_route() {
   const parts = location.hash.replace(/^#\/?/, '').split('/');
   if (parts[0] === 'run' && parts[1]) return {key: parts[1], view: parts[2] || 'now'};
   return {key: null, view: ['runs', 'site'].includes(parts[0]) ? parts[0] : 'rigs'};
 }
 
-async function show() {
-  const {key, view} = where(),
+async function show_view() {
+  const {key, view} = current_route(),
     content = document.getElementById('content'),
-    // A later call replaces this one.
-    mine = ++page.shows;
-  clearTimeout(page.again);
-  if (page.view && page.view.end) page.view.end();
+    // A later call of this function cancels this one.
+    show_number = ++page.show_count;
+  clearTimeout(page.retry_timer);
+  if (page.view && page.view.close) page.view.close();
   page.view = {};
   if (!page.session.may_look) {
     close_stream();
-    connection('');
+    show_notice('');
     page.run = null;
-    show_frame();
+    update_frame();
     content.replaceChildren(control.login_view());
     return;
   }
   if (page.has_site === undefined) {
-    const site = await ask('/api/v1/site');
-    if (mine !== page.shows) return;
+    const site = await request_json('/api/v1/site');
+    if (show_number !== page.show_count) return;
     if (site.ok) page.has_site = Boolean(site.json?.rigs);
   }
   if (page.run && page.run.key !== key) {
     close_stream();
-    connection('');
+    show_notice('');
     page.run = null;
   }
   if (key !== null && !page.run) {
-    content.replaceChildren(make('p', {class: 'sheet note'}, 'Loading …'));
-    const trouble = await load_run(key, () => mine === page.shows);
-    if (mine !== page.shows) return;
-    if (trouble) {
+    content.replaceChildren(make_element('p', {class: 'sheet note'}, 'Loading …'));
+    const error_text = await load_run(key, () => show_number === page.show_count);
+    if (show_number !== page.show_count) return;
+    if (error_text) {
       page.run = null;
-      show_frame();
-      content.replaceChildren(make('p', {class: 'sheet error'}, trouble));
-      page.again = setTimeout(show, 5000);
+      update_frame();
+      content.replaceChildren(make_element('p', {class: 'sheet error'}, error_text));
+      page.retry_timer = setTimeout(show_view, 5000);
       return;
     }
   }
-  show_frame();
-  const shown = (await (views[view] || views.rigs)(content)) || {};
-  if (mine !== page.shows) return shown.end && shown.end();
-  page.view = shown;
+  update_frame();
+  const new_view = (await (views[view] || views.rigs)(content)) || {};
+  if (show_number !== page.show_count) return new_view.close && new_view.close();
+  page.view = new_view;
   if (page.view.refresh) page.view.refresh();
 }
 
 // Start of the page.
 
-async function begin() {
-  const session = await ask('/api/v1/session');
+async function start_page() {
+  const session = await request_json('/api/v1/session');
   if (!session.ok) {
-    nothing_new(session.json.error);
-    return setTimeout(begin, 2000);
+    show_no_data(session.json.error);
+    return setTimeout(start_page, 2000);
   }
-  connection('');
+  show_notice('');
   page.session = session.json;
-  await show();
+  await show_view();
 }
 
 window.addEventListener('hashchange', async () => {
-  await show();
+  await show_view();
   document.getElementById('content').focus();
 });
 document.getElementById('log-out').addEventListener('click', () => control.log_out());
 setInterval(() => {
-  if (page.view && page.view.tick) page.view.tick();
+  if (page.view && page.view.on_second) page.view.on_second();
 }, 1000);
-begin();
+start_page();

@@ -1,45 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other rigs of the site: the present state of each, and the store's answers to the site's questions.
+// The view of the site: the present state of each rig, and the answers to the queries on the site's store.
 'use strict';
 
-const kQuestions = {
+// Titles of the queries, by their names in the site's interface.
+const kQueryTitles = {
   rigs: 'Rigs in the store',
   attention: 'Runs that need attention',
-  drift: 'Drift of units',
+  drift: 'Unit drift',
   outliers: 'Outliers',
-  thermometers: 'Thermometers that are due',
+  thermometers: 'Thermometers due for calibration',
   utilisation: 'Utilisation',
 };
 
-// Limit that the monitor requests from the store.
+// Largest number of rows that the monitor requests from the store: kMostRows in site_overview.cpp.
 const kMostRows = 5000;
 
-function in_scroll(label, table) {
-  return make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
+function scrollable_table(label, table) {
+  return make_element('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
 }
 
 function rig_row(rig) {
-  const word = rig.state === 'idle' ? 'Idle' : kStates[rig.state] || rig.state;
-  const celsius = value => (value === null ? '–' : with_unit(value, '°C'));
-  return make(
+  const state = rig.state === 'idle' ? 'Idle' : kStates[rig.state] || rig.state;
+  const celsius = value => (value === null ? '–' : format_with_unit(value, '°C'));
+  return make_element(
     'tr',
     {},
-    make('td', {}, rig.rig),
-    make('td', {}, make('span', {class: 'badge ' + rig.state}, word), ' ', simulated_badge(rig)),
-    make('td', {}, rig.segment || ''),
-    make('td', {class: 'number'}, celsius(rig.chamber_air_c)),
-    make('td', {class: 'number'}, celsius(rig.set_point_c)),
-    make('td', {class: 'number'}, rig.alarms === null ? '–' : String(rig.alarms)),
-    make('td', {class: 'number'}, duration(rig.age_s))
+    make_element('td', {}, rig.rig),
+    make_element('td', {}, make_element('span', {class: 'badge ' + rig.state}, state), ' ', simulated_badge(rig)),
+    make_element('td', {}, rig.segment || ''),
+    make_element('td', {class: 'number'}, celsius(rig.chamber_air_c)),
+    make_element('td', {class: 'number'}, celsius(rig.set_point_c)),
+    make_element('td', {class: 'number'}, rig.alarms === null ? '–' : String(rig.alarms)),
+    make_element('td', {class: 'number'}, format_duration(rig.age_s))
   );
 }
 
-/// Returns why the list is empty or old, or an empty text.
-function note_on(site) {
-  if (!site.store) return 'The site file names no store; other rigs are unknown.';
+/// Returns why the list of rigs is empty or old, or an empty text.
+function site_note(site) {
+  if (!site.store) return 'The site file does not name a store, so other rigs are unknown.';
   const {error, age_s} = site.store;
-  if (error && age_s !== null) return `The store does not respond: ${error}. The list is ${duration(age_s)} old.`;
-  if (error) return `The store does not respond: ${error}.`;
+  if (error) {
+    const age = age_s === null ? '' : ` The list is ${format_duration(age_s)} old.`;
+    return `The store does not respond: ${error}.${age}`;
+  }
   if (age_s === null) return 'Waiting for the store.';
   return site.rigs.length === 0 ? 'No rig has sent data yet.' : '';
 }
@@ -52,74 +55,80 @@ function cell_text(value) {
 }
 
 function answer_table(label, rows) {
-  if (rows.length === 0) return make('p', {class: 'note'}, 'None.');
+  if (rows.length === 0) return make_element('p', {class: 'note'}, 'None.');
   const names = Object.keys(rows[0]);
   const is_number = name => rows.some(row => typeof row[name] === 'number');
-  return in_scroll(
+  const make_cell = (row, name) =>
+    make_element('td', {class: is_number(name) ? 'number' : null}, cell_text(row[name]));
+  return scrollable_table(
     label,
-    make(
+    make_element(
       'table',
       {},
-      head_row(...names.map(name => (is_number(name) ? '>' : '') + name.replaceAll('_', ' '))),
-      make(
+      table_head(...names.map(name => (is_number(name) ? '>' : '') + name.replaceAll('_', ' '))),
+      make_element(
         'tbody',
         {},
-        ...rows.map(row =>
-          make('tr', {}, ...names.map(name => make('td', {class: is_number(name) ? 'number' : null}, cell_text(row[name]))))
-        )
+        ...rows.map(row => make_element('tr', {}, ...names.map(name => make_cell(row, name))))
       )
     )
   );
 }
 
-function more_note(name, rows) {
+function truncation_note(name, rows) {
   if (rows.length < kMostRows) return null;
-  return make('p', {class: 'note'}, `There may be more: gyrotherm site ${name} --most 0 shows all.`);
+  return make_element('p', {class: 'note'}, `There may be more rows. gyrotherm site ${name} --most 0 prints all.`);
 }
 
-/// Creates a section that requests its answer when it is opened.
-function question(name) {
-  const body = make('div', {}, make('p', {class: 'note'}, 'Loading …'));
-  const details = make('details', {class: 'sheet'}, make('summary', {}, kQuestions[name] || name), body);
+/// Creates a section that requests the answer to a query when it is opened.
+function make_query_section(name) {
+  const title = kQueryTitles[name] || name,
+    body = make_element('div', {}, make_element('p', {class: 'note'}, 'Loading …'));
+  const details = make_element('details', {class: 'sheet'}, make_element('summary', {}, title), body);
   details.addEventListener('toggle', async () => {
     if (!details.open) return;
-    let answer = await ask(`/api/v1/site/${name}`);
-    while (details.open && answer.json.asking) {
-      await new Promise(done => setTimeout(done, 1000));
-      answer = await ask(`/api/v1/site/${name}`);
+    let response = await request_json(`/api/v1/site/${name}`);
+    while (details.open && response.json.asking) {
+      await new Promise(resolve => setTimeout(resolve, 1000));
+      response = await request_json(`/api/v1/site/${name}`);
     }
     body.replaceChildren(
-      answer.ok
-        ? make('div', {}, more_note(name, answer.json), answer_table(kQuestions[name] || name, answer.json))
-        : make('p', {class: 'error'}, (answer.json && answer.json.error) || 'The store does not respond.')
+      response.ok
+        ? make_element('div', {}, truncation_note(name, response.json), answer_table(title, response.json))
+        : make_element('p', {class: 'error'}, (response.json && response.json.error) || 'The store does not respond.')
     );
   });
   return details;
 }
 
 views.site = content => {
-  const body = make('tbody', {}),
-    note = make('p', {class: 'note'}),
-    questions = make('div', {class: 'wide'});
+  const body = make_element('tbody', {}),
+    note = make_element('p', {class: 'note'}),
+    queries = make_element('div', {class: 'wide'});
   content.replaceChildren(
-    make(
+    make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'site-title'},
-      make('h2', {id: 'site-title'}, 'Site'),
+      make_element('h2', {id: 'site-title'}, 'Site'),
       note,
-      in_scroll(
+      scrollable_table(
         'Table of the rigs of the site',
-        make('table', {}, head_row('Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Last second'), body)
+        make_element(
+          'table',
+          {},
+          table_head('Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Last sample'),
+          body
+        )
       )
     ),
-    questions
+    queries
   );
-  return often(async () => {
-    const site = await ask_soon('/api/v1/site');
+  return refresh_periodically(async () => {
+    const site = await poll_json('/api/v1/site');
     if (!site) return set_text(note, 'This monitor has no site.');
     set_text(document.getElementById('site-title'), site.name ? `Site: ${site.name}` : 'Site');
-    set_text(note, note_on(site));
+    set_text(note, site_note(site));
     body.replaceChildren(...site.rigs.map(rig_row));
-    if (questions.children.length === 0) questions.replaceChildren(...site.questions.map(question));
+    if (queries.children.length === 0) queries.replaceChildren(...site.questions.map(make_query_section));
   });
 };

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements and their texts. Data of a run is always inserted as text, never as markup.
+// Creates elements and formats values. Data of a run is always inserted as text, never as markup.
 'use strict';
 
 // Building blocks.
 
-function make(tag, attributes, ...children) {
+/// Creates an element. The attribute `on` contains event handlers by event name. Ignores children that are null.
+function make_element(tag, attributes, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes || {})) {
-    if (name === 'on') for (const [event, what] of Object.entries(value)) element.addEventListener(event, what);
+    if (name === 'on') for (const [event, handler] of Object.entries(value)) element.addEventListener(event, handler);
     else if (value === true) element.setAttribute(name, '');
     else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
   }
@@ -19,38 +20,38 @@ function set_text(element, text) {
   if (element && element.textContent !== text) element.textContent = text;
 }
 
-function number(value, digits) {
+function format_number(value, digits) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   const rounded = Number(value.toFixed(digits)); // -0.001 becomes 0.00
   return rounded.toFixed(digits).replace('-', '\u2212');
 }
 
-/// Formats a difference with its sign.
-function signed(value, digits) {
-  const text = number(value, digits);
+/// Formats a number with its sign, including '+'.
+function format_signed(value, digits) {
+  const text = format_number(value, digits);
   return /^\d/.test(text) ? '+' + text : text;
 }
 
-/// Returns the number of digits that distinguishes two numbers at this distance.
-function digits_for(distance) {
+/// Returns how many decimals distinguish two numbers that differ by `distance`.
+function digits_for_distance(distance) {
   return Math.min(10, Math.max(0, -Math.floor(Math.log10(Math.abs(distance)) + 1e-6)));
 }
 
-const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'set point of the chamber'};
+const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'chamber set point'};
 
-function label_of(channel) {
+function channel_label(channel) {
   return kLabels[channel] || channel.replace('true_bias_deg_per_h', 'true bias');
 }
 
-function digits_of(unit) {
+function digits_for_unit(unit) {
   return unit === '°C' ? 2 : 4;
 }
 
-function with_unit(value, unit) {
-  return number(value, digits_of(unit)) + (unit ? '\u00a0' + unit : '');
+function format_with_unit(value, unit) {
+  return format_number(value, digits_for_unit(unit)) + (unit ? '\u00a0' + unit : '');
 }
 
-function duration(seconds) {
+function format_duration(seconds) {
   if (seconds === null || seconds === undefined) return '–';
   const whole = Math.max(0, Math.round(seconds)),
     days = Math.floor(whole / 86400),
@@ -62,75 +63,80 @@ function duration(seconds) {
   return `${whole} s`;
 }
 
-function moment(ms, with_day) {
+/// Formats a time, ms UTC, in the browser's time zone: with the date and without seconds, or with seconds only.
+function format_time(ms, with_date) {
   if (ms === null || ms === undefined) return '–';
-  const form = {hour: '2-digit', minute: '2-digit', hour12: false};
-  if (with_day) Object.assign(form, {weekday: 'short', day: 'numeric', month: 'short'});
-  else form.second = '2-digit';
-  return new Date(ms).toLocaleString('en-GB', form);
+  const format = {hour: '2-digit', minute: '2-digit', hour12: false};
+  if (with_date) Object.assign(format, {weekday: 'short', day: 'numeric', month: 'short'});
+  else format.second = '2-digit';
+  return new Date(ms).toLocaleString('en-GB', format);
 }
 
-/// Returns the head of a table. A column whose name begins with '>' contains numbers.
-function head_row(...columns) {
-  return make(
+/// Returns the head of a table. A title that begins with '>' belongs to a column of numbers.
+function table_head(...columns) {
+  return make_element(
     'thead',
     {},
-    make(
+    make_element(
       'tr',
       {},
       ...columns.map(text =>
-        make('th', {scope: 'col', class: text.startsWith('>') ? 'number' : null}, text.replace('>', ''))
+        make_element('th', {scope: 'col', class: text.startsWith('>') ? 'number' : null}, text.replace('>', ''))
       )
     )
   );
 }
 
+/// Reports a text to screen readers.
 function announce(text) {
   document.getElementById('announce').textContent = text;
 }
 
-/// Requests JSON. If there is no answer, or an unreadable one, returns an answer with ok = false and an error text.
-async function ask(path, options) {
+/// Requests JSON. Returns {status, ok, json}. Without a readable response, `ok` is false and `json.error` contains the
+/// reason.
+async function request_json(path, options) {
   const settings = Object.assign({credentials: 'same-origin', cache: 'no-store'}, options),
-    answer = await fetch(path, settings).catch(() => null);
-  if (answer === null) return {status: 0, ok: false, json: {error: 'the monitor does not respond'}};
-  const json = await answer.json().catch(() => undefined);
-  if (answer.status === 401 && page.session.may_look) {
+    response = await fetch(path, settings).catch(() => null);
+  if (response === null) return {status: 0, ok: false, json: {error: 'the monitor does not respond'}};
+  const json = await response.json().catch(() => undefined);
+  if (response.status === 401 && page.session.may_look) {
     page.session = {may_look: false, may_control: false, name: null};
-    show();
+    show_view();
   }
   if (json === undefined)
-    return {status: answer.status, ok: false, json: {error: 'the answer of the monitor is not readable'}};
-  return {status: answer.status, ok: answer.ok, json};
+    return {status: response.status, ok: false, json: {error: 'the monitor sent an unreadable response'}};
+  return {status: response.status, ok: response.ok, json};
 }
 
 // Texts for a status.
 
-/// Returns the unacknowledged alarms. A suppressed one is acknowledged with its root.
-function unacknowledged(status) {
+/// Returns the unacknowledged alarms. A suppressed alarm is not listed: it is acknowledged with its root.
+function unacknowledged_alarms(status) {
   return (status.alarms || []).filter(alarm => !alarm.acknowledged && !alarm.suppressed_by);
 }
 
-function tag_of(alarm) {
+function alarm_tag(alarm) {
   return alarm.subject ? `${alarm.interlock} ${alarm.subject}` : alarm.interlock;
 }
 
 /// Returns "2 unacknowledged alarms: 1 active, 1 returned", or an empty text if there is none.
-function alarms_in_words(status) {
-  const open = unacknowledged(status),
+function alarm_summary(status) {
+  const open = unacknowledged_alarms(status),
     active = open.filter(alarm => alarm.active !== false).length;
   if (open.length === 0) return '';
   const states = [active && `${active} active`, active < open.length && `${open.length - active} returned`];
-  return `${open.length} unacknowledged ${open.length === 1 ? 'alarm' : 'alarms'}: ${states.filter(Boolean).join(', ')}`;
+  const noun = open.length === 1 ? 'alarm' : 'alarms';
+  return `${open.length} unacknowledged ${noun}: ${states.filter(Boolean).join(', ')}`;
 }
 
-function state_of(status) {
+/// Returns a key of kStates.
+function display_state(status) {
   if (status.trouble) return 'unknown';
   if (status.silent) return 'silent';
   if (status.imported) return 'imported';
   if (status.running) return status.state;
   if (['aborted', 'stopped'].includes(status.state)) return status.state;
-  // No program executes the run any more, whatever its last state was.
+  // No program executes the run any more, so its last state no longer applies.
   return status.finished ? 'complete' : 'interrupted';
 }
 
@@ -143,47 +149,48 @@ const kStates = {
   stopped: 'Stopped',
   complete: 'Complete',
   interrupted: 'Interrupted',
-  silent: 'Does not answer',
+  silent: 'Not responding',
   unknown: 'Unknown',
   imported: 'Imported',
 };
 
 function state_badge(status) {
-  return make('span', {class: 'badge ' + state_of(status)}, kStates[state_of(status)] || state_of(status));
+  const state = display_state(status);
+  return make_element('span', {class: 'badge ' + state}, kStates[state] || state);
 }
 
 function simulated_badge(status) {
-  return status.simulated ? make('span', {class: 'badge sim'}, 'SIMULATED') : null;
+  return status.simulated ? make_element('span', {class: 'badge sim'}, 'SIMULATED') : null;
 }
 
-function cause_of(status) {
+function display_cause(status) {
   if (status.trouble) return status.trouble;
-  if (status.silent) return 'the program of the run or its disk does not respond; this is the last known state';
-  const last = status.cause || status.ended_by || '';
-  if (state_of(status) !== 'interrupted') return last;
-  return 'no program is running this run' + (last ? `; its last message: ${last}` : '');
+  if (status.silent) return 'the run\'s program or disk does not respond; this is the last known state';
+  const last_cause = status.cause || status.ended_by || '';
+  if (display_state(status) !== 'interrupted') return last_cause;
+  return 'no program is executing this run' + (last_cause ? `; its last message: ${last_cause}` : '');
 }
 
-/// Returns the problems of recording, independent of the run's own state.
-function troubles_of(status) {
+/// Returns the problems with the record, the live copy and their disk.
+function recording_problems(status) {
   return [
-    status.storage_trouble && `no rows can be written: ${status.storage_trouble}`,
+    status.storage_trouble && `rows cannot be written: ${status.storage_trouble}`,
     status.record_damage && `the record is damaged: ${status.record_damage}`,
     status.live_copy_trouble && `the live copy is not up to date: ${status.live_copy_trouble}`,
   ].filter(Boolean);
 }
 
-/// Returns the age of the newest sample in seconds, or null if it is unknown. A sample that has just arrived may be
-/// old: the status contains the time of the last write.
-function sample_age(run, now) {
+/// Returns the age of the newest sample in seconds, or null if it is unknown. A sample may be old when it arrives, so
+/// the age of the last write, from the status, is a lower limit. `now` is performance.now().
+function sample_age_s(run, now) {
   const {running, age_s} = run.status;
   if (!running || age_s === null || age_s === undefined) return null;
-  const of_status = age_s + (now - run.status_came) / 1000;
-  return run.sample ? Math.max(of_status, (now - run.sample_came) / 1000) : of_status;
+  const write_age_s = age_s + (now - run.status_received_ms) / 1000;
+  return run.sample ? Math.max(write_age_s, (now - run.sample_received_ms) / 1000) : write_age_s;
 }
 
-/// Returns the end of the run on the clock of its samples. A virtual run has a virtual clock.
-function end_of(status, sample) {
+/// Returns the expected end of the run, ms UTC, on the clock of its samples. A virtual run has a virtual clock.
+function expected_end_ms(status, sample) {
   if (!status.running || status.time_left_s === null || status.time_left_s === undefined) return null;
   const now = sample && sample.utc_ms !== null ? sample.utc_ms : status.started_ms + 1000 * Math.max(0, status.slot);
   return now + 1000 * status.time_left_s;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The views. Each fills the content and handles samples, events, a new status, each second, and its end.
+// The views. A view fills the content and returns the functions that page.js calls: see page.view.
 'use strict';
 
 // Views of one run.
 
 const views = {};
 
-/// Returns a row of the table of gyro rates.
+/// Returns a table row with the rates of a gyro axis.
 function rate_row(axis) {
-  const cell = value => make('td', {class: 'number'}, number(value, digits_of('°/h')));
-  return make(
+  const cell = value => make_element('td', {class: 'number'}, format_number(value, digits_for_unit('°/h')));
+  return make_element(
     'tr',
     {},
-    make('td', {}, axis.axis),
+    make_element('td', {}, axis.axis),
     cell(axis.rate_deg_per_h),
     cell(axis.mean_100s_deg_per_h),
     cell(axis.earth_rate_deg_per_h)
@@ -22,135 +22,143 @@ function rate_row(axis) {
 views.now = content => {
   const run = page.run,
     parts = {};
-  const fact = (name, label) => [make('dt', {}, label), (parts[name] = make('dd', {}, '–'))];
-  const box = (name, label) => make('div', {}, ...fact(name, label));
-  parts.channels = make('ul', {class: 'channels'});
-  parts.state = make('p', {class: 'state'});
-  parts.cause = make('p', {class: 'cause'});
-  parts.drawing = make('div', {});
-  parts.alarms = make('p', {});
-  parts.troubles = make('div', {});
+  const fact = (name, label) => [make_element('dt', {}, label), (parts[name] = make_element('dd', {}, '–'))];
+  const box = (name, label) => make_element('div', {}, ...fact(name, label));
+  parts.channels = make_element('ul', {class: 'channels'});
+  parts.state = make_element('p', {class: 'state'});
+  parts.cause = make_element('p', {class: 'cause'});
+  parts.drawing = make_element('div', {});
+  parts.alarms = make_element('p', {});
+  parts.troubles = make_element('div', {});
   content.replaceChildren(
     ...[
-      make(
+      make_element(
         'section',
         {class: 'sheet two-thirds', 'aria-labelledby': 'now-state'},
-        make('h2', {id: 'now-state', class: 'unseen'}, 'State'),
+        make_element('h2', {id: 'now-state', class: 'unseen'}, 'State'),
         parts.state,
         parts.cause,
         parts.alarms,
         parts.troubles,
-        make('dl', {class: 'big'}, box('air', 'Air'), box('set', 'Set point'), box('deviation', 'Deviation'))
+        make_element(
+          'dl',
+          {class: 'big'},
+          box('air', 'Air'),
+          box('set_point', 'Set point'),
+          box('deviation', 'Deviation')
+        )
       ),
-      make(
+      make_element(
         'section',
         {class: 'sheet third', 'aria-labelledby': 'now-times'},
-        make('h2', {id: 'now-times'}, 'Times'),
-        make(
+        make_element('h2', {id: 'now-times'}, 'Times'),
+        make_element(
           'dl',
           {class: 'facts'},
           box('elapsed', 'Elapsed'),
-          box('left', 'Left'),
+          box('time_left', 'Time left'),
           box('end', 'Ends'),
           box('behind', 'Behind plan'),
           box('age', 'Last sample'),
           box('utc', 'UTC')
         )
       ),
-      control.run_bar(run),
-      (parts.gyro = make(
+      control.command_bar(run),
+      (parts.gyro = make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-gyro', hidden: true},
-        make('h2', {id: 'now-gyro'}, 'Gyro rate, °/h'),
-        make(
+        make_element('h2', {id: 'now-gyro'}, 'Gyro rate, °/h'),
+        make_element(
           'div',
           {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of gyro rates'},
-          make(
+          make_element(
             'table',
             {},
-            head_row('Axis', '>1 s', '>100 s mean', '>Earth'),
-            (parts.rates = make('tbody', {}))
+            table_head('Axis', '>1 s', '>100 s mean', '>Earth'),
+            (parts.rates = make_element('tbody', {}))
           )
         )
       )),
-      make(
+      make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-profile'},
-        make('h2', {id: 'now-profile'}, 'Profile'),
-        (parts.segment = make('p', {class: 'row'})),
+        make_element('h2', {id: 'now-profile'}, 'Profile'),
+        (parts.segment = make_element('p', {class: 'row'})),
         parts.drawing
       ),
-      make(
+      make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-channels'},
-        make('h2', {id: 'now-channels'}, 'Channels'),
+        make_element('h2', {id: 'now-channels'}, 'Channels'),
         parts.channels,
-        (parts.faults = make('ul', {class: 'fault'}))
+        (parts.faults = make_element('ul', {class: 'fault'}))
       ),
     ].filter(Boolean)
   );
   parts.values = run.channels.slice(1).map(channel => {
-    const value = make('span', {class: 'value'}, '–');
-    parts.channels.append(make('li', {}, make('span', {class: 'name'}, label_of(channel.name)), value));
+    const name = make_element('span', {class: 'name'}, channel_label(channel.name)),
+      value = make_element('span', {class: 'value'}, '–');
+    parts.channels.append(make_element('li', {}, name, value));
     return {channel, value};
   });
-  const drawn = drawing.profile(parts.drawing, run, 220);
-  const tick = () => {
-    const age = sample_age(run, performance.now());
-    set_text(parts.age, age === null ? '–' : age < 10 ? `${age.toFixed(0)} s ago` : duration(age) + ' ago');
-    parts.age.className = age > 5 ? 'fault' : '';
+  const profile_drawing = drawing.draw_profile(parts.drawing, run, 220);
+  const update_age = () => {
+    const age_s = sample_age_s(run, performance.now());
+    const age = age_s !== null && age_s < 10 ? `${age_s.toFixed(0)} s` : format_duration(age_s);
+    set_text(parts.age, age_s === null ? '–' : age + ' ago');
+    parts.age.className = age_s > 5 ? 'fault' : '';
   };
   const refresh = () => {
     const status = run.status,
-      state = state_of(status),
+      state = display_state(status),
       sample = run.sample;
     parts.state.className = 'state ' + state;
     set_text(parts.state, kStates[state] || state);
-    set_text(parts.cause, cause_of(status));
-    const open = unacknowledged(status);
-    set_text(parts.alarms, open.length > 0 ? `${alarms_in_words(status)}. Newest: ${open[0].text}` : '');
+    set_text(parts.cause, display_cause(status));
+    const open = unacknowledged_alarms(status);
+    set_text(parts.alarms, open.length > 0 ? `${alarm_summary(status)}. Newest: ${open[0].text}` : '');
     parts.alarms.className = open.some(alarm => alarm.active !== false) ? 'error' : 'returned';
     const rates = status.gyro_rates || [];
     parts.gyro.hidden = rates.length === 0;
-    become(parts.rates, rates.map(rate_row));
-    become(parts.troubles, troubles_of(status).map(text => make('p', {class: 'error'}, text)));
+    update_children(parts.rates, rates.map(rate_row));
+    update_children(parts.troubles, recording_problems(status).map(text => make_element('p', {class: 'error'}, text)));
     const air = sample ? sample.values[1] : status.chamber_air_c,
-      set = sample ? sample.values[0] : status.set_point_c;
-    set_text(parts.air, with_unit(air, '°C'));
-    set_text(parts.set, with_unit(set, '°C'));
+      set_point = sample ? sample.values[0] : status.set_point_c;
+    set_text(parts.air, format_with_unit(air, '°C'));
+    set_text(parts.set_point, format_with_unit(set_point, '°C'));
     set_text(
       parts.deviation,
-      air === null || set === null ? '–' : signed(air - set, digits_of('°C')) + '\u00a0K'
+      air === null || set_point === null ? '–' : format_signed(air - set_point, digits_for_unit('°C')) + '\u00a0K'
     );
     const slot = sample ? sample.slot : status.slot;
-    set_text(parts.elapsed, duration(Math.max(0, slot)));
-    set_text(parts.left, status.running ? duration(status.time_left_s) : '–');
-    set_text(parts.end, status.running ? moment(end_of(status, sample), true) : '–');
-    set_text(parts.behind, status.behind_plan_s ? duration(status.behind_plan_s) : 'on plan');
+    set_text(parts.elapsed, format_duration(Math.max(0, slot)));
+    set_text(parts.time_left, status.running ? format_duration(status.time_left_s) : '–');
+    set_text(parts.end, status.running ? format_time(expected_end_ms(status, sample), true) : '–');
+    set_text(parts.behind, status.behind_plan_s ? format_duration(status.behind_plan_s) : 'on plan');
     set_text(parts.utc, sample && sample.utc_ms !== null ? new Date(sample.utc_ms).toISOString().slice(11, 19) : '–');
-    const in_segment = sample ? `, ${duration(sample.in_segment_s)} in it` : '';
+    const elapsed = sample ? `, ${format_duration(sample.in_segment_s)} elapsed` : '';
     set_text(
       parts.segment,
       status.segment_count > 0
         ? `Segment ${status.segment_index + 1} of ${status.segment_count}: ${status.segment} ` +
-            `(${status.phase}${in_segment})`
+            `(${status.phase}${elapsed})`
         : ''
     );
     if (sample)
       parts.values.forEach(({channel, value}, i) => {
-        const now = sample.values[i + 1];
-        set_text(value, now === null ? 'fault' : with_unit(now, channel.unit));
-        value.className = now === null ? 'value fault' : 'value';
+        const present = sample.values[i + 1];
+        set_text(value, present === null ? 'fault' : format_with_unit(present, channel.unit));
+        value.className = present === null ? 'value fault' : 'value';
       });
     if (parts.faults_text !== status.faults_now.join()) {
       parts.faults_text = status.faults_now.join();
-      parts.faults.replaceChildren(...status.faults_now.map(text => make('li', {}, text)));
+      parts.faults.replaceChildren(...status.faults_now.map(text => make_element('li', {}, text)));
     }
-    control.refresh_bar(run);
-    drawn.refresh();
-    tick();
+    control.update_command_bar(run);
+    profile_drawing.refresh();
+    update_age();
   };
-  return {refresh, sample: refresh, tick, end: () => drawn.end()};
+  return {refresh, on_sample: refresh, on_second: update_age, close: () => profile_drawing.close()};
 };
 
 views.trend = content => chart.trend(content, page.run);
@@ -158,158 +166,160 @@ views.trend = content => chart.trend(content, page.run);
 views.profile = content => {
   const run = page.run;
   if (!run.plan) {
-    content.replaceChildren(make('p', {class: 'sheet note'}, 'This run has no profile.'));
+    content.replaceChildren(make_element('p', {class: 'sheet note'}, 'This run has no profile.'));
     return {};
   }
-  const drawing_box = make('div', {}),
-    body = make('tbody', {});
-  const begun = new Map(run.plan.begun.map(one => [one.segment, one.slot]));
+  const drawing_box = make_element('div', {}),
+    body = make_element('tbody', {});
+  const first_slots = new Map(run.plan.begun.map(({segment, slot}) => [segment, slot]));
   content.replaceChildren(
-    make(
+    make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'profile-title'},
-      make('h2', {id: 'profile-title'}, run.plan.title || run.plan.name),
+      make_element('h2', {id: 'profile-title'}, run.plan.title || run.plan.name),
       drawing_box,
-      make(
+      make_element(
         'p',
         {class: 'note'},
-        'Solid: set point of the profile; dashed: planned set point; ' +
-          'red: deviation of the air.'
+        'Solid: past set point; dashed: planned set point; red: deviation of the air from the set point.'
       )
     ),
-    make(
+    make_element(
       'section',
       {class: 'sheet scroll', 'aria-label': 'Segments', tabindex: 0},
-      make('table', {}, head_row('#', 'Segment', 'Kind', '>To', '>Planned', 'Began'), body)
+      make_element('table', {}, table_head('#', 'Segment', 'Kind', '>To', '>Planned', 'Began'), body)
     )
   );
   const rows = run.plan.segments.map((segment, i) => {
-    const row = make(
+    const began = first_slots.has(i) ? format_time(run.status.started_ms + 1000 * first_slots.get(i), true) : '–';
+    const row = make_element(
       'tr',
       {},
-      make('td', {}, String(i + 1)),
-      make('td', {}, segment.name, segment.prompt ? ` — prompt: ${segment.prompt}` : ''),
-      make('td', {}, segment.kind),
-      make('td', {class: 'number'}, with_unit(segment.to_c, '°C')),
-      make('td', {class: 'number'}, duration(segment.duration_s)),
-      make('td', {}, begun.has(i) ? moment(run.status.started_ms + 1000 * begun.get(i), true) : '–')
+      make_element('td', {}, String(i + 1)),
+      make_element('td', {}, segment.name, segment.prompt ? ` — prompt: ${segment.prompt}` : ''),
+      make_element('td', {}, segment.kind),
+      make_element('td', {class: 'number'}, format_with_unit(segment.to_c, '°C')),
+      make_element('td', {class: 'number'}, format_duration(segment.duration_s)),
+      make_element('td', {}, began)
     );
     body.append(row);
     return row;
   });
-  const drawn = drawing.profile(drawing_box, run, 420);
+  const profile_drawing = drawing.draw_profile(drawing_box, run, 420);
   const refresh = () => {
     rows.forEach((row, i) =>
       row.setAttribute('aria-current', i === run.status.segment_index && run.status.running ? 'step' : 'false')
     );
-    drawn.refresh();
+    profile_drawing.refresh();
   };
-  return {refresh, sample: () => drawn.refresh(), end: () => drawn.end()};
+  return {refresh, on_sample: () => profile_drawing.refresh(), close: () => profile_drawing.close()};
 };
 
 views.events = content => {
   const run = page.run;
-  const kinds = make('select', {id: 'event-kind'}, make('option', {value: ''}, 'all kinds'));
-  const words = make('input', {id: 'event-words', type: 'search', autocomplete: 'off'});
-  const body = make('tbody', {}),
-    count = make('p', {class: 'note', role: 'status'});
-  const kMost = 1000;
-  const wanted = event =>
+  const kinds = make_element('select', {id: 'event-kind'}, make_element('option', {value: ''}, 'all kinds'));
+  const filter_text = make_element('input', {id: 'event-text', type: 'search', autocomplete: 'off'});
+  const body = make_element('tbody', {}),
+    count = make_element('p', {class: 'note', role: 'status'});
+  const kMaxRows = 1000;
+  const is_shown = event =>
     (!kinds.value || event.kind === kinds.value) &&
-    (!words.value ||
-      [event.text, event.interlock, event.channel].join(' ').toLowerCase().includes(words.value.toLowerCase()));
-  const row_of = event =>
-    make(
+    (!filter_text.value ||
+      [event.text, event.interlock, event.channel].join(' ').toLowerCase().includes(filter_text.value.toLowerCase()));
+  const make_row = event => {
+    const badge = make_element('span', {class: 'badge ' + (event.kind === 'interlock' ? 'alarm' : '')}, event.kind);
+    return make_element(
       'tr',
       {},
-      make('td', {}, event.utc_ms > 0 ? moment(event.utc_ms, true) : '–'),
-      make('td', {class: 'number'}, duration(Math.max(0, event.slot))),
-      make('td', {}, make('span', {class: 'badge ' + (event.kind === 'interlock' ? 'alarm' : '')}, event.kind)),
-      make('td', {}, event.interlock ? `${event.interlock}: ` : '', event.text)
+      make_element('td', {}, event.utc_ms > 0 ? format_time(event.utc_ms, true) : '–'),
+      make_element('td', {class: 'number'}, format_duration(Math.max(0, event.slot))),
+      make_element('td', {}, badge),
+      make_element('td', {}, event.interlock ? `${event.interlock}: ` : '', event.text)
     );
+  };
   const fill = () => {
     const known = new Set([...kinds.options].map(option => option.value));
     for (const event of run.events)
       if (!known.has(event.kind)) {
         known.add(event.kind);
-        kinds.append(make('option', {value: event.kind}, event.kind));
+        kinds.append(make_element('option', {value: event.kind}, event.kind));
       }
-    const found = run.events.filter(wanted);
-    body.replaceChildren(...found.slice(-kMost).reverse().map(row_of));
+    const found = run.events.filter(is_shown);
+    body.replaceChildren(...found.slice(-kMaxRows).reverse().map(make_row));
     set_text(
       count,
-      found.length > kMost
-        ? `the last ${kMost} of ${found.length} events`
+      found.length > kMaxRows
+        ? `the last ${kMaxRows} of ${found.length} events`
         : `${found.length} of ${run.events.length} events`
     );
   };
   kinds.addEventListener('change', fill);
-  words.addEventListener('input', fill);
+  filter_text.addEventListener('input', fill);
   content.replaceChildren(
     ...[
       control.note_form(run),
-      make(
+      make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'events-title'},
-        make('h2', {id: 'events-title'}, 'Events'),
-        make(
+        make_element('h2', {id: 'events-title'}, 'Events'),
+        make_element(
           'div',
           {class: 'row'},
-          make('label', {for: 'event-kind'}, 'Kind'),
+          make_element('label', {for: 'event-kind'}, 'Kind'),
           kinds,
-          make('label', {for: 'event-words'}, 'Words'),
-          words
+          make_element('label', {for: 'event-text'}, 'Text'),
+          filter_text
         ),
         count,
-        make(
+        make_element(
           'div',
           {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of events'},
-          make('table', {}, head_row('When', '>At', 'Kind', 'What'), body)
+          make_element('table', {}, table_head('Time', '>Run time', 'Kind', 'Text'), body)
         )
       ),
     ].filter(Boolean)
   );
   fill();
-  return {event: fill};
+  return {on_event: fill};
 };
 
 views.alarms = content => {
   const run = page.run,
-    past = make('ul', {class: 'past'}),
-    list = alarm_list(run);
+    history = make_element('ul', {class: 'past'}),
+    list = make_alarm_list(run);
   content.replaceChildren(
-    make(
+    make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'alarms-title'},
-      make('h2', {id: 'alarms-title'}, 'Alarms'),
+      make_element('h2', {id: 'alarms-title'}, 'Alarms'),
       list.element
     ),
-    make(
+    make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'past-title'},
-      make('h2', {id: 'past-title'}, 'Acknowledgements and messages'),
-      past
+      make_element('h2', {id: 'past-title'}, 'Acknowledgements and notifications'),
+      history
     )
   );
-  const entry = event => make('li', {}, `${moment(event.utc_ms, true)}: ${event.text}`);
+  const make_entry = event => make_element('li', {}, `${format_time(event.utc_ms, true)}: ${event.text}`);
   const refresh = () => {
     list.refresh();
     const events = run.events.filter(event => ['acknowledged', 'told'].includes(event.kind));
-    become(past, events.slice(-200).reverse().map(entry));
+    update_children(history, events.slice(-200).reverse().map(make_entry));
   };
-  return {refresh, event: refresh};
+  return {refresh, on_event: refresh};
 };
 
 views.files = async content => {
-  const files = await ask(`/api/v1/runs/${page.run.key}/files`),
+  const response = await request_json(`/api/v1/runs/${page.run.key}/files`),
     run = page.run;
   const size = bytes => (bytes < 1e6 ? `${Math.ceil(bytes / 1000)} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
-  const list = files.ok
-    ? files.json.files.map(file =>
-        make(
+  const list = response.ok
+    ? response.json.files.map(file =>
+        make_element(
           'li',
           {},
-          make(
+          make_element(
             'a',
             {href: `/api/v1/runs/${run.key}/files/${encodeURIComponent(file.name)}`, download: file.name},
             file.name
@@ -319,20 +329,20 @@ views.files = async content => {
       )
     : [];
   content.replaceChildren(
-    make(
+    make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'files-title'},
-      make('h2', {id: 'files-title'}, 'Files'),
+      make_element('h2', {id: 'files-title'}, 'Files'),
       run.status.running
-        ? make(
+        ? make_element(
             'p',
             {class: 'note'},
             'The record can be downloaded when the run has ended.'
           )
         : null,
       list.length > 0
-        ? make('ul', {}, ...list)
-        : make('p', {class: 'note'}, files.ok ? 'No file is available.' : files.json.error)
+        ? make_element('ul', {}, ...list)
+        : make_element('p', {class: 'note'}, response.ok ? 'No file is available.' : response.json.error)
     )
   );
   return {};
@@ -340,114 +350,114 @@ views.files = async content => {
 
 // Views of all runs.
 
-/// Requests data that is polled. Throws if there is no answer within the limit.
-async function ask_soon(path) {
-  // Limit in ms.
-  const kLongest = 10000;
-  const found = await ask(path, {signal: AbortSignal.timeout(kLongest)});
-  if (!found.ok) throw new Error(found.json.error);
-  return found.json;
+/// Requests data that is polled. Throws if no readable response arrives in time.
+async function poll_json(path) {
+  const kTimeoutMs = 10000;
+  const response = await request_json(path, {signal: AbortSignal.timeout(kTimeoutMs)});
+  if (!response.ok) throw new Error(response.json.error);
+  return response.json;
 }
 
-async function all_runs() {
-  return (await ask_soon('/api/v1/runs')).runs;
+async function poll_runs() {
+  return (await poll_json('/api/v1/runs')).runs;
 }
 
-/// Updates a view every two seconds. If `fill` throws, the shown data is old, and the frame shows its time.
-function often(fill) {
-  let filling = false,
-    ended = false,
-    came = null;
-  const again = async () => {
-    if (filling) return;
-    filling = true;
+/// Calls `fill` every two seconds. If it throws, the frame shows the error and the time of the last success.
+function refresh_periodically(fill) {
+  let is_filling = false,
+    is_closed = false,
+    last_success_ms = null;
+  const refresh = async () => {
+    if (is_filling) return;
+    is_filling = true;
     try {
       await fill();
-      came = Date.now();
-      if (!ended) connection('');
-    } catch (trouble) {
-      if (!ended) nothing_new(trouble.message, came);
+      last_success_ms = Date.now();
+      if (!is_closed) show_notice('');
+    } catch (error) {
+      if (!is_closed) show_no_data(error.message, last_success_ms);
     }
-    filling = false;
+    is_filling = false;
   };
-  again();
-  const timer = setInterval(again, 2000);
+  refresh();
+  const timer = setInterval(refresh, 2000);
   return {
-    end: () => {
-      ended = true;
+    close: () => {
+      is_closed = true;
       clearInterval(timer);
-      connection('');
+      show_notice('');
     },
   };
 }
 
-/// Makes the children of `box` equal to the required ones. Equal nodes remain in place.
-function become(box, wanted) {
-  wanted.forEach((node, i) => {
+/// Makes the children of `box` equal to `nodes`. Children that are already equal remain the same objects.
+function update_children(box, nodes) {
+  nodes.forEach((node, i) => {
     const old = box.childNodes[i];
     if (!old) box.append(node);
     else if (old.nodeType === Node.ELEMENT_NODE && old.cloneNode(false).isEqualNode(node.cloneNode(false)))
-      become(old, [...node.childNodes]);
+      update_children(old, [...node.childNodes]);
     else if (!old.isEqualNode(node)) old.replaceWith(node);
   });
-  while (box.childNodes.length > wanted.length) box.lastChild.remove();
+  while (box.childNodes.length > nodes.length) box.lastChild.remove();
 }
 
-/// Redraws and keeps the focus on its link, even if the link moved.
-function redraw(box, wanted) {
+/// Like update_children, but keeps the focus on the same link, even if the link moves.
+function update_keeping_focus(box, nodes) {
   const href = box.contains(document.activeElement) && document.activeElement.getAttribute('href');
-  become(box, wanted);
+  update_children(box, nodes);
   if (href && !box.contains(document.activeElement))
     [...box.querySelectorAll('a')].find(link => link.getAttribute('href') === href)?.focus({preventScroll: true});
 }
 
-/// Returns the count of unacknowledged alarms, or null if there is none.
+/// Returns a badge with the number of unacknowledged alarms, or null if there are none.
 function alarms_badge(run) {
-  const count = unacknowledged(run).length;
-  return count > 0 ? make('span', {class: 'badge alarm'}, `${count} ${count === 1 ? 'alarm' : 'alarms'}`) : null;
+  const count = unacknowledged_alarms(run).length;
+  if (count === 0) return null;
+  return make_element('span', {class: 'badge alarm'}, `${count} ${count === 1 ? 'alarm' : 'alarms'}`);
 }
 
-function outcome_of(status) {
-  if (status.running) return `${kStates[state_of(status)]}, ${duration(status.time_left_s)} left`;
-  return [kStates[state_of(status)], status.ended_by].filter(Boolean).join(': ');
+function outcome_text(status) {
+  if (status.running) return `${kStates[display_state(status)]}, ${format_duration(status.time_left_s)} left`;
+  return [kStates[display_state(status)], status.ended_by].filter(Boolean).join(': ');
 }
 
 views.runs = content => {
-  const body = make('tbody', {}),
-    none = make('p', {class: 'note'});
+  const body = make_element('tbody', {}),
+    empty_note = make_element('p', {class: 'note'});
   content.replaceChildren(
-    make(
+    make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'runs-title'},
-      make('h2', {id: 'runs-title'}, 'Runs'),
-      none,
-      make(
+      make_element('h2', {id: 'runs-title'}, 'Runs'),
+      empty_note,
+      make_element(
         'div',
         {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of runs'},
-        make('table', {}, head_row('Run', 'State', 'Profile', 'Rig', 'Started', '>Length', 'Outcome'), body)
+        make_element('table', {}, table_head('Run', 'State', 'Profile', 'Rig', 'Started', '>Length', 'Outcome'), body)
       )
     )
   );
-  let before = '';
-  return often(async () => {
-    const runs = await all_runs(),
-      now = JSON.stringify(runs);
-    set_text(none, runs.length === 0 ? 'There is no record in the monitor\u2019s folders.' : '');
-    if (now === before) return;
-    before = now;
-    redraw(
+  let previous = '';
+  return refresh_periodically(async () => {
+    const runs = await poll_runs(),
+      current = JSON.stringify(runs);
+    set_text(empty_note, runs.length === 0 ? 'There is no record in the monitor\u2019s folders.' : '');
+    if (current === previous) return;
+    previous = current;
+    update_keeping_focus(
       body,
       runs.map(run =>
-        make(
+        make_element(
           'tr',
           {},
-          make('td', {}, make('a', {href: `#/run/${run.key}/now`}, run.name)),
-          make('td', {}, state_badge(run), ' ', simulated_badge(run)),
-          make('td', {}, run.profile),
-          make('td', {}, run.rig),
-          make('td', {}, moment(run.started_ms, true)),
-          make('td', {class: 'number'}, duration(Math.max(0, run.slot))),
-          make('td', {}, outcome_of(run))
+          make_element('td', {}, make_element('a', {href: `#/run/${run.key}/now`}, run.name)),
+          make_element('td', {}, state_badge(run), ' ', simulated_badge(run)),
+          make_element('td', {}, run.profile),
+          make_element('td', {}, run.rig),
+          make_element('td', {}, format_time(run.started_ms, true)),
+          make_element('td', {class: 'number'}, format_duration(Math.max(0, run.slot))),
+          make_element('td', {}, outcome_text(run))
         )
       )
     );
@@ -455,49 +465,50 @@ views.runs = content => {
 };
 
 views.rigs = content => {
-  const cards = make('div', {class: 'cards'});
-  content.replaceChildren(make('h2', {class: 'unseen'}, 'Rigs'), cards);
-  let before = '';
-  return often(async () => {
-    const runs = await all_runs(),
-      now = JSON.stringify(runs),
+  const cards = make_element('div', {class: 'cards'});
+  content.replaceChildren(make_element('h2', {class: 'unseen'}, 'Rigs'), cards);
+  let previous = '';
+  return refresh_periodically(async () => {
+    const runs = await poll_runs(),
+      current = JSON.stringify(runs),
       rigs = new Map();
-    if (now === before) return;
-    before = now;
+    if (current === previous) return;
+    previous = current;
+    // Shows the active runs of a rig, or its first listed run if none is active.
     for (const run of runs) {
-      const known = rigs.get(run.rig) || [];
-      if (run.running || known.length === 0)
-        rigs.set(run.rig, known.filter(one => one.running || !run.running).concat(run));
+      const shown = rigs.get(run.rig) || [];
+      if (run.running || shown.length === 0)
+        rigs.set(run.rig, shown.filter(other => other.running || !run.running).concat(run));
     }
-    const fact = (label, text) => make('div', {}, make('dt', {}, label), make('dd', {}, text));
-    const card_of = (rig, run) =>
-      make(
+    const fact = (label, text) => make_element('div', {}, make_element('dt', {}, label), make_element('dd', {}, text));
+    const make_card = (rig, run) =>
+      make_element(
         'section',
         {class: 'sheet card', 'aria-label': `${rig || 'no rig'}, ${run.name}`},
-        make('h3', {}, rig || 'no rig'),
-        make(
+        make_element('h3', {}, rig || 'no rig'),
+        make_element(
           'p',
           {class: 'row'},
           state_badge(run),
           simulated_badge(run),
           alarms_badge(run)
         ),
-        make('p', {class: 'cause'}, cause_of(run)),
-        troubles_of(run).map(text => make('p', {class: 'error'}, text)),
-        make(
+        make_element('p', {class: 'cause'}, display_cause(run)),
+        recording_problems(run).map(text => make_element('p', {class: 'error'}, text)),
+        make_element(
           'dl',
           {class: 'facts'},
-          fact('Air', with_unit(run.chamber_air_c, '°C')),
-          fact('Set point', with_unit(run.set_point_c, '°C')),
-          fact('Left', run.running ? duration(run.time_left_s) : '–'),
-          fact('Ends', run.running ? moment(end_of(run, null), true) : '–')
+          fact('Air', format_with_unit(run.chamber_air_c, '°C')),
+          fact('Set point', format_with_unit(run.set_point_c, '°C')),
+          fact('Time left', run.running ? format_duration(run.time_left_s) : '–'),
+          fact('Ends', run.running ? format_time(expected_end_ms(run, null), true) : '–')
         ),
-        make('p', {}, make('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
+        make_element('p', {}, make_element('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
       );
-    const none = make('p', {class: 'sheet note'}, 'There is no record in the monitor\u2019s folders.');
-    redraw(
+    const empty_note = make_element('p', {class: 'sheet note'}, 'There is no record in the monitor\u2019s folders.');
+    update_keeping_focus(
       cards,
-      rigs.size === 0 ? [none] : [...rigs].flatMap(([rig, of_rig]) => of_rig.map(run => card_of(rig, run)))
+      rigs.size === 0 ? [empty_note] : [...rigs].flatMap(([rig, rig_runs]) => rig_runs.map(run => make_card(rig, run)))
     );
   });
 };

@@ -144,8 +144,8 @@ class Page(WatchedRun):
             self.browser.refresh()
             self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
             time.sleep(2.5)
-            holes = self.browser.execute_script("return chart.holes()")
-            self.assertEqual(holes, 0)
+            empty_rows = self.browser.execute_script("return chart.count_empty_rows()")
+            self.assertEqual(empty_rows, 0)
 
     def expect_labels_apart(self) -> None:
         """The ticks of a narrow scale have different labels."""
@@ -156,7 +156,7 @@ class Page(WatchedRun):
             };
             put('scale-low', '19.97');
             put('scale-high', '20.05');
-            document.getElementById('scale-pinned').click();
+            document.getElementById('scale-fixed').click();
             return [...document.querySelectorAll('.dygraph-axis-label-y')].map(label => label.textContent);
             """)
         self.assertGreaterEqual(len(labels), 3)
@@ -301,16 +301,16 @@ class Page(WatchedRun):
             ("execute", True, "complete"),
         ):
             status = f"{{state: '{state}', finished: {str(finished).lower()}, running: false}}"
-            self.assertEqual(self.says(f"state_of({status})"), said, status)
-        self.assertIn("no program is running this run", self.says("cause_of({state: 'held', ended_by: 'held'})"))
-        silent = "status: {running: true, age_s: 7200}, status_came: 1000, sample: {}, sample_came: 2000"
-        self.assertEqual(self.says(f"sample_age({{{silent}}}, 3000)"), 7202)
-        self.assertEqual(self.says(f"sample_age({{{silent.replace('7200', '0')}}}, 9000)"), 8)
-        self.assertEqual(self.says("signed(20.23 - 20.0333, 2)"), "+0.20")
-        self.assertEqual(self.says("signed(-0.001, 2)"), "+0.00")
-        self.assertEqual(self.says("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for)"), [0, 1, 2, 1, 3])
+            self.assertEqual(self.says(f"display_state({status})"), said, status)
+        self.assertIn("no program is executing this run", self.says("display_cause({state: 'held', ended_by: 'held'})"))
+        silent = "status: {running: true, age_s: 7200}, status_received_ms: 1000, sample: {}, sample_received_ms: 2000"
+        self.assertEqual(self.says(f"sample_age_s({{{silent}}}, 3000)"), 7202)
+        self.assertEqual(self.says(f"sample_age_s({{{silent.replace('7200', '0')}}}, 9000)"), 8)
+        self.assertEqual(self.says("format_signed(20.23 - 20.0333, 2)"), "+0.20")
+        self.assertEqual(self.says("format_signed(-0.001, 2)"), "+0.00")
+        self.assertEqual(self.says("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for_distance)"), [0, 1, 2, 1, 3])
         text = self.says(
-            "(take_status(Object.assign({}, page.run.status, {record_damage: 'it was cut', live_copy_trouble:"
+            "(handle_status(Object.assign({}, page.run.status, {record_damage: 'it was cut', live_copy_trouble:"
             " 'its disk is full'})), document.body.innerText)"
         )
         self.assertIn("it was cut", text)
@@ -320,7 +320,7 @@ class Page(WatchedRun):
         self.go("now")
         self.sees("Last sample")
         self.browser.execute_script(
-            "window.before = page.run; take_status(Object.assign({}, page.run.status, {id: 'of another run'}))"
+            "window.before = page.run; handle_status(Object.assign({}, page.run.status, {id: 'of another run'}))"
         )
         self.assertTrue(until(lambda: self.says("page.run !== null && page.run !== before"), 10))
         self.sees("Last sample")

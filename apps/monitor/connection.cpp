@@ -26,19 +26,19 @@ std::string last_tls_error() {
 }
 
 /// Returns the poll event that a TLS call waits for, or 0 after a failure.
-short wanted_by(int error) {
+short poll_event_for(int error) {
   if (error == SSL_ERROR_WANT_READ) return POLLIN;
   return error == SSL_ERROR_WANT_WRITE ? POLLOUT : short{0};
 }
 
 /// Repeats a TLS call until it is done. Returns its result, or 0 after a failure.
 template <class Call>
-int until_done(ssl_st* tls, int socket, const Deadline& deadline, Call call) {
+int repeat_call(ssl_st* tls, int socket, const Deadline& deadline, Call call) {
   for (;;) {
     ERR_clear_error();
     const int done = call();
     if (done > 0) return done;
-    const auto wanted = wanted_by(SSL_get_error(tls, done));
+    const auto wanted = poll_event_for(SSL_get_error(tls, done));
     if (wanted == 0 || !ready(socket, wanted, deadline)) return 0;
   }
 }
@@ -85,7 +85,7 @@ Connection::~Connection() = default;
 
 bool Connection::perform_handshake(Duration within) {
   if (!tls_) return true;
-  return until_done(tls_.get(), socket(), Deadline(within), [&] { return SSL_accept(tls_.get()); }) > 0;
+  return repeat_call(tls_.get(), socket(), Deadline(within), [&] { return SSL_accept(tls_.get()); }) > 0;
 }
 
 std::size_t Connection::read(char* into, std::size_t most, Duration within) {
@@ -93,7 +93,7 @@ std::size_t Connection::read(char* into, std::size_t most, Duration within) {
   if (tls_) {
     const auto size = static_cast<int>(std::min<std::size_t>(most, 16384));
     return static_cast<std::size_t>(
-        until_done(tls_.get(), socket(), deadline, [&] { return SSL_read(tls_.get(), into, size); }));
+        repeat_call(tls_.get(), socket(), deadline, [&] { return SSL_read(tls_.get(), into, size); }));
   }
   while (ready(socket(), POLLIN, deadline)) {
     const auto size = ::recv(socket(), into, most, 0);
@@ -109,7 +109,7 @@ bool Connection::write(std::string_view bytes, Duration within) {
     if (tls_) {
       const auto size = static_cast<int>(std::min<std::size_t>(bytes.size(), 16384));
       const int sent =
-          until_done(tls_.get(), socket(), deadline, [&] { return SSL_write(tls_.get(), bytes.data(), size); });
+          repeat_call(tls_.get(), socket(), deadline, [&] { return SSL_write(tls_.get(), bytes.data(), size); });
       if (sent <= 0) return false;
       bytes.remove_prefix(static_cast<std::size_t>(sent));
       continue;

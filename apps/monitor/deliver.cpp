@@ -26,7 +26,7 @@ struct Pipe {
   Descriptor read, write;
 };
 
-Result<Pipe> new_pipe() {
+Result<Pipe> make_pipe() {
   int ends[2]{};
   if (::pipe2(ends, O_CLOEXEC) != 0) return failure(FaultKind::usage, "pipe", std::strerror(errno));
   return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
@@ -81,7 +81,7 @@ void feed(Descriptor pipe, std::string_view input, const Deadline& deadline) {
 }
 
 /// Returns the text as one line without control characters, so that it cannot start another header.
-std::string one_line(const std::string& text) {
+std::string to_one_line(const std::string& text) {
   std::string line;
   for (const char c : text) line += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
   return line;
@@ -118,15 +118,15 @@ std::string mail_date(Duration utc) {
   return fmt::format("{:%a, %d %b %Y %H:%M:%S} +0000", fmt::gmtime(static_cast<std::time_t>(seconds)));
 }
 
-struct EndCurl {
+struct FreeCurl {
   void operator()(CURL* curl) const { curl_easy_cleanup(curl); }
 };
-struct EndList {
+struct FreeList {
   void operator()(curl_slist* list) const { curl_slist_free_all(list); }
 };
-using Curl = std::unique_ptr<CURL, EndCurl>;
+using Curl = std::unique_ptr<CURL, FreeCurl>;
 
-Curl new_curl(const std::string& url, Duration within) {
+Curl make_curl(const std::string& url, Duration within) {
   static const auto ready = curl_global_init(CURL_GLOBAL_DEFAULT);
   Curl curl(ready == CURLE_OK ? curl_easy_init() : nullptr);
   if (!curl) return curl;
@@ -146,7 +146,7 @@ std::size_t discard_output(char* /*bytes*/, std::size_t size, std::size_t count,
 
 Result<void> run_program(const std::vector<std::string>& command, const std::string& input, Duration within) {
   const Deadline deadline(within);
-  auto pipe = new_pipe();
+  auto pipe = make_pipe();
   if (!pipe) return failure(pipe.error());
   const auto child = start(command, pipe->read.number());
   if (!child) return failure(child.error());
@@ -158,26 +158,28 @@ Result<void> run_program(const std::vector<std::string>& command, const std::str
   return {};
 }
 
-std::string mail_text(const MailServer& server, const MailAddress& to, const Letter& letter, Duration utc) {
+std::string mail_text(const MailServer& server, const MailAddress& to, const NotificationText& notification,
+                      Duration utc) {
   std::string body;
-  for (const char c : letter.text)
+  for (const char c : notification.text)
     body += c == '\n'                             ? std::string("\r\n")
             : static_cast<unsigned char>(c) < ' ' ? std::string(" ")
                                                   : std::string(1, c);
   return fmt::format(
       "Date: {}\r\nFrom: {}\r\nTo: {}\r\nSubject: {}\r\nAuto-Submitted: auto-generated\r\nMIME-Version: 1.0\r\n"
       "Content-Type: text/plain; charset=utf-8\r\nContent-Transfer-Encoding: 8bit\r\n\r\n{}\r\n",
-      mail_date(utc), one_line(server.from), one_line(fmt::format("{}", fmt::join(to.to, ", "))),
-      encoded(one_line(letter.subject)), body);
+      mail_date(utc), to_one_line(server.from), to_one_line(fmt::format("{}", fmt::join(to.to, ", "))),
+      encoded(to_one_line(notification.subject)), body);
 }
 
-Result<void> send_mail(const MailServer& server, const MailAddress& to, const Letter& letter, Duration utc) {
-  const auto curl = new_curl(server.url, kDeliveryTimeout);
+Result<void> send_mail(const MailServer& server, const MailAddress& to, const NotificationText& notification,
+                       Duration utc) {
+  const auto curl = make_curl(server.url, kDeliveryTimeout);
   if (!curl) return failure(FaultKind::disconnected, server.url, "libcurl cannot be initialised");
   struct Rest {
     std::string text;
     std::size_t sent{};
-  } rest{.text = mail_text(server, to, letter, utc)};
+  } rest{.text = mail_text(server, to, notification, utc)};
   const auto give = [](char* into, std::size_t size, std::size_t count, void* of) -> std::size_t {
     auto& left = *static_cast<Rest*>(of);
     const auto piece = std::min(size * count, left.text.size() - left.sent);
@@ -185,12 +187,12 @@ Result<void> send_mail(const MailServer& server, const MailAddress& to, const Le
     left.sent += piece;
     return piece;
   };
-  std::unique_ptr<curl_slist, EndList> receivers;
+  std::unique_ptr<curl_slist, FreeList> receivers;
   for (const auto& one : to.to) receivers.reset(curl_slist_append(receivers.release(), one.c_str()));
   curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "smtp,smtps");
   curl_easy_setopt(curl.get(), CURLOPT_MAIL_FROM, server.from.c_str());
   curl_easy_setopt(curl.get(), CURLOPT_MAIL_RCPT, receivers.get());
-  curl_easy_setopt(curl.get(), CURLOPT_USE_SSL, server.must_be_secure ? long{CURLUSESSL_ALL} : long{CURLUSESSL_NONE});
+  curl_easy_setopt(curl.get(), CURLOPT_USE_SSL, server.requires_tls ? long{CURLUSESSL_ALL} : long{CURLUSESSL_NONE});
   if (!server.user.empty()) {
     curl_easy_setopt(curl.get(), CURLOPT_USERNAME, server.user.c_str());
     curl_easy_setopt(curl.get(), CURLOPT_PASSWORD, server.password.c_str());
@@ -205,20 +207,22 @@ Result<void> send_mail(const MailServer& server, const MailAddress& to, const Le
                  curl_easy_strerror(done));
 }
 
-Result<void> deliver(const Site& site, const NotifyAddress& address, const Letter& letter, Duration utc) {
+Result<void> deliver(const Site& site, const NotifyAddress& address, const NotificationText& notification,
+                     Duration utc) {
   if (const auto* command = std::get_if<CommandAddress>(&address.how)) {
     auto words = command->command;
-    words.push_back(one_line(letter.subject));
-    return run_program(words, letter.text + "\n", kDeliveryTimeout);
+    words.push_back(to_one_line(notification.subject));
+    return run_program(words, notification.text + "\n", kDeliveryTimeout);
   }
-  if (const auto* mail = std::get_if<MailAddress>(&address.how)) return send_mail(*site.mail, *mail, letter, utc);
+  if (const auto* mail = std::get_if<MailAddress>(&address.how)) return send_mail(*site.mail, *mail, notification, utc);
   const auto& url = std::get<AppriseAddress>(address.how).url;
-  return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliveryTimeout);
+  return run_program({"apprise", "-t", to_one_line(notification.subject), url}, notification.text + "\n",
+                     kDeliveryTimeout);
 }
 
 /// Accepts only status 200, because a proxy in front of a dead monitor answers with an error status.
-bool monitor_answers(const std::string& url, Duration within) {
-  const auto curl = new_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
+bool is_monitor_responding(const std::string& url, Duration within) {
+  const auto curl = make_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
   if (!curl) return false;
   curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, discard_output);

@@ -14,7 +14,7 @@ namespace gyrotherm::monitor {
 
 inline constexpr Duration kDeliveryTimeout = std::chrono::seconds(30);
 
-struct Letter {
+struct NotificationText {
   std::string subject;
   std::string text;
 };
@@ -25,16 +25,17 @@ struct Letter {
                                        Duration within);
 
 /// Returns the mail as sent: headers, protected against injection of further headers, and the text.
-[[nodiscard]] std::string mail_text(const MailServer& server, const MailAddress& to, const Letter& letter,
-                                    Duration utc);
+[[nodiscard]] std::string mail_text(const MailServer& server, const MailAddress& to,
+                                    const NotificationText& notification, Duration utc);
 
 /// Sends a mail. Fails with disconnected or refused if the server does not accept it.
-[[nodiscard]] Result<void> send_mail(const MailServer& server, const MailAddress& to, const Letter& letter,
-                                     Duration utc);
+[[nodiscard]] Result<void> send_mail(const MailServer& server, const MailAddress& to,
+                                     const NotificationText& notification, Duration utc);
 
-[[nodiscard]] Result<void> deliver(const Site& site, const NotifyAddress& address, const Letter& letter, Duration utc);
+[[nodiscard]] Result<void> deliver(const Site& site, const NotifyAddress& address, const NotificationText& notification,
+                                   Duration utc);
 
 /// Returns whether another monitor answers GET /api/v1/session with status 200. This needs no login.
-[[nodiscard]] bool monitor_answers(const std::string& url, Duration within);
+[[nodiscard]] bool is_monitor_responding(const std::string& url, Duration within);
 
 }  // namespace gyrotherm::monitor

@@ -13,11 +13,11 @@ namespace gyrotherm::monitor {
 
 inline constexpr const char* kMemorySchema = "gyrotherm-monitor-told/1";
 
-void describe(auto& form, Like<NotificationProgress> auto& matter) {
-  form("steps", matter.steps);
-  form("at_utc_ns", matter.at);
-  form("since_utc_ns", matter.since);
-  form("failures", matter.failures);
+void describe(auto& form, Like<NotificationProgress> auto& incident) {
+  form("steps", incident.steps);
+  form("at_utc_ns", incident.at);
+  form("since_utc_ns", incident.since);
+  form("failures", incident.failures);
 }
 void describe(auto& form, Like<LastSeenRun> auto& run) {
   form("name", run.name);
@@ -27,10 +27,10 @@ void describe(auto& form, Like<LastSeenRun> auto& run) {
 }
 void describe(auto& form, Like<NotificationMemory> auto& memory) {
   form.derived("schema", kMemorySchema);
-  form("running", memory.running_);
+  form("running", memory.seen_active_);
   // Missing in files of older versions.
   form.if_present("going_on", !memory.last_seen_.empty(), by_name(memory.last_seen_));
-  form("matters", by_name(memory.matters_));
+  form("matters", by_name(memory.incidents_));
 }
 
 Result<NotificationMemory> NotificationMemory::parse(std::string_view text, const std::string& file) {
@@ -47,9 +47,9 @@ Result<NotificationMemory> NotificationMemory::parse(std::string_view text, cons
 std::string NotificationMemory::to_text() const { return text_of(make_json(*this), 1) + "\n"; }
 
 NotificationProgress& NotificationMemory::find_or_add(const std::string& key, Duration now) {
-  const auto found = std::ranges::find_if(matters_, [&](const auto& known) { return known.first == key; });
-  if (found != matters_.end()) return found->second;
-  return matters_.emplace_back(key, NotificationProgress{.at = now, .since = now}).second;
+  const auto found = std::ranges::find_if(incidents_, [&](const auto& known) { return known.first == key; });
+  if (found != incidents_.end()) return found->second;
+  return incidents_.emplace_back(key, NotificationProgress{.at = now, .since = now}).second;
 }
 
 void NotificationMemory::record_delivery(const DueMessage& message, Duration now) {
@@ -62,14 +62,14 @@ void NotificationMemory::record_delivery(const DueMessage& message, Duration now
 void NotificationMemory::record_failure(const DueMessage& message, Duration now) {
   auto& known = find_or_add(message.key, now);
   known.at = now;
-  if (++known.failures < kMostTries) return;
+  if (++known.failures < kMaxAttempts) return;
   ++known.steps;
   known.failures = 0;
 }
 
 void NotificationMemory::update_runs(const Situation& now) {
   for (const auto& run : now.runs) {
-    if (run.running && std::ranges::find(running_, run.id) == running_.end()) running_.push_back(run.id);
+    if (run.running && std::ranges::find(seen_active_, run.id) == seen_active_.end()) seen_active_.push_back(run.id);
     std::erase_if(last_seen_, [&](const auto& known) { return known.first == run.id; });
     if (run.running)
       last_seen_.emplace_back(
@@ -96,11 +96,11 @@ std::vector<ObservedRun> NotificationMemory::missing_runs(const Situation& now) 
 }
 
 void NotificationMemory::clamp_times(Duration utc) {
-  for (auto& [key, told] : matters_) {
+  for (auto& [key, told] : incidents_) {
     told.at = std::min(told.at, utc);
     told.since = std::min(told.since, utc);
   }
-  for (auto& [id, since] : unseen_since_) since = std::min(since, utc);
+  for (auto& [id, since] : missing_since_) since = std::min(since, utc);
 }
 
 /// Removes ended matters. A folder may be missing for a moment, or a record unreadable, so the matters of a run are
@@ -110,19 +110,23 @@ void NotificationMemory::remove_ended(const Situation& now, Duration utc, const 
   std::set<std::string> seen;
   for (const auto& run : now.runs)
     if (!run.running || run.free_bytes) seen.insert(run.id);
-  for (const auto& id : running_)
-    if (!seen.contains(id)) unseen_since_.try_emplace(id, utc);
-  std::erase_if(unseen_since_, [&](const auto& gone) { return seen.contains(gone.first); });
-  std::erase_if(running_, [&](const std::string& id) {
-    const auto gone = unseen_since_.find(id);
-    return gone != unseen_since_.end() && utc - gone->second > kForgetAfter;
+  for (const auto& id : seen_active_)
+    if (!seen.contains(id)) missing_since_.try_emplace(id, utc);
+  std::erase_if(missing_since_, [&](const auto& gone) { return seen.contains(gone.first); });
+  std::erase_if(seen_active_, [&](const std::string& id) {
+    const auto gone = missing_since_.find(id);
+    return gone != missing_since_.end() && utc - gone->second > kForgetAfter;
   });
-  const auto is_forgotten = [&](const auto& run) { return std::ranges::find(running_, run.first) == running_.end(); };
-  std::erase_if(unseen_since_, is_forgotten);
+  const auto is_forgotten = [&](const auto& run) {
+    return std::ranges::find(seen_active_, run.first) == seen_active_.end();
+  };
+  std::erase_if(missing_since_, is_forgotten);
   std::erase_if(last_seen_, is_forgotten);
-  std::erase_if(matters_, [&](const auto& matter) {
-    const auto is_of = [&](const auto& gone) { return matter.first.find("|" + gone.first + "|") != std::string::npos; };
-    return !current.contains(matter.first) && std::ranges::none_of(unseen_since_, is_of);
+  std::erase_if(incidents_, [&](const auto& incident) {
+    const auto is_of = [&](const auto& gone) {
+      return incident.first.find("|" + gone.first + "|") != std::string::npos;
+    };
+    return !current.contains(incident.first) && std::ranges::none_of(missing_since_, is_of);
   });
 }
 
@@ -131,7 +135,7 @@ namespace {
 constexpr Duration kRetryAfter = std::chrono::minutes(1);
 
 /// An alarm or another event that currently satisfies a rule.
-struct Matter {
+struct Incident {
   std::string key;
   std::string subject;
   std::string text;
@@ -148,11 +152,11 @@ std::string describe_run(const Site& site, const ObservedRun& run) {
                      run.name, run.rig);
 }
 
-void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRun& run, bool was_running,
-                      std::vector<Matter>& found) {
+void find_run_incidents(const Site& site, const NotifyRule& rule, const ObservedRun& run, bool was_running,
+                        std::vector<Incident>& found) {
   const auto key = [&](const std::string& what) { return fmt::format("{}|{}|{}", rule.name, run.id, what); };
   switch (rule.when) {
-    case Occasion::alarm:
+    case RuleTrigger::alarm:
       for (const auto& alarm : run.alarms)
         found.push_back({.key = key(fmt::format("alarm {}", alarm.number)),
                          .subject = "Alarm: " + describe_run(site, run),
@@ -161,7 +165,7 @@ void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRu
                          .alarm = alarm.number,
                          .escalates = true});
       break;
-    case Occasion::ended:
+    case RuleTrigger::ended:
       if (was_running && !run.running && !run.silent)
         found.push_back({.key = key("ended"),
                          .subject = "Ended: " + describe_run(site, run),
@@ -169,7 +173,7 @@ void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRu
                          .record = run.record,
                          .alarm = {}});
       break;
-    case Occasion::disk_low:
+    case RuleTrigger::disk_low:
       if (run.running && run.free_bytes && *run.free_bytes < rule.free_bytes)
         found.push_back({.key = key("disk"),
                          .subject = "Disk low: " + describe_run(site, run),
@@ -178,7 +182,7 @@ void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRu
                          .record = run.record,
                          .alarm = {}});
       break;
-    case Occasion::silent:
+    case RuleTrigger::silent:
       if (rule.monitor.empty() && run.silent)
         found.push_back({.key = key("silent"),
                          .subject = "Silent: " + describe_run(site, run),
@@ -194,14 +198,15 @@ void find_run_matters(const Site& site, const NotifyRule& rule, const ObservedRu
   }
 }
 
-std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const Situation& now,
-                                 const std::vector<ObservedRun>& missing, const std::set<std::string>& known) {
-  std::vector<Matter> found;
+std::vector<Incident> find_incidents(const Site& site, const NotifyRule& rule, const Situation& now,
+                                     const std::vector<ObservedRun>& missing, const std::set<std::string>& known) {
+  std::vector<Incident> found;
   for (const auto* runs : {&now.runs, &missing})
     for (const auto& run : *runs)
-      if (known.contains(run.id) && (rule.simulated || !run.simulated)) find_run_matters(site, rule, run, true, found);
-  const auto answers = now.monitors_answer.find(rule.monitor);
-  if (rule.when == Occasion::silent && answers != now.monitors_answer.end() && !answers->second)
+      if (known.contains(run.id) && (rule.simulated || !run.simulated))
+        find_run_incidents(site, rule, run, true, found);
+  const auto answers = now.responding_monitors.find(rule.monitor);
+  if (rule.when == RuleTrigger::silent && answers != now.responding_monitors.end() && !answers->second)
     found.push_back(
         {.key = fmt::format("{}|{}", rule.name, rule.monitor),
          .subject = fmt::format("{}{} does not answer", site.name.empty() ? "" : site.name + ": ", rule.monitor),
@@ -214,13 +219,13 @@ std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const
 }
 
 /// Returns the addresses to notify now.
-std::vector<std::string> due_addresses(const NotifyRule& rule, const Matter& matter, const NotificationProgress& told,
-                                       Duration utc) {
+std::vector<std::string> due_addresses(const NotifyRule& rule, const Incident& incident,
+                                       const NotificationProgress& told, Duration utc) {
   const auto steps = static_cast<std::size_t>(told.steps);
   if (steps >= rule.addresses.size()) return {};
   if (told.failures > 0 && utc - told.at < kRetryAfter) return {};
-  if (utc - told.since < matter.wait) return {};
-  const bool waits = matter.escalates && steps > 0 && told.failures == 0 && utc - told.at < rule.after;
+  if (utc - told.since < incident.wait) return {};
+  const bool waits = incident.escalates && steps > 0 && told.failures == 0 && utc - told.at < rule.after;
   return waits ? std::vector<std::string>{} : std::vector{rule.addresses[steps]};
 }
 
@@ -230,11 +235,11 @@ std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Dur
   memory.clamp_times(utc);
   memory.update_runs(now);
   const auto missing = memory.missing_runs(now);
-  const std::set<std::string> known(memory.running_.begin(), memory.running_.end());
+  const std::set<std::string> known(memory.seen_active_.begin(), memory.seen_active_.end());
   std::vector<DueMessage> due;
   std::set<std::string> current;
   for (const auto& rule : site.rules)
-    for (const auto& found : find_matters(site, rule, now, missing, known)) {
+    for (const auto& found : find_incidents(site, rule, now, missing, known)) {
       current.insert(found.key);
       for (const auto& address : due_addresses(rule, found, memory.find_or_add(found.key, utc), utc))
         due.push_back({.key = found.key,

@@ -50,7 +50,7 @@ struct Situation {
   /// Readable runs.
   std::vector<ObservedRun> runs;
   /// Whether each watched monitor answers, by URL.
-  std::map<std::string, bool> monitors_answer;
+  std::map<std::string, bool> responding_monitors;
 };
 
 /// A message to one address.
@@ -93,7 +93,7 @@ class NotificationMemory {
   [[nodiscard]] static Result<NotificationMemory> parse(std::string_view text, const std::string& file);
   [[nodiscard]] std::string to_text() const;
 
-  /// Records that the message was delivered, or that a delivery failed. After kMostTries failures the next address
+  /// Records that the message was delivered, or that a delivery failed. After kMaxAttempts failures the next address
   /// follows.
   void record_delivery(const DueMessage& message, Duration now);
   void record_failure(const DueMessage& message, Duration now);
@@ -105,13 +105,13 @@ class NotificationMemory {
  private:
   friend void describe(auto& form, Like<NotificationMemory> auto& memory);
   /// By key.
-  std::vector<std::pair<std::string, NotificationProgress>> matters_;
+  std::vector<std::pair<std::string, NotificationProgress>> incidents_;
   /// Ids of runs that have been seen active, except those not seen for a day.
-  std::vector<std::string> running_;
-  /// Data of those runs in `running_` that were active when last seen, by id.
+  std::vector<std::string> seen_active_;
+  /// Data of those runs in `seen_active_` that were active when last seen, by id.
   std::vector<std::pair<std::string, LastSeenRun>> last_seen_;
-  /// Time since when each run in `running_` cannot be seen, UTC. Lost in a restart.
-  std::map<std::string, Duration> unseen_since_;
+  /// Time since when each run in `seen_active_` cannot be seen, UTC. Lost in a restart.
+  std::map<std::string, Duration> missing_since_;
 
   void update_runs(const Situation& now);
   [[nodiscard]] std::vector<ObservedRun> missing_runs(const Situation& now) const;
@@ -122,7 +122,7 @@ class NotificationMemory {
 };
 
 /// Failed deliveries to an address after which the next address is notified.
-inline constexpr int kMostTries = 3;
+inline constexpr int kMaxAttempts = 3;
 
 /// Returns the messages that are due at `utc`. Runs that had ended when first seen, and their alarms, cause no
 /// messages. Ended matters are removed from the memory; matters of a run that cannot be seen are removed after a day.

@@ -25,7 +25,7 @@ namespace http = boost::beast::http;
 using boost::asio::const_buffer;
 
 /// Headers of every answer: the page loads only its own files, is not framed, and is not cached.
-constexpr std::array<std::pair<const char*, const char*>, 8> kUsualHeaders{
+constexpr std::array<std::pair<const char*, const char*>, 8> kCommonHeaders{
     {{"Cache-Control", "no-store"},
      {"Content-Security-Policy",
       "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -41,7 +41,7 @@ std::string_view view(boost::beast::string_view text) { return {text.data(), tex
 
 bool is_printable(char c) { return c > ' ' && c < 0x7F; }
 
-int digit_of(char c) {
+int hex_digit_value(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
   if (c >= 'A' && c <= 'F') return c - 'A' + 10;
@@ -65,7 +65,7 @@ Trouble read_query(std::string_view text, RequestHead& head) {
 }
 
 /// Returns whether a part of the path is "." or "..", or contains a backslash.
-bool leads_elsewhere(std::string_view path) {
+bool has_unsafe_segment(std::string_view path) {
   while (!path.empty()) {
     path.remove_prefix(1);
     const auto end = std::min(path.find('/'), path.size());
@@ -77,22 +77,22 @@ bool leads_elsewhere(std::string_view path) {
 }
 
 Trouble read_target(std::string_view target, RequestHead& head) {
-  if (target.size() > kLongestTarget) return HeadRefusal{414, "the address is too long"};
+  if (target.size() > kMaxTargetBytes) return HeadRefusal{414, "the address is too long"};
   if (!target.starts_with('/') || target.starts_with("//")) return HeadRefusal{400, "the address is not a path"};
   if (!std::ranges::all_of(target, is_printable)) return HeadRefusal{400, "the address contains invalid characters"};
   if (target.find('#') != std::string_view::npos) return HeadRefusal{400, "the address has a fragment"};
   const auto question = std::min(target.find('?'), target.size());
   const auto raw = target.substr(0, question);
   const auto path = percent_decode(raw);
-  const bool hides_slash =
+  const bool has_encoded_slash =
       std::count(raw.begin(), raw.end(), '/') != (path ? std::count(path->begin(), path->end(), '/') : -1);
-  if (!path || hides_slash || leads_elsewhere(*path)) return HeadRefusal{400, "invalid path"};
+  if (!path || has_encoded_slash || has_unsafe_segment(*path)) return HeadRefusal{400, "invalid path"};
   head.path = *path;
   return read_query(target.substr(std::min(question + 1, target.size())), head);
 }
 
 Trouble read_header(std::string_view name, std::string_view value, RequestHead& head) {
-  if (head.headers.size() >= kMostHeaders) return HeadRefusal{431, "too many headers"};
+  if (head.headers.size() >= kMaxHeaders) return HeadRefusal{431, "too many headers"};
   const auto [found, is_new] = head.headers.emplace(to_lower_case(name), value);
   if (is_new) return std::nullopt;
   constexpr std::array kLists{"accept", "accept-encoding", "accept-language", "cache-control",
@@ -118,11 +118,11 @@ Trouble read_body_size(RequestHead& head) {
   if (text.size() > kLongestNumber) return HeadRefusal{413, "the body is too long"};
   std::from_chars(text.data(), text.data() + text.size(), head.body_size);
   if (head.method == "GET" && head.body_size > 0) return HeadRefusal{400, "a GET must not have a body"};
-  return head.body_size > kLargestBody ? Trouble(HeadRefusal{413, "the body is too long"}) : std::nullopt;
+  return head.body_size > kMaxBodyBytes ? Trouble(HeadRefusal{413, "the body is too long"}) : std::nullopt;
 }
 
 /// Returns whether the request line is METHOD TARGET VERSION, with any version of HTTP.
-bool has_version(std::string_view head) {
+bool has_http_version(std::string_view head) {
   const auto line = head.substr(0, head.find("\r\n"));
   const auto version = line.substr(line.rfind(' ') + 1);
   return std::ranges::count(line, ' ') == 2 && version.starts_with("HTTP/") && version.size() == 8;
@@ -138,7 +138,7 @@ bool is_huge_length(std::string_view line) {
 HeadRefusal refusal_for(http::error error, std::string_view head, std::string_view rest) {
   switch (error) {
     case http::error::bad_version:
-      if (has_version(head)) return {505, "only HTTP/1.1 is supported"};
+      if (has_http_version(head)) return {505, "only HTTP/1.1 is supported"};
       return {400, "the request line is not METHOD PATH VERSION"};
     case http::error::bad_method:
     case http::error::bad_target: return {400, "the request line is not METHOD PATH VERSION"};
@@ -174,7 +174,7 @@ std::optional<std::string> percent_decode(std::string_view text) {
       continue;
     }
     if (text.size() - i < 3) return std::nullopt;
-    const int high = digit_of(text[i + 1]), low = digit_of(text[i + 2]);
+    const int high = hex_digit_value(text[i + 1]), low = hex_digit_value(text[i + 2]);
     if (high < 0 || low < 0) return std::nullopt;
     decoded += static_cast<char>(high * 16 + low);
     i += 2;
@@ -206,13 +206,13 @@ std::optional<std::size_t> find_head_end(std::string_view bytes) {
 }
 
 std::variant<RequestHead, HeadRefusal> read_head(std::string_view head) {
-  if (head.size() > kLongestHead) return HeadRefusal{431, "the head is too long"};
+  if (head.size() > kMaxHeadBytes) return HeadRefusal{431, "the head is too long"};
   // Refuse folded headers: Beast joins their lines, but a proxy in front may not.
   if (head.find("\n ") != std::string_view::npos || head.find("\n\t") != std::string_view::npos)
     return HeadRefusal{400, "a header is folded"};
   http::request_parser<http::empty_body> parser;
-  parser.header_limit(kLongestHead);
-  parser.body_limit(kLargestBody);
+  parser.header_limit(kMaxHeadBytes);
+  parser.body_limit(kMaxBodyBytes);
   boost::beast::error_code error;
   const auto taken = parser.put(const_buffer(head.data(), head.size()), error);
   const auto& message = parser.get();
@@ -246,11 +246,11 @@ std::string answer_head(const WebAnswer& answer, const RequestHead& to) {
   else if (!answer.stream || answer.stream_size > 0)
     message.content_length(answer.stream ? answer.stream_size : answer.body.size());
   if (to.keep_alive)
-    message.set("Keep-Alive", fmt::format("timeout={}, max={}", kIdle.count(), kMostRequests));
+    message.set("Keep-Alive", fmt::format("timeout={}, max={}", kIdleTimeout.count(), kMaxRequests));
   else
     message.set(http::field::connection, "close");
   for (const auto& [name, value] : answer.headers) message.insert(name, value);
-  for (const auto& [name, value] : kUsualHeaders)
+  for (const auto& [name, value] : kCommonHeaders)
     if (message.find(name) == message.end()) message.insert(name, value);
   http::response_serializer<http::empty_body> serializer(message);
   boost::beast::error_code error;

@@ -16,13 +16,13 @@
 namespace gyrotherm::monitor {
 
 /// Limits of a request; sizes in bytes. The head includes its empty line.
-inline constexpr std::size_t kLongestHead = 8192;
-inline constexpr std::size_t kLongestTarget = 2048;
-inline constexpr std::size_t kMostHeaders = 64;
-inline constexpr std::size_t kLargestBody = 4096;
+inline constexpr std::size_t kMaxHeadBytes = 8192;
+inline constexpr std::size_t kMaxTargetBytes = 2048;
+inline constexpr std::size_t kMaxHeaders = 64;
+inline constexpr std::size_t kMaxBodyBytes = 4096;
 /// Limits of a connection: time between requests, and number of requests.
-inline constexpr auto kIdle = std::chrono::seconds(3);
-inline constexpr int kMostRequests = 100;
+inline constexpr auto kIdleTimeout = std::chrono::seconds(3);
+inline constexpr int kMaxRequests = 100;
 
 /// The reason for a refusal and the status of its answer.
 struct HeadRefusal {
@@ -31,7 +31,7 @@ struct HeadRefusal {
 };
 
 /// Returns the end of the head in `bytes`, after its empty line, or nothing while the head is incomplete. The caller
-/// enforces kLongestHead.
+/// enforces kMaxHeadBytes.
 [[nodiscard]] std::optional<std::size_t> find_head_end(std::string_view bytes);
 
 /// Reads a whole head. Refuses it with

@@ -30,7 +30,7 @@ int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsag
 termios saved_terminal{};
 
 /// Restores the echo of the terminal and ends the program. Handles signals at the password prompt.
-void restore_echo_and_end(int number) {
+void restore_echo_and_exit(int number) {
   ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &saved_terminal);
   std::signal(number, SIG_DFL);
   // Delivered when this handler returns.
@@ -43,7 +43,7 @@ std::string read_password() {
   if (terminal) {
     write_to_stderr("Password: ");
     ::tcgetattr(STDIN_FILENO, &saved_terminal);
-    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, restore_echo_and_end);
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, restore_echo_and_exit);
     auto silent = saved_terminal;
     silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
@@ -65,7 +65,7 @@ struct UserArguments {
 
 /// Fails if root changes the users of another user's folder. The monitor could not read a file of root and would refuse
 /// all logins.
-Result<void> check_writer(const std::string& folder) {
+Result<void> check_owner(const std::string& folder) {
   struct stat facts {};
   if (::geteuid() != 0 || ::stat(folder.c_str(), &facts) != 0 || facts.st_uid == 0) return {};
   const auto* owner = ::getpwuid(facts.st_uid);
@@ -84,7 +84,7 @@ template <class Change>
 Result<void> change_users(const UserArguments& options, Change change) {
   const auto file = users_file(options);
   if (!file) return failure(file.error());
-  if (auto good = check_writer(folder_of(*file)); !good) return good;
+  if (auto good = check_owner(folder_of(*file)); !good) return good;
   auto list = read_users(*file);
   if (!list) return failure(list.error());
   if (auto changed = change(*list); !changed) return failure(changed.error());
@@ -190,12 +190,12 @@ int run(int argc, char** argv) {
   const auto report_address = [](const std::string& address) {
     [[maybe_unused]] const auto written = write_to_stdout(address + "\n");
   };
-  const auto complain = [](const Fault& fault) {
+  const auto report_fault = [](const Fault& fault) {
     write_to_stderr(fmt::format("gyrotherm-monitor: {}\n", plain(text(fault), Blanks::kept)));
   };
-  const auto done = action != nullptr ? action(user) : serve(options, report_address, complain);
+  const auto done = action != nullptr ? action(user) : serve(options, report_address, report_fault);
   if (done) return 0;
-  complain(done.error());
+  report_fault(done.error());
   return exit_for(done.error());
 }
 

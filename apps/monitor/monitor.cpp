@@ -33,20 +33,20 @@ constexpr auto kReadInterval = 100ms;
 constexpr auto kNotifyInterval = 1s;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kWatched = true;
+constexpr bool kHasSanitizer = true;
 #else
-constexpr bool kWatched = false;
+constexpr bool kHasSanitizer = false;
 #endif
 
 /// Limits the resources that a flood of requests can use: the page ends before other programs suffer. The limit of the
 /// systemd unit is lower and applies to used memory; this limit applies to allocated memory, including thread stacks.
 /// It does not apply under a sanitizer, which allocates terabytes.
-void limit_itself() {
+void limit_resources() {
   constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 180;
   constexpr std::size_t kStack = 1024 * 1024;
   const rlimit data{kData, kData}, files{kFiles, kFiles};
   ::setrlimit(RLIMIT_NOFILE, &files);
-  if (kWatched) return;
+  if (kHasSanitizer) return;
   ::setrlimit(RLIMIT_DATA, &data);
   ::mallopt(M_ARENA_MAX, 2);
   pthread_attr_t attributes;
@@ -173,13 +173,13 @@ struct SiteParts {
 /// Reads the site file. Fails like read_site and Notifier::load.
 Result<SiteParts> open_site(const MonitorOptions& options, const std::string& memory_file,
                             const RunCatalogue& catalogue, const Clock& clock,
-                            const std::function<void(const Fault&)>& complain) {
+                            const std::function<void(const Fault&)>& report_fault) {
   SiteParts parts;
   if (options.site_file.empty()) return parts;
   auto site = read_site(options.site_file);
   if (!site) return failure(site.error());
   parts.overview = std::make_unique<SiteOverview>(site->name, site->has_store ? options.site_file : "");
-  parts.notifier = std::make_unique<Notifier>(std::move(*site), memory_file, catalogue, clock, complain);
+  parts.notifier = std::make_unique<Notifier>(std::move(*site), memory_file, catalogue, clock, report_fault);
   if (auto loaded = parts.notifier->load(); !loaded) return failure(loaded.error());
   return parts;
 }
@@ -190,10 +190,11 @@ class Page {
   /// Creates the page. `tls` and `overview` may be null.
   Page(const MonitorOptions& options, const Address& address, const TlsServer* tls, Users& users, Sessions& sessions,
        const RunCatalogue& catalogue, RunFeed& feed, SiteOverview* overview, const Clock& clock)
-      : door_({.control = options.control, .open = address.is_own() && !options.behind_proxy}, users, sessions, clock),
+      : access_({.control = options.control, .open = address.is_own() && !options.behind_proxy}, users, sessions,
+                clock),
         runs_(catalogue, feed, [this] { return server_.is_stopping(); }),
-        control_(door_, catalogue, clock),
-        site_(door_, runs_, control_, catalogue, feed, overview),
+        control_(access_, catalogue, clock),
+        site_(access_, runs_, control_, catalogue, feed, overview),
         server_({.address = address.host,
                  .port = address.port,
                  .hosts = options.hosts,
@@ -205,7 +206,7 @@ class Page {
   [[nodiscard]] RunAnswers& runs() { return runs_; }
 
  private:
-  Door door_;
+  AccessControl access_;
   RunAnswers runs_;
   RunControl control_;
   SiteAnswers site_;
@@ -241,8 +242,8 @@ void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogu
 }  // namespace
 
 Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& report_address,
-                   const std::function<void(const Fault&)>& complain) {
-  limit_itself();
+                   const std::function<void(const Fault&)>& report_fault) {
+  limit_resources();
   const auto ends = block_end_signals();
   const auto folder = resolve_state_folder(options.state_folder);
   if (auto made = make_state_folder(folder); !made) return made;
@@ -258,7 +259,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (!tls) return failure(tls.error());
 
   RunCatalogue catalogue(options.folders);
-  const auto site = open_site(options, folder + "/" + kNotificationsFile, catalogue, clock, complain);
+  const auto site = open_site(options, folder + "/" + kNotificationsFile, catalogue, clock, report_fault);
   if (!site) return failure(site.error());
   RunFeed feed(catalogue);
   Page page(options, *address, *tls ? &**tls : nullptr, users, sessions, catalogue, feed, site->overview.get(), clock);

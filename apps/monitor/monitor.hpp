@@ -31,6 +31,6 @@ struct MonitorOptions {
 /// bad_file if one of its own files is invalid.
 [[nodiscard]] Result<void> serve(const MonitorOptions& options,
                                  const std::function<void(const std::string&)>& report_address,
-                                 const std::function<void(const Fault&)>& complain);
+                                 const std::function<void(const Fault&)>& report_fault);
 
 }  // namespace gyrotherm::monitor

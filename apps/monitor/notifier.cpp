@@ -47,12 +47,12 @@ ObservedRun observe(const FoundRun& run) {
 }  // namespace
 
 Notifier::Notifier(Site site, std::string memory_file, const RunCatalogue& catalogue, const Clock& clock,
-                   std::function<void(const Fault&)> complain)
+                   std::function<void(const Fault&)> report_fault)
     : site_(std::move(site)),
       memory_file_(std::move(memory_file)),
       catalogue_(catalogue),
       clock_(clock),
-      complain_(std::move(complain)) {}
+      report_fault_(std::move(report_fault)) {}
 
 Result<void> Notifier::load() {
   const auto text = read_private_file(memory_file_);
@@ -71,9 +71,9 @@ Situation Notifier::situation() {
   if (clock_.now().since_start - asked_ >= kMonitorCheckInterval) {
     asked_ = clock_.now().since_start;
     for (const auto& rule : site_.rules)
-      if (!rule.monitor.empty()) answers_[rule.monitor] = monitor_answers(rule.monitor, kMonitorTimeout);
+      if (!rule.monitor.empty()) answers_[rule.monitor] = is_monitor_responding(rule.monitor, kMonitorTimeout);
   }
-  now.monitors_answer = answers_;
+  now.responding_monitors = answers_;
   return now;
 }
 
@@ -84,14 +84,15 @@ void Notifier::send_message(const DueMessage& message) {
   const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
   if (address == site_.addresses.end()) return;
   const auto utc = clock_.now().utc;
-  const Letter letter{.subject = message.subject,
-                      .text = fmt::format("{}\n\n{}\nrule \"{}\"", message.text, message.subject, message.rule)};
-  const auto delivered = deliver(site_, *address, letter, utc);
+  const NotificationText notification{
+      .subject = message.subject,
+      .text = fmt::format("{}\n\n{}\nrule \"{}\"", message.text, message.subject, message.rule)};
+  const auto delivered = deliver(site_, *address, notification, utc);
   if (!delivered) {
     memory_.record_failure(message, utc);
-    complain_({delivered.error().kind,
-               fmt::format("\"{}\" was not notified (rule \"{}\")", message.address, message.rule),
-               text(delivered.error())});
+    report_fault_({delivered.error().kind,
+                   fmt::format("\"{}\" was not notified (rule \"{}\")", message.address, message.rule),
+                   text(delivered.error())});
   } else {
     memory_.record_delivery(message, utc);
   }
@@ -108,7 +109,7 @@ void Notifier::send_message(const DueMessage& message) {
 void Notifier::save() {
   auto text = memory_.to_text();
   if (text == saved_) return;
-  if (const auto written = write_private_file(memory_file_, text); !written) complain_(written.error());
+  if (const auto written = write_private_file(memory_file_, text); !written) report_fault_(written.error());
   saved_ = std::move(text);
 }
 

@@ -19,7 +19,7 @@ class Notifier {
  public:
   /// Creates a notifier. `memory_file` stores the sent messages. Calls `complain` for addresses that cannot be reached.
   Notifier(Site site, std::string memory_file, const RunCatalogue& catalogue, const Clock& clock,
-           std::function<void(const Fault&)> complain);
+           std::function<void(const Fault&)> report_fault);
   /// Loads the memory. Fails with bad_file.
   [[nodiscard]] Result<void> load();
   /// Checks once. May take half a minute for each address that does not answer.
@@ -34,7 +34,7 @@ class Notifier {
   std::string memory_file_;
   const RunCatalogue& catalogue_;
   const Clock& clock_;
-  std::function<void(const Fault&)> complain_;
+  std::function<void(const Fault&)> report_fault_;
   NotificationMemory memory_;
   std::string saved_;
   /// Whether the other monitors answered at the time `asked_`, by URL.

@@ -16,10 +16,10 @@ namespace {
 using std::chrono_literals::operator""s;
 
 constexpr auto kKeepAlive = 15s, kAccessCheckInterval = 1s;
-constexpr std::int64_t kMostEvents = 2000;
+constexpr std::int64_t kMaxEvents = 2000;
 
 /// Returns a parameter as an integer: `fallback` if it is empty, nothing if it is not an integer in range.
-std::optional<std::int64_t> parse_whole(const std::string& text, std::int64_t fallback) {
+std::optional<std::int64_t> parse_integer(const std::string& text, std::int64_t fallback) {
   if (text.empty()) return fallback;
   std::int64_t value{};
   const auto* end = text.data() + text.size();
@@ -62,13 +62,13 @@ WebAnswer status_answer(const FoundRun& run) {
 }
 
 WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
-  const auto after = parse_whole(head.parameter("after"), -1);
+  const auto after = parse_integer(head.parameter("after"), -1);
   if (!after) return refusal(400, "\"after\" is not the number of an event");
-  const auto events = events_after(run, *after, kMostEvents);
+  const auto events = read_events_after(run, *after, kMaxEvents);
   if (!events) return fault_answer(events.error());
   std::string body = "{\"events\":[";
   for (const auto& event : *events) body += (body.back() == '[' ? "" : ",") + event.text;
-  return {.body = body + fmt::format("],\"more\":{}}}", static_cast<std::int64_t>(events->size()) == kMostEvents)};
+  return {.body = body + fmt::format("],\"more\":{}}}", static_cast<std::int64_t>(events->size()) == kMaxEvents)};
 }
 
 WebAnswer alarms_answer(const FoundRun& run) {
@@ -90,12 +90,12 @@ WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
   const auto all = series_channels(*run.info);
   const auto channels = find_channels(head.parameter("channels"), all);
   if (!channels) return refusal(400, "unknown channel in \"channels\"");
-  const auto from = parse_whole(head.parameter("from"), 0), to = parse_whole(head.parameter("to"), run.status.slot);
-  const auto buckets = parse_whole(head.parameter("buckets"), 2000);
+  const auto from = parse_integer(head.parameter("from"), 0), to = parse_integer(head.parameter("to"), run.status.slot);
+  const auto buckets = parse_integer(head.parameter("buckets"), 2000);
   if (!from || !to || *from < 0)
     return refusal(400, "expected seconds since the start of the run for \"from\" and \"to\"");
-  if (!buckets || *buckets < 1 || *buckets > kMostBuckets)
-    return refusal(400, fmt::format("expected 1 to {} for \"buckets\"", kMostBuckets));
+  if (!buckets || *buckets < 1 || *buckets > kMaxBuckets)
+    return refusal(400, fmt::format("expected 1 to {} for \"buckets\"", kMaxBuckets));
   const SeriesRequest requested{.channels = *channels,
                                 .from = *from,
                                 .to = std::min(*to, std::max(run.status.slot, *from) + 60),
@@ -109,12 +109,12 @@ WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
 
 WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access) {
   const auto last = head.header("last-event-id");
-  const auto slot = parse_whole(last.empty() ? head.parameter("after") : last, run.status.slot);
-  const auto event = parse_whole(head.parameter("event"), -1);
+  const auto slot = parse_integer(last.empty() ? head.parameter("after") : last, run.status.slot);
+  const auto event = parse_integer(head.parameter("event"), -1);
   if (!slot || !event)
     return refusal(400, "Last-Event-ID is not the number of a second, or \"event\" is not the number of an event");
   auto watch = std::make_shared<RunFeed::Watch>(feed_, run.key);
-  if (feed_.watchers() > kMostWatchers) {
+  if (feed_.watchers() > kMaxWatchers) {
     auto full = refusal(503, "too many watchers; retry in 10 s");
     full.headers.emplace_back("Retry-After", "10");
     return full;

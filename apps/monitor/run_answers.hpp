@@ -16,7 +16,7 @@
 namespace gyrotherm::monitor {
 
 /// Limit of watchers, each of which occupies one of the 32 threads. Further watchers are asked to retry later.
-inline constexpr int kMostWatchers = 20;
+inline constexpr int kMaxWatchers = 20;
 
 /// The answers. Usable from any thread.
 class RunAnswers {

@@ -22,7 +22,7 @@ namespace {
 
 /// Interval for updating active runs during a long check. Without it, they would seem silent while other records of
 /// their folder are read.
-constexpr auto kRunningSeenEvery = std::chrono::seconds(1);
+constexpr auto kActiveRunInterval = std::chrono::seconds(1);
 
 /// Drops embedded files that the page does not use, half a megabyte in all, to limit the memory per run.
 void drop_unused_texts(record::RunInfo& info) {
@@ -36,19 +36,19 @@ void drop_unused_texts(record::RunInfo& info) {
 }
 
 /// Reads from the rig file the states of the chamber after a stop and after an abort.
-void read_ends(FoundRun& run, const record::RunInfo& info) {
-  run.when_stopped = run.when_aborted = "the chamber is made safe";
+void read_end_states(FoundRun& run, const record::RunInfo& info) {
+  run.chamber_after_stop = run.chamber_after_abort = "the chamber is made safe";
   const auto rig = TomlTable::parse(info.rig_text, "rig");
   if (!rig) return;
   const auto safe = rig->table("safe"), chamber = rig->table("chamber");
   const bool is_in_safe = safe.has("set_point");
   if (is_in_safe || chamber.has("safe_set_point")) {
     const auto set_point = is_in_safe ? safe.celsius("set_point") : chamber.celsius("safe_set_point");
-    run.when_aborted = fmt::format("the chamber is sent to its safe set point, {:g} °C{}", set_point.value,
-                                   safe.boolean("off", false) ? ", and switched off" : "");
+    run.chamber_after_abort = fmt::format("the chamber is sent to its safe set point, {:g} °C{}", set_point.value,
+                                          safe.boolean("off", false) ? ", and switched off" : "");
   }
   const bool holds = safe.text("on_stop", "safe") == "hold";
-  run.when_stopped = holds ? "the chamber holds its present set point" : run.when_aborted;
+  run.chamber_after_stop = holds ? "the chamber holds its present set point" : run.chamber_after_abort;
 }
 
 std::optional<double> compute_age_s(const FoundRun& run) {
@@ -111,7 +111,7 @@ RunCatalogue::Stamp RunCatalogue::read_stamp(const std::string& path) {
           .live_copy = read_file_identity(record::live_copy_path(path))};
 }
 
-RunCatalogue::Entry RunCatalogue::entry_at(const std::string& path) const {
+RunCatalogue::Entry RunCatalogue::copy_entry(const std::string& path) const {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(path);
   return found != entries_.end() ? found->second : Entry{};
@@ -125,7 +125,7 @@ void RunCatalogue::read_info(Entry& entry) {
   const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
   auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
   entry.info_id = info && is_whole ? run.status.id : std::string();
-  if (info) read_ends(run, *info);
+  if (info) read_end_states(run, *info);
   if (info) drop_unused_texts(*info);
   entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
 }
@@ -135,7 +135,7 @@ void RunCatalogue::scan_record(const std::string& path, const std::string& folde
                                std::optional<std::uint64_t> free_bytes) {
   // Taken before the files are read, so that the next check detects a change in between.
   const auto stamp = read_stamp(path);
-  auto entry = entry_at(path);
+  auto entry = copy_entry(path);
   auto& run = entry.run;
   const bool is_new = run.key.empty();
   const bool was_silent = run.is_silent();
@@ -155,7 +155,7 @@ void RunCatalogue::scan_record(const std::string& path, const std::string& folde
   entries_.insert_or_assign(path, std::move(entry));
 }
 
-std::vector<std::string> RunCatalogue::running_in(const std::string& folder) const {
+std::vector<std::string> RunCatalogue::active_records_in(const std::string& folder) const {
   std::vector<std::string> paths;
   const std::lock_guard lock(mutex_);
   for (const auto& [path, entry] : entries_)
@@ -170,8 +170,8 @@ void RunCatalogue::scan_folder(const std::string& folder, const std::function<bo
   for (const auto& path : there) {
     if (is_stopping()) return;
     scan_record(path, folder, free_bytes);
-    if (std::chrono::steady_clock::now() - running_seen < kRunningSeenEvery) continue;
-    for (const auto& running : running_in(folder)) scan_record(running, folder, free_bytes);
+    if (std::chrono::steady_clock::now() - running_seen < kActiveRunInterval) continue;
+    for (const auto& running : active_records_in(folder)) scan_record(running, folder, free_bytes);
     running_seen = std::chrono::steady_clock::now();
   }
   const std::lock_guard lock(mutex_);

@@ -38,8 +38,8 @@ struct FoundRun {
   /// Null if unreadable. Only the profile text is kept; other embedded files are dropped to save memory.
   std::shared_ptr<const record::RunInfo> info;
   /// State of the chamber after a stop and after an abort.
-  std::string when_stopped;
-  std::string when_aborted;
+  std::string chamber_after_stop;
+  std::string chamber_after_abort;
 
   /// Returns whether a program executes the run, according to the status.
   [[nodiscard]] bool is_running() const;
@@ -82,8 +82,8 @@ class RunCatalogue {
   };
   [[nodiscard]] static Stamp read_stamp(const std::string& path);
   [[nodiscard]] static FoundRun with_current_age(FoundRun run);
-  [[nodiscard]] std::vector<std::string> running_in(const std::string& folder) const;
-  [[nodiscard]] Entry entry_at(const std::string& path) const;
+  [[nodiscard]] std::vector<std::string> active_records_in(const std::string& folder) const;
+  [[nodiscard]] Entry copy_entry(const std::string& path) const;
   static void read_info(Entry& entry);
   void scan_record(const std::string& path, const std::string& folder, std::optional<std::uint64_t> free_bytes);
 

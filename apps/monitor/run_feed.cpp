@@ -14,13 +14,13 @@ namespace gyrotherm::monitor {
 namespace {
 
 /// Largest number of rows per read.
-constexpr std::int64_t kAtOnce = 300;
+constexpr std::int64_t kMaxRowsPerRead = 300;
 /// Rows of a run kept in memory.
-constexpr std::size_t kKept = 300;
+constexpr std::size_t kRowsInMemory = 300;
 constexpr double kNsPerMs = 1e6;
 constexpr auto kRecheckInterval = std::chrono::milliseconds(200);
 
-std::string number_text(double value) { return std::isfinite(value) ? fmt::format("{:.7g}", value) : "null"; }
+std::string format_number(double value) { return std::isfinite(value) ? fmt::format("{:.7g}", value) : "null"; }
 
 std::string sample_text(const record::Statement& row, std::size_t channels) {
   auto text =
@@ -30,7 +30,7 @@ std::string sample_text(const record::Statement& row, std::size_t channels) {
                   row.null(4) ? 0 : row.real(4) / 1e9, text_of(Json(std::string(row.text(5)))));
   constexpr int kBefore = 6;
   for (std::size_t i = 0; i < channels; ++i)
-    text += (i > 0 ? "," : "") + number_text(row.real(kBefore + static_cast<int>(i)));
+    text += (i > 0 ? "," : "") + format_number(row.real(kBefore + static_cast<int>(i)));
   return text + "]}";
 }
 
@@ -63,7 +63,7 @@ std::string message(const char* kind, const std::string& data, std::int64_t id) 
 
 }  // namespace
 
-Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most) {
+Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most) {
   std::vector<FeedRow> rows;
   if (!run.info) return rows;
   const auto files = record::find_source_files(run.path, run.is_running());
@@ -77,7 +77,7 @@ Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slo
   return read.map([&] { return std::move(rows); });
 }
 
-Result<std::vector<FeedRow>> events_after(const FoundRun& run, std::int64_t number, std::int64_t most) {
+Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t number, std::int64_t most) {
   std::vector<FeedRow> rows;
   const auto files = record::find_source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
@@ -140,7 +140,7 @@ std::string RunFeed::Watch::next(FeedPosition& position, Duration patience) {
     }
     if (has_all_after(run, position)) return text + next_messages(run, position);
   }
-  text += feed_.read_missed(key_, position);
+  text += feed_.read_older_messages(key_, position);
   // The live copy is being replaced.
   if (text.empty()) {
     std::unique_lock lock(feed_.mutex_);
@@ -170,16 +170,16 @@ std::string RunFeed::next_messages(const Run& run, FeedPosition& position) {
 }
 
 /// Reads from the record the messages after the position that are no longer in memory. Called on the watcher's thread.
-std::string RunFeed::read_missed(const std::string& key, FeedPosition& position) const {
+std::string RunFeed::read_older_messages(const std::string& key, FeedPosition& position) const {
   std::string text;
   const auto found = catalogue_.find(key);
   if (!found || found->status.id != position.run) return text;
-  if (const auto events = events_after(*found, position.event, kAtOnce))
+  if (const auto events = read_events_after(*found, position.event, kMaxRowsPerRead))
     for (const auto& event : *events) {
       text += message("event", event.text, -1);
       position.event = event.number;
     }
-  if (const auto samples = samples_after(*found, position.slot, kAtOnce))
+  if (const auto samples = read_samples_after(*found, position.slot, kMaxRowsPerRead))
     for (const auto& sample : *samples) {
       text += message("sample", sample.text, sample.number);
       position.slot = sample.number;
@@ -197,8 +197,8 @@ void RunFeed::read() {
   for (const auto& key : keys) {
     const auto found = catalogue_.find(key);
     const auto position = found ? update_status(*found) : std::nullopt;
-    auto news = position ? read_news(*found, *position) : std::nullopt;
-    if (news) add_news(key, std::move(*news));
+    auto news = position ? read_new_rows(*found, *position) : std::nullopt;
+    if (news) add_new_rows(key, std::move(*news));
   }
 }
 
@@ -222,24 +222,24 @@ std::optional<RunFeed::ReadPosition> RunFeed::update_status(const FoundRun& foun
 
 /// Reads the rows after a position, at first only the last ones, because a watcher requests older rows itself. Returns
 /// nothing if no rows can follow, or if the record cannot be read now.
-std::optional<RunFeed::News> RunFeed::read_news(const FoundRun& found, const ReadPosition& position) {
+std::optional<RunFeed::NewRows> RunFeed::read_new_rows(const FoundRun& found, const ReadPosition& position) {
   const bool is_over = !found.is_running();
   if (position.is_complete && is_over && found.status.slot <= position.slot) return std::nullopt;
-  const auto first_slot = std::max<std::int64_t>(-1, found.status.slot - static_cast<std::int64_t>(kKept) / 2);
-  auto samples = samples_after(found, position.has_begun ? position.slot : first_slot, kAtOnce);
-  auto events = events_after(found, position.event, kAtOnce);
+  const auto first_slot = std::max<std::int64_t>(-1, found.status.slot - static_cast<std::int64_t>(kRowsInMemory) / 2);
+  auto samples = read_samples_after(found, position.has_begun ? position.slot : first_slot, kMaxRowsPerRead);
+  auto events = read_events_after(found, position.event, kMaxRowsPerRead);
   if (!samples || !events) return std::nullopt;
-  return News{.samples = std::move(*samples), .events = std::move(*events), .run_is_over = is_over};
+  return NewRows{.samples = std::move(*samples), .events = std::move(*events), .has_run_ended = is_over};
 }
 
 /// Stores the last rows of a run in memory and wakes its watchers.
-void RunFeed::add_news(const std::string& key, News news) {
+void RunFeed::add_new_rows(const std::string& key, NewRows news) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(key);
   if (watched == runs_.end()) return;
   auto& run = watched->second;
   const bool is_nothing_new = news.samples.empty() && news.events.empty();
-  run.read.is_complete = news.run_is_over && is_nothing_new;
+  run.read.is_complete = news.has_run_ended && is_nothing_new;
   if (run.read.has_begun && is_nothing_new) return;
   run.read.has_begun = true;
   const auto keep = [](std::vector<FeedRow>& from, std::deque<FeedRow>& rows, std::int64_t& last) {
@@ -247,7 +247,7 @@ void RunFeed::add_news(const std::string& key, News news) {
       last = row.number;
       rows.push_back(std::move(row));
     }
-    while (rows.size() > kKept) rows.pop_front();
+    while (rows.size() > kRowsInMemory) rows.pop_front();
   };
   keep(news.samples, run.samples, run.read.slot);
   keep(news.events, run.events, run.read.event);

@@ -36,9 +36,11 @@ struct FeedRow {
   std::string text;
 };
 /// Returns at most `most` samples after `slot`. Fails with storage or bad_file.
-[[nodiscard]] Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most);
-/// Returns at most `most` events after the one with `number`. Fails like samples_after().
-[[nodiscard]] Result<std::vector<FeedRow>> events_after(const FoundRun& run, std::int64_t number, std::int64_t most);
+[[nodiscard]] Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_t slot,
+                                                              std::int64_t most);
+/// Returns at most `most` events after the one with `number`. Fails like read_samples_after().
+[[nodiscard]] Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t number,
+                                                             std::int64_t most);
 /// Returns the status with additional data for the page: key, name, age, profile and rig.
 [[nodiscard]] std::string status_text(const FoundRun& run);
 
@@ -90,16 +92,16 @@ class RunFeed {
     std::string status{};
   };
   /// Rows of a run after a position.
-  struct News {
+  struct NewRows {
     std::vector<FeedRow> samples, events;
-    bool run_is_over{};
+    bool has_run_ended{};
   };
   [[nodiscard]] std::optional<ReadPosition> update_status(const FoundRun& found);
-  [[nodiscard]] static std::optional<News> read_news(const FoundRun& found, const ReadPosition& position);
-  void add_news(const std::string& key, News news);
+  [[nodiscard]] static std::optional<NewRows> read_new_rows(const FoundRun& found, const ReadPosition& position);
+  void add_new_rows(const std::string& key, NewRows news);
   [[nodiscard]] static bool has_all_after(const Run& run, const FeedPosition& position);
   [[nodiscard]] static std::string next_messages(const Run& run, FeedPosition& position);
-  [[nodiscard]] std::string read_missed(const std::string& key, FeedPosition& position) const;
+  [[nodiscard]] std::string read_older_messages(const std::string& key, FeedPosition& position) const;
 
   const RunCatalogue& catalogue_;
   mutable std::mutex mutex_;

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Returns the beginning of each segment in seconds of the run, from its first sample.
-Json beginnings_of(const FoundRun& run) {
+Json segment_starts(const FoundRun& run) {
   Json begun = Json::array();
   const auto events =
       record::find_source_files(run.path, run.is_running()).and_then([&](const record::RecordFiles& files) {
@@ -59,7 +59,7 @@ WebAnswer profile_answer(const FoundRun& run) {
   return {.body = text_of(Json{{"name", profile->name},
                                {"title", profile->title},
                                {"segments", std::move(segments)},
-                               {"begun", beginnings_of(run)}})};
+                               {"begun", segment_starts(run)}})};
 }
 
 namespace {
@@ -72,14 +72,14 @@ constexpr std::array kReports{
     "calibration.json", "authorisation.json"};
 
 /// Returns whether a file of this name can be requested (http_message.hpp).
-bool can_be_asked_for(const std::string& name) {
+bool is_requestable(const std::string& name) {
   return name.find('\\') == std::string::npos && percent_decode(percent_encode(name)) == name;
 }
 
 /// Returns the files of a closed record. The status file may come from any user with write access to the folder, so no
 /// path is taken from it. The status file only determines which of the existing files with names of parts belong to the
 /// record.
-std::vector<std::string> record_files_of(const FoundRun& run) {
+std::vector<std::string> closed_record_files(const FoundRun& run) {
   std::vector<std::string> files{run.path};
   const fs::path record(run.path);
   for (const auto& said : run.status.parts) {
@@ -93,14 +93,14 @@ std::vector<std::string> record_files_of(const FoundRun& run) {
 
 /// Returns the downloadable files as pairs of name in the page and path: the files of a closed record, and reports.
 /// Does not follow links.
-std::vector<std::pair<std::string, fs::path>> files_of(const FoundRun& run) {
+std::vector<std::pair<std::string, fs::path>> downloadable_files(const FoundRun& run) {
   std::vector<std::pair<std::string, fs::path>> files;
   std::error_code error;
   const auto add = [&](const std::string& name, const fs::path& path) {
-    if (can_be_asked_for(name) && fs::is_regular_file(fs::symlink_status(path, error))) files.emplace_back(name, path);
+    if (is_requestable(name) && fs::is_regular_file(fs::symlink_status(path, error))) files.emplace_back(name, path);
   };
   if (!run.is_running())
-    for (const auto& path : record_files_of(run)) {
+    for (const auto& path : closed_record_files(run)) {
       add(fs::path(path).filename().string(), path);
       add(fs::path(path).filename().string() + ".sha256", path + ".sha256");
     }
@@ -117,7 +117,7 @@ std::vector<std::pair<std::string, fs::path>> files_of(const FoundRun& run) {
 WebAnswer files_answer(const FoundRun& run) {
   Json files = Json::array();
   std::error_code error;
-  for (const auto& [name, path] : files_of(run))
+  for (const auto& [name, path] : downloadable_files(run))
     files.push_back({{"name", name}, {"bytes", fs::file_size(path, error)}});
   return {.body = text_of(Json{{"files", std::move(files)}, {"running", run.is_running()}})};
 }
@@ -126,7 +126,7 @@ namespace {
 
 /// Returns the Content-Disposition (RFC 6266) with two names: the exact one, and an ASCII one for clients that do not
 /// support it.
-std::string disposition_of(const std::string& name) {
+std::string content_disposition(const std::string& name) {
   std::string plain;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
@@ -143,13 +143,13 @@ std::string disposition_of(const std::string& name) {
 
 /// Returns a content type that makes the browser save the file, because a report must not run as a page of the monitor.
 WebAnswer file_answer(const FoundRun& run, const std::string& name) {
-  const auto files = files_of(run);
+  const auto files = downloadable_files(run);
   const auto found = std::ranges::find_if(files, [&](const auto& file) { return file.first == name; });
   if (found == files.end()) return refusal(404, "the run has no such file");
   auto opened = open_regular_file(found->second.string(), Links::refused);
   if (!opened) return refusal(404, opened.error().what);
   WebAnswer answer{.type = "application/octet-stream", .stream_size = opened->size};
-  answer.headers.emplace_back("Content-Disposition", disposition_of(name));
+  answer.headers.emplace_back("Content-Disposition", content_disposition(name));
   if (opened->size == 0) return answer;
   answer.stream = [file = std::make_shared<RegularFile>(std::move(*opened))](const Send& send) {
     std::string piece(64 * 1024, '\0');

@@ -32,7 +32,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-std::string labels_of(const FoundRun& run) {
+std::string metric_labels(const FoundRun& run) {
   return fmt::format("run=\"{}\",rig=\"{}\",profile=\"{}\",simulated=\"{}\"", escaped(run.name),
                      escaped(run.info ? run.info->rig_name : ""), escaped(run.info ? run.info->profile_name : ""),
                      run.status.simulated ? 1 : 0);
@@ -117,7 +117,7 @@ void add_metric(std::string& text, const Metric& metric, const std::vector<Found
   for (const auto& run : runs)
     if (const auto value = is_in_scope(metric.scope, run) ? metric.value(run) : std::nullopt;
         value && std::isfinite(*value))
-      lines += fmt::format("{}{{{}}} {}\n", metric.name, labels_of(run), *value);
+      lines += fmt::format("{}{{{}}} {}\n", metric.name, metric_labels(run), *value);
   add(text, metric.name, metric.help, lines);
 }
 
@@ -127,7 +127,7 @@ void add_states(std::string& text, const std::vector<FoundRun>& runs) {
   for (const auto& run : runs)
     if (is_in_scope(MetricScope::answering, run) || !is_unfinished(run))
       for (const auto state : kRunStates)
-        lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", labels_of(run), name(state),
+        lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", metric_labels(run), name(state),
                              run.status.standing.state == state ? 1 : 0);
   add(text, "gyrotherm_run_state", "1 for the current state of the run, 0 for other states.", lines);
 }
@@ -138,7 +138,7 @@ void add_thermometers(std::string& text, const std::vector<FoundRun>& runs) {
     if (is_in_scope(MetricScope::answering, run))
       for (const auto& [channel, reading] : run.status.thermometers)
         if (reading && std::isfinite(reading->value))
-          lines += fmt::format("gyrotherm_run_thermometer_celsius{{{},channel=\"{}\"}} {}\n", labels_of(run),
+          lines += fmt::format("gyrotherm_run_thermometer_celsius{{{},channel=\"{}\"}} {}\n", metric_labels(run),
                                escaped(channel), reading->value);
   add(text, "gyrotherm_run_thermometer_celsius", "Uncorrected reading of a thermometer.", lines);
 }
@@ -147,12 +147,12 @@ void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
   std::string lines;
   for (const auto& run : runs)
     if (is_in_scope(MetricScope::answering, run) && run.free_bytes)
-      lines += fmt::format("gyrotherm_disk_free_bytes{{{}}} {}\n", labels_of(run), *run.free_bytes);
+      lines += fmt::format("gyrotherm_disk_free_bytes{{{}}} {}\n", metric_labels(run), *run.free_bytes);
   add(text, "gyrotherm_disk_free_bytes", "Free space on the disk of the record.", lines);
 }
 
 /// Returns whether an ended run needs attention.
-bool ended_badly(const FoundRun& run) {
+bool needs_attention(const FoundRun& run) {
   const auto state = run.status.standing.state;
   return run.trouble.empty() && (record::count_unacknowledged(run.status.alarms) > 0 || state == RunState::aborting ||
                                  state == RunState::aborted);
@@ -166,14 +166,14 @@ std::vector<FoundRun> select_runs(const std::vector<FoundRun>& runs) {
   std::set<std::string> names;
   std::set<std::pair<std::string, bool>> rigs;
   const auto include = [&](const FoundRun& run) {
-    if (names.insert(labels_of(run)).second) selected.push_back(run);
+    if (names.insert(metric_labels(run)).second) selected.push_back(run);
   };
   for (const auto& run : runs)
     if (is_unfinished(run)) include(run);
   for (const auto& run : runs) {
     if (!run.info || run.info->imported) continue;
     const bool is_the_last = rigs.emplace(run.info->rig_name, run.status.simulated).second;
-    if (is_the_last && !is_unfinished(run) && ended_badly(run)) include(run);
+    if (is_the_last && !is_unfinished(run) && needs_attention(run)) include(run);
   }
   return selected;
 }

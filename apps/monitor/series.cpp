@@ -16,18 +16,19 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-constexpr std::int64_t kFinestOverview = 16;  ///< slots
+constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
+constexpr std::int64_t kMinOverviewWidth = 16;  ///< slots
 /// Largest number of rows per read. The record stays open during a read, and a program that resumes the run must wait
 /// for it.
-constexpr std::int64_t kRowsAtOnce = 20'000;
+constexpr std::int64_t kMaxRowsPerQuery = 20'000;
 
 std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
-SeriesChannel channel_of_chamber(const char* column) { return {column, "°C", {}, quoted(column)}; }
+SeriesChannel chamber_channel(const char* column) { return {column, "°C", {}, quoted(column)}; }
 
 /// Returns the channel of the measured rate about an axis, Earth rate included.
-SeriesChannel rate_of(const record::ChannelColumn& column, const record::UnitInfo& unit, const std::string& interval) {
+SeriesChannel rate_channel(const record::ChannelColumn& column, const record::UnitInfo& unit,
+                           const std::string& interval) {
   const auto& axis = unit.axes[column.index];
   // Length of "pulses" at the end of the name.
   constexpr std::size_t kPulses = 6;
@@ -41,8 +42,8 @@ SeriesChannel rate_of(const record::ChannelColumn& column, const record::UnitInf
 }  // namespace
 
 std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
-  std::vector<SeriesChannel> channels{channel_of_chamber("set_point_c"), channel_of_chamber("chamber_air_c"),
-                                      channel_of_chamber("chamber_set_point_c")};
+  std::vector<SeriesChannel> channels{chamber_channel("set_point_c"), chamber_channel("chamber_air_c"),
+                                      chamber_channel("chamber_set_point_c")};
   const auto columns = record::channel_columns(info);
   for (const auto& column : columns) {
     switch (column.measures) {
@@ -56,7 +57,7 @@ std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
           return other.measures == record::Measures::interval && other.unit == column.unit;
         });
         if (interval != columns.end())
-          channels.push_back(rate_of(column, info.units[column.unit], quoted(interval->name)));
+          channels.push_back(rate_channel(column, info.units[column.unit], quoted(interval->name)));
         break;
       }
       case record::Measures::value: {
@@ -80,8 +81,8 @@ void Buckets::reach(std::int64_t slot) {
   const auto wanted = static_cast<std::size_t>((slot - first_) / width_ + 1);
   if (wanted <= count_) return;
   count_ = wanted;
-  low_.resize(count_ * channels_, kNone);
-  high_.resize(count_ * channels_, kNone);
+  low_.resize(count_ * channels_, kNoValue);
+  high_.resize(count_ * channels_, kNoValue);
 }
 
 void Buckets::take(std::int64_t slot, std::size_t channel, double value) {
@@ -107,28 +108,28 @@ void Buckets::coarsen() {
 
 namespace {
 
-std::string columns_of(const std::vector<SeriesChannel>& channels, const std::vector<std::size_t>& wanted) {
+std::string sql_columns(const std::vector<SeriesChannel>& channels, const std::vector<std::size_t>& wanted) {
   std::string what = "slot";
   for (const auto channel : wanted) what += ", " + channels[channel].sql;
   return what;
 }
 
-std::vector<std::size_t> all_of(std::size_t channels) {
+std::vector<std::size_t> all_channels(std::size_t channels) {
   std::vector<std::size_t> all(channels);
   for (std::size_t i = 0; i < channels; ++i) all[i] = i;
   return all;
 }
 
 /// Adds the rows of these slots to the buckets, in portions. Returns the last slot read.
-Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_t>& channels, std::int64_t from,
-                               std::int64_t to, const std::function<void(std::int64_t)>& before_row, Buckets& into) {
-  const auto what = columns_of(series_channels(*run.info), channels);
+Result<std::int64_t> add_rows(const FoundRun& run, const std::vector<std::size_t>& channels, std::int64_t from,
+                              std::int64_t to, const std::function<void(std::int64_t)>& before_row, Buckets& into) {
+  const auto what = sql_columns(series_channels(*run.info), channels);
   auto last = from - 1;
-  for (std::int64_t taken = kRowsAtOnce; taken == kRowsAtOnce;) {
+  for (std::int64_t taken = kMaxRowsPerQuery; taken == kMaxRowsPerQuery;) {
     const auto files = record::find_source_files(run.path, run.is_running());
     if (!files) return failure(files.error());
     taken = 0;
-    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kRowsAtOnce},
+    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kMaxRowsPerQuery},
                                        [&](const record::Statement& row) {
                                          last = row.integer(0);
                                          ++taken;
@@ -161,7 +162,7 @@ Buckets folded(const Buckets& overview, const SeriesRequest& request, std::int64
 }  // namespace
 
 Result<void> SeriesCache::catch_up(Overview& overview, const FoundRun& run) const {
-  const auto most = most_bytes_ / 2;
+  const auto most = max_bytes_ / 2;
   const auto fit = [&](std::int64_t slot) {
     auto& buckets = overview.buckets;
     const auto needed = [&] {
@@ -169,8 +170,8 @@ Result<void> SeriesCache::catch_up(Overview& overview, const FoundRun& run) cons
     };
     while (needed() > most) buckets.coarsen();
   };
-  const auto read =
-      take_rows(run, all_of(overview.buckets.channels()), overview.read + 1, record::kNoEnd - 1, fit, overview.buckets);
+  const auto read = add_rows(run, all_channels(overview.buckets.channels()), overview.read + 1, record::kNoEnd - 1, fit,
+                             overview.buckets);
   if (!read) return failure(read.error());
   overview.read = *read;
   return {};
@@ -181,7 +182,7 @@ std::shared_ptr<SeriesCache::Overview> SeriesCache::find_or_add_overview(const F
   const auto of = run.key + run.status.id;
   auto found = std::ranges::find_if(overviews_, [&](const auto& overview) { return overview->run == of; });
   if (found == overviews_.end())
-    overviews_.push_front(std::make_shared<Overview>(of, Buckets(channels, 0, kFinestOverview)));
+    overviews_.push_front(std::make_shared<Overview>(of, Buckets(channels, 0, kMinOverviewWidth)));
   else
     overviews_.splice(overviews_.begin(), overviews_, found);
   return overviews_.front();
@@ -193,7 +194,7 @@ void SeriesCache::evict() {
   for (auto overview = overviews_.begin(); overview != overviews_.end();) {
     if (const std::unique_lock in_use((*overview)->mutex, std::try_to_lock); in_use)
       sum += (*overview)->buckets.bytes();
-    overview = sum > most_bytes_ && overview != overviews_.begin() ? overviews_.erase(overview) : std::next(overview);
+    overview = sum > max_bytes_ && overview != overviews_.begin() ? overviews_.erase(overview) : std::next(overview);
   }
 }
 
@@ -208,7 +209,7 @@ std::size_t SeriesCache::bytes() const {
 }
 
 bool SeriesCache::is_far_behind(const Overview& overview, const FoundRun& run) {
-  constexpr std::int64_t kFar = 2 * kRowsAtOnce;
+  constexpr std::int64_t kFar = 2 * kMaxRowsPerQuery;
   return run.status.slot - overview.read > kFar;
 }
 
@@ -227,9 +228,9 @@ void SeriesCache::catch_up() {
 
 Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesRequest& request) {
   const auto slots = std::max<std::int64_t>(1, request.to - request.from + 1);
-  const auto most = std::clamp<std::int64_t>(request.buckets, 1, kMostBuckets);
+  const auto most = std::clamp<std::int64_t>(request.buckets, 1, kMaxBuckets);
   auto width = (slots + most - 1) / most;
-  if (width >= kFinestOverview) {
+  if (width >= kMinOverviewWidth) {
     const auto overview = find_or_add_overview(run, series_channels(*run.info).size());
     if (const std::unique_lock lock(overview->mutex, std::try_to_lock); lock) {
       overview->found = run;
@@ -242,7 +243,7 @@ Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesRequest& r
     }
   }
   Buckets buckets(request.channels.size(), request.from, width);
-  const auto read = take_rows(
+  const auto read = add_rows(
       run, request.channels, request.from, request.to, [](std::int64_t) {}, buckets);
   if (!read) return failure(read.error());
   return buckets;

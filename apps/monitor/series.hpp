@@ -73,14 +73,14 @@ struct SeriesRequest {
   std::int64_t from{}, to{};
   std::int64_t buckets = 2000;
 };
-inline constexpr std::int64_t kMostBuckets = 4000;
+inline constexpr std::int64_t kMaxBuckets = 4000;
 
 /// The overviews of the recently viewed runs. Usable from any thread.
 class SeriesCache {
  public:
-  /// Creates a cache. `most_bytes` limits the total size of all overviews; the least recently used one is removed
+  /// Creates a cache. `max_bytes` limits the total size of all overviews; the least recently used one is removed
   /// first.
-  explicit SeriesCache(std::size_t most_bytes = kUsualBytes) : most_bytes_(most_bytes) {}
+  explicit SeriesCache(std::size_t max_bytes = kDefaultBytes) : max_bytes_(max_bytes) {}
 
   /// Returns the requested buckets, at least one slot wide. Fails with storage or bad_file.
   [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesRequest& request);
@@ -90,7 +90,7 @@ class SeriesCache {
   void catch_up();
 
  private:
-  static constexpr std::size_t kUsualBytes = 20'000'000;
+  static constexpr std::size_t kDefaultBytes = 20'000'000;
   struct Overview {
     std::mutex mutex;
     /// Key and id of the run. The key is not sufficient, because another record may replace the run's under the same
@@ -108,7 +108,7 @@ class SeriesCache {
   [[nodiscard]] static bool is_far_behind(const Overview& overview, const FoundRun& run);
   void evict();
 
-  std::size_t most_bytes_;
+  std::size_t max_bytes_;
   mutable std::mutex mutex_;
   /// The most recently used first.
   std::list<std::shared_ptr<Overview>> overviews_;

@@ -50,7 +50,7 @@ void Sessions::remove_expired() {
   const auto now = clock_.now().utc;
   std::erase_if(sessions_, [&](const auto& entry) {
     const auto& session = entry.second;
-    return now - session.begun > kLongest || now - session.used > kLongestUnused || session.begun > now + kSecond;
+    return now - session.begun > kLongest || now - session.used > kIdleLifetime || session.begun > now + kSecond;
   });
   while (sessions_.size() > kMost)
     sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second.used; }));
@@ -80,8 +80,8 @@ std::optional<Sessions::Session> Sessions::find(const std::string& secret) {
   const auto found = sessions_.find(sha256(secret));
   if (found == sessions_.end()) return std::nullopt;
   const auto now = clock_.now().utc;
-  constexpr auto kNotedEvery = std::chrono::minutes(10);
-  if (now - found->second.used > kNotedEvery) {
+  constexpr auto kSaveInterval = std::chrono::minutes(10);
+  if (now - found->second.used > kSaveInterval) {
     found->second.used = now;
     save();
   }
@@ -133,11 +133,11 @@ bool Confirmations::take(const std::string& token, const std::string& user, cons
 bool RateLimit::take(const std::string& name) {
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
-  if (allowances_.size() >= kMostNames && !allowances_.contains(name)) {
+  if (allowances_.size() >= kMaxNames && !allowances_.contains(name)) {
     std::erase_if(allowances_, [&](const auto& entry) {
       return entry.second.tries + to_seconds(now - entry.second.at) * per_second_ >= most_;
     });
-    if (allowances_.size() >= kMostNames) return false;
+    if (allowances_.size() >= kMaxNames) return false;
   }
   auto& left = allowances_.try_emplace(name, Allowance{.tries = most_, .at = now}).first->second;
   left.tries = std::min(most_, left.tries + to_seconds(now - left.at) * per_second_);

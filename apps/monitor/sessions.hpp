@@ -28,7 +28,7 @@ class Sessions {
     std::string csrf;
     Duration begun{}, used{};
   };
-  static constexpr Duration kLongest = std::chrono::hours(7 * 24), kLongestUnused = std::chrono::hours(12);
+  static constexpr Duration kLongest = std::chrono::hours(7 * 24), kIdleLifetime = std::chrono::hours(12);
   /// Limit of sessions. If it is exceeded, the least recently used session ends.
   static constexpr std::size_t kMost = 256;
 
@@ -90,7 +90,7 @@ class RateLimit {
     double tries{};
     Duration at{};
   };
-  static constexpr std::size_t kMostNames = 4096;
+  static constexpr std::size_t kMaxNames = 4096;
   double most_, per_second_;
   const Clock& clock_;
   std::mutex mutex_;

@@ -42,10 +42,10 @@ bool is_below(std::string_view path, std::string_view top) {
   return path.starts_with(top) && (path.size() == top.size() || path[top.size()] == '/');
 }
 
-constexpr Duration kAnswerWithin = std::chrono::seconds(5);
+constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
 constexpr std::array kVerbs{"pause", "resume", "stop", "abort", "note", "acknowledge"};
 
-bool ends_the_run(const std::string& verb) { return verb == "stop" || verb == "abort"; }
+bool ends_run(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
 /// Returns the request of a command with its text, like `gyrotherm tell`.
 Result<control::ControlRequest> make_request(const std::string& verb, const std::map<std::string, std::string>& body) {
@@ -56,24 +56,24 @@ Result<control::ControlRequest> make_request(const std::string& verb, const std:
 
 }  // namespace
 
-WebAnswer RunControl::request_confirmation(const Guest& guest, const FoundRun& run, const std::string& verb) {
+WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb) {
   const auto& standing = run.status.standing;
   const auto done = run.status.slot >= 0 ? spoken(std::chrono::seconds(run.status.slot)) : std::string("nothing");
   const auto left = standing.time_left ? spoken(*standing.time_left) : std::string("an unknown time");
-  const auto& chamber = verb == "abort" ? run.when_aborted : run.when_stopped;
+  const auto& chamber = verb == "abort" ? run.chamber_after_abort : run.chamber_after_stop;
   return {.status = 409,
           .body = text_of(
-              Json{{"confirm", confirmations_.issue(guest.name(), run.key, verb)},
+              Json{{"confirm", confirmations_.issue(sender.name(), run.key, verb)},
                    {"question", fmt::format("{} done, {} left. The run ends and {}. Sure?", done, left, chamber)},
                    {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
                    {"left_s", standing.time_left ? Json(to_seconds(*standing.time_left)) : Json(nullptr)}})};
 }
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {
-  const auto found = door_.identify_sender(request);
+  const auto found = access_.identify_sender(request);
   if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
-  const auto& guest = std::get<Guest>(found);
-  if (auto no = door_.change_refusal(guest, request, Role::conductor)) return *no;
+  const auto& sender = std::get<Sender>(found);
+  if (auto no = access_.change_refusal(sender, request, Role::conductor)) return *no;
   if (std::ranges::find(kVerbs, verb) == kVerbs.end()) return refusal(404, "unknown request");
   const auto run = catalogue_.find(key);
   if (!run) return refusal(404, "there is no such run");
@@ -81,17 +81,17 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (!body) return refusal(400, body.error().what);
   auto asked = make_request(verb, *body);
   if (!asked) return refusal(400, asked.error().what);
-  if (ends_the_run(verb) && !confirmations_.take(body->at("confirm"), guest.name(), run->key, verb))
-    return request_confirmation(guest, *run, verb);
-  asked->for_user = guest.name();
-  const auto answer = control::tell(run->path, *asked, kAnswerWithin);
+  if (ends_run(verb) && !confirmations_.take(body->at("confirm"), sender.name(), run->key, verb))
+    return request_confirmation(sender, *run, verb);
+  asked->for_user = sender.name();
+  const auto answer = control::tell(run->path, *asked, kAnswerTimeout);
   if (!answer) return refusal(503, answer.error().what);
   if (!answer->done) return refusal(409, answer->text);
   return {.body = text_of(Json{{"done", answer->text}})};
 }
 
 WebAnswer SiteAnswers::answer(const WebRequest& request) {
-  if (auto no = door_.general_refusal(request)) return *no;
+  if (auto no = access_.general_refusal(request)) return *no;
   return request.head.method == "POST" ? answer_post(request) : answer_get(request);
 }
 
@@ -99,10 +99,10 @@ WebAnswer SiteAnswers::answer_get(const WebRequest& request) {
   const auto& path = request.head.path;
   for (const auto& file : kPage)
     if (path == file.path) return page_file(file);
-  if (path == "/api/v1/session") return door_.session(request);
-  const auto guest = door_.identify_sender(request);
-  if (const auto* no = std::get_if<WebAnswer>(&guest)) return *no;
-  if (path == "/api/v1/sessions") return door_.sessions(request);
+  if (path == "/api/v1/session") return access_.session(request);
+  const auto sender = access_.identify_sender(request);
+  if (const auto* no = std::get_if<WebAnswer>(&sender)) return *no;
+  if (path == "/api/v1/sessions") return access_.sessions(request);
   if (path == "/api/v1/openapi.json") return {.body = std::string(openapi_text())};
   if (path == "/metrics")
     return {
@@ -113,7 +113,7 @@ WebAnswer SiteAnswers::answer_get(const WebRequest& request) {
   if (is_below(path, kSite))
     return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
   if (is_below(path, kRuns)) {
-    auto has_access = [this, request] { return std::holds_alternative<Guest>(door_.identify_sender(request)); };
+    auto has_access = [this, request] { return std::holds_alternative<Sender>(access_.identify_sender(request)); };
     return runs_.answer(request, path.substr(kRuns.size()), std::move(has_access));
   }
   return refusal(404, "there is no such page");
@@ -121,9 +121,9 @@ WebAnswer SiteAnswers::answer_get(const WebRequest& request) {
 
 WebAnswer SiteAnswers::answer_post(const WebRequest& request) {
   const auto& path = request.head.path;
-  if (path == "/api/v1/login") return door_.log_in(request);
-  if (path == "/api/v1/logout") return door_.log_out(request);
-  if (path == "/api/v1/sessions") return door_.sessions(request);
+  if (path == "/api/v1/login") return access_.log_in(request);
+  if (path == "/api/v1/logout") return access_.log_out(request);
+  if (path == "/api/v1/sessions") return access_.sessions(request);
   const auto slash = path.rfind('/');
   if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size()) {
     auto no = refusal(405, "this path accepts only GET");

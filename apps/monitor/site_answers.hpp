@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "apps/monitor/door.hpp"
+#include "apps/monitor/access_control.hpp"
 #include "apps/monitor/run_answers.hpp"
 #include "apps/monitor/run_catalogue.hpp"
 #include "apps/monitor/sessions.hpp"
@@ -18,8 +18,8 @@ namespace gyrotherm::monitor {
 /// page's user. A command that ends a run must be confirmed. Usable from any thread.
 class RunControl {
  public:
-  RunControl(Door& door, const RunCatalogue& catalogue, const Clock& clock)
-      : door_(door), catalogue_(catalogue), confirmations_(clock) {}
+  RunControl(AccessControl& access, const RunCatalogue& catalogue, const Clock& clock)
+      : access_(access), catalogue_(catalogue), confirmations_(clock) {}
 
   /// Answers POST /api/v1/runs/KEY/VERB: pause, resume, stop, abort, note or acknowledge, with {"text", "alarm",
   /// "confirm"}. The text of stop and abort is the reason. Without "confirm", stop and abort change nothing. Their
@@ -27,9 +27,9 @@ class RunControl {
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:
-  [[nodiscard]] WebAnswer request_confirmation(const Guest& guest, const FoundRun& run, const std::string& verb);
+  [[nodiscard]] WebAnswer request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb);
 
-  Door& door_;
+  AccessControl& access_;
   const RunCatalogue& catalogue_;
   Confirmations confirmations_;
 };
@@ -38,9 +38,9 @@ class RunControl {
 class SiteAnswers {
  public:
   /// Creates the routes. `site` may be null for a monitor without a site.
-  SiteAnswers(Door& door, RunAnswers& runs, RunControl& control, const RunCatalogue& catalogue, const RunFeed& feed,
-              SiteOverview* site)
-      : door_(door), runs_(runs), control_(control), catalogue_(catalogue), feed_(feed), site_(site) {}
+  SiteAnswers(AccessControl& access, RunAnswers& runs, RunControl& control, const RunCatalogue& catalogue,
+              const RunFeed& feed, SiteOverview* site)
+      : access_(access), runs_(runs), control_(control), catalogue_(catalogue), feed_(feed), site_(site) {}
 
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
@@ -48,7 +48,7 @@ class SiteAnswers {
   [[nodiscard]] WebAnswer answer_get(const WebRequest& request);
   [[nodiscard]] WebAnswer answer_post(const WebRequest& request);
 
-  Door& door_;
+  AccessControl& access_;
   RunAnswers& runs_;
   RunControl& control_;
   const RunCatalogue& catalogue_;

@@ -14,22 +14,22 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr auto kOccasions =
-    make_vocabulary<Occasion::alarm, Occasion::silent>("alarm", "run ended", "disk low", "silent");
-constexpr double kBytesOfGigabyte = 1e9;
+constexpr auto kRuleTriggers =
+    make_vocabulary<RuleTrigger::alarm, RuleTrigger::silent>("alarm", "run ended", "disk low", "silent");
+constexpr double kBytesPerGigabyte = 1e9;
 
 bool is_one_line(const std::string& text) {
   return std::ranges::none_of(text, [](unsigned char c) { return c < ' ' || c == 0x7F; });
 }
 
 /// Reads a text that is used as a mail header or as a line to a server. It must not contain control characters.
-std::string line_at(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
+std::string read_text_line(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
   auto text = table.text(key, fallback);
   if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
   return text;
 }
 
-std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
+std::vector<std::string> read_texts(const TomlTable& table, const char* key) {
   auto texts = table.texts(key);
   if (texts.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected a list of texts", key));
   for (const auto& text : texts)
@@ -38,13 +38,13 @@ std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
 }
 
 NotifyAddress read_address(const TomlTable& table) {
-  NotifyAddress address{.name = line_at(table, "name"), .how = CommandAddress{}};
+  NotifyAddress address{.name = read_text_line(table, "name"), .how = CommandAddress{}};
   const int ways = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
   if (ways != 1) table.mistake("name", "expected exactly one of command, mail and apprise");
-  if (table.has("command")) address.how = CommandAddress{texts_at(table, "command")};
-  if (table.has("mail")) address.how = MailAddress{texts_at(table, "mail")};
+  if (table.has("command")) address.how = CommandAddress{read_texts(table, "command")};
+  if (table.has("mail")) address.how = MailAddress{read_texts(table, "mail")};
   if (table.has("apprise")) {
-    address.how = AppriseAddress{line_at(table, "apprise")};
+    address.how = AppriseAddress{read_text_line(table, "apprise")};
     if (std::get<AppriseAddress>(address.how).url.starts_with('-'))
       table.mistake("apprise", "starts with '-', expected a URL");
   }
@@ -52,15 +52,15 @@ NotifyAddress read_address(const TomlTable& table) {
 }
 
 NotifyRule read_rule(const TomlTable& table) {
-  NotifyRule rule{.when = one_of(kOccasions, table, "when"), .addresses = texts_at(table, "tell")};
-  rule.name = line_at(table, "name", keyword_for(kOccasions, rule.when));
-  const bool waits = rule.when == Occasion::alarm || rule.when == Occasion::silent;
+  NotifyRule rule{.when = one_of(kRuleTriggers, table, "when"), .addresses = read_texts(table, "tell")};
+  rule.name = read_text_line(table, "name", keyword_for(kRuleTriggers, rule.when));
+  const bool waits = rule.when == RuleTrigger::alarm || rule.when == RuleTrigger::silent;
   if (waits)
     rule.after =
-        table.duration("after", rule.when == Occasion::alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
-  if (rule.when == Occasion::disk_low)
-    rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesOfGigabyte);
-  if (rule.when == Occasion::silent) rule.monitor = line_at(table, "monitor", "");
+        table.duration("after", rule.when == RuleTrigger::alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
+  if (rule.when == RuleTrigger::disk_low)
+    rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesPerGigabyte);
+  if (rule.when == RuleTrigger::silent) rule.monitor = read_text_line(table, "monitor", "");
   if (!rule.monitor.empty() && !rule.monitor.starts_with("http://") && !rule.monitor.starts_with("https://"))
     table.mistake("monitor", "is not the address of a monitor, expected http://… or https://…");
   rule.simulated = table.boolean("simulated", false);
@@ -68,11 +68,11 @@ NotifyRule read_rule(const TomlTable& table) {
 }
 
 MailServer read_mail_server(const TomlTable& table, const std::string& file) {
-  MailServer mail{.url = line_at(table, "server"),
-                  .from = line_at(table, "from"),
-                  .user = line_at(table, "user", ""),
+  MailServer mail{.url = read_text_line(table, "server"),
+                  .from = read_text_line(table, "from"),
+                  .user = read_text_line(table, "user", ""),
                   .password = {},
-                  .must_be_secure = table.boolean("secure", true)};
+                  .requires_tls = table.boolean("secure", true)};
   if (!mail.url.starts_with("smtp://") && !mail.url.starts_with("smtps://"))
     table.mistake("server", "is not the address of a mail server, expected smtp://HOST:PORT or smtps://HOST:PORT");
   if (mail.user.empty()) return mail;
@@ -112,7 +112,7 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   root->expect("schema", kSiteSchema);
   // Read by apps/site/site_file.hpp.
   for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);
-  Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
+  Site site{.name = read_text_line(*root, "name", ""), .has_store = root->has("store")};
   if (root->has("live"))
     root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
   const auto notify = root->table("notify");

@@ -40,11 +40,11 @@ struct MailServer {
   std::string user;
   /// Read from the file that the site file names.
   std::string password;
-  bool must_be_secure = true;
+  bool requires_tls = true;
 };
 
 /// Event that a rule watches.
-enum class Occasion {
+enum class RuleTrigger {
   /// An alarm is raised. While it is not acknowledged, further addresses are notified.
   alarm,
   ended,
@@ -56,7 +56,7 @@ enum class Occasion {
 
 struct NotifyRule {
   std::string name{};
-  Occasion when{};
+  RuleTrigger when{};
   /// Names of addresses, in order.
   std::vector<std::string> addresses{};
   /// For an alarm: time between addresses. For a silent run or monitor: time before the first message.

@@ -14,15 +14,15 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr std::array kQuestions{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
-/// Limit of rows. The page shows a hint if an answer reaches it: kMostRows in page/site.js.
-constexpr const char* kMostRows = "5000";
-constexpr Duration kFresh = std::chrono::seconds(30), kStoreTimeout = std::chrono::seconds(20);
-constexpr Duration kLiveFresh = std::chrono::seconds(3), kLiveTimeout = std::chrono::seconds(5);
+/// Limit of rows. The page shows a hint if an answer reaches it: kMaxRows in page/site.js.
+constexpr const char* kMaxRows = "5000";
+constexpr Duration kAnswerLifetime = std::chrono::seconds(30), kStoreTimeout = std::chrono::seconds(20);
+constexpr Duration kRigStatesLifetime = std::chrono::seconds(3), kLiveTimeout = std::chrono::seconds(5);
 
 /// Returns the answer of the store as JSON. Fails like read_program_output().
 Result<std::string> query_store(const std::string& question, const std::string& site_file, Duration within) {
   return read_program_output(
-      {sibling_program_path("gyrotherm-site"), question, "--json", "--most", kMostRows, "--site", site_file}, within);
+      {sibling_program_path("gyrotherm-site"), question, "--json", "--most", kMaxRows, "--site", site_file}, within);
 }
 
 /// Adds the time since the answer to the age of each rig's last second.
@@ -73,7 +73,7 @@ SiteOverview::RigStates SiteOverview::cached_rig_states() const {
 
 SiteOverview::RigStates SiteOverview::query_rig_states() {
   const auto is_fresh = [](const RigStates& live) {
-    return live.asked_at && since_boot() - *live.asked_at <= kLiveFresh;
+    return live.asked_at && since_boot() - *live.asked_at <= kRigStatesLifetime;
   };
   auto before = cached_rig_states();
   if (is_fresh(before)) return before;
@@ -102,7 +102,7 @@ std::optional<SiteOverview::CachedAnswer> SiteOverview::cached_answer(const std:
 /// request does not block again.
 WebAnswer SiteOverview::question(const std::string& name) {
   const auto is_fresh = [](const std::optional<CachedAnswer>& answered) {
-    return answered && since_boot() - answered->at <= kFresh;
+    return answered && since_boot() - answered->at <= kAnswerLifetime;
   };
   auto before = cached_answer(name);
   if (is_fresh(before)) return before->answer;

@@ -38,13 +38,13 @@ namespace {
 constexpr unsigned long long kPasses = 3;
 constexpr std::size_t kMemory = 12 * 1024 * 1024;
 
-void need_sodium() {
+void initialise_sodium() {
   static const int ready = sodium_init();
   ensure(ready >= 0, "libsodium has random numbers");
 }
 
 std::string hashed(const std::string& password) {
-  need_sodium();
+  initialise_sodium();
   std::array<char, crypto_pwhash_STRBYTES> text{};
   const int made = crypto_pwhash_str_alg(text.data(), password.data(), password.size(), kPasses, kMemory,
                                          crypto_pwhash_ALG_ARGON2ID13);
@@ -53,7 +53,7 @@ std::string hashed(const std::string& password) {
 }
 
 bool fits(const std::string& hash, const std::string& password) {
-  need_sodium();
+  initialise_sodium();
   return crypto_pwhash_str_verify(hash.c_str(), password.data(), password.size()) == 0;
 }
 
@@ -100,10 +100,10 @@ Result<void> write_users(const std::string& path, const UserList& list) {
 
 Result<void> put_user(UserList& list, const std::string& name, Role role, const std::string& password) {
   if (auto good = check_name(name); !good) return good;
-  if (password.size() < kShortestPassword || password.size() > kLongestPassword)
+  if (password.size() < kMinPasswordBytes || password.size() > kMaxPasswordBytes)
     return failure(
         FaultKind::usage, "password",
-        fmt::format("has {} bytes, expected {} to {}", password.size(), kShortestPassword, kLongestPassword));
+        fmt::format("has {} bytes, expected {} to {}", password.size(), kMinPasswordBytes, kMaxPasswordBytes));
   if (std::ranges::find(list.tokens, name, &Token::name) != list.tokens.end())
     return failure(FaultKind::usage, name, "is the name of a token");
   std::erase_if(list.users, [&](const User& user) { return user.name == name; });
@@ -129,7 +129,7 @@ Result<void> remove_name(UserList& list, const std::string& name) {
 }
 
 std::string random_secret() {
-  need_sodium();
+  initialise_sodium();
   std::array<unsigned char, 32> bytes{};
   randombytes_buf(bytes.data(), bytes.size());
   constexpr int kKind = sodium_base64_VARIANT_URLSAFE_NO_PADDING;
@@ -156,18 +156,18 @@ void Users::refresh() {
   if (now == seen_) return;
   seen_ = now;
   auto list = read_users(path_);
-  broken_ = !list;
+  is_unreadable_ = !list;
   list_ = list ? std::move(*list) : UserList{};
 }
 
 bool Users::has_any() {
   const std::lock_guard lock(mutex_);
   refresh();
-  return broken_ || !list_.users.empty() || !list_.tokens.empty();
+  return is_unreadable_ || !list_.users.empty() || !list_.tokens.empty();
 }
 
 std::optional<Identity> Users::find_by_password(const std::string& name, const std::string& password) {
-  if (password.size() > kLongestPassword) return std::nullopt;
+  if (password.size() > kMaxPasswordBytes) return std::nullopt;
   std::optional<User> user;
   {
     const std::lock_guard lock(mutex_);
@@ -176,7 +176,7 @@ std::optional<Identity> Users::find_by_password(const std::string& name, const s
     if (found != list_.users.end()) user = *found;
   }
   static const std::string nobody = hashed(random_secret());
-  const std::lock_guard one(one_at_a_time_);
+  const std::lock_guard one(hashing_mutex_);
   const bool right = fits(user ? user->password : nobody, password);
   if (!user || !right) return std::nullopt;
   return make_identity(*user);

@@ -69,7 +69,7 @@ struct UserList {
 /// Replaces the file atomically. Fails with storage.
 [[nodiscard]] Result<void> write_users(const std::string& path, const UserList& list);
 
-inline constexpr std::size_t kShortestPassword = 10, kLongestPassword = 256;  ///< bytes
+inline constexpr std::size_t kMinPasswordBytes = 10, kMaxPasswordBytes = 256;  ///< bytes
 
 /// Adds a user, or replaces role and password of an existing one. Fails with usage if the name is invalid or the length
 /// of the password is not permitted.
@@ -104,10 +104,10 @@ class Users {
   void refresh();
 
   std::string path_;
-  std::mutex mutex_, one_at_a_time_;
+  std::mutex mutex_, hashing_mutex_;
   UserList list_;
   /// The file exists and cannot be read.
-  bool broken_{};
+  bool is_unreadable_{};
   /// State of the file when it was read.
   FileState seen_;
 };

@@ -11,7 +11,7 @@ namespace gyrotherm::monitor {
 namespace {
 
 /// Returns whether a key occurs twice. JSON readers differ in the value that they use in this case.
-bool has_a_key_twice(const std::string& body) {
+bool has_duplicate_key(const std::string& body) {
   std::set<std::string> keys;
   bool twice = false;
   const auto look = [&](int, Json::parse_event_t event, Json& value) {
@@ -36,7 +36,7 @@ Result<std::map<std::string, std::string>> read_body(const WebRequest& request, 
     texts[key] = place.text();
   }
   if (!root->verdict()) return refuse("the body is not an object of strings");
-  if (has_a_key_twice(request.body)) return refuse("duplicate key in the body");
+  if (has_duplicate_key(request.body)) return refuse("duplicate key in the body");
   return texts;
 }
 

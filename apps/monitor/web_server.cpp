@@ -32,7 +32,7 @@ using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kThreads = 32;
 /// Connections waiting for a thread.
-constexpr int kMostWaiting = 32;
+constexpr int kMaxWaiting = 32;
 /// Limit of the time from the first byte of a head to the end of the body.
 constexpr auto kHeadTimeout = 1s;
 constexpr auto kWriteTimeout = 5s;
@@ -56,7 +56,7 @@ class WebServer::Listeners {
       // No descriptor is free.
       if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);
       const std::lock_guard lock(mutex_);
-      if (!socket.is_open() || waiting_.size() >= std::size_t{kMostWaiting}) continue;
+      if (!socket.is_open() || waiting_.size() >= std::size_t{kMaxWaiting}) continue;
       waiting_.push_back(std::move(socket));
       change_.notify_one();
     }
@@ -93,7 +93,7 @@ class WebServer::Listeners {
       Connection connection(std::move(socket), options.tls);
       if (!connection.perform_handshake(kHeadTimeout)) return;
       std::string bytes;
-      for (int i = 0; i < kMostRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
+      for (int i = 0; i < kMaxRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
         if (!serve_one(connection, bytes)) break;
       connection.shut_down_sending();
     } catch (const std::exception&) {
@@ -104,7 +104,7 @@ class WebServer::Listeners {
   /// Waits for bytes. An idle connection ends if others wait for a thread.
   bool wait_for_request(const Connection& connection, const std::string& bytes, bool first) {
     if (!bytes.empty()) return true;
-    const Deadline deadline(first ? Duration(kHeadTimeout) : Duration(kIdle));
+    const Deadline deadline(first ? Duration(kHeadTimeout) : Duration(kIdleTimeout));
     while (!deadline.over()) {
       if (connection.has_bytes(50ms)) return true;
       if (stopping || (!first && has_waiting())) return false;
@@ -117,10 +117,10 @@ class WebServer::Listeners {
   bool serve_one(Connection& connection, std::string& bytes) {
     const Deadline deadline{Duration(kHeadTimeout)};
     std::optional<std::size_t> end;
-    while (!(end = find_head_end(bytes)) && bytes.size() <= kLongestHead)
+    while (!(end = find_head_end(bytes)) && bytes.size() <= kMaxHeadBytes)
       if (!read_more(connection, bytes, deadline))
         return bytes.empty() ? false : refuse(connection, {408, "the request was not complete in time"});
-    if (!end || *end > kLongestHead) return refuse(connection, {431, "the head is too long"});
+    if (!end || *end > kMaxHeadBytes) return refuse(connection, {431, "the head is too long"});
     auto read = read_head(std::string_view(bytes).substr(0, *end));
     const bool wants_body = !bytes.starts_with("HEAD ");
     bytes.erase(0, *end);
@@ -135,7 +135,7 @@ class WebServer::Listeners {
         return refuse(connection, {408, "the request was not complete in time"});
     request.body = bytes.substr(0, request.head.body_size);
     bytes.erase(0, request.head.body_size);
-    if (options.behind_proxy) believe_proxy(request);
+    if (options.behind_proxy) apply_proxy_headers(request);
     return give(connection, answer_to(request), request.head);
   }
 
@@ -195,7 +195,7 @@ class WebServer::Listeners {
   }
 
   /// Replaces the client's address by the one that the proxy on this machine has appended to the header.
-  static void believe_proxy(WebRequest& request) {
+  static void apply_proxy_headers(WebRequest& request) {
     const auto chain = request.head.header("x-forwarded-for");
     const auto comma = chain.rfind(',');
     const auto last = trimmed(std::string_view(chain).substr(comma == std::string::npos ? 0 : comma + 1));
@@ -215,7 +215,7 @@ WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
   auto& options = listeners_->options;
-  auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMostWaiting);
+  auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMaxWaiting);
   if (!listener)
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot be listened at: another program may be there, or the address is none of this machine's");

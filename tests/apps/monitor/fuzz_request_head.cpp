@@ -24,8 +24,8 @@ void take(const std::string& bytes) {
   require(find_head_end(bytes) == bytes.size());
   require(head.path.starts_with('/') && is_utf8(head.path) && head.path.find("/../") == std::string::npos);
   require(std::ranges::none_of(head.path, [](unsigned char c) { return c < ' '; }));
-  require(head.body_size <= kLargestBody && (head.method == "GET" || head.method == "POST"));
-  require(!head.headers.contains("transfer-encoding") && head.headers.size() <= kMostHeaders);
+  require(head.body_size <= kMaxBodyBytes && (head.method == "GET" || head.method == "POST"));
+  require(!head.headers.contains("transfer-encoding") && head.headers.size() <= kMaxHeaders);
 }
 
 }  // namespace

@@ -120,12 +120,12 @@ TEST_F(Told, KeepsMemoryOverRestart) {
 
 TEST_F(Told, TriesAddressThreeTimesBeforeNext) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
-  for (int i = 0; i < kMostTries; ++i) {
+  for (int i = 0; i < kMaxAttempts; ++i) {
     const auto due = due_messages(site_, now_, utc_, memory_);
     ASSERT_EQ(due.size(), 1u) << i;
     EXPECT_EQ(due.front().address, "day");
     memory_.record_failure(due.front(), utc_);
-    EXPECT_TRUE(i + 1 == kMostTries || due_messages(site_, now_, utc_, memory_).empty()) << "not at once";
+    EXPECT_TRUE(i + 1 == kMaxAttempts || due_messages(site_, now_, utc_, memory_).empty()) << "not at once";
     utc_ += 2min;
   }
   utc_ += 10min;
@@ -190,7 +190,7 @@ TEST_F(Told, ForgetsRunAfterDayOfAbsence) {
 }
 
 TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
-  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .addresses = {"day"}, .after = 2min});
+  site_.rules.push_back({.name = "a run is silent", .when = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   const auto run = now_.runs.front();
   EXPECT_EQ(told(), Messages{});
   now_.runs.clear();
@@ -214,7 +214,7 @@ TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
 }
 
 TEST_F(Told, IgnoresRemovalOfEndedRun) {
-  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .addresses = {"day"}, .after = 2min});
+  site_.rules.push_back({.name = "a run is silent", .when = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   auto simulated = now_.runs.front();
   simulated.id = "s";
   simulated.simulated = true;
@@ -245,13 +245,13 @@ TEST_F(Told, RestartsWaitingTimesWhenClockIsSetBack) {
 }
 
 TEST_F(Told, ReportsSilentMonitorAfterDelay) {
-  now_.monitors_answer["http://other:8321/"] = false;
+  now_.responding_monitors["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});
   utc_ += 1min;
   EXPECT_EQ(told(), Messages{});
-  now_.monitors_answer["http://other:8321/"] = true;
+  now_.responding_monitors["http://other:8321/"] = true;
   EXPECT_EQ(told(), Messages{});
-  now_.monitors_answer["http://other:8321/"] = false;
+  now_.responding_monitors["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});
   utc_ += 3min;
   EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not answer"});

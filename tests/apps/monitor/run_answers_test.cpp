@@ -181,7 +181,7 @@ TEST(RunFeed, SendsEveryEventOfEndedRun) {
   for (std::size_t at = 0; (at = told.find("\"number\":", at)) != std::string::npos; ++at)
     numbers.insert(told.substr(at, told.find(',', at) - at));
   EXPECT_EQ(numbers.size(), std::set(numbers.begin(), numbers.end()).size()) << "each once";
-  const auto all = events_after(catalogue.runs().front(), -1, 5000);
+  const auto all = read_events_after(catalogue.runs().front(), -1, 5000);
   ASSERT_TRUE(all);
   EXPECT_GE(all->size(), std::size_t{kEvents});
   EXPECT_EQ(numbers.size(), all->size());
@@ -296,13 +296,13 @@ TEST(RunFeed, SendsEventsBeforeFirstRow) {
     EXPECT_EQ((*store)->health().parts, 2);
   }
   const auto run = found_in(folder / "");
-  const auto events = events_after(run, 0, 100);
+  const auto events = read_events_after(run, 0, 100);
   ASSERT_TRUE(events) << text(events.error());
   ASSERT_EQ(events->size(), 2u);
   EXPECT_NE(events->front().text.find("a profile"), std::string::npos) << events->front().text;
   EXPECT_NE(events->back().text.find("continues in run.2.db"), std::string::npos) << events->back().text;
   EXPECT_LT(events->front().number, events->back().number);
-  const auto rows = samples_after(run, -1, 100);
+  const auto rows = read_samples_after(run, -1, 100);
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->size(), 2u) << "each once";
 }

@@ -119,8 +119,8 @@ TEST_F(SeriesOfARun, LeavesNoFilesNextToRecord) {
   };
   const auto before = names();
   ASSERT_TRUE(cache_.buckets(run_, {.channels = {kThermometer}, .from = 0, .to = kSeconds - 1}));
-  ASSERT_TRUE(samples_after(run_, 100, 10));
-  ASSERT_TRUE(events_after(run_, -1, 10));
+  ASSERT_TRUE(read_samples_after(run_, 100, 10));
+  ASSERT_TRUE(read_events_after(run_, -1, 10));
   EXPECT_EQ(names(), before);
 }
 
@@ -134,7 +134,7 @@ TEST_F(SeriesOfARun, WritesNullForMissingValues) {
 TEST_F(SeriesOfARun, SendsSamplesAndEventsOnceInOrder) {
   std::int64_t slot = 2990, count = 0;
   for (;;) {
-    const auto rows = samples_after(run_, slot, 300);
+    const auto rows = read_samples_after(run_, slot, 300);
     ASSERT_TRUE(rows);
     if (rows->empty()) break;
     for (const auto& row : *rows) {
@@ -145,7 +145,7 @@ TEST_F(SeriesOfARun, SendsSamplesAndEventsOnceInOrder) {
   }
   EXPECT_EQ(slot, kSeconds - 1);
   EXPECT_EQ(count, kSeconds - 2991 - 1000);
-  const auto events = events_after(run_, -1, 1000);
+  const auto events = read_events_after(run_, -1, 1000);
   ASSERT_TRUE(events);
   EXPECT_EQ(events->size(), 78u) << "one in 500 s, but two in the gap";
 }

@@ -117,7 +117,7 @@ TEST(Sessions, SurviveRestartAndExpireUnused) {
   EXPECT_EQ(found->password_id, "a password");
   EXPECT_EQ(read_text_file(file)->find(secret), std::string::npos);
   EXPECT_FALSE(sessions.find(random_secret()));
-  clock.advance(Sessions::kLongestUnused + 1min);
+  clock.advance(Sessions::kIdleLifetime + 1min);
   EXPECT_FALSE(sessions.find(secret));
 }
 

@@ -189,8 +189,8 @@ TEST(WebServer, ReturnsAllowedMethods) {
 TEST(MonitorAnswers, IsFalseWhenProxyAnswersInstead) {
   const auto at = [](const Served& page) { return fmt::format("http://127.0.0.1:{}", page.port()); };
   const Served there(nothing), gone([](const WebRequest&) { return refusal(502, "bad gateway"); });
-  EXPECT_TRUE(monitor_answers(at(there), 5s));
-  EXPECT_FALSE(monitor_answers(at(gone), 5s));
+  EXPECT_TRUE(is_monitor_responding(at(there), 5s));
+  EXPECT_FALSE(is_monitor_responding(at(gone), 5s));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 
 namespace gyrotherm::monitor {
 
-struct DoorOptions {
+struct AccessOptions {
   /// The page may control runs.
   bool control{};
   /// Clients at this machine's own address may view runs while there are no users.
@@ -22,7 +22,7 @@ struct DoorOptions {
 };
 
 /// The sender of a request.
-struct Guest {
+struct Sender {
   /// Empty for a guest without login, who may only view runs.
   std::optional<Identity> identity{};
   /// A browser's session. Scripts have none.
@@ -32,17 +32,18 @@ struct Guest {
 };
 
 /// The access control. Usable from any thread.
-class Door {
+class AccessControl {
  public:
-  Door(const DoorOptions& options, Users& users, Sessions& sessions, const Clock& clock);
+  AccessControl(const AccessOptions& options, Users& users, Sessions& sessions, const Clock& clock);
 
   /// Returns a refusal that applies to any sender: too many requests from the address, or a request of another site.
   [[nodiscard]] std::optional<WebAnswer> general_refusal(const WebRequest& request);
   /// Returns the sender of a request, identified by a session's cookie or a bearer token in the header, or a refusal.
-  [[nodiscard]] std::variant<Guest, WebAnswer> identify_sender(const WebRequest& request);
+  [[nodiscard]] std::variant<Sender, WebAnswer> identify_sender(const WebRequest& request);
   /// Returns a refusal if this guest may not change anything with this request: control is disabled, the role does not
   /// permit it, or the session's second secret is missing.
-  [[nodiscard]] std::optional<WebAnswer> change_refusal(const Guest& guest, const WebRequest& request, Role role) const;
+  [[nodiscard]] std::optional<WebAnswer> change_refusal(const Sender& sender, const WebRequest& request,
+                                                        Role role) const;
 
   /// Answer POST /api/v1/login {"name", "password"}, POST /api/v1/logout, and GET /api/v1/session: the user and its
   /// rights.
@@ -53,14 +54,14 @@ class Door {
   /// user.
   [[nodiscard]] WebAnswer sessions(const WebRequest& request);
 
-  [[nodiscard]] const DoorOptions& options() const { return options_; }
+  [[nodiscard]] const AccessOptions& options() const { return options_; }
 
  private:
   /// Returns the user of a session. Returns nothing, and ends the session, if the user was removed or has changed the
   /// password since the session began.
   [[nodiscard]] std::optional<Identity> session_user(const Sessions::Session& session);
 
-  DoorOptions options_;
+  AccessOptions options_;
   Users& users_;
   Sessions& sessions_;
   RateLimit requests_, logins_, names_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/monitor/door.hpp"
+#include "apps/monitor/access_control.hpp"
 
 #include <fmt/format.h>
 
@@ -14,8 +14,8 @@ namespace {
 // Limits. An address may send 20 requests per second and 120 at once, like a page with many charts at its start. It may
 // try to log in ten times, and once more every 20 s. The limit per user name over all addresses is much higher:
 // guessing from a few addresses must not lock out the user at another address.
-constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kOfName = 500,
-                 kOfNamePerSecond = 1;
+constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kLoginsPerName = 500,
+                 kLoginsPerNamePerSecond = 1;
 
 /// Returns the name of the session cookie, which includes the port. A browser sends a cookie to every port of a host:
 /// two monitors on one machine, or behind two tunnels to localhost, would overwrite each other's cookie of the same
@@ -29,13 +29,13 @@ std::string cookie_name(const WebRequest& request) {
   return is_one ? name + "_" + port : name;
 }
 
-std::string cookie_with(const std::string& secret, const WebRequest& request, std::int64_t seconds) {
+std::string make_cookie(const std::string& secret, const WebRequest& request, std::int64_t seconds) {
   return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", cookie_name(request), secret, seconds,
                      request.secure ? "; Secure" : "");
 }
 
 /// Returns the secret in the request's cookie, or an empty text.
-std::string secret_of(const WebRequest& request) {
+std::string session_secret(const WebRequest& request) {
   return find_cookie(request.head.header("cookie"), cookie_name(request));
 }
 
@@ -58,21 +58,21 @@ bool has_origin(const WebRequest& request) {
 
 }  // namespace
 
-Door::Door(const DoorOptions& options, Users& users, Sessions& sessions, const Clock& clock)
+AccessControl::AccessControl(const AccessOptions& options, Users& users, Sessions& sessions, const Clock& clock)
     : options_(options),
       users_(users),
       sessions_(sessions),
       requests_(kRequests, kRequestsPerSecond, clock),
       logins_(kLogins, kLoginsPerSecond, clock),
-      names_(kOfName, kOfNamePerSecond, clock) {}
+      names_(kLoginsPerName, kLoginsPerNamePerSecond, clock) {}
 
-std::optional<WebAnswer> Door::general_refusal(const WebRequest& request) {
+std::optional<WebAnswer> AccessControl::general_refusal(const WebRequest& request) {
   if (!requests_.take(request.peer)) return refusal(429, "too many requests from this address");
   if (is_cross_site(request)) return refusal(403, "the request comes from another site");
   return std::nullopt;
 }
 
-std::variant<Guest, WebAnswer> Door::identify_sender(const WebRequest& request) {
+std::variant<Sender, WebAnswer> AccessControl::identify_sender(const WebRequest& request) {
   const auto& head = request.head;
   constexpr std::string_view kBearer = "Bearer ";
   if (const auto sent = head.header("authorization"); !sent.empty()) {
@@ -81,35 +81,36 @@ std::variant<Guest, WebAnswer> Door::identify_sender(const WebRequest& request) 
     if (!identity && !logins_.take("token " + request.peer))
       return refusal(429, "too many invalid tokens from this address; wait a minute");
     if (!identity) return refusal(401, "unknown token");
-    return Guest{.identity = identity};
+    return Sender{.identity = identity};
   }
-  const auto session = sessions_.find(secret_of(request));
+  const auto session = sessions_.find(session_secret(request));
   if (session)
-    if (auto identity = session_user(*session)) return Guest{.identity = std::move(identity), .session = session};
-  if (options_.open && !users_.has_any()) return Guest{};
+    if (auto identity = session_user(*session)) return Sender{.identity = std::move(identity), .session = session};
+  if (options_.open && !users_.has_any()) return Sender{};
   return refusal(401, "log in first");
 }
 
-std::optional<Identity> Door::session_user(const Sessions::Session& session) {
+std::optional<Identity> AccessControl::session_user(const Sessions::Session& session) {
   auto identity = users_.find_by_name(session.user);
   if (!identity || identity->password_id == session.password_id) return identity;
   sessions_.close(session.id);
   return std::nullopt;
 }
 
-std::optional<WebAnswer> Door::change_refusal(const Guest& guest, const WebRequest& request, Role role) const {
+std::optional<WebAnswer> AccessControl::change_refusal(const Sender& sender, const WebRequest& request,
+                                                       Role role) const {
   if (!options_.control) return refusal(403, "this monitor is read-only; it was started without --control");
-  if (!guest.identity) return refusal(403, "controlling a run requires a user; add users first");
-  if (!guest.has_role(role))
-    return refusal(403, fmt::format("the role {} does not permit this action", name(guest.identity->role)));
-  if (!guest.session) return std::nullopt;
+  if (!sender.identity) return refusal(403, "controlling a run requires a user; add users first");
+  if (!sender.has_role(role))
+    return refusal(403, fmt::format("the role {} does not permit this action", name(sender.identity->role)));
+  if (!sender.session) return std::nullopt;
   if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
-  if (!equal_secrets(guest.session->csrf, request.head.header("x-csrf-token")))
+  if (!equal_secrets(sender.session->csrf, request.head.header("x-csrf-token")))
     return refusal(403, "the request does not come from the page");
   return std::nullopt;
 }
 
-WebAnswer Door::log_in(const WebRequest& request) {
+WebAnswer AccessControl::log_in(const WebRequest& request) {
   const auto body = read_body(request, {"name", "password"});
   if (!body) return refusal(400, body.error().what);
   if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
@@ -120,40 +121,40 @@ WebAnswer Door::log_in(const WebRequest& request) {
   const auto secret = sessions_.open(identity->name, identity->password_id);
   const auto lasts = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLongest).count();
   WebAnswer answer{.body = "{}"};
-  answer.headers.emplace_back("Set-Cookie", cookie_with(secret, request, lasts));
+  answer.headers.emplace_back("Set-Cookie", make_cookie(secret, request, lasts));
   return answer;
 }
 
-WebAnswer Door::log_out(const WebRequest& request) {
-  if (auto session = sessions_.find(secret_of(request))) {
+WebAnswer AccessControl::log_out(const WebRequest& request) {
+  if (auto session = sessions_.find(session_secret(request))) {
     if (!has_origin(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token")))
       return refusal(403, "the request does not come from the page");
     sessions_.close(session->id);
   }
   WebAnswer answer{.body = "{}"};
-  answer.headers.emplace_back("Set-Cookie", cookie_with("", request, 0));
+  answer.headers.emplace_back("Set-Cookie", make_cookie("", request, 0));
   return answer;
 }
 
-WebAnswer Door::session(const WebRequest& request) {
+WebAnswer AccessControl::session(const WebRequest& request) {
   const auto found = identify_sender(request);
-  const auto* guest = std::get_if<Guest>(&found);
-  const bool known = guest != nullptr && guest->identity;
-  return {.body = text_of(Json{{"name", known ? Json(guest->identity->name) : Json(nullptr)},
-                               {"role", known ? Json(name(guest->identity->role)) : Json(nullptr)},
-                               {"may_look", guest != nullptr},
-                               {"may_control", known && options_.control && guest->has_role(Role::conductor)},
-                               {"csrf", known && guest->session ? Json(guest->session->csrf) : Json(nullptr)}})};
+  const auto* sender = std::get_if<Sender>(&found);
+  const bool known = sender != nullptr && sender->identity;
+  return {.body = text_of(Json{{"name", known ? Json(sender->identity->name) : Json(nullptr)},
+                               {"role", known ? Json(name(sender->identity->role)) : Json(nullptr)},
+                               {"may_look", sender != nullptr},
+                               {"may_control", known && options_.control && sender->has_role(Role::conductor)},
+                               {"csrf", known && sender->session ? Json(sender->session->csrf) : Json(nullptr)}})};
 }
 
-WebAnswer Door::sessions(const WebRequest& request) {
+WebAnswer AccessControl::sessions(const WebRequest& request) {
   const auto found = identify_sender(request);
   if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
-  const auto& guest = std::get<Guest>(found);
-  if (!guest.has_role(Role::administrator)) return refusal(403, "only administrators may list sessions");
+  const auto& sender = std::get<Sender>(found);
+  if (!sender.has_role(Role::administrator)) return refusal(403, "only administrators may list sessions");
   if (request.head.method == "POST") {
-    if (guest.session &&
-        (!has_origin(request) || !equal_secrets(guest.session->csrf, request.head.header("x-csrf-token"))))
+    if (sender.session &&
+        (!has_origin(request) || !equal_secrets(sender.session->csrf, request.head.header("x-csrf-token"))))
       return refusal(403, "the request does not come from the page");
     const auto body = read_body(request, {"user"});
     if (!body) return refusal(400, body.error().what);

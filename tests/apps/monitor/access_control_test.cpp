@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/monitor/door.hpp"
+#include "apps/monitor/access_control.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char *kPassword = "a long password", *kOther = "another password";
 
-class AtTheDoor : public ::testing::Test {
+class Access : public ::testing::Test {
  protected:
   void put(const std::string& name, Role role, const std::string& password) {
     change([&](UserList& list) { return put_user(list, name, role, password); });
@@ -39,7 +39,7 @@ class AtTheDoor : public ::testing::Test {
     auto sent = request("/api/v1/login", peer);
     sent.head.method = "POST";
     sent.body = fmt::format(R"({{"name":"{}","password":"{}"}})", name, password);
-    return door_.log_in(sent);
+    return access_.log_in(sent);
   }
   /// Logs in and returns the cookie of the answer.
   std::string cookie_of(const std::string& name, const std::string& password) {
@@ -49,54 +49,54 @@ class AtTheDoor : public ::testing::Test {
     return header.substr(0, header.find(';'));
   }
   /// Returns the name of the user that a cookie identifies, or an empty text.
-  static std::string let_in_by(Door& door, const std::string& cookie) {
+  static std::string user_admitted_by(AccessControl& access, const std::string& cookie) {
     auto sent = request("/api/v1/runs");
     sent.head.headers["cookie"] = cookie;
-    const auto found = door.identify_sender(sent);
-    const auto* guest = std::get_if<Guest>(&found);
-    return guest == nullptr ? "" : guest->name();
+    const auto found = access.identify_sender(sent);
+    const auto* sender = std::get_if<Sender>(&found);
+    return sender == nullptr ? "" : sender->name();
   }
 
   tests::TestFolder folder_;
   VirtualClock clock_;
   Users users_{folder_ / "users.json"};
   Sessions sessions_{folder_ / "sessions.json", clock_};
-  Door door_{{.control = true, .open = false}, users_, sessions_, clock_};
+  AccessControl access_{{.control = true, .open = false}, users_, sessions_, clock_};
 };
 
-TEST_F(AtTheDoor, DoesNotReviveSessionsOfReaddedUser) {
+TEST_F(Access, DoesNotReviveSessionsOfReaddedUser) {
   put("eve", Role::viewer, kPassword);
   const auto cookie = cookie_of("eve", kPassword);
-  EXPECT_EQ(let_in_by(door_, cookie), "eve");
+  EXPECT_EQ(user_admitted_by(access_, cookie), "eve");
   remove("eve");
-  EXPECT_EQ(let_in_by(door_, cookie), "");
+  EXPECT_EQ(user_admitted_by(access_, cookie), "");
   put("eve", Role::administrator, kPassword);
-  EXPECT_EQ(let_in_by(door_, cookie), "");
-  EXPECT_EQ(let_in_by(door_, cookie_of("eve", kPassword)), "eve");
+  EXPECT_EQ(user_admitted_by(access_, cookie), "");
+  EXPECT_EQ(user_admitted_by(access_, cookie_of("eve", kPassword)), "eve");
 }
 
-TEST_F(AtTheDoor, EndsSessionsOfOldPasswordAfterRestart) {
+TEST_F(Access, EndsSessionsOfOldPasswordAfterRestart) {
   put("ada", Role::conductor, kPassword);
   const auto cookie = cookie_of("ada", kPassword), kept = cookie_of("ada", kPassword);
   put("ada", Role::conductor, kOther);
-  EXPECT_EQ(let_in_by(door_, cookie), "");
+  EXPECT_EQ(user_admitted_by(access_, cookie), "");
   Sessions read(folder_ / "sessions.json", clock_);
   ASSERT_TRUE(read.load());
-  Door again({.control = true, .open = false}, users_, read, clock_);
-  EXPECT_EQ(let_in_by(again, kept), "");
-  EXPECT_EQ(let_in_by(again, cookie), "");
+  AccessControl again({.control = true, .open = false}, users_, read, clock_);
+  EXPECT_EQ(user_admitted_by(again, kept), "");
+  EXPECT_EQ(user_admitted_by(again, cookie), "");
 }
 
-TEST_F(AtTheDoor, RefusesBodyWithDuplicateKey) {
+TEST_F(Access, RefusesBodyWithDuplicateKey) {
   put("ada", Role::viewer, kPassword);
   auto sent = request("/api/v1/login");
   sent.head.method = "POST";
   sent.body = fmt::format(R"({{"name":"eve","name":"ada","password":"{}"}})", kPassword);
-  EXPECT_EQ(door_.log_in(sent).status, 400);
+  EXPECT_EQ(access_.log_in(sent).status, 400);
   EXPECT_EQ(log_in("ada", kPassword).status, 200);
 }
 
-TEST_F(AtTheDoor, AdmitsUserWhileOthersGuessItsPassword) {
+TEST_F(Access, AdmitsUserWhileOthersGuessItsPassword) {
   put("ada", Role::conductor, kPassword);
   int refused = 0;
   for (int i = 0; i < 12; ++i) refused += log_in("ada", "", "10.0.0.1").status == 429 ? 1 : 0;
@@ -105,27 +105,27 @@ TEST_F(AtTheDoor, AdmitsUserWhileOthersGuessItsPassword) {
   EXPECT_EQ(log_in("ada", kPassword, "10.0.2.1").status, 200);
   int tried = 0;
   // Rejected without hashing.
-  const std::string too_long(kLongestPassword + 1, 'x');
+  const std::string too_long(kMaxPasswordBytes + 1, 'x');
   for (int i = 0; i < 600; ++i)
     tried += log_in("eve", too_long, fmt::format("10.1.{}.{}", i / 200, i % 200)).status == 401;
   EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
 }
 
-TEST_F(AtTheDoor, KeepsCookiesOfTwoMonitorsOnOneHost) {
+TEST_F(Access, KeepsCookiesOfTwoMonitorsOnOneHost) {
   put("ada", Role::viewer, kPassword);
   Sessions others(folder_ / "others.json", clock_);
-  Door other({.control = true, .open = false}, users_, others, clock_);
+  AccessControl other({.control = true, .open = false}, users_, others, clock_);
   // Like a browser, by host name without port.
   std::map<std::string, std::string> kept;
-  const auto calls = [&](Door& door, const std::string& host, const std::string& path) {
+  const auto calls = [&](AccessControl& access, const std::string& host, const std::string& path) {
     auto sent = request(path);
     sent.head.headers["host"] = host;
     sent.head.headers["origin"] = "http://" + host;
     for (const auto& [name, secret] : kept) sent.head.headers["cookie"] += name + "=" + secret + "; ";
     sent.body = fmt::format(R"({{"name":"ada","password":"{}"}})", kPassword);
-    if (path == "/") return std::holds_alternative<Guest>(door.identify_sender(sent));
+    if (path == "/") return std::holds_alternative<Sender>(access.identify_sender(sent));
     sent.head.method = "POST";
-    const auto answer = door.log_in(sent);
+    const auto answer = access.log_in(sent);
     for (const auto& [header, value] : answer.headers)
       if (header == "Set-Cookie") {
         const auto equals = value.find('=');
@@ -133,23 +133,23 @@ TEST_F(AtTheDoor, KeepsCookiesOfTwoMonitorsOnOneHost) {
       }
     return true;
   };
-  calls(door_, "localhost:8321", "/api/v1/login");
+  calls(access_, "localhost:8321", "/api/v1/login");
   calls(other, "localhost:8322", "/api/v1/login");
-  EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
+  EXPECT_TRUE(calls(access_, "localhost:8321", "/"));
   EXPECT_TRUE(calls(other, "localhost:8322", "/"));
   EXPECT_FALSE(calls(other, "[::1]", "/")) << "no port is in there";
   calls(other, "[::1]", "/api/v1/login");
   EXPECT_TRUE(calls(other, "rig.example.org", "/"));
-  EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
+  EXPECT_TRUE(calls(access_, "localhost:8321", "/"));
 }
 
-TEST_F(AtTheDoor, ComparesHostsWithoutCase) {
+TEST_F(Access, ComparesHostsWithoutCase) {
   auto sent = request("/");
   sent.head.headers["host"] = "RIG.example.org:8321";
   sent.head.headers["origin"] = "http://rig.example.org:8321";
-  EXPECT_FALSE(door_.general_refusal(sent));
+  EXPECT_FALSE(access_.general_refusal(sent));
   sent.head.headers["origin"] = "http://pig.example.org:8321";
-  EXPECT_TRUE(door_.general_refusal(sent));
+  EXPECT_TRUE(access_.general_refusal(sent));
 }
 
 }  // namespace

@@ -11,22 +11,21 @@
 namespace gyrotherm::monitor {
 namespace {
 
-// Limits. An address may send 20 requests per second and 120 at once, like a page with many charts at its start. It may
-// try to log in ten times, and once more every 20 s. The limit per user name over all addresses is much higher:
-// guessing from a few addresses must not lock out the user at another address.
-constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kLoginsPerName = 500,
-                 kLoginsPerNamePerSecond = 1;
+// Limits per address: a burst of 120 requests, as a page with many charts sends at its start, then 20 per second; and
+// ten logins, then one every 20 s. The limit of logins per user name, over all addresses, is much higher, so that
+// guesses from a few addresses do not lock out the user at another address.
+constexpr double kRequestBurst = 120, kRequestsPerSecond = 20, kLoginBurst = 10, kLoginsPerSecond = 0.05,
+                 kLoginBurstPerName = 500, kLoginsPerNamePerSecond = 1;
 
-/// Returns the name of the session cookie, which includes the port. A browser sends a cookie to every port of a host:
-/// two monitors on one machine, or behind two tunnels to localhost, would overwrite each other's cookie of the same
-/// name.
+/// Returns the name of the session cookie. It includes the port, because a browser sends a cookie to all ports of a
+/// host: two monitors on one host would overwrite each other's cookie.
 std::string cookie_name(const WebRequest& request) {
   const std::string name = "gyrotherm_session";
   const auto host = request.head.header("host");
   const auto colon = host.rfind(':');
   const auto port = colon == std::string::npos ? std::string() : host.substr(colon + 1);
-  const bool is_one = !port.empty() && std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
-  return is_one ? name + "_" + port : name;
+  const bool is_number = !port.empty() && std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
+  return is_number ? name + "_" + port : name;
 }
 
 std::string make_cookie(const std::string& secret, const WebRequest& request, std::int64_t seconds) {
@@ -39,7 +38,7 @@ std::string session_secret(const WebRequest& request) {
   return find_cookie(request.head.header("cookie"), cookie_name(request));
 }
 
-/// Returns whether the browser marks the request as coming from another site. Following a link to the page itself is
+/// Returns whether the browser marks the request as sent by another site. A link from another site to the page is
 /// allowed.
 bool is_cross_site(const WebRequest& request) {
   const auto& head = request.head;
@@ -51,7 +50,7 @@ bool is_cross_site(const WebRequest& request) {
   return !origin.empty() && to_lower_case(origin) != to_lower_case(own);
 }
 
-/// Returns whether the request states its origin. A changing request without an origin does not come from a browser.
+/// Returns whether the request states its origin. A browser states it in every POST.
 bool has_origin(const WebRequest& request) {
   return !request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty();
 }
@@ -62,12 +61,12 @@ AccessControl::AccessControl(const AccessOptions& options, Users& users, Session
     : options_(options),
       users_(users),
       sessions_(sessions),
-      requests_(kRequests, kRequestsPerSecond, clock),
-      logins_(kLogins, kLoginsPerSecond, clock),
-      names_(kLoginsPerName, kLoginsPerNamePerSecond, clock) {}
+      requests_per_address_(kRequestBurst, kRequestsPerSecond, clock),
+      logins_per_address_(kLoginBurst, kLoginsPerSecond, clock),
+      logins_per_name_(kLoginBurstPerName, kLoginsPerNamePerSecond, clock) {}
 
 std::optional<WebAnswer> AccessControl::general_refusal(const WebRequest& request) {
-  if (!requests_.take(request.peer)) return refusal(429, "too many requests from this address");
+  if (!requests_per_address_.try_acquire(request.peer)) return refusal(429, "too many requests from this address");
   if (is_cross_site(request)) return refusal(403, "the request comes from another site");
   return std::nullopt;
 }
@@ -78,7 +77,7 @@ std::variant<Sender, WebAnswer> AccessControl::identify_sender(const WebRequest&
   if (const auto sent = head.header("authorization"); !sent.empty()) {
     const auto identity =
         sent.starts_with(kBearer) ? users_.find_by_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
-    if (!identity && !logins_.take("token " + request.peer))
+    if (!identity && !logins_per_address_.try_acquire("token " + request.peer))
       return refusal(429, "too many invalid tokens from this address; wait a minute");
     if (!identity) return refusal(401, "unknown token");
     return Sender{.identity = identity};
@@ -86,7 +85,7 @@ std::variant<Sender, WebAnswer> AccessControl::identify_sender(const WebRequest&
   const auto session = sessions_.find(session_secret(request));
   if (session)
     if (auto identity = session_user(*session)) return Sender{.identity = std::move(identity), .session = session};
-  if (options_.open && !users_.has_any()) return Sender{};
+  if (options_.allows_guests && !users_.has_any()) return Sender{};
   return refusal(401, "log in first");
 }
 
@@ -115,13 +114,14 @@ WebAnswer AccessControl::log_in(const WebRequest& request) {
   if (!body) return refusal(400, body.error().what);
   if (!has_origin(request)) return refusal(403, "the request has no Origin or Sec-Fetch-Site header");
   const auto& name = body->at("name");
-  if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many login attempts; wait a minute");
+  if (!logins_per_address_.try_acquire(request.peer) || !logins_per_name_.try_acquire(name))
+    return refusal(429, "too many login attempts; wait a minute");
   const auto identity = users_.find_by_password(name, body->at("password"));
   if (!identity) return refusal(401, "name or password is wrong");
   const auto secret = sessions_.open(identity->name, identity->password_id);
-  const auto lasts = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLongest).count();
+  const auto lifetime_s = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLifetime).count();
   WebAnswer answer{.body = "{}"};
-  answer.headers.emplace_back("Set-Cookie", make_cookie(secret, request, lasts));
+  answer.headers.emplace_back("Set-Cookie", make_cookie(secret, request, lifetime_s));
   return answer;
 }
 
@@ -136,7 +136,7 @@ WebAnswer AccessControl::log_out(const WebRequest& request) {
   return answer;
 }
 
-WebAnswer AccessControl::session(const WebRequest& request) {
+WebAnswer AccessControl::answer_session(const WebRequest& request) {
   const auto found = identify_sender(request);
   const auto* sender = std::get_if<Sender>(&found);
   const bool known = sender != nullptr && sender->identity;
@@ -147,9 +147,9 @@ WebAnswer AccessControl::session(const WebRequest& request) {
                                {"csrf", known && sender->session ? Json(sender->session->csrf) : Json(nullptr)}})};
 }
 
-WebAnswer AccessControl::sessions(const WebRequest& request) {
+WebAnswer AccessControl::answer_sessions(const WebRequest& request) {
   const auto found = identify_sender(request);
-  if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
+  if (const auto* refused = std::get_if<WebAnswer>(&found)) return *refused;
   const auto& sender = std::get<Sender>(found);
   if (!sender.has_role(Role::administrator)) return refusal(403, "only administrators may list sessions");
   if (request.head.method == "POST") {

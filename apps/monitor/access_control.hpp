@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Access control: whether a request comes from the page itself, which user sent it, and what this user may do. All
-/// requests that are not explicitly allowed are refused here, before any data is read or returned.
+/// Access control: checks whether a request comes from the page itself, which user sent it, and whether the user may do
+/// what it requests. A request that is not explicitly allowed is refused before any data is read.
 #pragma once
 
 #include <optional>
@@ -15,17 +15,17 @@
 namespace gyrotherm::monitor {
 
 struct AccessOptions {
-  /// The page may control runs.
+  /// Operators may control runs.
   bool control{};
-  /// Clients at this machine's own address may view runs while there are no users.
-  bool open{};
+  /// If no users are defined, a client may view runs without a login.
+  bool allows_guests{};
 };
 
 /// The sender of a request.
 struct Sender {
-  /// Empty for a guest without login, who may only view runs.
+  /// Empty for a guest, who has no login and may only view runs.
   std::optional<Identity> identity{};
-  /// A browser's session. Scripts have none.
+  /// Session of a browser; empty for a script, which sends a token.
   std::optional<Sessions::Session> session{};
   [[nodiscard]] std::string name() const { return identity ? identity->name : std::string(); }
   [[nodiscard]] bool has_role(Role role) const { return identity && identity->role >= role; }
@@ -36,23 +36,23 @@ class AccessControl {
  public:
   AccessControl(const AccessOptions& options, Users& users, Sessions& sessions, const Clock& clock);
 
-  /// Returns a refusal that applies to any sender: too many requests from the address, or a request of another site.
+  /// Returns a refusal if the address has sent too many requests, or if the request comes from another site.
   [[nodiscard]] std::optional<WebAnswer> general_refusal(const WebRequest& request);
-  /// Returns the sender of a request, identified by a session's cookie or a bearer token in the header, or a refusal.
+  /// Returns the sender of a request, identified by its session cookie or bearer token, or a refusal.
   [[nodiscard]] std::variant<Sender, WebAnswer> identify_sender(const WebRequest& request);
-  /// Returns a refusal if this guest may not change anything with this request: control is disabled, the role does not
-  /// permit it, or the session's second secret is missing.
+  /// Returns a refusal if the sender may not change anything by this request: control is disabled, the sender's role is
+  /// below `role`, or the second secret of the session is missing.
   [[nodiscard]] std::optional<WebAnswer> change_refusal(const Sender& sender, const WebRequest& request,
                                                         Role role) const;
 
-  /// Answer POST /api/v1/login {"name", "password"}, POST /api/v1/logout, and GET /api/v1/session: the user and its
-  /// rights.
+  /// Answer POST /api/v1/login {"name", "password"}, POST /api/v1/logout, and GET /api/v1/session, which returns the
+  /// user and the permissions.
   [[nodiscard]] WebAnswer log_in(const WebRequest& request);
   [[nodiscard]] WebAnswer log_out(const WebRequest& request);
-  [[nodiscard]] WebAnswer session(const WebRequest& request);
-  /// Answers GET and POST /api/v1/sessions for administrators: lists the sessions; {"user"} ends the sessions of a
-  /// user.
-  [[nodiscard]] WebAnswer sessions(const WebRequest& request);
+  [[nodiscard]] WebAnswer answer_session(const WebRequest& request);
+  /// Answers GET and POST /api/v1/sessions for administrators. A POST of {"user"} first ends the sessions of that user.
+  /// Both return the list of sessions.
+  [[nodiscard]] WebAnswer answer_sessions(const WebRequest& request);
 
   [[nodiscard]] const AccessOptions& options() const { return options_; }
 
@@ -64,7 +64,7 @@ class AccessControl {
   AccessOptions options_;
   Users& users_;
   Sessions& sessions_;
-  RateLimit requests_, logins_, names_;
+  RateLimit requests_per_address_, logins_per_address_, logins_per_name_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -25,27 +25,27 @@ std::string last_tls_error() {
   return text.data();
 }
 
-/// Returns the poll event that a TLS call waits for, or 0 after a failure.
+/// Returns the poll event for which a TLS call waits, or 0 if the call has failed.
 short poll_event_for(int error) {
   if (error == SSL_ERROR_WANT_READ) return POLLIN;
   return error == SSL_ERROR_WANT_WRITE ? POLLOUT : short{0};
 }
 
-/// Repeats a TLS call until it is done. Returns its result, or 0 after a failure.
+/// Repeats a TLS call until it succeeds. Returns its result, or 0 if it fails or the time is over.
 template <class Call>
 int repeat_call(ssl_st* tls, int socket, const Deadline& deadline, Call call) {
   for (;;) {
     ERR_clear_error();
-    const int done = call();
-    if (done > 0) return done;
-    const auto wanted = poll_event_for(SSL_get_error(tls, done));
-    if (wanted == 0 || !ready(socket, wanted, deadline)) return 0;
+    const int result = call();
+    if (result > 0) return result;
+    const auto event = poll_event_for(SSL_get_error(tls, result));
+    if (event == 0 || !ready(socket, event, deadline)) return 0;
   }
 }
 
 }  // namespace
 
-void TlsServer::Free::operator()(ssl_ctx_st* context) const { SSL_CTX_free(context); }
+void TlsServer::FreeContext::operator()(ssl_ctx_st* context) const { SSL_CTX_free(context); }
 
 Result<TlsServer> TlsServer::load(const std::string& certificate_file, const std::string& key_file) {
   TlsServer server(SSL_CTX_new(TLS_server_method()));
@@ -57,13 +57,13 @@ Result<TlsServer> TlsServer::load(const std::string& certificate_file, const std
                    SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
-    return failure(FaultKind::bad_file, certificate_file, "is not a certificate in PEM format: " + last_tls_error());
+    return failure(FaultKind::bad_file, certificate_file, "is not a PEM certificate: " + last_tls_error());
   if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
     return failure(FaultKind::bad_file, key_file, "does not match the certificate: " + last_tls_error());
   return server;
 }
 
-void Connection::End::operator()(ssl_st* tls) const {
+void Connection::FreeSession::operator()(ssl_st* tls) const {
   SSL_shutdown(tls);
   SSL_free(tls);
 }
@@ -73,9 +73,9 @@ Connection::Connection(Descriptor socket, const TlsServer* tls) : socket_(std::m
   ::fcntl(socket_.number(), F_SETFL, ::fcntl(socket_.number(), F_GETFL) | O_NONBLOCK);
   ::fcntl(socket_.number(), F_SETFD, FD_CLOEXEC);
   ::setsockopt(socket_.number(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  // Limits the backlog of a watcher. The kernel doubles the value.
-  constexpr int kSendBuffer = 128 * 1024;
-  ::setsockopt(socket_.number(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+  // Limits the data that wait for a slow client. The kernel doubles the value.
+  constexpr int kSendBufferBytes = 128 * 1024;
+  ::setsockopt(socket_.number(), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
   if (tls == nullptr) return;
   tls_.reset(SSL_new(tls->context()));
   if (tls_) SSL_set_fd(tls_.get(), socket_.number());
@@ -83,28 +83,28 @@ Connection::Connection(Descriptor socket, const TlsServer* tls) : socket_(std::m
 
 Connection::~Connection() = default;
 
-bool Connection::perform_handshake(Duration within) {
+bool Connection::perform_handshake(Duration timeout) {
   if (!tls_) return true;
-  return repeat_call(tls_.get(), socket(), Deadline(within), [&] { return SSL_accept(tls_.get()); }) > 0;
+  return repeat_call(tls_.get(), socket(), Deadline(timeout), [&] { return SSL_accept(tls_.get()); }) > 0;
 }
 
-std::size_t Connection::read(char* into, std::size_t most, Duration within) {
-  const Deadline deadline(within);
+std::size_t Connection::read(char* into, std::size_t max_bytes, Duration timeout) {
+  const Deadline deadline(timeout);
   if (tls_) {
-    const auto size = static_cast<int>(std::min<std::size_t>(most, 16384));
+    const auto size = static_cast<int>(std::min<std::size_t>(max_bytes, 16384));
     return static_cast<std::size_t>(
         repeat_call(tls_.get(), socket(), deadline, [&] { return SSL_read(tls_.get(), into, size); }));
   }
   while (ready(socket(), POLLIN, deadline)) {
-    const auto size = ::recv(socket(), into, most, 0);
+    const auto size = ::recv(socket(), into, max_bytes, 0);
     if (size >= 0) return static_cast<std::size_t>(size);
     if (!would_block()) return 0;
   }
   return 0;
 }
 
-bool Connection::write(std::string_view bytes, Duration within) {
-  const Deadline deadline(within);
+bool Connection::write(std::string_view bytes, Duration timeout) {
+  const Deadline deadline(timeout);
   while (!bytes.empty()) {
     if (tls_) {
       const auto size = static_cast<int>(std::min<std::size_t>(bytes.size(), 16384));
@@ -132,12 +132,12 @@ void Connection::shut_down_sending() {
   ::shutdown(socket(), SHUT_WR);
 }
 
-bool Connection::has_bytes(Duration within) const {
+bool Connection::wait_until_readable(Duration timeout) const {
   if (tls_ && SSL_pending(tls_.get()) > 0) return true;
-  return ready(socket(), POLLIN, Deadline(within));
+  return ready(socket(), POLLIN, Deadline(timeout));
 }
 
-bool Connection::is_there() const {
+bool Connection::is_connected() const {
   pollfd line{socket(), POLLRDHUP, 0};
   return ::poll(&line, 1, 0) >= 0 && (line.revents & (POLLERR | POLLHUP | POLLRDHUP | POLLNVAL)) == 0;
 }

@@ -32,8 +32,8 @@ Result<Pipe> make_pipe() {
   return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
 }
 
-/// Starts a program with no blocked signals, in its own process group, with the pipe as stdin. Its output is discarded.
-Result<pid_t> start(const std::vector<std::string>& command, int input) {
+/// Starts a program in its own process group, with no blocked signals and with `input` as stdin. Discards its stdout.
+Result<pid_t> start_program(const std::vector<std::string>& command, int input) {
   std::vector<char*> words;
   for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);
@@ -41,22 +41,22 @@ Result<pid_t> start(const std::vector<std::string>& command, int input) {
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawnattr_t how;
-  posix_spawnattr_init(&how);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
   sigset_t none;
   sigemptyset(&none);
-  posix_spawnattr_setsigmask(&how, &none);
-  posix_spawnattr_setpgroup(&how, 0);
-  posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
   pid_t child{};
-  const int error = ::posix_spawnp(&child, words.front(), &files, &how, words.data(), environ);
-  posix_spawnattr_destroy(&how);
+  const int error = ::posix_spawnp(&child, words.front(), &files, &attributes, words.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) return failure(FaultKind::usage, command.front(), std::strerror(error));
   return child;
 }
 
-/// Returns the exit code, or nothing if the process had to be killed.
+/// Waits for the end of a process. Returns its exit code, or nothing if it did not end in time and was killed.
 std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
   constexpr int kPollIntervalMs = 20;
   int status = 0;
@@ -71,7 +71,8 @@ std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
-void feed(Descriptor pipe, std::string_view input, const Deadline& deadline) {
+/// Writes the input to the pipe and closes it. Stops early if the reader closes the pipe or the time is over.
+void write_input(Descriptor pipe, std::string_view input, const Deadline& deadline) {
   ::fcntl(pipe.number(), F_SETFL, O_NONBLOCK);
   while (!input.empty() && ready(pipe.number(), POLLOUT, deadline)) {
     const auto size = ::write(pipe.number(), input.data(), input.size());
@@ -80,18 +81,18 @@ void feed(Descriptor pipe, std::string_view input, const Deadline& deadline) {
   }
 }
 
-/// Returns the text as one line without control characters, so that it cannot start another header.
+/// Replaces control characters by blanks. A line break in a header would begin another header.
 std::string to_one_line(const std::string& text) {
   std::string line;
   for (const char c : text) line += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
   return line;
 }
 
-/// Encodes the non-ASCII text of a header (RFC 2047). No encoded word splits a character. Lines have at most 76
-/// characters; the first one begins with the header's name, "Subject: ".
-std::string encoded(const std::string& text) {
+/// Encodes a header's text if it contains non-ASCII characters (RFC 2047). An encoded word does not split a character.
+/// Lines have at most 76 characters, including "Subject: " in the first line.
+std::string encode_header(const std::string& text) {
   if (std::ranges::all_of(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; })) return text;
-  constexpr std::size_t kMost = 55;
+  constexpr std::size_t kMaxWordBytes = 55;
   std::string all, word;
   const auto close = [&] {
     if (!word.empty()) all += (all.empty() ? "" : "\r\n ") + fmt::format("=?utf-8?Q?{}?=", word);
@@ -100,14 +101,14 @@ std::string encoded(const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {
     auto end = i + 1;
     while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;
-    std::string one;
+    std::string character;
     for (; i < end; ++i) {
       const auto byte = static_cast<unsigned char>(text[i]);
       const bool plain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
-      one += byte == ' ' ? "_" : plain ? std::string(1, text[i]) : fmt::format("={:02X}", byte);
+      character += byte == ' ' ? "_" : plain ? std::string(1, text[i]) : fmt::format("={:02X}", byte);
     }
-    if (word.size() + one.size() > kMost) close();
-    word += one;
+    if (word.size() + character.size() > kMaxWordBytes) close();
+    word += character;
   }
   close();
   return all;
@@ -126,11 +127,11 @@ struct FreeList {
 };
 using Curl = std::unique_ptr<CURL, FreeCurl>;
 
-Curl make_curl(const std::string& url, Duration within) {
+Curl make_curl(const std::string& url, Duration timeout) {
   static const auto ready = curl_global_init(CURL_GLOBAL_DEFAULT);
   Curl curl(ready == CURLE_OK ? curl_easy_init() : nullptr);
   if (!curl) return curl;
-  const long ms = std::chrono::duration_cast<std::chrono::milliseconds>(within).count();
+  const long ms = std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count();
   curl_easy_setopt(curl.get(), CURLOPT_URL, url.c_str());
   curl_easy_setopt(curl.get(), CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(curl.get(), CURLOPT_TIMEOUT_MS, ms);
@@ -144,16 +145,16 @@ std::size_t discard_output(char* /*bytes*/, std::size_t size, std::size_t count,
 
 }  // namespace
 
-Result<void> run_program(const std::vector<std::string>& command, const std::string& input, Duration within) {
-  const Deadline deadline(within);
+Result<void> run_program(const std::vector<std::string>& command, const std::string& input, Duration timeout) {
+  const Deadline deadline(timeout);
   auto pipe = make_pipe();
   if (!pipe) return failure(pipe.error());
-  const auto child = start(command, pipe->read.number());
+  const auto child = start_program(command, pipe->read.number());
   if (!child) return failure(child.error());
   pipe->read.close();
-  feed(std::move(pipe->write), input, deadline);
+  write_input(std::move(pipe->write), input, deadline);
   const auto code = wait_for(*child, deadline);
-  if (!code) return failure(FaultKind::timeout, command.front(), fmt::format("did not end in {}", spoken(within)));
+  if (!code) return failure(FaultKind::timeout, command.front(), fmt::format("did not end within {}", spoken(timeout)));
   if (*code != 0) return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", *code));
   return {};
 }
@@ -169,26 +170,26 @@ std::string mail_text(const MailServer& server, const MailAddress& to, const Not
       "Date: {}\r\nFrom: {}\r\nTo: {}\r\nSubject: {}\r\nAuto-Submitted: auto-generated\r\nMIME-Version: 1.0\r\n"
       "Content-Type: text/plain; charset=utf-8\r\nContent-Transfer-Encoding: 8bit\r\n\r\n{}\r\n",
       mail_date(utc), to_one_line(server.from), to_one_line(fmt::format("{}", fmt::join(to.to, ", "))),
-      encoded(to_one_line(notification.subject)), body);
+      encode_header(to_one_line(notification.subject)), body);
 }
 
 Result<void> send_mail(const MailServer& server, const MailAddress& to, const NotificationText& notification,
                        Duration utc) {
   const auto curl = make_curl(server.url, kDeliveryTimeout);
   if (!curl) return failure(FaultKind::disconnected, server.url, "libcurl cannot be initialised");
-  struct Rest {
+  struct Upload {
     std::string text;
     std::size_t sent{};
-  } rest{.text = mail_text(server, to, notification, utc)};
-  const auto give = [](char* into, std::size_t size, std::size_t count, void* of) -> std::size_t {
-    auto& left = *static_cast<Rest*>(of);
+  } upload{.text = mail_text(server, to, notification, utc)};
+  const auto read_upload = [](char* into, std::size_t size, std::size_t count, void* data) -> std::size_t {
+    auto& left = *static_cast<Upload*>(data);
     const auto piece = std::min(size * count, left.text.size() - left.sent);
     std::copy_n(left.text.data() + left.sent, piece, into);
     left.sent += piece;
     return piece;
   };
   std::unique_ptr<curl_slist, FreeList> receivers;
-  for (const auto& one : to.to) receivers.reset(curl_slist_append(receivers.release(), one.c_str()));
+  for (const auto& receiver : to.to) receivers.reset(curl_slist_append(receivers.release(), receiver.c_str()));
   curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "smtp,smtps");
   curl_easy_setopt(curl.get(), CURLOPT_MAIL_FROM, server.from.c_str());
   curl_easy_setopt(curl.get(), CURLOPT_MAIL_RCPT, receivers.get());
@@ -197,8 +198,8 @@ Result<void> send_mail(const MailServer& server, const MailAddress& to, const No
     curl_easy_setopt(curl.get(), CURLOPT_USERNAME, server.user.c_str());
     curl_easy_setopt(curl.get(), CURLOPT_PASSWORD, server.password.c_str());
   }
-  curl_easy_setopt(curl.get(), CURLOPT_READFUNCTION, +give);
-  curl_easy_setopt(curl.get(), CURLOPT_READDATA, &rest);
+  curl_easy_setopt(curl.get(), CURLOPT_READFUNCTION, +read_upload);
+  curl_easy_setopt(curl.get(), CURLOPT_READDATA, &upload);
   curl_easy_setopt(curl.get(), CURLOPT_UPLOAD, 1L);
   curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, discard_output);
   const auto done = curl_easy_perform(curl.get());
@@ -209,20 +210,21 @@ Result<void> send_mail(const MailServer& server, const MailAddress& to, const No
 
 Result<void> deliver(const Site& site, const NotifyAddress& address, const NotificationText& notification,
                      Duration utc) {
-  if (const auto* command = std::get_if<CommandAddress>(&address.how)) {
+  if (const auto* command = std::get_if<CommandAddress>(&address.method)) {
     auto words = command->command;
     words.push_back(to_one_line(notification.subject));
     return run_program(words, notification.text + "\n", kDeliveryTimeout);
   }
-  if (const auto* mail = std::get_if<MailAddress>(&address.how)) return send_mail(*site.mail, *mail, notification, utc);
-  const auto& url = std::get<AppriseAddress>(address.how).url;
+  if (const auto* mail = std::get_if<MailAddress>(&address.method))
+    return send_mail(*site.mail, *mail, notification, utc);
+  const auto& url = std::get<AppriseAddress>(address.method).url;
   return run_program({"apprise", "-t", to_one_line(notification.subject), url}, notification.text + "\n",
                      kDeliveryTimeout);
 }
 
-/// Accepts only status 200, because a proxy in front of a dead monitor answers with an error status.
-bool is_monitor_responding(const std::string& url, Duration within) {
-  const auto curl = make_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
+/// Accepts only status 200: a proxy in front of a monitor that has failed responds with another status.
+bool is_monitor_responding(const std::string& url, Duration timeout) {
+  const auto curl = make_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", timeout);
   if (!curl) return false;
   curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, discard_output);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Delivers messages to addresses: by a program, by mail, or by the program apprise. Each delivery may take half a
-/// minute.
+/// Delivers notifications by mail, by a command, or by the program apprise. A delivery takes at most half a minute.
 #pragma once
 
 #include <string>
@@ -19,12 +18,12 @@ struct NotificationText {
   std::string text;
 };
 
-/// Runs a program with `input` on its stdin and waits for its end. Fails with usage if it cannot be started, with
-/// refused if its exit code is not 0, or with timeout if it does not end in time. In that case it is killed.
+/// Runs a program with `input` on its stdin and waits for its end. Kills it if it does not end in time. Fails with
+/// usage if it cannot be started, with refused if its exit code is not 0, or with timeout.
 [[nodiscard]] Result<void> run_program(const std::vector<std::string>& command, const std::string& input,
-                                       Duration within);
+                                       Duration timeout);
 
-/// Returns the mail as sent: headers, protected against injection of further headers, and the text.
+/// Returns the mail as it is sent: headers and text. A subject or address cannot inject further headers.
 [[nodiscard]] std::string mail_text(const MailServer& server, const MailAddress& to,
                                     const NotificationText& notification, Duration utc);
 
@@ -32,10 +31,11 @@ struct NotificationText {
 [[nodiscard]] Result<void> send_mail(const MailServer& server, const MailAddress& to,
                                      const NotificationText& notification, Duration utc);
 
+/// Delivers a notification to an address. Fails like run_program() or send_mail().
 [[nodiscard]] Result<void> deliver(const Site& site, const NotifyAddress& address, const NotificationText& notification,
                                    Duration utc);
 
-/// Returns whether another monitor answers GET /api/v1/session with status 200. This needs no login.
-[[nodiscard]] bool is_monitor_responding(const std::string& url, Duration within);
+/// Returns whether another monitor responds to GET /api/v1/session, which needs no login, with status 200.
+[[nodiscard]] bool is_monitor_responding(const std::string& url, Duration timeout);
 
 }  // namespace gyrotherm::monitor

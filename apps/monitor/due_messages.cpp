@@ -11,12 +11,12 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr const char* kMemorySchema = "gyrotherm-monitor-told/1";
+inline constexpr const char* kMemorySchema = "gyrotherm-monitor-progress/1";
 
 void describe(auto& form, Like<NotificationProgress> auto& incident) {
   form("steps", incident.steps);
-  form("at_utc_ns", incident.at);
-  form("since_utc_ns", incident.since);
+  form("at_utc_ns", incident.last_attempt);
+  form("since_utc_ns", incident.began);
   form("failures", incident.failures);
 }
 void describe(auto& form, Like<LastSeenRun> auto& run) {
@@ -49,19 +49,19 @@ std::string NotificationMemory::to_text() const { return text_of(make_json(*this
 NotificationProgress& NotificationMemory::find_or_add(const std::string& key, Duration now) {
   const auto found = std::ranges::find_if(incidents_, [&](const auto& known) { return known.first == key; });
   if (found != incidents_.end()) return found->second;
-  return incidents_.emplace_back(key, NotificationProgress{.at = now, .since = now}).second;
+  return incidents_.emplace_back(key, NotificationProgress{.last_attempt = now, .began = now}).second;
 }
 
 void NotificationMemory::record_delivery(const DueMessage& message, Duration now) {
   auto& known = find_or_add(message.key, now);
   ++known.steps;
-  known.at = now;
+  known.last_attempt = now;
   known.failures = 0;
 }
 
 void NotificationMemory::record_failure(const DueMessage& message, Duration now) {
   auto& known = find_or_add(message.key, now);
-  known.at = now;
+  known.last_attempt = now;
   if (++known.failures < kMaxAttempts) return;
   ++known.steps;
   known.failures = 0;
@@ -96,15 +96,15 @@ std::vector<ObservedRun> NotificationMemory::missing_runs(const Situation& now) 
 }
 
 void NotificationMemory::clamp_times(Duration utc) {
-  for (auto& [key, told] : incidents_) {
-    told.at = std::min(told.at, utc);
-    told.since = std::min(told.since, utc);
+  for (auto& [key, progress] : incidents_) {
+    progress.last_attempt = std::min(progress.last_attempt, utc);
+    progress.began = std::min(progress.began, utc);
   }
   for (auto& [id, since] : missing_since_) since = std::min(since, utc);
 }
 
-/// Removes ended matters. A folder may be missing for a moment, or a record unreadable, so the matters of a run are
-/// removed only if the run itself shows that it has ended.
+/// Removes incidents that have ended. If a run cannot be read, for example because its folder is unmounted for a
+/// moment, its incidents are kept for a day.
 void NotificationMemory::remove_ended(const Situation& now, Duration utc, const std::set<std::string>& current) {
   constexpr Duration kForgetAfter = std::chrono::hours(24);
   std::set<std::string> seen;
@@ -112,10 +112,10 @@ void NotificationMemory::remove_ended(const Situation& now, Duration utc, const 
     if (!run.running || run.free_bytes) seen.insert(run.id);
   for (const auto& id : seen_active_)
     if (!seen.contains(id)) missing_since_.try_emplace(id, utc);
-  std::erase_if(missing_since_, [&](const auto& gone) { return seen.contains(gone.first); });
+  std::erase_if(missing_since_, [&](const auto& run) { return seen.contains(run.first); });
   std::erase_if(seen_active_, [&](const std::string& id) {
-    const auto gone = missing_since_.find(id);
-    return gone != missing_since_.end() && utc - gone->second > kForgetAfter;
+    const auto missing = missing_since_.find(id);
+    return missing != missing_since_.end() && utc - missing->second > kForgetAfter;
   });
   const auto is_forgotten = [&](const auto& run) {
     return std::ranges::find(seen_active_, run.first) == seen_active_.end();
@@ -123,10 +123,10 @@ void NotificationMemory::remove_ended(const Situation& now, Duration utc, const 
   std::erase_if(missing_since_, is_forgotten);
   std::erase_if(last_seen_, is_forgotten);
   std::erase_if(incidents_, [&](const auto& incident) {
-    const auto is_of = [&](const auto& gone) {
-      return incident.first.find("|" + gone.first + "|") != std::string::npos;
+    const auto concerns = [&](const auto& run) {
+      return incident.first.find("|" + run.first + "|") != std::string::npos;
     };
-    return !current.contains(incident.first) && std::ranges::none_of(missing_since_, is_of);
+    return !current.contains(incident.first) && std::ranges::none_of(missing_since_, concerns);
   });
 }
 
@@ -134,7 +134,7 @@ namespace {
 
 constexpr Duration kRetryAfter = std::chrono::minutes(1);
 
-/// An alarm or another event that currently satisfies a rule.
+/// An alarm or another event to which a rule applies now.
 struct Incident {
   std::string key;
   std::string subject;
@@ -143,7 +143,7 @@ struct Incident {
   std::optional<std::int64_t> alarm;
   /// Waiting time before the first address is notified.
   Duration wait{};
-  /// Addresses are notified one after another, `after` apart; otherwise all together.
+  /// If true, one address after another is notified, at the interval of the rule. Otherwise all are notified together.
   bool escalates{};
 };
 
@@ -155,7 +155,7 @@ std::string describe_run(const Site& site, const ObservedRun& run) {
 void find_run_incidents(const Site& site, const NotifyRule& rule, const ObservedRun& run, bool was_running,
                         std::vector<Incident>& found) {
   const auto key = [&](const std::string& what) { return fmt::format("{}|{}|{}", rule.name, run.id, what); };
-  switch (rule.when) {
+  switch (rule.trigger) {
     case RuleTrigger::alarm:
       for (const auto& alarm : run.alarms)
         found.push_back({.key = key(fmt::format("alarm {}", alarm.number)),
@@ -187,10 +187,10 @@ void find_run_incidents(const Site& site, const NotifyRule& rule, const Observed
         found.push_back({.key = key("silent"),
                          .subject = "Silent: " + describe_run(site, run),
                          .text = run.missing
-                                     ? fmt::format("{} is missing, and the end of the run was not observed; its folder "
+                                     ? fmt::format("{} is missing, and the end of the run was not observed; the folder "
                                                    "may be unmounted, or the record was moved or deleted",
                                                    run.record)
-                                     : fmt::format("the program that executes {} does not answer", run.record),
+                                     : fmt::format("the program that executes {} does not respond", run.record),
                          .record = run.record,
                          .alarm = {},
                          .wait = rule.after});
@@ -206,11 +206,11 @@ std::vector<Incident> find_incidents(const Site& site, const NotifyRule& rule, c
       if (known.contains(run.id) && (rule.simulated || !run.simulated))
         find_run_incidents(site, rule, run, true, found);
   const auto answers = now.responding_monitors.find(rule.monitor);
-  if (rule.when == RuleTrigger::silent && answers != now.responding_monitors.end() && !answers->second)
+  if (rule.trigger == RuleTrigger::silent && answers != now.responding_monitors.end() && !answers->second)
     found.push_back(
         {.key = fmt::format("{}|{}", rule.name, rule.monitor),
-         .subject = fmt::format("{}{} does not answer", site.name.empty() ? "" : site.name + ": ", rule.monitor),
-         .text = fmt::format("{} has not answered for {}; its machine or the network may be down", rule.monitor,
+         .subject = fmt::format("{}{} does not respond", site.name.empty() ? "" : site.name + ": ", rule.monitor),
+         .text = fmt::format("{} has not responded for {}; its machine or the network may be down", rule.monitor,
                              spoken(rule.after)),
          .record = {},
          .alarm = {},
@@ -218,15 +218,17 @@ std::vector<Incident> find_incidents(const Site& site, const NotifyRule& rule, c
   return found;
 }
 
-/// Returns the addresses to notify now.
+/// Returns the address to notify now, if any. For an incident that does not escalate, the next call returns the next
+/// address.
 std::vector<std::string> due_addresses(const NotifyRule& rule, const Incident& incident,
-                                       const NotificationProgress& told, Duration utc) {
-  const auto steps = static_cast<std::size_t>(told.steps);
+                                       const NotificationProgress& progress, Duration utc) {
+  const auto steps = static_cast<std::size_t>(progress.steps);
   if (steps >= rule.addresses.size()) return {};
-  if (told.failures > 0 && utc - told.at < kRetryAfter) return {};
-  if (utc - told.since < incident.wait) return {};
-  const bool waits = incident.escalates && steps > 0 && told.failures == 0 && utc - told.at < rule.after;
-  return waits ? std::vector<std::string>{} : std::vector{rule.addresses[steps]};
+  if (progress.failures > 0 && utc - progress.last_attempt < kRetryAfter) return {};
+  if (utc - progress.began < incident.wait) return {};
+  const bool must_wait =
+      incident.escalates && steps > 0 && progress.failures == 0 && utc - progress.last_attempt < rule.after;
+  return must_wait ? std::vector<std::string>{} : std::vector{rule.addresses[steps]};
 }
 
 }  // namespace

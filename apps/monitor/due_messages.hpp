@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Determines the messages that are due: compares the rules with the situation and with earlier messages. Pure except
-/// for the memory. The memory is stored in a file: after a restart no message is sent twice, and escalations continue.
+/// Determines the notifications that are due, from the rules, the observed runs and the earlier notifications. Does no
+/// input or output. The caller stores the memory in a file, so after a restart no message is sent twice, and
+/// escalations continue.
 #pragma once
 
 #include <cstdint>
@@ -32,24 +33,24 @@ struct ObservedRun {
   std::string record;
   std::string rig;
   bool simulated{};
-  /// A program executes the run, even if it is silent.
+  /// A program executes the run. It may be silent.
   bool running{};
-  /// The program does not answer, or the run was left unfinished.
+  /// The program does not respond, or it ended without finishing the run.
   bool silent{};
-  /// Outcome of a run that has ended: "complete", "aborted: …".
+  /// Outcome of a run that has ended, such as "complete" or "aborted: …".
   std::string outcome;
   std::vector<ObservedAlarm> alarms;
   /// Free space at the record of an active run; empty if unknown.
   std::optional<std::uint64_t> free_bytes;
-  /// The run was active when it was last seen and can no longer be seen.
+  /// The run was active when it was last seen, and its record can no longer be found.
   bool missing{};
 };
 
-/// The situation to which the rules apply.
+/// The observations to which the rules are applied.
 struct Situation {
   /// Readable runs.
   std::vector<ObservedRun> runs;
-  /// Whether each watched monitor answers, by URL.
+  /// Whether each monitor named in a rule responds, by URL.
   std::map<std::string, bool> responding_monitors;
 };
 
@@ -61,25 +62,25 @@ struct DueMessage {
   std::string address;
   std::string subject;
   std::string text;
-  /// Record of the run; empty if the message concerns no run.
+  /// Path of the run's record; empty if the message does not concern a run.
   std::string record;
   std::optional<std::int64_t> alarm;
 };
 
-/// Progress of the messages about a matter: an alarm or another event that a rule reports.
+/// Progress of the messages about an incident: an alarm or another event to which a rule applies.
 struct NotificationProgress {
-  /// Number of addresses of the rule that were notified or given up.
+  /// Number of addresses that were notified, or skipped after failed deliveries.
   std::int64_t steps{};
-  /// Time of the last message, UTC.
-  Duration at{};
-  /// Beginning of the matter, UTC.
-  Duration since{};
-  /// Failed deliveries to the next address.
+  /// Time of the last delivery or failure, UTC.
+  Duration last_attempt{};
+  /// Time when the incident began, UTC.
+  Duration began{};
+  /// Number of failed deliveries to the current address.
   std::int64_t failures{};
   bool operator==(const NotificationProgress&) const = default;
 };
 
-/// Data of a run that was active when it was last seen, for messages after it has disappeared.
+/// Data of an active run, for messages after its record has disappeared.
 struct LastSeenRun {
   std::string name;
   std::string record;
@@ -90,11 +91,12 @@ struct LastSeenRun {
 
 class NotificationMemory {
  public:
+  /// Parses the text of a memory file. Fails with bad_file.
   [[nodiscard]] static Result<NotificationMemory> parse(std::string_view text, const std::string& file);
   [[nodiscard]] std::string to_text() const;
 
-  /// Records that the message was delivered, or that a delivery failed. After kMaxAttempts failures the next address
-  /// follows.
+  /// Record that a message was delivered, or that its delivery failed. After kMaxAttempts failures, the next address is
+  /// notified.
   void record_delivery(const DueMessage& message, Duration now);
   void record_failure(const DueMessage& message, Duration now);
 
@@ -104,13 +106,13 @@ class NotificationMemory {
 
  private:
   friend void describe(auto& form, Like<NotificationMemory> auto& memory);
-  /// By key.
+  /// Progress of each incident, by key.
   std::vector<std::pair<std::string, NotificationProgress>> incidents_;
-  /// Ids of runs that have been seen active, except those not seen for a day.
+  /// Ids of runs that were active when first seen or later, except runs that have been missing for a day.
   std::vector<std::string> seen_active_;
-  /// Data of those runs in `seen_active_` that were active when last seen, by id.
+  /// Data of the runs that were active when last seen, by id.
   std::vector<std::pair<std::string, LastSeenRun>> last_seen_;
-  /// Time since when each run in `seen_active_` cannot be seen, UTC. Lost in a restart.
+  /// Time when each run of `seen_active_` was first found missing, UTC. Not stored in the file.
   std::map<std::string, Duration> missing_since_;
 
   void update_runs(const Situation& now);
@@ -118,15 +120,16 @@ class NotificationMemory {
   void clamp_times(Duration utc);
   void remove_ended(const Situation& now, Duration utc, const std::set<std::string>& current);
 
+  /// Returns the progress of an incident. Adds one that begins `now` if there is none.
   [[nodiscard]] NotificationProgress& find_or_add(const std::string& key, Duration now);
 };
 
-/// Failed deliveries to an address after which the next address is notified.
+/// Number of deliveries that are tried to an address before the next address is notified.
 inline constexpr int kMaxAttempts = 3;
 
-/// Returns the messages that are due at `utc`. Runs that had ended when first seen, and their alarms, cause no
-/// messages. Ended matters are removed from the memory; matters of a run that cannot be seen are removed after a day.
-/// An active run that disappears is treated as silent. If the clock was set back, waiting times start at the new time.
+/// Returns the messages that are due at `utc`, and updates the memory. A run that had ended when it was first seen
+/// causes no messages. An active run that disappears is treated as silent. Incidents are removed from the memory when
+/// they end, or after a day if their run is missing. If the clock was set back, waiting times start at the new time.
 [[nodiscard]] std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
                                                    NotificationMemory& memory);
 

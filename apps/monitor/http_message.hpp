@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// HTTP/1.1 messages as text, with Boost.Beast: reads the head of a request, and writes the head and the chunks of an
-/// answer. It is stricter than the library: it refuses requests that two parsers could interpret differently. Pure. The
-/// bytes of a request are untrusted.
+/// HTTP/1.1 messages: reads the head of a request, and writes the head and the chunks of an answer, with Boost.Beast.
+/// Stricter than the library: refuses requests that two parsers could interpret differently. Does no input or output.
+/// The bytes of a request are untrusted.
 #pragma once
 
 #include <chrono>
@@ -15,48 +15,49 @@
 
 namespace gyrotherm::monitor {
 
-/// Limits of a request; sizes in bytes. The head includes its empty line.
+/// Limits of a request. The head includes the empty line at its end.
 inline constexpr std::size_t kMaxHeadBytes = 8192;
 inline constexpr std::size_t kMaxTargetBytes = 2048;
 inline constexpr std::size_t kMaxHeaders = 64;
 inline constexpr std::size_t kMaxBodyBytes = 4096;
-/// Limits of a connection: time between requests, and number of requests.
+/// Limits of a connection: the time between two requests, and the number of requests.
 inline constexpr auto kIdleTimeout = std::chrono::seconds(3);
 inline constexpr int kMaxRequests = 100;
 
-/// The reason for a refusal and the status of its answer.
+/// HTTP status and reason of a refused head.
 struct HeadRefusal {
   int status{};
-  const char* why = "";
+  const char* reason = "";
 };
 
-/// Returns the end of the head in `bytes`, after its empty line, or nothing while the head is incomplete. The caller
+/// Returns the offset after the empty line that ends the head, or nothing if the head is incomplete. The caller
 /// enforces kMaxHeadBytes.
 [[nodiscard]] std::optional<std::size_t> find_head_end(std::string_view bytes);
 
-/// Reads a whole head. Refuses it with
-/// 400: a head that does not parse, a line that ends without CR, a folded header, control characters, a duplicate
-///      header except a list, a target that is not a path, an encoded NUL, slash or backslash, "..", a Content-Length
-///      that is not one number, a body of a GET;
-/// 405: other methods than GET and POST;     411: a POST without a length;
-/// 413, 414, 431: a body, a target, a head that is too long;
-/// 501: Transfer-Encoding, Expect, Upgrade;  505: other versions than HTTP/1.1 and 1.0.
+/// Reads a complete head. Refuses it with
+/// 400: a head that is not HTTP, a line that does not end with CR LF, a folded header, a control character, a duplicate
+///      header that is not a list, a target that is not a path, an encoded NUL, slash or backslash, "..", a
+///      Content-Length that is not a number, a GET with a body;
+/// 405: a method other than GET and POST;        411: a POST without Content-Length;
+/// 413, 414, 431: too long a body, target, head;
+/// 501: Transfer-Encoding, Expect, Upgrade;      505: a version other than HTTP/1.1 and 1.0.
 [[nodiscard]] std::variant<RequestHead, HeadRefusal> read_head(std::string_view head);
 
-/// Returns whether the body of `answer` is sent in chunks. If the client does not support chunks, a stream of unknown
-/// size ends with the connection (RFC 9112, 6.3).
-[[nodiscard]] bool is_chunked(const WebAnswer& answer, const RequestHead& to);
+/// Returns whether the body of `answer` is sent in chunks: its size is unknown, and the client supports chunks. For a
+/// client that does not, the end of the connection ends the body (RFC 9112, 6.3).
+[[nodiscard]] bool is_chunked(const WebAnswer& answer, const RequestHead& request);
 
-/// Writes the status line and the headers of an answer to the request `to`.
-[[nodiscard]] std::string answer_head(const WebAnswer& answer, const RequestHead& to);
+/// Returns the status line and the headers of the answer to a request.
+[[nodiscard]] std::string answer_head(const WebAnswer& answer, const RequestHead& request);
 
-/// Returns a chunk. An empty one is the last.
-[[nodiscard]] std::string chunk(std::string_view piece);
+/// Encodes a piece of a body as a chunk. An empty piece gives the last chunk.
+[[nodiscard]] std::string encode_chunk(std::string_view piece);
 
-/// Returns the text in lower case (ASCII letters). Names of hosts and headers are case-insensitive.
+/// Converts ASCII letters to lower case, for host and header names, which are case-insensitive.
 [[nodiscard]] std::string to_lower_case(std::string_view text);
 
-/// Decodes "a%20b" to "a b". '+' is unchanged. Returns nothing if the text is malformed.
+/// Decodes "a%20b" to "a b"; '+' is unchanged. Returns nothing if an escape is malformed, or if the result contains
+/// control characters or invalid UTF-8.
 [[nodiscard]] std::optional<std::string> percent_decode(std::string_view text);
 
 /// Escapes every byte except letters, digits and - . _ ~ (RFC 3986, 2.3).

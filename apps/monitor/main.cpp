@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm-monitor program: serves the live page of the runs in some folders, and manages its users.
+/// The gyrotherm-monitor program: serves the live page of the runs in one or more folders, and manages its users.
 #include <fmt/format.h>
 #include <pwd.h>
 #include <sys/stat.h>
@@ -24,33 +24,33 @@ namespace {
 
 constexpr int kUsageExit = 2, kFileExit = 4;
 
-int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
+int exit_code(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
 
-/// Terminal settings before the password prompt.
+/// Terminal settings to restore after the password prompt.
 termios saved_terminal{};
 
-/// Restores the echo of the terminal and ends the program. Handles signals at the password prompt.
+/// Signal handler during the password prompt. Restores the echo of the terminal and ends the program.
 void restore_echo_and_exit(int number) {
   ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &saved_terminal);
   std::signal(number, SIG_DFL);
-  // Delivered when this handler returns.
+  // The signal is delivered when this handler returns.
   std::raise(number);
 }
 
-/// Reads one line of stdin. On a terminal it shows a prompt and hides the input.
+/// Reads a line from stdin. If stdin is a terminal, prints a prompt and hides the input.
 std::string read_password() {
-  const bool terminal = ::isatty(STDIN_FILENO) == 1;
-  if (terminal) {
+  const bool is_terminal = ::isatty(STDIN_FILENO) == 1;
+  if (is_terminal) {
     write_to_stderr("Password: ");
     ::tcgetattr(STDIN_FILENO, &saved_terminal);
     for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, restore_echo_and_exit);
-    auto silent = saved_terminal;
-    silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
-    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
+    auto without_echo = saved_terminal;
+    without_echo.c_lflag &= ~static_cast<tcflag_t>(ECHO);
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &without_echo);
   }
   std::string password;
   std::getline(std::cin, password);
-  if (terminal) {
+  if (is_terminal) {
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &saved_terminal);
     write_to_stderr("\n");
   }
@@ -63,8 +63,8 @@ struct UserArguments {
   std::string role = "viewer";
 };
 
-/// Fails if root changes the users of another user's folder. The monitor could not read a file of root and would refuse
-/// all logins.
+/// Fails if root changes a folder that belongs to another user. The file would belong to root, so the monitor could not
+/// read it and would refuse all logins.
 Result<void> check_owner(const std::string& folder) {
   struct stat facts {};
   if (::geteuid() != 0 || ::stat(folder.c_str(), &facts) != 0 || facts.st_uid == 0) return {};
@@ -79,7 +79,7 @@ Result<std::string> users_file(const UserArguments& options) {
   return make_state_folder(folder).map([&] { return folder + "/" + kUsersFile; });
 }
 
-/// Reads the list of users, applies the change and writes the file.
+/// Reads the list of users, applies a change, and writes the list.
 template <class Change>
 Result<void> change_users(const UserArguments& options, Change change) {
   const auto file = users_file(options);
@@ -96,7 +96,7 @@ Result<void> add_user(const UserArguments& options) {
       options, [&](UserList& list) { return put_user(list, options.name, *find_role(options.role), read_password()); });
 }
 
-/// Adds a token and prints its secret. The token is not stored if the secret cannot be printed.
+/// Adds a token and prints it. If it cannot be printed, does not store it.
 Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
     return put_token(list, options.name, *find_role(options.role)).and_then([](const std::string& secret) {
@@ -106,7 +106,8 @@ Result<void> add_token(const UserArguments& options) {
     });
   };
   if (auto added = change_users(options, add); !added) return added;
-  write_to_stderr("Store this token: it cannot be printed again. A script sends it as \"Authorization: Bearer …\".\n");
+  write_to_stderr(
+      "Store this token; it cannot be printed again. A script sends it in the header \"Authorization: Bearer …\".\n");
   return {};
 }
 
@@ -125,52 +126,53 @@ Result<void> list_users(const UserArguments& options) {
   return write_to_stdout(lines);
 }
 
-/// Adds the commands below "user" and "token". Sets `action` to the function of the parsed command.
+/// Adds the commands "user" and "token" with their subcommands. Parsing sets `action` to the function of the given one.
 void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&action)(const UserArguments&)) {
-  const auto add = [&](CLI::App& parent, const char* word, const char* help, Result<void> (*what)(const UserArguments&),
-                       bool named, bool with_role) {
-    auto& command = *parent.add_subcommand(word, help);
-    if (named) command.add_option("name", options.name, "1 to 64 letters, digits and _ . @ -")->required();
-    if (with_role)
+  const auto add = [&](CLI::App& parent, const char* name, const char* help,
+                       Result<void> (*function)(const UserArguments&), bool has_name, bool has_role) {
+    auto& command = *parent.add_subcommand(name, help);
+    if (has_name) command.add_option("name", options.name, "1 to 64 letters, digits and _ . @ -")->required();
+    if (has_role)
       command
           .add_option("--role", options.role,
-                      "viewer reads, operator also controls runs, administrator also ends sessions")
+                      "viewer: views runs; operator: also controls runs; administrator: also ends sessions")
           ->required()
           ->check(CLI::IsMember({"viewer", "operator", "administrator"}));
-    command.add_option("--state", options.state, "the folder of the monitor's users and sessions");
-    command.callback([&action, what] { action = what; });
+    command.add_option("--state", options.state, "folder of the monitor's users and sessions");
+    command.callback([&action, function] { action = function; });
   };
   auto& user = *cli.add_subcommand("user", "Example: gyrotherm-monitor user add ada --role operator\n\nManages users.");
   user.require_subcommand(1);
-  add(user, "add", "Adds a user, or changes role and password; prompts for the password, or reads it from stdin.",
+  add(user, "add",
+      "Adds a user, or changes the role and password of one. Prompts for the password or reads it from stdin.",
       add_user, true, true);
   add(user, "list", "Lists users and tokens.", list_users, false, false);
-  add(user, "remove", "Removes a user or a token and ends its sessions.", remove_user, true, false);
+  add(user, "remove", "Removes a token, or a user together with the user's sessions.", remove_user, true, false);
   auto& token = *cli.add_subcommand(
       "token", "Example: gyrotherm-monitor token add prometheus --role viewer\n\nManages tokens for scripts.");
   token.require_subcommand(1);
-  add(token, "add", "Creates a token and prints it once.", add_token, true, true);
+  add(token, "add", "Creates a token and prints it. It cannot be printed again.", add_token, true, true);
 }
 
 void add_serve_options(CLI::App& cli, MonitorOptions& options) {
-  cli.add_option("--folder", options.folders, "folder with records; may be given several times");
+  cli.add_option("--folder", options.folders, "folder with records; repeat for further folders");
   cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 selects a free port")->capture_default_str();
   cli.add_option("--host", options.hosts, "additional host name of the page");
   cli.add_option("--site", options.site_file, "site file with the notification rules (docs/monitor.md)");
-  cli.add_option("--state", options.state_folder, "the folder of the monitor's users and sessions");
+  cli.add_option("--state", options.state_folder, "folder of the monitor's users and sessions");
   cli.add_flag("--control", options.control, "permit operators to control runs");
   cli.add_option("--certificate", options.certificate, "certificate chain in PEM, for TLS");
   cli.add_option("--key", options.key, "private key of the certificate in PEM");
   cli.add_flag("--behind-proxy", options.behind_proxy,
-               "a proxy on this machine terminates TLS and forwards the client address");
+               "accept requests from a proxy on this machine that terminates TLS and forwards the client address");
 }
 
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App cli(
       "Example: gyrotherm-monitor --folder runs --listen 127.0.0.1:8321\n\n"
-      "gyrotherm-monitor shows the runs in a folder of records live in a browser. Without users, the page is read-only "
-      "and available only on this machine.",
+      "gyrotherm-monitor shows the runs in a folder of records live in a browser. If no users are defined, the page is "
+      "read-only and available only on this machine.",
       "gyrotherm-monitor");
   cli.set_version_flag("--version", std::string("gyrotherm-monitor ") + GYROTHERM_VERSION);
   MonitorOptions options;
@@ -196,7 +198,7 @@ int run(int argc, char** argv) {
   const auto done = action != nullptr ? action(user) : serve(options, report_address, report_fault);
   if (done) return 0;
   report_fault(done.error());
-  return exit_for(done.error());
+  return exit_code(done.error());
 }
 
 }  // namespace

@@ -38,20 +38,20 @@ constexpr bool kHasSanitizer = true;
 constexpr bool kHasSanitizer = false;
 #endif
 
-/// Limits the resources that a flood of requests can use: the page ends before other programs suffer. The limit of the
-/// systemd unit is lower and applies to used memory; this limit applies to allocated memory, including thread stacks.
-/// It does not apply under a sanitizer, which allocates terabytes.
+/// Limits the resources of the process, so a flood of requests cannot impair other programs. The memory limit applies
+/// to allocated memory including thread stacks; the systemd unit has a lower limit for used memory. Under a sanitizer,
+/// which reserves terabytes, memory is not limited.
 void limit_resources() {
-  constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 180;
-  constexpr std::size_t kStack = 1024 * 1024;
-  const rlimit data{kData, kData}, files{kFiles, kFiles};
+  constexpr rlim_t kMaxDataBytes = 192 * 1024 * 1024, kMaxFiles = 180;
+  constexpr std::size_t kStackBytes = 1024 * 1024;
+  const rlimit data{kMaxDataBytes, kMaxDataBytes}, files{kMaxFiles, kMaxFiles};
   ::setrlimit(RLIMIT_NOFILE, &files);
   if (kHasSanitizer) return;
   ::setrlimit(RLIMIT_DATA, &data);
   ::mallopt(M_ARENA_MAX, 2);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, kStack);
+  pthread_attr_setstacksize(&attributes, kStackBytes);
   pthread_setattr_default_np(&attributes);
   pthread_attr_destroy(&attributes);
 }
@@ -59,49 +59,49 @@ void limit_resources() {
 struct Address {
   std::string host;
   int port{};
-  [[nodiscard]] bool is_own() const { return host == "127.0.0.1" || host == "::1"; }
+  [[nodiscard]] bool is_loopback() const { return host == "127.0.0.1" || host == "::1"; }
 };
 
 Result<Address> parse_address(const std::string& option, const std::string& text) {
-  const auto wrong = [&] {
+  const auto invalid = [&] {
     return failure(FaultKind::usage, option + " " + text, "expected ADDRESS:PORT, such as 127.0.0.1:8321");
   };
   const auto colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return wrong();
+  if (colon == std::string::npos || colon == 0) return invalid();
   Address address{.host = text.substr(0, colon)};
   if (address.host.starts_with('[') && address.host.ends_with(']'))
     address.host = address.host.substr(1, address.host.size() - 2);
   if (address.host == "localhost") address.host = "127.0.0.1";
   const auto* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, address.port);
-  if (error != std::errc{} || rest != end || address.port < 0 || address.port > 65535) return wrong();
+  if (error != std::errc{} || rest != end || address.port < 0 || address.port > 65535) return invalid();
   return address;
 }
 
-/// Returns the command that adds a user in this monitor's state folder. Under systemd this folder differs from the
-/// default of the user who reads the message.
+/// Returns the command that adds a user, for a message. It names the state folder, which under systemd is not the
+/// default of the reader of the message.
 std::string add_user_command(const std::string& state_folder, const char* role) {
   return fmt::format("gyrotherm-monitor user add NAME --role {} --state {}", role, state_folder);
 }
 
-Result<void> check(const MonitorOptions& options, const Address& address, bool has_users,
-                   const std::string& state_folder) {
+Result<void> check_options(const MonitorOptions& options, const Address& address, bool has_users,
+                           const std::string& state_folder) {
   const auto refuse = [](std::string where, std::string what) {
     return failure(FaultKind::usage, std::move(where), std::move(what));
   };
   std::error_code error;
-  if (options.folders.empty()) return refuse("--folder", "is missing; name a folder with records");
+  if (options.folders.empty()) return refuse("--folder", "is missing; give a folder with records");
   for (const auto& folder : options.folders)
     if (!std::filesystem::is_directory(folder, error)) return refuse("--folder " + folder, "is not a folder");
   if (options.certificate.empty() != options.key.empty())
-    return refuse("--certificate", "requires --key, and --key requires --certificate");
+    return refuse("--certificate", "must be given together with --key");
   if (options.control && !has_users)
     return refuse("--control", "requires users: " + add_user_command(state_folder, "operator"));
   if (options.behind_proxy && !options.certificate.empty())
-    return refuse("--behind-proxy", "not valid with --certificate; the proxy has the certificate");
-  if (options.behind_proxy && !address.is_own())
+    return refuse("--behind-proxy", "cannot be combined with --certificate; the proxy has the certificate");
+  if (options.behind_proxy && !address.is_loopback())
     return refuse("--behind-proxy", "requires --listen on 127.0.0.1 or [::1]");
-  if (address.is_own()) return {};
+  if (address.is_loopback()) return {};
   if (!has_users)
     return refuse("--listen " + options.listen,
                   "access from other machines requires users: " + add_user_command(state_folder, "viewer"));
@@ -121,17 +121,17 @@ bool is_any_pending(const sigset_t& signals) {
 
 std::string url_host(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
 
-/// A thread that repeats a function at intervals until it is stopped.
+/// A thread that calls a function at intervals. The destructor stops it.
 class PeriodicThread {
  public:
   template <class Work>
-  PeriodicThread(Duration every, Work work)
-      : thread_([this, every, work = std::move(work)] {
+  PeriodicThread(Duration interval, Work work)
+      : thread_([this, interval, work = std::move(work)] {
           block_signals();
           while (!stopped_) {
             work();
-            for (Duration slept{}; slept < every && !stopped_; slept += 50ms)
-              std::this_thread::sleep_for(std::min<Duration>(every, 50ms));
+            for (Duration slept{}; slept < interval && !stopped_; slept += 50ms)
+              std::this_thread::sleep_for(std::min<Duration>(interval, 50ms));
           }
         }) {}
   ~PeriodicThread() {
@@ -146,7 +146,7 @@ class PeriodicThread {
   std::thread thread_;
 };
 
-/// Blocks the signals that end the monitor, in this thread and in the threads that it starts. Returns them.
+/// Blocks SIGINT and SIGTERM in this thread and in threads that it starts later. Returns these signals.
 sigset_t block_end_signals() {
   sigset_t ends;
   sigemptyset(&ends);
@@ -156,7 +156,7 @@ sigset_t block_end_signals() {
   return ends;
 }
 
-/// Loads the certificate. Returns nothing if the page is served without TLS. Fails like TlsServer::load.
+/// Loads the certificate, or returns nothing if the options have none. Fails like TlsServer::load.
 Result<std::optional<TlsServer>> load_tls(const MonitorOptions& options) {
   if (options.certificate.empty()) return std::optional<TlsServer>();
   auto loaded = TlsServer::load(options.certificate, options.key);
@@ -164,7 +164,7 @@ Result<std::optional<TlsServer>> load_tls(const MonitorOptions& options) {
   return std::optional(std::move(*loaded));
 }
 
-/// Parts of a monitor with a site file; null without one.
+/// The parts that need a site file; null without one.
 struct SiteParts {
   std::unique_ptr<SiteOverview> overview;
   std::unique_ptr<Notifier> notifier;
@@ -184,14 +184,15 @@ Result<SiteParts> open_site(const MonitorOptions& options, const std::string& me
   return parts;
 }
 
-/// The server of the page with all parts that answer its requests.
-class Page {
+/// The web server with all parts that answer its requests.
+class PageServer {
  public:
-  /// Creates the page. `tls` and `overview` may be null.
-  Page(const MonitorOptions& options, const Address& address, const TlsServer* tls, Users& users, Sessions& sessions,
-       const RunCatalogue& catalogue, RunFeed& feed, SiteOverview* overview, const Clock& clock)
-      : access_({.control = options.control, .open = address.is_own() && !options.behind_proxy}, users, sessions,
-                clock),
+  /// Creates the server. `tls` and `overview` may be null.
+  PageServer(const MonitorOptions& options, const Address& address, const TlsServer* tls, Users& users,
+             Sessions& sessions, const RunCatalogue& catalogue, RunFeed& feed, SiteOverview* overview,
+             const Clock& clock)
+      : access_({.control = options.control, .allows_guests = address.is_loopback() && !options.behind_proxy}, users,
+                sessions, clock),
         runs_(catalogue, feed, [this] { return server_.is_stopping(); }),
         control_(access_, catalogue, clock),
         site_(access_, runs_, control_, catalogue, feed, overview),
@@ -213,21 +214,21 @@ class Page {
   WebServer server_;
 };
 
-/// Runs the threads of the monitor until one of the signals `ends` arrives. Calls `started` once when they run.
+/// Runs the threads of the monitor until one of the signals `ends` arrives. Calls `started` once the threads run.
 /// `notifier` may be null.
-void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogue, RunFeed& feed, Notifier* notifier,
-                        const std::function<void()>& started) {
+void serve_until_signal(const sigset_t& ends, PageServer& page, RunCatalogue& catalogue, RunFeed& feed,
+                        Notifier* notifier, const std::function<void()>& started) {
   auto& server = page.server();
-  std::list<PeriodicThread> scanners;
+  std::list<PeriodicThread> scan_threads;
   for (const auto& records : catalogue.folders())
-    scanners.emplace_back(kScanInterval,
-                          [&, records] { catalogue.scan_folder(records, [&] { return server.is_stopping(); }); });
-  const PeriodicThread reading(kReadInterval, [&] { feed.read(); });
-  const PeriodicThread catching_up(kReadInterval, [&] { page.runs().catch_up(); });
-  const PeriodicThread notifying(kNotifyInterval, [&] {
-    if (notifier != nullptr) notifier->check();
+    scan_threads.emplace_back(kScanInterval,
+                              [&, records] { catalogue.scan_folder(records, [&] { return server.is_stopping(); }); });
+  const PeriodicThread feed_thread(kReadInterval, [&] { feed.read(); });
+  const PeriodicThread overview_thread(kReadInterval, [&] { page.runs().update_overviews(); });
+  const PeriodicThread notifier_thread(kNotifyInterval, [&] {
+    if (notifier != nullptr) notifier->notify_due();
   });
-  std::thread serving([&] {
+  std::thread server_thread([&] {
     block_signals();
     server.serve();
   });
@@ -236,7 +237,7 @@ void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogu
   sigwait(&ends, &signal);
   feed.stop();
   server.stop();
-  serving.join();
+  server_thread.join();
 }
 
 }  // namespace
@@ -254,7 +255,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (auto loaded = sessions.load(); !loaded) return loaded;
   const auto address = parse_address("--listen", options.listen);
   if (!address) return failure(address.error());
-  if (auto good = check(options, *address, users.has_any(), folder); !good) return good;
+  if (auto good = check_options(options, *address, users.has_any(), folder); !good) return good;
   const auto tls = load_tls(options);
   if (!tls) return failure(tls.error());
 
@@ -262,7 +263,8 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   const auto site = open_site(options, folder + "/" + kNotificationsFile, catalogue, clock, report_fault);
   if (!site) return failure(site.error());
   RunFeed feed(catalogue);
-  Page page(options, *address, *tls ? &**tls : nullptr, users, sessions, catalogue, feed, site->overview.get(), clock);
+  PageServer page(options, *address, *tls ? &**tls : nullptr, users, sessions, catalogue, feed, site->overview.get(),
+                  clock);
   const auto port = page.server().bind();
   if (!port) return failure(port.error());
   catalogue.scan([&] { return is_any_pending(ends); });

@@ -15,8 +15,8 @@ namespace {
 
 constexpr Duration kMonitorCheckInterval = std::chrono::seconds(20), kMonitorTimeout = std::chrono::seconds(10);
 
-/// Returns the note shortened to the limit of a request, without splitting a character.
-std::string shortened(std::string note) {
+/// Shortens a note to the limit of a control request, at the end of a character. Replaces control characters by blanks.
+std::string shorten_note(std::string note) {
   std::ranges::replace_if(
       note, [](unsigned char c) { return c < ' ' || c == 0x7F; }, ' ');
   note.resize(std::min(note.size(), control::kLongestNote / 2));
@@ -24,24 +24,24 @@ std::string shortened(std::string note) {
   return note;
 }
 
-ObservedRun observe(const FoundRun& run) {
+ObservedRun observe_run(const FoundRun& run) {
   const auto state = std::string(name(run.status.standing.state));
-  const bool over = !run.is_running();
-  ObservedRun one{.id = run.status.id + "@" + run.path,
-                  .name = run.name,
-                  .record = run.path,
-                  .rig = run.info ? run.info->rig_name : std::string(),
-                  .simulated = run.status.simulated,
-                  .running = run.is_running(),
-                  .silent = run.is_silent() || run.was_abandoned(),
-                  .outcome = !over                         ? ""
-                             : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
-                                                           : run.status.ended_by,
-                  .alarms = {},
-                  .free_bytes = over ? std::nullopt : run.free_bytes};
+  const bool has_ended = !run.is_running();
+  ObservedRun observed{.id = run.status.id + "@" + run.path,
+                       .name = run.name,
+                       .record = run.path,
+                       .rig = run.info ? run.info->rig_name : std::string(),
+                       .simulated = run.status.simulated,
+                       .running = run.is_running(),
+                       .silent = run.is_silent() || run.is_abandoned(),
+                       .outcome = !has_ended                    ? ""
+                                  : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
+                                                                : run.status.ended_by,
+                       .alarms = {},
+                       .free_bytes = has_ended ? std::nullopt : run.free_bytes};
   for (const auto& alarm : run.status.alarms)
-    if (alarm.awaits_acknowledgement()) one.alarms.push_back({alarm.number, alarm.text});
-  return one;
+    if (alarm.awaits_acknowledgement()) observed.alarms.push_back({alarm.number, alarm.text});
+  return observed;
 }
 
 }  // namespace
@@ -64,22 +64,23 @@ Result<void> Notifier::load() {
   return {};
 }
 
-Situation Notifier::situation() {
+Situation Notifier::observe_situation() {
   Situation now;
   for (const auto& run : catalogue_.runs())
-    if (run.trouble.empty()) now.runs.push_back(observe(run));
-  if (clock_.now().since_start - asked_ >= kMonitorCheckInterval) {
-    asked_ = clock_.now().since_start;
+    if (run.read_error.empty()) now.runs.push_back(observe_run(run));
+  if (clock_.now().since_start - monitors_checked_at_ >= kMonitorCheckInterval) {
+    monitors_checked_at_ = clock_.now().since_start;
     for (const auto& rule : site_.rules)
-      if (!rule.monitor.empty()) answers_[rule.monitor] = is_monitor_responding(rule.monitor, kMonitorTimeout);
+      if (!rule.monitor.empty())
+        responding_monitors_[rule.monitor] = is_monitor_responding(rule.monitor, kMonitorTimeout);
   }
-  now.responding_monitors = answers_;
+  now.responding_monitors = responding_monitors_;
   return now;
 }
 
-/// Delivers a message, then adds a note to the record, then saves the memory. If the monitor is killed in between, the
-/// message is sent again and the record contains both notes. Ended and silent runs get no note: an ended record accepts
-/// none, and the folder of a silent run may block.
+/// Delivers a message, adds a note to the record, and saves the memory, in this order. If the monitor is killed before
+/// the memory is saved, the message is sent again, and the record contains both notes. No note is added to the record
+/// of an ended or silent run: no program would accept it, and the folder of a silent run may block.
 void Notifier::send_message(const DueMessage& message) {
   const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
   if (address == site_.addresses.end()) return;
@@ -91,30 +92,31 @@ void Notifier::send_message(const DueMessage& message) {
   if (!delivered) {
     memory_.record_failure(message, utc);
     report_fault_({delivered.error().kind,
-                   fmt::format("\"{}\" was not notified (rule \"{}\")", message.address, message.rule),
+                   fmt::format("\"{}\" could not be notified (rule \"{}\")", message.address, message.rule),
                    text(delivered.error())});
   } else {
     memory_.record_delivery(message, utc);
   }
-  const auto is_its_record = [&](const FoundRun& run) { return run.path == message.record && !run.is_silent(); };
-  if (std::ranges::any_of(catalogue_.runs(), is_its_record)) {
-    const auto of_alarm = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
-    auto note = fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
-                            delivered ? "was notified" : "could not be notified", of_alarm, message.rule, message.text);
-    (void)control::tell(message.record, {.note = shortened(std::move(note)), .told = true}, kSecond);
+  const auto accepts_note = [&](const FoundRun& run) { return run.path == message.record && !run.is_silent(); };
+  if (std::ranges::any_of(catalogue_.runs(), accepts_note)) {
+    const auto alarm_text = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
+    auto note =
+        fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
+                    delivered ? "was notified" : "could not be notified", alarm_text, message.rule, message.text);
+    (void)control::tell(message.record, {.note = shorten_note(std::move(note)), .told = true}, kSecond);
   }
   save();
 }
 
 void Notifier::save() {
   auto text = memory_.to_text();
-  if (text == saved_) return;
+  if (text == saved_text_) return;
   if (const auto written = write_private_file(memory_file_, text); !written) report_fault_(written.error());
-  saved_ = std::move(text);
+  saved_text_ = std::move(text);
 }
 
-void Notifier::check() {
-  const auto due = due_messages(site_, situation(), clock_.now().utc, memory_);
+void Notifier::notify_due() {
+  const auto due = due_messages(site_, observe_situation(), clock_.now().utc, memory_);
   save();
   for (const auto& message : due) send_message(message);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sends notifications: checks the runs periodically, delivers due messages, and adds a note to the record of each run
-/// that is concerned.
+/// Sends notifications: observes the runs, delivers the due messages, and adds a note to the record of the run that a
+/// message concerns.
 #pragma once
 
 #include <functional>
@@ -14,19 +14,19 @@
 
 namespace gyrotherm::monitor {
 
-/// The notifier, used by one thread.
+/// The notifier. Used by one thread.
 class Notifier {
  public:
-  /// Creates a notifier. `memory_file` stores the sent messages. Calls `complain` for addresses that cannot be reached.
+  /// Creates a notifier. `memory_file` is the path of the memory. Calls `report_fault` for each failed delivery.
   Notifier(Site site, std::string memory_file, const RunCatalogue& catalogue, const Clock& clock,
            std::function<void(const Fault&)> report_fault);
-  /// Loads the memory. Fails with bad_file.
+  /// Loads the memory from its file, if that exists. Fails with bad_file.
   [[nodiscard]] Result<void> load();
-  /// Checks once. May take half a minute for each address that does not answer.
-  void check();
+  /// Sends the messages that are due now. May take half a minute for each address that does not respond.
+  void notify_due();
 
  private:
-  [[nodiscard]] Situation situation();
+  [[nodiscard]] Situation observe_situation();
   void send_message(const DueMessage& message);
   void save();
 
@@ -36,10 +36,11 @@ class Notifier {
   const Clock& clock_;
   std::function<void(const Fault&)> report_fault_;
   NotificationMemory memory_;
-  std::string saved_;
-  /// Whether the other monitors answered at the time `asked_`, by URL.
-  std::map<std::string, bool> answers_;
-  Duration asked_{-std::chrono::hours(1)};
+  /// Text of the memory when it was last saved.
+  std::string saved_text_;
+  /// Whether each of the other monitors responded at the time `monitors_checked_at_`, by URL.
+  std::map<std::string, bool> responding_monitors_;
+  Duration monitors_checked_at_{-std::chrono::hours(1)};
 };
 
 }  // namespace gyrotherm::monitor

@@ -15,25 +15,25 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-constexpr auto kKeepAlive = 15s, kAccessCheckInterval = 1s;
-constexpr std::int64_t kMaxEvents = 2000;
+constexpr auto kKeepAliveInterval = 15s, kAccessCheckInterval = 1s;
+constexpr std::int64_t kMaxEventsPerAnswer = 2000;
 
-/// Returns a parameter as an integer: `fallback` if it is empty, nothing if it is not an integer in range.
+/// Parses a parameter from −1 to 10⁹. Returns `fallback` for an empty text, and nothing for an invalid one.
 std::optional<std::int64_t> parse_integer(const std::string& text, std::int64_t fallback) {
   if (text.empty()) return fallback;
   std::int64_t value{};
   const auto* end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc{} || rest != end || value < -1 || value > 1'000'000'000) return std::nullopt;
+  const auto [parsed_to, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || parsed_to != end || value < -1 || value > 1'000'000'000) return std::nullopt;
   return value;
 }
 
 WebAnswer fault_answer(const Fault& fault) {
-  const bool busy = fault.kind == FaultKind::storage;
-  return refusal(busy ? 503 : 404, busy ? "the run cannot be read now: " + fault.what : fault.what);
+  const bool may_retry = fault.kind == FaultKind::storage;
+  return refusal(may_retry ? 503 : 404, may_retry ? "the run cannot be read now: " + fault.what : fault.what);
 }
 
-/// Returns the positions of the named channels, separated by commas, or nothing if a name is unknown.
+/// Returns the indices of the channels in a comma-separated list of names, or nothing if a name is unknown.
 std::optional<std::vector<std::size_t>> find_channels(const std::string& names, const std::vector<SeriesChannel>& all) {
   std::vector<std::size_t> positions;
   for (std::size_t begin = 0; begin <= names.size();) {
@@ -63,12 +63,13 @@ WebAnswer status_answer(const FoundRun& run) {
 
 WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
   const auto after = parse_integer(head.parameter("after"), -1);
-  if (!after) return refusal(400, "\"after\" is not the number of an event");
-  const auto events = read_events_after(run, *after, kMaxEvents);
+  if (!after) return refusal(400, "expected the number of an event for \"after\"");
+  const auto events = read_events_after(run, *after, kMaxEventsPerAnswer);
   if (!events) return fault_answer(events.error());
   std::string body = "{\"events\":[";
   for (const auto& event : *events) body += (body.back() == '[' ? "" : ",") + event.text;
-  return {.body = body + fmt::format("],\"more\":{}}}", static_cast<std::int64_t>(events->size()) == kMaxEvents)};
+  return {.body =
+              body + fmt::format("],\"more\":{}}}", static_cast<std::int64_t>(events->size()) == kMaxEventsPerAnswer)};
 }
 
 WebAnswer alarms_answer(const FoundRun& run) {
@@ -79,14 +80,14 @@ WebAnswer alarms_answer(const FoundRun& run) {
 
 }  // namespace
 
-WebAnswer RunAnswers::list() const {
+WebAnswer RunAnswers::answer_list() const {
   std::string body = "{\"runs\":[";
   for (const auto& run : catalogue_.runs()) body += (body.back() == '[' ? "" : ",") + status_text(run);
   return {.body = body + "]}"};
 }
 
-WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
-  if (!run.info) return refusal(503, "the run cannot be read now: " + run.trouble);
+WebAnswer RunAnswers::answer_series(const FoundRun& run, const RequestHead& head) {
+  if (!run.info) return refusal(503, "the run cannot be read now: " + run.read_error);
   const auto all = series_channels(*run.info);
   const auto channels = find_channels(head.parameter("channels"), all);
   if (!channels) return refusal(400, "unknown channel in \"channels\"");
@@ -107,12 +108,12 @@ WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
   return {.body = series_text(*made, named)};
 }
 
-WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access) {
+WebAnswer RunAnswers::answer_stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access) {
   const auto last = head.header("last-event-id");
   const auto slot = parse_integer(last.empty() ? head.parameter("after") : last, run.status.slot);
   const auto event = parse_integer(head.parameter("event"), -1);
   if (!slot || !event)
-    return refusal(400, "Last-Event-ID is not the number of a second, or \"event\" is not the number of an event");
+    return refusal(400, "expected a slot for Last-Event-ID or \"after\", and the number of an event for \"event\"");
   auto watch = std::make_shared<RunFeed::Watch>(feed_, run.key);
   if (feed_.watchers() > kMaxWatchers) {
     auto full = refusal(503, "too many watchers; retry in 10 s");
@@ -124,15 +125,15 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::
   answer.stream = [watch, position = FeedPosition{.slot = *slot, .event = *event}, stopping = is_stopping_,
                    has_access = std::move(has_access)](const Send& send) mutable {
     if (!send("retry: 1000\n\n")) return false;
-    auto asked = since_boot(), sent = asked;
+    auto checked = since_boot(), sent = checked;
     while (!stopping()) {
-      const auto text = watch->next(position, kAccessCheckInterval);
+      const auto text = watch->wait_for_messages(position, kAccessCheckInterval);
       const auto now = since_boot();
-      if (now - asked >= Duration(kAccessCheckInterval)) {
+      if (now - checked >= Duration(kAccessCheckInterval)) {
         if (!has_access()) return true;
-        asked = now;
+        checked = now;
       }
-      if (text.empty() && now - sent < Duration(kKeepAlive)) continue;
+      if (text.empty() && now - sent < Duration(kKeepAliveInterval)) continue;
       if (stopping() || !send(text.empty() ? ": nothing new\n\n" : text)) return false;
       sent = now;
     }
@@ -141,21 +142,21 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::
   return answer;
 }
 
-WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest, std::function<bool()> has_access) {
-  if (rest.empty() || rest == "/") return list();
-  const auto slash = std::min(rest.find('/', 1), rest.size());
-  const auto run = catalogue_.find(rest.substr(1, slash - 1));
+WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& subpath, std::function<bool()> has_access) {
+  if (subpath.empty() || subpath == "/") return answer_list();
+  const auto slash = std::min(subpath.find('/', 1), subpath.size());
+  const auto run = catalogue_.find(subpath.substr(1, slash - 1));
   if (!run) return refusal(404, "there is no such run");
-  const auto what = rest.substr(slash);
-  if (what.empty()) return status_answer(*run);
-  if (what == "/series") return series(*run, request.head);
-  if (what == "/events") return events_answer(*run, request.head);
-  if (what == "/events-stream") return stream(*run, request.head, std::move(has_access));
-  if (what == "/alarms") return alarms_answer(*run);
-  if (what == "/profile") return profile_answer(*run);
-  if (what == "/files") return files_answer(*run);
+  const auto path = subpath.substr(slash);
+  if (path.empty()) return status_answer(*run);
+  if (path == "/series") return answer_series(*run, request.head);
+  if (path == "/events") return events_answer(*run, request.head);
+  if (path == "/events-stream") return answer_stream(*run, request.head, std::move(has_access));
+  if (path == "/alarms") return alarms_answer(*run);
+  if (path == "/profile") return profile_answer(*run);
+  if (path == "/files") return files_answer(*run);
   constexpr std::string_view kFile = "/files/";
-  if (what.starts_with(kFile)) return file_answer(*run, what.substr(kFile.size()));
+  if (path.starts_with(kFile)) return file_answer(*run, path.substr(kFile.size()));
   return refusal(404, "there is no such page");
 }
 

@@ -15,26 +15,27 @@
 
 namespace gyrotherm::monitor {
 
-/// Limit of watchers, each of which occupies one of the 32 threads. Further watchers are asked to retry later.
+/// Largest number of watchers (open event streams). Each occupies one of the 32 threads of the server.
 inline constexpr int kMaxWatchers = 20;
 
-/// The answers. Usable from any thread.
+/// Answers requests for run data. Usable from any thread.
 class RunAnswers {
  public:
   RunAnswers(const RunCatalogue& catalogue, RunFeed& feed, std::function<bool()> is_stopping)
       : catalogue_(catalogue), feed_(feed), is_stopping_(std::move(is_stopping)) {}
 
-  /// Answers a request. `rest` is the path after "/api/v1/runs": "", "/KEY", "/KEY/series" … A streamed answer calls
-  /// `has_access` once a second and ends when it returns false.
-  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& rest, std::function<bool()> has_access);
+  /// Answers a request. `subpath` is the path after "/api/v1/runs": "", "/KEY", "/KEY/series" … An event stream calls
+  /// `has_access` once a second and ends when that returns false.
+  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& subpath,
+                                 std::function<bool()> has_access);
   [[nodiscard]] std::size_t cache_bytes() const { return cache_.bytes(); }
-  /// Updates the overviews for charts of whole runs. Called by one thread at intervals.
-  void catch_up() { cache_.catch_up(); }
+  /// Updates the overviews of long runs (series.hpp). One thread calls this at intervals.
+  void update_overviews() { cache_.update_overviews(); }
 
  private:
-  [[nodiscard]] WebAnswer list() const;
-  [[nodiscard]] WebAnswer series(const FoundRun& run, const RequestHead& head);
-  [[nodiscard]] WebAnswer stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access);
+  [[nodiscard]] WebAnswer answer_list() const;
+  [[nodiscard]] WebAnswer answer_series(const FoundRun& run, const RequestHead& head);
+  [[nodiscard]] WebAnswer answer_stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access);
 
   const RunCatalogue& catalogue_;
   RunFeed& feed_;
@@ -42,9 +43,10 @@ class RunAnswers {
   SeriesCache cache_;
 };
 
-/// Returns the profile as planned, and the actual beginning of each segment so far.
+/// Returns the planned profile, and the slot at which each segment has begun so far.
 [[nodiscard]] WebAnswer profile_answer(const FoundRun& run);
-/// Return the list of files of a closed record and its reports, and one of these files as a download.
+/// Return the list of the files that can be downloaded, and one of these files. They are the files of a closed record,
+/// and its reports.
 [[nodiscard]] WebAnswer files_answer(const FoundRun& run);
 [[nodiscard]] WebAnswer file_answer(const FoundRun& run, const std::string& name);
 
@@ -53,10 +55,10 @@ struct MonitorMetrics {
   int watchers{};
   std::size_t cache_bytes{};
 };
-/// Returns the metrics of the runs in the text format of Prometheus, 0.0.4. `runs` are in the order of
-/// RunCatalogue::runs(). An active run has all metrics. If its program is silent or has ended, the run has only
-/// availability, last second and alarms. The last run of a rig has state and alarms if it was aborted or has
+/// Returns the metrics of the runs in the text format 0.0.4 of Prometheus. `runs` are in the order of
+/// RunCatalogue::runs(). An active run has all metrics. If its program is silent or has died, only availability, status
+/// age, last second and alarms remain. The last run of a rig keeps its state and alarms if it was aborted or has
 /// unacknowledged alarms. All other runs are only counted.
-[[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const MonitorMetrics& own);
+[[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const MonitorMetrics& monitor);
 
 }  // namespace gyrotherm::monitor

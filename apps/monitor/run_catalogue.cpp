@@ -20,11 +20,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Interval for updating active runs during a long check. Without it, they would seem silent while other records of
-/// their folder are read.
+/// During a long scan, the active runs of the folder are updated at this interval. Otherwise they would appear silent.
 constexpr auto kActiveRunInterval = std::chrono::seconds(1);
 
-/// Drops embedded files that the page does not use, half a megabyte in all, to limit the memory per run.
+/// Clears the texts of embedded files that the page does not use. They can take half a megabyte per run.
 void drop_unused_texts(record::RunInfo& info) {
   std::vector texts{&info.rig_text, &info.chamber_map_text, &info.gyro_model_text};
   for (auto& text : info.analogue_map_texts) texts.push_back(&text);
@@ -35,15 +34,15 @@ void drop_unused_texts(record::RunInfo& info) {
   }
 }
 
-/// Reads from the rig file the states of the chamber after a stop and after an abort.
+/// Sets `chamber_after_stop` and `chamber_after_abort` from the rig file.
 void read_end_states(FoundRun& run, const record::RunInfo& info) {
   run.chamber_after_stop = run.chamber_after_abort = "the chamber is made safe";
   const auto rig = TomlTable::parse(info.rig_text, "rig");
   if (!rig) return;
   const auto safe = rig->table("safe"), chamber = rig->table("chamber");
-  const bool is_in_safe = safe.has("set_point");
-  if (is_in_safe || chamber.has("safe_set_point")) {
-    const auto set_point = is_in_safe ? safe.celsius("set_point") : chamber.celsius("safe_set_point");
+  const bool is_in_safe_table = safe.has("set_point");
+  if (is_in_safe_table || chamber.has("safe_set_point")) {
+    const auto set_point = is_in_safe_table ? safe.celsius("set_point") : chamber.celsius("safe_set_point");
     run.chamber_after_abort = fmt::format("the chamber is sent to its safe set point, {:g} °C{}", set_point.value,
                                           safe.boolean("off", false) ? ", and switched off" : "");
   }
@@ -62,27 +61,29 @@ void set_names(FoundRun& run, const std::string& path) {
   run.name = fs::path(path).stem().string();
 }
 
-/// Reads the run's status and its age. If it cannot be read, keeps the last status and sets `trouble`.
+/// Reads the status of a run and computes its age. If the status cannot be read, keeps the last one and sets
+/// `read_error`.
 void read_status(FoundRun& run) {
   auto fresh = record::fresh_status(run.path);
   auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(run.path);
-  run.trouble = status ? std::string() : text(status.error());
+  run.read_error = status ? std::string() : text(status.error());
   if (status) run.status = std::move(*status);
   run.age_s = compute_age_s(run);
 }
 
-/// Returns whether status or trouble differ.
+/// Returns whether the status or the read error has changed.
 bool is_changed(const FoundRun& before, const FoundRun& now) {
-  return before.trouble != now.trouble || record::to_json(before.status) != record::to_json(now.status);
+  return before.read_error != now.read_error || record::to_json(before.status) != record::to_json(now.status);
 }
 
-std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
+/// Returns the free space on the disk of a folder.
+std::optional<std::uint64_t> read_free_bytes(const std::string& folder) {
   struct statvfs disk {};
   if (::statvfs(folder.c_str(), &disk) != 0) return std::nullopt;
   return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// Removes duplicate folders, even if their paths are spelled differently: two threads must not read one record.
+/// Removes duplicate folders. Ignores slashes at the end of a path. Two threads must not scan the same folder.
 std::vector<std::string> remove_duplicates(std::vector<std::string> folders) {
   for (auto& folder : folders)
     while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
@@ -97,14 +98,14 @@ bool FoundRun::is_running() const { return status.being_written && !status.finis
 
 bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to_seconds(record::kSilentAfter)); }
 
-bool FoundRun::was_abandoned() const {
-  return trouble.empty() && !is_running() && !status.finished && !(info && info->imported) &&
+bool FoundRun::is_abandoned() const {
+  return read_error.empty() && !is_running() && !status.finished && !(info && info->imported) &&
          status.standing.state <= RunState::aborting;
 }
 
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(remove_duplicates(std::move(folders))) {}
 
-RunCatalogue::Stamp RunCatalogue::read_stamp(const std::string& path) {
+RunCatalogue::FileStates RunCatalogue::read_file_states(const std::string& path) {
   return {.status = read_file_state(record::status_path(path)),
           .record = read_file_state(path),
           .log = read_file_state(path + "-wal"),
@@ -117,24 +118,25 @@ RunCatalogue::Entry RunCatalogue::copy_entry(const std::string& path) const {
   return found != entries_.end() ? found->second : Entry{};
 }
 
-/// Reads the header of the run's record into `entry`. The header is final once the record is complete; the header of a
-/// run that has just begun is read again.
+/// Reads the header of the run's record into `entry`. While the record of a new run is being created, its header is not
+/// final; `info_id` stays empty, so the next scan reads it again.
 void RunCatalogue::read_info(Entry& entry) {
   auto& run = entry.run;
   const auto files = record::find_source_files(run.path, run.is_running());
-  const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
+  const bool is_final = !run.is_running() || (files && record::has_begun(*files).value_or(false));
   auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
-  entry.info_id = info && is_whole ? run.status.id : std::string();
+  entry.info_id = info && is_final ? run.status.id : std::string();
   if (info) read_end_states(run, *info);
   if (info) drop_unused_texts(*info);
   entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
 }
 
-/// Checks one record. Reads its files only if they have changed since the last check, or if the run is or was silent.
+/// Updates the entry of a record. Reads the files only if they have changed since the last scan, or if the run is or
+/// was silent.
 void RunCatalogue::scan_record(const std::string& path, const std::string& folder,
                                std::optional<std::uint64_t> free_bytes) {
-  // Taken before the files are read, so that the next check detects a change in between.
-  const auto stamp = read_stamp(path);
+  // Read before the content of the files, so a change in between is detected at the next scan.
+  const auto file_states = read_file_states(path);
   auto entry = copy_entry(path);
   auto& run = entry.run;
   const bool is_new = run.key.empty();
@@ -142,14 +144,14 @@ void RunCatalogue::scan_record(const std::string& path, const std::string& folde
   entry.folder = folder;
   run.free_bytes = free_bytes;
   run.age_s = compute_age_s(run);
-  if (is_new || entry.stamp != stamp || was_silent || run.is_silent()) {
+  if (is_new || entry.file_states != file_states || was_silent || run.is_silent()) {
     const auto before = run;
     if (is_new) set_names(run, path);
     read_status(run);
     if (!entry.info || entry.info_id != run.status.id) read_info(entry);
     run.info = entry.info;
     if (is_changed(before, run) || was_silent != run.is_silent()) ++run.version;
-    entry.stamp = stamp;
+    entry.file_states = file_states;
   }
   const std::lock_guard lock(mutex_);
   entries_.insert_or_assign(path, std::move(entry));
@@ -164,20 +166,20 @@ std::vector<std::string> RunCatalogue::active_records_in(const std::string& fold
 }
 
 void RunCatalogue::scan_folder(const std::string& folder, const std::function<bool()>& is_stopping) {
-  const auto there = record::records_in(folder);
-  const auto free_bytes = free_bytes_in(folder);
-  auto running_seen = std::chrono::steady_clock::now();
-  for (const auto& path : there) {
+  const auto records = record::records_in(folder);
+  const auto free_bytes = read_free_bytes(folder);
+  auto active_runs_updated = std::chrono::steady_clock::now();
+  for (const auto& path : records) {
     if (is_stopping()) return;
     scan_record(path, folder, free_bytes);
-    if (std::chrono::steady_clock::now() - running_seen < kActiveRunInterval) continue;
+    if (std::chrono::steady_clock::now() - active_runs_updated < kActiveRunInterval) continue;
     for (const auto& running : active_records_in(folder)) scan_record(running, folder, free_bytes);
-    running_seen = std::chrono::steady_clock::now();
+    active_runs_updated = std::chrono::steady_clock::now();
   }
   const std::lock_guard lock(mutex_);
   std::erase_if(entries_, [&](const auto& entry) {
     const auto& [path, found] = entry;
-    return found.folder == folder && !there.contains(path);
+    return found.folder == folder && !records.contains(path);
   });
 }
 
@@ -185,8 +187,8 @@ void RunCatalogue::scan(const std::function<bool()>& is_stopping) {
   for (const auto& folder : folders_) scan_folder(folder, is_stopping);
 }
 
-/// Returns the run with its present age. The last bit of its version is set if the run has become silent since the last
-/// check; the other bits are a counter of changes.
+/// Returns the run with its present age. Bit 0 of the version is set if the run has become silent since the last scan;
+/// the other bits count the changes.
 FoundRun RunCatalogue::with_current_age(FoundRun run) {
   const bool was_silent = run.is_silent();
   run.age_s = compute_age_s(run);

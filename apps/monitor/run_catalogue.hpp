@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The runs in the folders of a monitor, with their state.
+/// The runs in the folders of a monitor, and their status.
 #pragma once
 
 #include <cstdint>
@@ -19,25 +19,25 @@
 
 namespace gyrotherm::monitor {
 
-/// A run found in a folder. A plain value that is copied to callers.
+/// A run whose record is in one of the folders.
 struct FoundRun {
-  /// Key in the page's addresses: 16 hexadecimal digits, derived from the record's path.
+  /// Key of the run in addresses of the page: 16 hexadecimal digits, derived from the record's path.
   std::string key;
   /// Path of the record.
   std::string path;
   std::string name;
   record::RunStatus status;
-  /// Time since the status was written; empty if no program writes it.
+  /// Time since the status was written; empty if no program executes the run.
   std::optional<double> age_s;
-  /// Free space on the record's disk at the last check; empty if unknown.
+  /// Free space on the record's disk at the last scan; empty if unknown.
   std::optional<std::uint64_t> free_bytes;
-  /// Reason why the status cannot be read; empty if it can.
-  std::string trouble;
-  /// Incremented when a member above changes, except age and free bytes.
+  /// Reason why the status cannot be read; empty if it can be read.
+  std::string read_error;
+  /// Changes when a member above changes, except age and free space, and when the run becomes silent.
   std::int64_t version{};
   /// Null if unreadable. Only the profile text is kept; other embedded files are dropped to save memory.
   std::shared_ptr<const record::RunInfo> info;
-  /// State of the chamber after a stop and after an abort.
+  /// What happens to the chamber after a stop and after an abort, such as "the chamber holds its present set point".
   std::string chamber_after_stop;
   std::string chamber_after_abort;
 
@@ -45,42 +45,43 @@ struct FoundRun {
   [[nodiscard]] bool is_running() const;
   /// Returns whether the program of the run has been silent for longer than record::kSilentAfter.
   [[nodiscard]] bool is_silent() const;
-  /// Returns whether the run has not ended but no program executes it: its program died or was interrupted.
-  [[nodiscard]] bool was_abandoned() const;
+  /// Returns whether the run is unfinished and no program executes it, because its program has died or was interrupted.
+  [[nodiscard]] bool is_abandoned() const;
 };
 
-/// The catalogue. Any thread may query it. Queries are answered from memory: a folder that does not respond blocks only
-/// the one thread that reads it.
+/// The catalogue. Any thread may query it. Queries are answered from memory, so a folder that does not respond blocks
+/// only the thread that scans it.
 class RunCatalogue {
  public:
   explicit RunCatalogue(std::vector<std::string> folders);
 
-  /// Finds new records in one of the folders(), and updates records with changed files. Returns early if `is_stopping`.
+  /// Scans one of folders(): adds new records, removes missing ones, and updates those whose files have changed.
+  /// Returns early if `is_stopping` returns true.
   void scan_folder(const std::string& folder, const std::function<bool()>& is_stopping);
-  /// Checks all folders one after another.
+  /// Scans all folders, one after another.
   void scan(const std::function<bool()>& is_stopping = [] { return false; });
 
-  /// Return runs as found by the last check, with their present age. A run in a folder that does not respond becomes
-  /// silent.
+  /// Return the runs as of the last scan, with their present age, active ones first, then the newest first. An active
+  /// run in a folder that does not respond becomes silent.
   [[nodiscard]] std::vector<FoundRun> runs() const;
   [[nodiscard]] std::optional<FoundRun> find(const std::string& key) const;
   [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
 
  private:
-  /// State of a run's files when they were last read.
-  struct Stamp {
+  /// States of a run's files when they were last read.
+  struct FileStates {
     FileState status, record, log, live_copy;
-    bool operator==(const Stamp&) const = default;
+    bool operator==(const FileStates&) const = default;
   };
   struct Entry {
     FoundRun run;
-    Stamp stamp;
+    FileStates file_states;
     std::shared_ptr<const record::RunInfo> info;
     /// Id of the run that `info` describes.
     std::string info_id;
     std::string folder;
   };
-  [[nodiscard]] static Stamp read_stamp(const std::string& path);
+  [[nodiscard]] static FileStates read_file_states(const std::string& path);
   [[nodiscard]] static FoundRun with_current_age(FoundRun run);
   [[nodiscard]] std::vector<std::string> active_records_in(const std::string& folder) const;
   [[nodiscard]] Entry copy_entry(const std::string& path) const;

@@ -28,19 +28,19 @@ std::string sample_text(const record::Statement& row, std::size_t channels) {
                   row.integer(0), row.null(1) ? "null" : fmt::format("{:.0f}", row.real(1) / kNsPerMs),
                   row.null(2) ? "null" : std::to_string(row.integer(2)), text_of(Json(std::string(row.text(3)))),
                   row.null(4) ? 0 : row.real(4) / 1e9, text_of(Json(std::string(row.text(5)))));
-  constexpr int kBefore = 6;
+  constexpr int kLeadingColumns = 6;
   for (std::size_t i = 0; i < channels; ++i)
-    text += (i > 0 ? "," : "") + format_number(row.real(kBefore + static_cast<int>(i)));
+    text += (i > 0 ? "," : "") + format_number(row.real(kLeadingColumns + static_cast<int>(i)));
   return text + "]}";
 }
 
 std::string sample_columns(const std::vector<SeriesChannel>& channels) {
-  std::string what = "slot, utc_ns, segment, phase, in_segment_ns, state";
-  for (const auto& channel : channels) what += ", " + channel.sql;
-  return what;
+  std::string columns = "slot, utc_ns, segment, phase, in_segment_ns, state";
+  for (const auto& channel : channels) columns += ", " + channel.sql;
+  return columns;
 }
 
-Json or_null(const record::Statement& row, int column) {
+Json text_or_null(const record::Statement& row, int column) {
   return row.null(column) ? Json(nullptr) : Json(std::string(row.text(column)));
 }
 
@@ -49,27 +49,28 @@ std::string event_text(const record::Statement& row) {
                       {"slot", row.integer(1)},
                       {"utc_ms", std::llround(row.real(2) / kNsPerMs)},
                       {"kind", row.text(3)},
-                      {"interlock", or_null(row, 4)},
-                      {"reaction", or_null(row, 5)},
+                      {"interlock", text_or_null(row, 4)},
+                      {"reaction", text_or_null(row, 5)},
                       {"segment", row.null(6) ? Json(nullptr) : Json(row.integer(6))},
-                      {"channel", or_null(row, 7)},
+                      {"channel", text_or_null(row, 7)},
                       {"text", std::string(row.text(8))}});
 }
 
-std::string message(const char* kind, const std::string& data, std::int64_t id) {
+/// Returns a message of an event stream. A negative id is omitted.
+std::string format_message(const char* kind, const std::string& data, std::int64_t id) {
   const auto line = id < 0 ? std::string() : fmt::format("id: {}\n", id);
   return fmt::format("event: {}\n{}data: {}\n\n", kind, line, data);
 }
 
 }  // namespace
 
-Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most) {
+Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_t slot, std::int64_t max_rows) {
   std::vector<FeedRow> rows;
   if (!run.info) return rows;
   const auto files = record::find_source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
   const auto channels = series_channels(*run.info);
-  const auto read = record::each_row(*files, {.what = sample_columns(channels), .first = slot + 1, .most = most},
+  const auto read = record::each_row(*files, {.what = sample_columns(channels), .first = slot + 1, .most = max_rows},
                                      [&](const record::Statement& row) {
                                        rows.push_back({row.integer(0), sample_text(row, channels.size())});
                                        return true;
@@ -77,7 +78,7 @@ Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_
   return read.map([&] { return std::move(rows); });
 }
 
-Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t number, std::int64_t most) {
+Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t number, std::int64_t max_rows) {
   std::vector<FeedRow> rows;
   const auto files = record::find_source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
@@ -85,7 +86,7 @@ Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t
                                .table = fmt::format("(SELECT * FROM event WHERE id > {})", number),
                                .order = "id",
                                .first = -1,
-                               .most = most};
+                               .most = max_rows};
   const auto read = record::each_row(*files, query, [&](const record::Statement& row) {
     rows.push_back({row.integer(0), event_text(row)});
     return true;
@@ -102,7 +103,7 @@ std::string status_text(const FoundRun& run) {
   json["running"] = run.is_running();
   json["silent"] = run.is_silent();
   json["age_s"] = run.age_s ? Json(*run.age_s) : Json(nullptr);
-  json["trouble"] = run.trouble;
+  json["trouble"] = run.read_error;
   json["profile"] = run.info ? run.info->profile_name : "";
   json["rig"] = run.info ? run.info->rig_name : "";
   json["started_ms"] = run.info ? Json(run.info->started_utc.count() / 1'000'000) : Json(nullptr);
@@ -121,7 +122,7 @@ RunFeed::Watch::~Watch() {
   if (run != feed_.runs_.end() && --run->second.watchers <= 0) feed_.runs_.erase(run);
 }
 
-std::string RunFeed::Watch::next(FeedPosition& position, Duration patience) {
+std::string RunFeed::Watch::wait_for_messages(FeedPosition& position, Duration timeout) {
   std::string text;
   {
     std::unique_lock lock(feed_.mutex_);
@@ -130,18 +131,18 @@ std::string RunFeed::Watch::next(FeedPosition& position, Duration patience) {
       return feed_.stopped_ || run.read.slot > position.slot || run.read.event > position.event ||
              run.status_version != position.status_version || run.id != position.run;
     };
-    if (!feed_.changed_.wait_for(lock, patience, is_new) || feed_.stopped_) return text;
+    if (!feed_.changed_.wait_for(lock, timeout, is_new) || feed_.stopped_) return text;
     const auto& run = feed_.runs_[key_];
     if (run.id != position.run && !position.run.empty()) position = {};
     position.run = run.id;
     if (run.status_version != position.status_version) {
-      text += message("status", run.status, -1);
+      text += format_message("status", run.status, -1);
       position.status_version = run.status_version;
     }
     if (has_all_after(run, position)) return text + next_messages(run, position);
   }
   text += feed_.read_older_messages(key_, position);
-  // The live copy is being replaced.
+  // The rows cannot be read while the live copy is replaced. Waits a moment before the caller tries again.
   if (text.empty()) {
     std::unique_lock lock(feed_.mutex_);
     feed_.changed_.wait_for(lock, kRecheckInterval, [&] { return feed_.stopped_; });
@@ -149,7 +150,7 @@ std::string RunFeed::Watch::next(FeedPosition& position, Duration patience) {
   return text;
 }
 
-/// Returns whether the rows in memory follow the position without a gap.
+/// Returns whether all rows after the position are in memory.
 bool RunFeed::has_all_after(const Run& run, const FeedPosition& position) {
   const auto follow = [](const std::deque<FeedRow>& rows, std::int64_t last_read, std::int64_t last_sent) {
     return last_read <= last_sent || (!rows.empty() && rows.front().number <= last_sent + 1);
@@ -161,33 +162,34 @@ bool RunFeed::has_all_after(const Run& run, const FeedPosition& position) {
 std::string RunFeed::next_messages(const Run& run, FeedPosition& position) {
   std::string text;
   for (const auto& event : run.events)
-    if (event.number > position.event) text += message("event", event.text, -1);
+    if (event.number > position.event) text += format_message("event", event.text, -1);
   for (const auto& sample : run.samples)
-    if (sample.number > position.slot) text += message("sample", sample.text, sample.number);
+    if (sample.number > position.slot) text += format_message("sample", sample.text, sample.number);
   position.slot = std::max(position.slot, run.read.slot);
   position.event = std::max(position.event, run.read.event);
   return text;
 }
 
-/// Reads from the record the messages after the position that are no longer in memory. Called on the watcher's thread.
+/// Reads the messages after the position from the record, and advances the position. The watcher's thread calls this if
+/// the rows are no longer in memory.
 std::string RunFeed::read_older_messages(const std::string& key, FeedPosition& position) const {
   std::string text;
   const auto found = catalogue_.find(key);
   if (!found || found->status.id != position.run) return text;
   if (const auto events = read_events_after(*found, position.event, kMaxRowsPerRead))
     for (const auto& event : *events) {
-      text += message("event", event.text, -1);
+      text += format_message("event", event.text, -1);
       position.event = event.number;
     }
   if (const auto samples = read_samples_after(*found, position.slot, kMaxRowsPerRead))
     for (const auto& sample : *samples) {
-      text += message("sample", sample.text, sample.number);
+      text += format_message("sample", sample.text, sample.number);
       position.slot = sample.number;
     }
   return text;
 }
 
-/// Reads the rows without holding the mutex, because a slow disk must not delay the watchers.
+/// Does not hold the mutex while it reads rows, because a slow disk must not delay the watchers.
 void RunFeed::read() {
   std::vector<std::string> keys;
   {
@@ -197,13 +199,13 @@ void RunFeed::read() {
   for (const auto& key : keys) {
     const auto found = catalogue_.find(key);
     const auto position = found ? update_status(*found) : std::nullopt;
-    auto news = position ? read_new_rows(*found, *position) : std::nullopt;
-    if (news) add_new_rows(key, std::move(*news));
+    auto rows = position ? read_new_rows(*found, *position) : std::nullopt;
+    if (rows) add_new_rows(key, std::move(*rows));
   }
 }
 
 /// Updates the status of a run for its watchers. Returns the position up to which its rows have been read, or nothing
-/// if it is not watched. If another run's record has replaced it, reading starts again.
+/// if the run is not watched. If the record of another run has replaced it, reading restarts at the beginning.
 std::optional<RunFeed::ReadPosition> RunFeed::update_status(const FoundRun& found) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(found.key);
@@ -211,7 +213,7 @@ std::optional<RunFeed::ReadPosition> RunFeed::update_status(const FoundRun& foun
   auto& run = watched->second;
   const auto& id = found.status.id;
   if (!id.empty() && id != run.id) run = Run{.watchers = run.watchers, .id = id};
-  // The age of a silent run changes.
+  // Also for a silent run, because its age changes.
   if (run.status_version != found.version || found.is_silent()) {
     run.status_version = found.version;
     run.status = status_text(found);
@@ -220,37 +222,37 @@ std::optional<RunFeed::ReadPosition> RunFeed::update_status(const FoundRun& foun
   return run.read;
 }
 
-/// Reads the rows after a position, at first only the last ones, because a watcher requests older rows itself. Returns
-/// nothing if no rows can follow, or if the record cannot be read now.
+/// Reads the rows after a position. The first read returns only the last rows, because a watcher reads older ones
+/// itself. Returns nothing if no rows can follow, or if the record cannot be read now.
 std::optional<RunFeed::NewRows> RunFeed::read_new_rows(const FoundRun& found, const ReadPosition& position) {
-  const bool is_over = !found.is_running();
-  if (position.is_complete && is_over && found.status.slot <= position.slot) return std::nullopt;
+  const bool has_ended = !found.is_running();
+  if (position.is_complete && has_ended && found.status.slot <= position.slot) return std::nullopt;
   const auto first_slot = std::max<std::int64_t>(-1, found.status.slot - static_cast<std::int64_t>(kRowsInMemory) / 2);
   auto samples = read_samples_after(found, position.has_begun ? position.slot : first_slot, kMaxRowsPerRead);
   auto events = read_events_after(found, position.event, kMaxRowsPerRead);
   if (!samples || !events) return std::nullopt;
-  return NewRows{.samples = std::move(*samples), .events = std::move(*events), .has_run_ended = is_over};
+  return NewRows{.samples = std::move(*samples), .events = std::move(*events), .has_run_ended = has_ended};
 }
 
 /// Stores the last rows of a run in memory and wakes its watchers.
-void RunFeed::add_new_rows(const std::string& key, NewRows news) {
+void RunFeed::add_new_rows(const std::string& key, NewRows rows) {
   const std::lock_guard lock(mutex_);
   const auto watched = runs_.find(key);
   if (watched == runs_.end()) return;
   auto& run = watched->second;
-  const bool is_nothing_new = news.samples.empty() && news.events.empty();
-  run.read.is_complete = news.has_run_ended && is_nothing_new;
-  if (run.read.has_begun && is_nothing_new) return;
+  const bool is_empty = rows.samples.empty() && rows.events.empty();
+  run.read.is_complete = rows.has_run_ended && is_empty;
+  if (run.read.has_begun && is_empty) return;
   run.read.has_begun = true;
-  const auto keep = [](std::vector<FeedRow>& from, std::deque<FeedRow>& rows, std::int64_t& last) {
+  const auto keep = [](std::vector<FeedRow>& from, std::deque<FeedRow>& memory, std::int64_t& last) {
     for (auto& row : from) {
       last = row.number;
-      rows.push_back(std::move(row));
+      memory.push_back(std::move(row));
     }
-    while (rows.size() > kRowsInMemory) rows.pop_front();
+    while (memory.size() > kRowsInMemory) memory.pop_front();
   };
-  keep(news.samples, run.samples, run.read.slot);
-  keep(news.events, run.events, run.read.event);
+  keep(rows.samples, run.samples, run.read.slot);
+  keep(rows.events, run.events, run.read.event);
   changed_.notify_all();
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sends the samples, events and status of a run to its watchers as messages, each once and in order. One thread reads
-/// the watched runs. Watchers wait for it; a watcher that is behind reads the missing rows itself.
+/// the new rows of the watched runs. A watcher whose position is before the rows in memory reads the older rows itself.
 #pragma once
 
 #include <condition_variable>
@@ -18,30 +18,30 @@
 
 namespace gyrotherm::monitor {
 
-/// Position of a watcher in the feed.
+/// Position of a watcher in the feed of a run.
 struct FeedPosition {
   /// Slot of the last sample, number of the last event, and version of the last status.
   std::int64_t slot{-1};
   std::int64_t event{-1};
   std::int64_t status_version{-1};
-  /// Id of the run. If another run's record replaces it, the feed restarts.
+  /// Id of the run. If the record of another run replaces it, the feed restarts.
   std::string run{};
 };
 
-/// The text of a sample, an event or a status for the page: one line of JSON. The values of a sample are in the order
-/// of series_channels(); null for a fault.
+/// A sample or an event as one line of JSON. The values of a sample are in the order of series_channels(); null for a
+/// fault.
 struct FeedRow {
   /// Slot of a sample, or number of an event.
   std::int64_t number{};
   std::string text;
 };
-/// Returns at most `most` samples after `slot`. Fails with storage or bad_file.
+/// Reads at most `max_rows` samples after `slot`. Fails with storage or bad_file.
 [[nodiscard]] Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_t slot,
-                                                              std::int64_t most);
-/// Returns at most `most` events after the one with `number`. Fails like read_samples_after().
+                                                              std::int64_t max_rows);
+/// Reads at most `max_rows` events after the event `number`. Fails like read_samples_after().
 [[nodiscard]] Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t number,
-                                                             std::int64_t most);
-/// Returns the status with additional data for the page: key, name, age, profile and rig.
+                                                             std::int64_t max_rows);
+/// Returns the status as JSON, with additional data for the page: key, name, age, profile and rig.
 [[nodiscard]] std::string status_text(const FoundRun& run);
 
 class RunFeed {
@@ -55,10 +55,9 @@ class RunFeed {
     ~Watch();
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
-    /// Returns the messages after `position` as text of an event stream, and advances `position`. Waits at most
-    /// `patience` for the first message. Returns an empty text if there is none. Returns at most a few hundred messages
-    /// per call.
-    [[nodiscard]] std::string next(FeedPosition& position, Duration patience);
+    /// Waits for messages after `position`, advances `position`, and returns the messages as text of an event stream:
+    /// at most a few hundred, or an empty text if none arrives in time.
+    [[nodiscard]] std::string wait_for_messages(FeedPosition& position, Duration timeout);
 
    private:
     RunFeed& feed_;
@@ -67,8 +66,9 @@ class RunFeed {
 
   /// Reads new rows of each watched run. Called by one thread, a few times a second.
   void read();
-  /// Wakes all watchers. Later calls of next() do not wait.
+  /// Wakes all watchers. Later calls of wait_for_messages() return immediately.
   void stop();
+  /// Returns the number of watchers of all runs.
   [[nodiscard]] int watchers() const;
 
  private:
@@ -77,7 +77,7 @@ class RunFeed {
     /// Last slot and event; −1: none yet.
     std::int64_t slot{-1}, event{-1};
     bool has_begun{};
-    /// The run has ended; no rows follow.
+    /// The run has ended, and all its rows have been read.
     bool is_complete{};
   };
   struct Run {
@@ -91,14 +91,14 @@ class RunFeed {
     std::int64_t status_version{-1};
     std::string status{};
   };
-  /// Rows of a run after a position.
+  /// Rows of a run after the position up to which it has been read.
   struct NewRows {
     std::vector<FeedRow> samples, events;
     bool has_run_ended{};
   };
   [[nodiscard]] std::optional<ReadPosition> update_status(const FoundRun& found);
   [[nodiscard]] static std::optional<NewRows> read_new_rows(const FoundRun& found, const ReadPosition& position);
-  void add_new_rows(const std::string& key, NewRows news);
+  void add_new_rows(const std::string& key, NewRows rows);
   [[nodiscard]] static bool has_all_after(const Run& run, const FeedPosition& position);
   [[nodiscard]] static std::string next_messages(const Run& run, FeedPosition& position);
   [[nodiscard]] std::string read_older_messages(const std::string& key, FeedPosition& position) const;

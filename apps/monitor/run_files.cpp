@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The plan of a run and its files, for the page.
+/// Answers with the profile and the files of a run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the beginning of each segment in seconds of the run, from its first sample.
+/// Returns the slot at which each segment has begun so far.
 Json segment_starts(const FoundRun& run) {
   Json begun = Json::array();
   const auto events =
@@ -64,26 +64,25 @@ WebAnswer profile_answer(const FoundRun& run) {
 
 namespace {
 
-/// Folders of reports: the record's folder, or one of these below it.
+/// Folders that may contain reports: the record's folder, and these subfolders of it.
 constexpr std::array kReportFolders{"", "report", "calibration"};
 constexpr std::array kReports{
     "report.html",      "report.pdf",        "report.json",         "report.csv",         "dcc.xml",
     "calibration.html", "calibration.pdf",   "calibration.de.html", "calibration.de.pdf", "calibration.csv",
     "calibration.json", "authorisation.json"};
 
-/// Returns whether a file of this name can be requested (http_message.hpp).
+/// Returns whether read_head() accepts a request for a file of this name.
 bool is_requestable(const std::string& name) {
   return name.find('\\') == std::string::npos && percent_decode(percent_encode(name)) == name;
 }
 
-/// Returns the files of a closed record. The status file may come from any user with write access to the folder, so no
-/// path is taken from it. The status file only determines which of the existing files with names of parts belong to the
-/// record.
+/// Returns the files of a closed record: the record itself and its parts. Any user with write access to the folder can
+/// change the list of parts in the status file, so only its file names are used, and only if they are names of parts.
 std::vector<std::string> closed_record_files(const FoundRun& run) {
   std::vector<std::string> files{run.path};
   const fs::path record(run.path);
-  for (const auto& said : run.status.parts) {
-    const auto part = record::part_name(fs::path(said).filename().string());
+  for (const auto& listed : run.status.parts) {
+    const auto part = record::part_name(fs::path(listed).filename().string());
     if (!part || part->record != record.filename()) continue;
     auto path = record::part_path(run.path, part->part);
     if (record::is_there(path) && std::ranges::count(files, path) == 0) files.push_back(std::move(path));
@@ -91,8 +90,8 @@ std::vector<std::string> closed_record_files(const FoundRun& run) {
   return files;
 }
 
-/// Returns the downloadable files as pairs of name in the page and path: the files of a closed record, and reports.
-/// Does not follow links.
+/// Returns the name in the page and the path of each file that can be downloaded: the files of a closed record and the
+/// reports. Does not follow links.
 std::vector<std::pair<std::string, fs::path>> downloadable_files(const FoundRun& run) {
   std::vector<std::pair<std::string, fs::path>> files;
   std::error_code error;
@@ -124,24 +123,24 @@ WebAnswer files_answer(const FoundRun& run) {
 
 namespace {
 
-/// Returns the Content-Disposition (RFC 6266) with two names: the exact one, and an ASCII one for clients that do not
-/// support it.
+/// Returns the Content-Disposition of a file (RFC 6266). It contains the name twice: in UTF-8, and in ASCII for clients
+/// that do not support UTF-8.
 std::string content_disposition(const std::string& name) {
-  std::string plain;
+  std::string ascii;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
-    if (c == '"') plain += '\\';
+    if (c == '"') ascii += '\\';
     if (byte < 0x80)
-      plain += c;
+      ascii += c;
     else if (byte >= 0xC0)
-      plain += '_';
+      ascii += '_';
   }
-  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", plain, percent_encode(name));
+  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", ascii, percent_encode(name));
 }
 
 }  // namespace
 
-/// Returns a content type that makes the browser save the file, because a report must not run as a page of the monitor.
+/// The content type makes the browser save the file: a report must not be displayed as a page of the monitor.
 WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   const auto files = downloadable_files(run);
   const auto found = std::ranges::find_if(files, [&](const auto& file) { return file.first == name; });
@@ -153,11 +152,11 @@ WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   if (opened->size == 0) return answer;
   answer.stream = [file = std::make_shared<RegularFile>(std::move(*opened))](const Send& send) {
     std::string piece(64 * 1024, '\0');
-    for (std::uint64_t left = file->size; left > 0;) {
-      const auto wanted = std::min<std::uint64_t>(left, piece.size());
-      const auto size = ::read(file->descriptor.number(), piece.data(), wanted);
+    for (std::uint64_t remaining = file->size; remaining > 0;) {
+      const auto piece_size = std::min<std::uint64_t>(remaining, piece.size());
+      const auto size = ::read(file->descriptor.number(), piece.data(), piece_size);
       if (size <= 0 || !send({piece.data(), static_cast<std::size_t>(size)})) return false;
-      left -= static_cast<std::uint64_t>(size);
+      remaining -= static_cast<std::uint64_t>(size);
     }
     return true;
   };

@@ -18,24 +18,25 @@ namespace {
 
 constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kMinOverviewWidth = 16;  ///< slots
-/// Largest number of rows per read. The record stays open during a read, and a program that resumes the run must wait
-/// for it.
+/// Largest number of rows per query. The record is open during a query, and a program that resumes the run must wait
+/// until it is closed.
 constexpr std::int64_t kMaxRowsPerQuery = 20'000;
 
 std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 SeriesChannel chamber_channel(const char* column) { return {column, "°C", {}, quoted(column)}; }
 
-/// Returns the channel of the measured rate about an axis, Earth rate included.
+/// Returns the channel of the measured rate of an axis, which includes the Earth rate.
 SeriesChannel rate_channel(const record::ChannelColumn& column, const record::UnitInfo& unit,
                            const std::string& interval) {
   const auto& axis = unit.axes[column.index];
-  // Length of "pulses" at the end of the name.
-  constexpr std::size_t kPulses = 6;
-  auto name = column.name.substr(0, column.name.size() - std::min(kPulses, column.name.size())) + "rate";
-  const bool counts = axis.kind == record::GyroKind::pulse_count;
-  auto sql = counts ? fmt::format("{} * {:.17e} / nullif({}, 0)", quoted(column.name), axis.scale * 1e9, interval)
-                    : fmt::format("{} * {:.17e}", quoted(column.name), axis.scale);
+  // Length of the suffix "pulses".
+  constexpr std::size_t kSuffixLength = 6;
+  auto name = column.name.substr(0, column.name.size() - std::min(kSuffixLength, column.name.size())) + "rate";
+  const bool is_pulse_count = axis.kind == record::GyroKind::pulse_count;
+  auto sql = is_pulse_count
+                 ? fmt::format("{} * {:.17e} / nullif({}, 0)", quoted(column.name), axis.scale * 1e9, interval)
+                 : fmt::format("{} * {:.17e}", quoted(column.name), axis.scale);
   return {std::move(name), "°/h", unit.name, std::move(sql)};
 }
 
@@ -77,41 +78,41 @@ std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
 Buckets::Buckets(std::size_t channels, std::int64_t first, std::int64_t width)
     : channels_(channels), first_(first), width_(width) {}
 
-void Buckets::reach(std::int64_t slot) {
-  const auto wanted = static_cast<std::size_t>((slot - first_) / width_ + 1);
-  if (wanted <= count_) return;
-  count_ = wanted;
+void Buckets::extend_to(std::int64_t slot) {
+  const auto required = static_cast<std::size_t>((slot - first_) / width_ + 1);
+  if (required <= count_) return;
+  count_ = required;
   low_.resize(count_ * channels_, kNoValue);
   high_.resize(count_ * channels_, kNoValue);
 }
 
-void Buckets::take(std::int64_t slot, std::size_t channel, double value) {
+void Buckets::add(std::int64_t slot, std::size_t channel, double value) {
   if (std::isnan(value)) return;
-  reach(slot);
-  const auto place = static_cast<std::size_t>((slot - first_) / width_) * channels_ + channel;
+  extend_to(slot);
+  const auto index = static_cast<std::size_t>((slot - first_) / width_) * channels_ + channel;
   const auto number = static_cast<float>(value);
-  if (!(low_[place] <= number)) low_[place] = number;
-  if (!(high_[place] >= number)) high_[place] = number;
+  if (!(low_[index] <= number)) low_[index] = number;
+  if (!(high_[index] >= number)) high_[index] = number;
 }
 
-void Buckets::coarsen() {
+void Buckets::merge_pairs() {
   Buckets coarse(channels_, first_, 2 * width_);
   for (std::size_t bucket = 0; bucket < count_; ++bucket)
     for (std::size_t channel = 0; channel < channels_; ++channel) {
       const auto slot = first_ + static_cast<std::int64_t>(bucket) * width_;
-      coarse.take(slot, channel, static_cast<double>(lowest(bucket, channel)));
-      coarse.take(slot, channel, static_cast<double>(highest(bucket, channel)));
+      coarse.add(slot, channel, static_cast<double>(lowest(bucket, channel)));
+      coarse.add(slot, channel, static_cast<double>(highest(bucket, channel)));
     }
-  if (count_ > 0) coarse.reach(first_ + static_cast<std::int64_t>(count_) * width_ - 1);
+  if (count_ > 0) coarse.extend_to(first_ + static_cast<std::int64_t>(count_) * width_ - 1);
   *this = std::move(coarse);
 }
 
 namespace {
 
-std::string sql_columns(const std::vector<SeriesChannel>& channels, const std::vector<std::size_t>& wanted) {
-  std::string what = "slot";
-  for (const auto channel : wanted) what += ", " + channels[channel].sql;
-  return what;
+std::string sql_columns(const std::vector<SeriesChannel>& channels, const std::vector<std::size_t>& selected) {
+  std::string columns = "slot";
+  for (const auto channel : selected) columns += ", " + channels[channel].sql;
+  return columns;
 }
 
 std::vector<std::size_t> all_channels(std::size_t channels) {
@@ -120,40 +121,41 @@ std::vector<std::size_t> all_channels(std::size_t channels) {
   return all;
 }
 
-/// Adds the rows of these slots to the buckets, in portions. Returns the last slot read.
+/// Adds the rows of the slots `from` to `to` to the buckets. Reads them in several queries. Returns the last slot read.
 Result<std::int64_t> add_rows(const FoundRun& run, const std::vector<std::size_t>& channels, std::int64_t from,
                               std::int64_t to, const std::function<void(std::int64_t)>& before_row, Buckets& into) {
-  const auto what = sql_columns(series_channels(*run.info), channels);
+  const auto columns = sql_columns(series_channels(*run.info), channels);
   auto last = from - 1;
-  for (std::int64_t taken = kMaxRowsPerQuery; taken == kMaxRowsPerQuery;) {
+  for (std::int64_t row_count = kMaxRowsPerQuery; row_count == kMaxRowsPerQuery;) {
     const auto files = record::find_source_files(run.path, run.is_running());
     if (!files) return failure(files.error());
-    taken = 0;
-    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kMaxRowsPerQuery},
-                                       [&](const record::Statement& row) {
-                                         last = row.integer(0);
-                                         ++taken;
-                                         before_row(last);
-                                         into.reach(last);
-                                         for (std::size_t i = 0; i < channels.size(); ++i)
-                                           into.take(last, i, row.real(1 + static_cast<int>(i)));
-                                         return true;
-                                       });
+    row_count = 0;
+    const auto read =
+        record::each_row(*files, {.what = columns, .first = last + 1, .last = to, .most = kMaxRowsPerQuery},
+                         [&](const record::Statement& row) {
+                           last = row.integer(0);
+                           ++row_count;
+                           before_row(last);
+                           into.extend_to(last);
+                           for (std::size_t i = 0; i < channels.size(); ++i)
+                             into.add(last, i, row.real(1 + static_cast<int>(i)));
+                           return true;
+                         });
     if (!read) return failure(read.error());
   }
   return last;
 }
 
-/// Returns the requested channels of an overview. Each bucket of the result combines several buckets of the overview.
-Buckets folded(const Buckets& overview, const SeriesRequest& request, std::int64_t width) {
+/// Makes the requested buckets from an overview. `width` is a multiple of the overview's width.
+Buckets make_from_overview(const Buckets& overview, const SeriesRequest& request, std::int64_t width) {
   const auto first = request.from / overview.width() * overview.width();
   Buckets buckets(request.channels.size(), first, width);
   for (auto slot = first; slot <= request.to; slot += overview.width()) {
     const auto bucket = static_cast<std::size_t>((slot - overview.first()) / overview.width());
     if (bucket >= overview.size()) break;
     for (std::size_t i = 0; i < request.channels.size(); ++i) {
-      buckets.take(slot, i, static_cast<double>(overview.lowest(bucket, request.channels[i])));
-      buckets.take(slot, i, static_cast<double>(overview.highest(bucket, request.channels[i])));
+      buckets.add(slot, i, static_cast<double>(overview.lowest(bucket, request.channels[i])));
+      buckets.add(slot, i, static_cast<double>(overview.highest(bucket, request.channels[i])));
     }
   }
   return buckets;
@@ -161,34 +163,34 @@ Buckets folded(const Buckets& overview, const SeriesRequest& request, std::int64
 
 }  // namespace
 
-Result<void> SeriesCache::catch_up(Overview& overview, const FoundRun& run) const {
-  const auto most = max_bytes_ / 2;
-  const auto fit = [&](std::int64_t slot) {
+Result<void> SeriesCache::update(Overview& overview, const FoundRun& run) const {
+  const auto max_overview_bytes = max_bytes_ / 2;
+  const auto limit_size = [&](std::int64_t slot) {
     auto& buckets = overview.buckets;
-    const auto needed = [&] {
+    const auto required_bytes = [&] {
       return static_cast<std::size_t>(slot / buckets.width() + 1) * buckets.channels() * 2 * sizeof(float);
     };
-    while (needed() > most) buckets.coarsen();
+    while (required_bytes() > max_overview_bytes) buckets.merge_pairs();
   };
-  const auto read = add_rows(run, all_channels(overview.buckets.channels()), overview.read + 1, record::kNoEnd - 1, fit,
-                             overview.buckets);
+  const auto read = add_rows(run, all_channels(overview.buckets.channels()), overview.last_slot + 1, record::kNoEnd - 1,
+                             limit_size, overview.buckets);
   if (!read) return failure(read.error());
-  overview.read = *read;
+  overview.last_slot = *read;
   return {};
 }
 
 std::shared_ptr<SeriesCache::Overview> SeriesCache::find_or_add_overview(const FoundRun& run, std::size_t channels) {
   const std::lock_guard lock(mutex_);
-  const auto of = run.key + run.status.id;
-  auto found = std::ranges::find_if(overviews_, [&](const auto& overview) { return overview->run == of; });
+  const auto run_id = run.key + run.status.id;
+  auto found = std::ranges::find_if(overviews_, [&](const auto& overview) { return overview->run == run_id; });
   if (found == overviews_.end())
-    overviews_.push_front(std::make_shared<Overview>(of, Buckets(channels, 0, kMinOverviewWidth)));
+    overviews_.push_front(std::make_shared<Overview>(run_id, Buckets(channels, 0, kMinOverviewWidth)));
   else
     overviews_.splice(overviews_.begin(), overviews_, found);
   return overviews_.front();
 }
 
-void SeriesCache::evict() {
+void SeriesCache::remove_least_recent() {
   const std::lock_guard lock(mutex_);
   std::size_t sum = 0;
   for (auto overview = overviews_.begin(); overview != overviews_.end();) {
@@ -209,11 +211,11 @@ std::size_t SeriesCache::bytes() const {
 }
 
 bool SeriesCache::is_far_behind(const Overview& overview, const FoundRun& run) {
-  constexpr std::int64_t kFar = 2 * kMaxRowsPerQuery;
-  return run.status.slot - overview.read > kFar;
+  constexpr std::int64_t kMaxLag = 2 * kMaxRowsPerQuery;
+  return run.status.slot - overview.last_slot > kMaxLag;
 }
 
-void SeriesCache::catch_up() {
+void SeriesCache::update_overviews() {
   std::list<std::shared_ptr<Overview>> overviews;
   {
     const std::lock_guard lock(mutex_);
@@ -221,24 +223,24 @@ void SeriesCache::catch_up() {
   }
   for (const auto& overview : overviews) {
     const std::lock_guard lock(overview->mutex);
-    if (is_far_behind(*overview, overview->found)) (void)catch_up(*overview, overview->found);
+    if (is_far_behind(*overview, overview->found)) (void)update(*overview, overview->found);
   }
-  evict();
+  remove_least_recent();
 }
 
 Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesRequest& request) {
   const auto slots = std::max<std::int64_t>(1, request.to - request.from + 1);
-  const auto most = std::clamp<std::int64_t>(request.buckets, 1, kMaxBuckets);
-  auto width = (slots + most - 1) / most;
+  const auto max_buckets = std::clamp<std::int64_t>(request.buckets, 1, kMaxBuckets);
+  auto width = (slots + max_buckets - 1) / max_buckets;
   if (width >= kMinOverviewWidth) {
     const auto overview = find_or_add_overview(run, series_channels(*run.info).size());
     if (const std::unique_lock lock(overview->mutex, std::try_to_lock); lock) {
       overview->found = run;
       if (!is_far_behind(*overview, run)) {
-        if (const auto read = catch_up(*overview, run); !read) return failure(read.error());
+        if (const auto read = update(*overview, run); !read) return failure(read.error());
         const auto finest = overview->buckets.width();
         width = std::max((width + finest - 1) / finest, std::int64_t{1}) * finest;
-        return folded(overview->buckets, request, width);
+        return make_from_overview(overview->buckets, request, width);
       }
     }
   }

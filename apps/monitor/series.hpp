@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data of charts: the lowest and the highest value of each channel in each of at most some thousand buckets of equal
-/// length. A bucket without a value of a channel stays empty, so gaps are visible.
+/// Data of charts: the minimum and maximum of each channel in at most some thousand time buckets of equal width. A
+/// bucket may have no value of a channel, so gaps are visible.
 ///
-/// An overview of each viewed run, with buckets of 16 s (longer for a very long or wide run), stays in memory and grows
-/// with the run. A chart of hours then reads only the new rows. Charts of shorter ranges are read from the rows.
+/// The cache keeps an overview of each viewed run, with buckets of 16 s (wider for a very long run or many channels). A
+/// chart of many hours is made from the overview and reads only rows that are new. A chart of a shorter interval is
+/// read from the rows.
 #pragma once
 
 #include <cstddef>
@@ -20,32 +21,33 @@
 
 namespace gyrotherm::monitor {
 
-/// A curve of a chart: a column of the record, or the rate computed from pulses and their interval.
+/// A curve of a chart: a column of the record, or a rate that is computed from pulses and their interval.
 struct SeriesChannel {
   std::string name;
   std::string unit;
   /// Empty for a channel of the rig.
   std::string unit_under_test;
-  /// Expression for the value in a row of `sample`.
+  /// SQL expression of the value, in a row of the table `sample`.
   std::string sql;
 };
 /// Returns the channels of a run: the set point of the profile, the chamber's air and its own set point, thermometers,
 /// and the measurements of each unit.
 [[nodiscard]] std::vector<SeriesChannel> series_channels(const record::RunInfo& info);
 
-/// Lowest and highest values of some channels in buckets of equal length. Positions and lengths are in slots. NaN if
-/// there is no value.
+/// Minimum and maximum of some channels in buckets of equal width; NaN if a bucket has no value. Positions and widths
+/// are in slots.
 class Buckets {
  public:
   Buckets(std::size_t channels, std::int64_t first, std::int64_t width);
 
-  /// Adds a value. NaN changes nothing. The slot must not be before the first.
-  void take(std::int64_t slot, std::size_t channel, double value);
-  /// Adds empty buckets up to this slot.
-  void reach(std::int64_t slot);
-  /// Doubles the width.
-  void coarsen();
+  /// Adds a value. Ignores NaN. `slot` must not be below first().
+  void add(std::int64_t slot, std::size_t channel, double value);
+  /// Adds empty buckets up to the one that contains `slot`.
+  void extend_to(std::int64_t slot);
+  /// Merges each pair of adjacent buckets, which doubles the width.
+  void merge_pairs();
 
+  /// Slot at which the first bucket begins.
   [[nodiscard]] std::int64_t first() const { return first_; }
   [[nodiscard]] std::int64_t width() const { return width_; }
   [[nodiscard]] std::size_t size() const { return count_; }
@@ -62,51 +64,51 @@ class Buckets {
   std::size_t channels_;
   std::int64_t first_, width_;
   std::size_t count_{};
-  /// The values of all channels for the first bucket, then for the next one.
+  /// For each bucket, the values of all channels.
   std::vector<float> low_, high_;
 };
 
-/// A request for a chart: channels by their positions in series_channels(), the slots `from` to `to`, and the largest
-/// number of buckets.
+/// A request for a chart.
 struct SeriesRequest {
+  /// Indices in series_channels().
   std::vector<std::size_t> channels;
+  /// First and last slot.
   std::int64_t from{}, to{};
+  /// Largest number of buckets.
   std::int64_t buckets = 2000;
 };
 inline constexpr std::int64_t kMaxBuckets = 4000;
 
-/// The overviews of the recently viewed runs. Usable from any thread.
+/// Overviews of the recently viewed runs. Usable from any thread.
 class SeriesCache {
  public:
-  /// Creates a cache. `max_bytes` limits the total size of all overviews; the least recently used one is removed
-  /// first.
+  /// Creates a cache. If the overviews exceed `max_bytes` in total, the least recently used ones are removed.
   explicit SeriesCache(std::size_t max_bytes = kDefaultBytes) : max_bytes_(max_bytes) {}
 
-  /// Returns the requested buckets, at least one slot wide. Fails with storage or bad_file.
+  /// Returns the buckets of a chart. Fails with storage or bad_file.
   [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesRequest& request);
   [[nodiscard]] std::size_t bytes() const;
-  /// Updates overviews that are far behind. Called by one thread at intervals. Until an overview is updated, charts of
-  /// its run are read from the rows of the requested channels, which is faster for a single chart.
-  void catch_up();
+  /// Updates the overviews that lack many rows. One thread calls this at intervals. Until then, charts of such a run
+  /// are read from the rows, which is faster for a single chart.
+  void update_overviews();
 
  private:
   static constexpr std::size_t kDefaultBytes = 20'000'000;
   struct Overview {
     std::mutex mutex;
-    /// Key and id of the run. The key is not sufficient, because another record may replace the run's under the same
-    /// name.
+    /// Key and id of the run. The record of another run may replace it under the same key.
     std::string run;
     Buckets buckets;
-    /// The run at the last request.
+    /// The run as of the last request.
     FoundRun found;
-    /// Last slot contained in the overview.
-    std::int64_t read{-1};
-    explicit Overview(std::string of, Buckets empty) : run(std::move(of)), buckets(std::move(empty)) {}
+    /// Last slot in the overview.
+    std::int64_t last_slot{-1};
+    Overview(std::string run_id, Buckets empty) : run(std::move(run_id)), buckets(std::move(empty)) {}
   };
   [[nodiscard]] std::shared_ptr<Overview> find_or_add_overview(const FoundRun& run, std::size_t channels);
-  [[nodiscard]] Result<void> catch_up(Overview& overview, const FoundRun& run) const;
+  [[nodiscard]] Result<void> update(Overview& overview, const FoundRun& run) const;
   [[nodiscard]] static bool is_far_behind(const Overview& overview, const FoundRun& run);
-  void evict();
+  void remove_least_recent();
 
   std::size_t max_bytes_;
   mutable std::mutex mutex_;

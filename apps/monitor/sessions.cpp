@@ -38,7 +38,7 @@ Result<void> Sessions::load() {
   return {};
 }
 
-/// Writes the list. If the file cannot be written, the sessions remain in memory.
+/// Writes the list. Ignores a failure: the sessions remain valid in memory.
 void Sessions::save() const {
   if (path_.empty()) return;
   std::vector<Session> list;
@@ -50,9 +50,9 @@ void Sessions::remove_expired() {
   const auto now = clock_.now().utc;
   std::erase_if(sessions_, [&](const auto& entry) {
     const auto& session = entry.second;
-    return now - session.begun > kLongest || now - session.used > kIdleLifetime || session.begun > now + kSecond;
+    return now - session.begun > kLifetime || now - session.used > kIdleLifetime || session.begun > now + kSecond;
   });
-  while (sessions_.size() > kMost)
+  while (sessions_.size() > kMaxSessions)
     sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second.used; }));
 }
 
@@ -73,8 +73,9 @@ std::string Sessions::open(const std::string& user, const std::string& password_
 }
 
 std::optional<Sessions::Session> Sessions::find(const std::string& secret) {
-  constexpr std::size_t kSize = 43;
-  if (secret.size() != kSize) return std::nullopt;
+  // Length of random_secret().
+  constexpr std::size_t kSecretLength = 43;
+  if (secret.size() != kSecretLength) return std::nullopt;
   const std::lock_guard lock(mutex_);
   remove_expired();
   const auto found = sessions_.find(sha256(secret));
@@ -109,41 +110,42 @@ std::vector<Sessions::Session> Sessions::all() {
 }
 
 std::string Confirmations::issue(const std::string& user, const std::string& run, const std::string& verb) {
-  constexpr std::size_t kMost = 256;
+  constexpr std::size_t kMaxPending = 256;
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
-  std::erase_if(pending_, [&](const auto& entry) { return now - entry.second.at > kWithin; });
-  if (pending_.size() >= kMost) pending_.erase(pending_.begin());
+  std::erase_if(pending_, [&](const auto& entry) { return now - entry.second.issued_at > kLifetime; });
+  if (pending_.size() >= kMaxPending) pending_.erase(pending_.begin());
   auto token = random_secret();
-  pending_[token] = {.what = user + '\n' + run + '\n' + verb, .at = now};
+  pending_[token] = {.subject = user + '\n' + run + '\n' + verb, .issued_at = now};
   return token;
 }
 
-bool Confirmations::take(const std::string& token, const std::string& user, const std::string& run,
-                         const std::string& verb) {
+bool Confirmations::redeem(const std::string& token, const std::string& user, const std::string& run,
+                           const std::string& verb) {
   const std::lock_guard lock(mutex_);
   const auto found = pending_.find(token);
   if (found == pending_.end()) return false;
-  const bool good =
-      found->second.what == user + '\n' + run + '\n' + verb && clock_.now().since_start - found->second.at <= kWithin;
+  const bool good = found->second.subject == user + '\n' + run + '\n' + verb &&
+                    clock_.now().since_start - found->second.issued_at <= kLifetime;
   pending_.erase(found);
   return good;
 }
 
-bool RateLimit::take(const std::string& name) {
+bool RateLimit::try_acquire(const std::string& name) {
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;
   if (allowances_.size() >= kMaxNames && !allowances_.contains(name)) {
     std::erase_if(allowances_, [&](const auto& entry) {
-      return entry.second.tries + to_seconds(now - entry.second.at) * per_second_ >= most_;
+      return entry.second.attempts_left + to_seconds(now - entry.second.updated_at) * per_second_ >= burst_;
     });
     if (allowances_.size() >= kMaxNames) return false;
   }
-  auto& left = allowances_.try_emplace(name, Allowance{.tries = most_, .at = now}).first->second;
-  left.tries = std::min(most_, left.tries + to_seconds(now - left.at) * per_second_);
-  left.at = now;
-  if (left.tries < 1) return false;
-  left.tries -= 1;
+  auto& allowance = allowances_.try_emplace(name, Allowance{.attempts_left = burst_, .updated_at = now}).first->second;
+  allowance.attempts_left =
+      std::min(burst_, allowance.attempts_left + to_seconds(now - allowance.updated_at) * per_second_);
+  allowance.updated_at = now;
+  if (allowance.attempts_left < 1) return false;
+  allowance.attempts_left -= 1;
   return true;
 }
 

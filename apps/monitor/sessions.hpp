@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sessions of logged-in users, confirmations of commands, and limits on the rate of requests.
+/// Sessions of logged-in users, confirmation tokens for commands, and rate limits.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace gyrotherm::monitor {
 
-/// Sessions of logged-in users. A session is identified by the SHA-256 of a random secret in the browser's cookie. The
+/// Sessions of logged-in users. The browser's cookie contains a random secret; its SHA-256 identifies the session. The
 /// list is stored in a file (mode 0600), so sessions survive a restart of the monitor. Usable from any thread.
 class Sessions {
  public:
@@ -24,21 +24,23 @@ class Sessions {
     std::string user;
     /// Identity::password_id of the user when the session began.
     std::string password_id;
-    /// A second secret that the page must send with each change.
+    /// A second secret, which the page must send with each request that changes something.
     std::string csrf;
+    /// Start and last recorded use, UTC.
     Duration begun{}, used{};
   };
-  static constexpr Duration kLongest = std::chrono::hours(7 * 24), kIdleLifetime = std::chrono::hours(12);
-  /// Limit of sessions. If it is exceeded, the least recently used session ends.
-  static constexpr std::size_t kMost = 256;
+  static constexpr Duration kLifetime = std::chrono::hours(7 * 24), kIdleLifetime = std::chrono::hours(12);
+  /// If there would be more sessions, the least recently used one ends.
+  static constexpr std::size_t kMaxSessions = 256;
 
-  /// Creates the list. If `path` is empty it is kept in memory only.
+  /// Creates an empty list. If `path` is empty, the list is never stored.
   Sessions(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}
 
-  /// Loads the list. Fails with bad_file.
+  /// Loads the list from its file, if that exists. Fails with bad_file.
   [[nodiscard]] Result<void> load();
   /// Opens a session. Returns the secret for the cookie.
   [[nodiscard]] std::string open(const std::string& user, const std::string& password_id);
+  /// Returns the unexpired session of a cookie's secret, and records its use.
   [[nodiscard]] std::optional<Session> find(const std::string& secret);
   void close(const std::string& id);
   void close_all_for_user(const std::string& user);
@@ -54,44 +56,46 @@ class Sessions {
   std::map<std::string, Session> sessions_;
 };
 
-/// Confirmations of commands: a token that is valid once, for 30 s. Usable from any thread.
+/// Confirmation tokens for commands. A token is valid once, for 30 s. Usable from any thread.
 class Confirmations {
  public:
-  static constexpr Duration kWithin = std::chrono::seconds(30);
+  static constexpr Duration kLifetime = std::chrono::seconds(30);
   explicit Confirmations(const Clock& clock) : clock_(clock) {}
 
-  /// Returns a token for this user, run and command.
+  /// Creates a token for a user, a run and a command.
   [[nodiscard]] std::string issue(const std::string& user, const std::string& run, const std::string& verb);
-  /// Returns whether the token is valid, and invalidates it.
-  [[nodiscard]] bool take(const std::string& token, const std::string& user, const std::string& run,
-                          const std::string& verb);
+  /// Invalidates the token. Returns whether it was valid for this user, run and command.
+  [[nodiscard]] bool redeem(const std::string& token, const std::string& user, const std::string& run,
+                            const std::string& verb);
 
  private:
   struct Pending {
-    std::string what;
-    Duration at{};
+    /// User, run and command.
+    std::string subject;
+    Duration issued_at{};
   };
   const Clock& clock_;
   std::mutex mutex_;
   std::map<std::string, Pending> pending_;
 };
 
-/// Limits the rate of attempts per name (of an address or a user): a burst of `most` attempts, then `per_second`
-/// attempts per second. Usable from any thread.
+/// A rate limit (token bucket) for each name: a burst of `burst` attempts, then `per_second` attempts per second. A
+/// name is an address or a user. Usable from any thread.
 class RateLimit {
  public:
-  RateLimit(double most, double per_second, const Clock& clock) : most_(most), per_second_(per_second), clock_(clock) {}
+  RateLimit(double burst, double per_second, const Clock& clock)
+      : burst_(burst), per_second_(per_second), clock_(clock) {}
 
-  /// Uses up one attempt. Returns false if none remains.
-  [[nodiscard]] bool take(const std::string& name);
+  /// Uses up one attempt of a name. Returns false if none is left.
+  [[nodiscard]] bool try_acquire(const std::string& name);
 
  private:
   struct Allowance {
-    double tries{};
-    Duration at{};
+    double attempts_left{};
+    Duration updated_at{};
   };
   static constexpr std::size_t kMaxNames = 4096;
-  double most_, per_second_;
+  double burst_, per_second_;
   const Clock& clock_;
   std::mutex mutex_;
   std::map<std::string, Allowance> allowances_;

@@ -81,7 +81,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (!body) return refusal(400, body.error().what);
   auto asked = make_request(verb, *body);
   if (!asked) return refusal(400, asked.error().what);
-  if (ends_run(verb) && !confirmations_.take(body->at("confirm"), sender.name(), run->key, verb))
+  if (ends_run(verb) && !confirmations_.redeem(body->at("confirm"), sender.name(), run->key, verb))
     return request_confirmation(sender, *run, verb);
   asked->for_user = sender.name();
   const auto answer = control::tell(run->path, *asked, kAnswerTimeout);
@@ -99,10 +99,10 @@ WebAnswer SiteAnswers::answer_get(const WebRequest& request) {
   const auto& path = request.head.path;
   for (const auto& file : kPage)
     if (path == file.path) return page_file(file);
-  if (path == "/api/v1/session") return access_.session(request);
+  if (path == "/api/v1/session") return access_.answer_session(request);
   const auto sender = access_.identify_sender(request);
   if (const auto* no = std::get_if<WebAnswer>(&sender)) return *no;
-  if (path == "/api/v1/sessions") return access_.sessions(request);
+  if (path == "/api/v1/sessions") return access_.answer_sessions(request);
   if (path == "/api/v1/openapi.json") return {.body = std::string(openapi_text())};
   if (path == "/metrics")
     return {
@@ -123,7 +123,7 @@ WebAnswer SiteAnswers::answer_post(const WebRequest& request) {
   const auto& path = request.head.path;
   if (path == "/api/v1/login") return access_.log_in(request);
   if (path == "/api/v1/logout") return access_.log_out(request);
-  if (path == "/api/v1/sessions") return access_.sessions(request);
+  if (path == "/api/v1/sessions") return access_.answer_sessions(request);
   const auto slash = path.rfind('/');
   if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size()) {
     auto no = refusal(405, "this path accepts only GET");

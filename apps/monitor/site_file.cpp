@@ -22,7 +22,7 @@ bool is_one_line(const std::string& text) {
   return std::ranges::none_of(text, [](unsigned char c) { return c < ' ' || c == 0x7F; });
 }
 
-/// Reads a text that is used as a mail header or as a line to a server. It must not contain control characters.
+/// Reads a text without control characters, for a mail header or a line that is sent to a server.
 std::string read_text_line(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
   auto text = table.text(key, fallback);
   if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
@@ -31,38 +31,38 @@ std::string read_text_line(const TomlTable& table, const char* key, const std::o
 
 std::vector<std::string> read_texts(const TomlTable& table, const char* key) {
   auto texts = table.texts(key);
-  if (texts.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected a list of texts", key));
+  if (texts.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected a list of strings", key));
   for (const auto& text : texts)
     if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
   return texts;
 }
 
 NotifyAddress read_address(const TomlTable& table) {
-  NotifyAddress address{.name = read_text_line(table, "name"), .how = CommandAddress{}};
-  const int ways = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
-  if (ways != 1) table.mistake("name", "expected exactly one of command, mail and apprise");
-  if (table.has("command")) address.how = CommandAddress{read_texts(table, "command")};
-  if (table.has("mail")) address.how = MailAddress{read_texts(table, "mail")};
+  NotifyAddress address{.name = read_text_line(table, "name"), .method = CommandAddress{}};
+  const int methods = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
+  if (methods != 1) table.mistake("name", "expected exactly one of command, mail and apprise");
+  if (table.has("command")) address.method = CommandAddress{read_texts(table, "command")};
+  if (table.has("mail")) address.method = MailAddress{read_texts(table, "mail")};
   if (table.has("apprise")) {
-    address.how = AppriseAddress{read_text_line(table, "apprise")};
-    if (std::get<AppriseAddress>(address.how).url.starts_with('-'))
+    address.method = AppriseAddress{read_text_line(table, "apprise")};
+    if (std::get<AppriseAddress>(address.method).url.starts_with('-'))
       table.mistake("apprise", "starts with '-', expected a URL");
   }
   return address;
 }
 
 NotifyRule read_rule(const TomlTable& table) {
-  NotifyRule rule{.when = one_of(kRuleTriggers, table, "when"), .addresses = read_texts(table, "tell")};
-  rule.name = read_text_line(table, "name", keyword_for(kRuleTriggers, rule.when));
-  const bool waits = rule.when == RuleTrigger::alarm || rule.when == RuleTrigger::silent;
-  if (waits)
-    rule.after =
-        table.duration("after", rule.when == RuleTrigger::alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
-  if (rule.when == RuleTrigger::disk_low)
+  NotifyRule rule{.trigger = one_of(kRuleTriggers, table, "when"), .addresses = read_texts(table, "tell")};
+  rule.name = read_text_line(table, "name", keyword_for(kRuleTriggers, rule.trigger));
+  const bool has_delay = rule.trigger == RuleTrigger::alarm || rule.trigger == RuleTrigger::silent;
+  if (has_delay)
+    rule.after = table.duration(
+        "after", rule.trigger == RuleTrigger::alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
+  if (rule.trigger == RuleTrigger::disk_low)
     rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesPerGigabyte);
-  if (rule.when == RuleTrigger::silent) rule.monitor = read_text_line(table, "monitor", "");
+  if (rule.trigger == RuleTrigger::silent) rule.monitor = read_text_line(table, "monitor", "");
   if (!rule.monitor.empty() && !rule.monitor.starts_with("http://") && !rule.monitor.starts_with("https://"))
-    table.mistake("monitor", "is not the address of a monitor, expected http://… or https://…");
+    table.mistake("monitor", "expected the address of a monitor, http://… or https://…");
   rule.simulated = table.boolean("simulated", false);
   return rule;
 }
@@ -74,7 +74,7 @@ MailServer read_mail_server(const TomlTable& table, const std::string& file) {
                   .password = {},
                   .requires_tls = table.boolean("secure", true)};
   if (!mail.url.starts_with("smtp://") && !mail.url.starts_with("smtps://"))
-    table.mistake("server", "is not the address of a mail server, expected smtp://HOST:PORT or smtps://HOST:PORT");
+    table.mistake("server", "expected the address of a mail server, smtp://HOST:PORT or smtps://HOST:PORT");
   if (mail.user.empty()) return mail;
   const auto name = std::filesystem::path(file).parent_path() / table.text("password_file");
   const auto password = read_private_file(name.string());
@@ -90,7 +90,7 @@ void check_names(const TomlTable& notify, const Site& site) {
   for (const auto& address : site.addresses) {
     if (!names.insert(address.name).second)
       notify.mistake("address", fmt::format("duplicate address \"{}\"", address.name));
-    if (std::holds_alternative<MailAddress>(address.how) && !site.mail)
+    if (std::holds_alternative<MailAddress>(address.method) && !site.mail)
       notify.mistake("address",
                      fmt::format("\"{}\" requires a mail server, but [notify.mail] is missing", address.name));
   }
@@ -110,11 +110,11 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   root->expect("schema", kSiteSchema);
-  // Read by apps/site/site_file.hpp.
-  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);
+  // apps/site/site_file.hpp reads these keys.
+  for (const char* key : {"rig", "folders", "store", "archive"}) root->ignore(key);
   Site site{.name = read_text_line(*root, "name", ""), .has_store = root->has("store")};
   if (root->has("live"))
-    root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
+    root->mistake("live", "[live] is no longer used, because the store contains the live state; remove the table");
   const auto notify = root->table("notify");
   for (const auto& table : notify.tables("address")) site.addresses.push_back(read_address(table));
   for (const auto& table : notify.tables("rule")) site.rules.push_back(read_rule(table));

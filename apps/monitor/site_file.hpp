@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A site file: notification rules and addresses (docs/monitor.md).
+/// The part of a site file that the monitor reads: notification rules and addresses (docs/monitor.md).
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@ struct CommandAddress {
 struct MailAddress {
   std::vector<std::string> to;
 };
-/// Any other service, through the program apprise.
+/// A service that the program apprise supports.
 struct AppriseAddress {
   std::string url;
 };
 struct NotifyAddress {
   std::string name;
-  std::variant<CommandAddress, MailAddress, AppriseAddress> how;
+  std::variant<CommandAddress, MailAddress, AppriseAddress> method;
 };
 
 /// A server for outgoing mail.
@@ -38,17 +38,18 @@ struct MailServer {
   std::string from;
   /// Empty: no login.
   std::string user;
-  /// Read from the file that the site file names.
+  /// Content of the password file.
   std::string password;
   bool requires_tls = true;
 };
 
-/// Event that a rule watches.
+/// Event for which a rule sends notifications.
 enum class RuleTrigger {
-  /// An alarm is raised. While it is not acknowledged, further addresses are notified.
+  /// An alarm is raised. Until it is acknowledged, one address after another is notified.
   alarm,
+  /// A run ends.
   ended,
-  /// The disk of a run has less free space than `free_bytes`.
+  /// The disk of an active run has less free space than `free_bytes`.
   disk_low,
   /// The program of a run, or another monitor, has not answered for `after`.
   silent,
@@ -56,15 +57,15 @@ enum class RuleTrigger {
 
 struct NotifyRule {
   std::string name{};
-  RuleTrigger when{};
+  RuleTrigger trigger{};
   /// Names of addresses, in order.
   std::vector<std::string> addresses{};
-  /// For an alarm: time between addresses. For a silent run or monitor: time before the first message.
+  /// For `alarm`: time from one address to the next. For `silent`: time before the first notification.
   Duration after{};
   std::uint64_t free_bytes{};
   /// For `silent`: URL of another monitor, or empty for the runs of this monitor.
   std::string monitor{};
-  /// Includes runs on virtual rigs.
+  /// The rule also applies to runs on virtual rigs.
   bool simulated{};
 };
 
@@ -73,11 +74,11 @@ struct Site {
   std::vector<NotifyAddress> addresses{};
   std::vector<NotifyRule> rules{};
   std::optional<MailServer> mail{};
-  /// The store is queried by `gyrotherm-site --site FILE`.
+  /// The file has a [store] table. `gyrotherm-site --site FILE` queries the store.
   bool has_store{};
 };
 
-/// Reads a site. Fails with bad_file and reports all errors with their positions.
+/// Reads a site file. Fails with bad_file and reports all errors with their positions.
 [[nodiscard]] Result<Site> parse_site(std::string_view text, const std::string& file);
 [[nodiscard]] Result<Site> read_site(const std::string& file);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A request and its answer, independent of sockets and libraries.
+/// HTTP requests and answers, independent of sockets and libraries.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,17 @@
 
 namespace gyrotherm::monitor {
 
-/// The head of a request as accepted by read_head() (http_message.hpp).
+/// The head of a request, as read by read_head() (http_message.hpp).
 struct RequestHead {
   std::string method;
   /// Decoded path; begins with '/'.
   std::string path;
   std::map<std::string, std::string> query;
-  /// Keyed by name in lower case.
+  /// Values by name; names are in lower case.
   std::map<std::string, std::string> headers;
   std::size_t body_size{};
   bool keep_alive{};
-  /// The client supports HTTP/1.1, so answers of unknown size may be sent in chunks.
+  /// The client uses HTTP/1.1, so a body of unknown size may be sent in chunks.
   bool accepts_chunks{};
 
   /// Return the value of a header or parameter, or an empty text.
@@ -44,7 +44,7 @@ struct WebRequest {
   std::string body;
   /// Address of the client, from the connection or a trusted proxy.
   std::string peer;
-  /// Received by TLS, here or at a trusted proxy.
+  /// The client uses TLS to the monitor or to a trusted proxy.
   bool secure{};
 };
 
@@ -56,20 +56,20 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body{};
   std::vector<std::pair<std::string, std::string>> headers{};
-  /// Replaces the body. The function sends pieces by `send` and stops if `send` returns false. It returns false if the
-  /// answer is incomplete; the connection is then closed, which shows the client that data is missing.
+  /// Sends the body in pieces, instead of `body`, until `send` returns false. Returns false if the body is incomplete.
+  /// The connection is then closed, so the client detects that data is missing.
   std::function<bool(const Send& send)> stream{};
   /// Size of the stream; 0 if unknown.
   std::uint64_t stream_size{};
 };
 
-/// Reads the body of a POST, a flat JSON object, and returns the texts of these keys, empty for a missing key. Fails
-/// with usage if the content type is not application/json, if the body is not an object of texts, or if it has another
-/// key or a duplicate one.
+/// Reads the body of a POST: a JSON object of strings. Returns the string of each of `keys`, empty if the body does not
+/// contain it. Fails with usage if the content type is not application/json, if the body is not such an object, or if
+/// it contains an unknown or duplicate key.
 [[nodiscard]] Result<std::map<std::string, std::string>> read_body(const WebRequest& request,
                                                                    const std::vector<std::string>& keys);
 
-/// Returns an answer with the reason of a refusal: {"error": "…"}.
-[[nodiscard]] WebAnswer refusal(int status, std::string_view why);
+/// Returns an answer that states the reason of a refusal: {"error": "…"}.
+[[nodiscard]] WebAnswer refusal(int status, std::string_view reason);
 
 }  // namespace gyrotherm::monitor

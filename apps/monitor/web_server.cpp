@@ -31,29 +31,29 @@ using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kThreads = 32;
-/// Connections waiting for a thread.
+/// Largest number of connections that wait for a thread.
 constexpr int kMaxWaiting = 32;
-/// Limit of the time from the first byte of a head to the end of the body.
+/// Longest time from the first byte of a request to its last.
 constexpr auto kHeadTimeout = 1s;
 constexpr auto kWriteTimeout = 5s;
 
 }  // namespace
 
-class WebServer::Listeners {
+class WebServer::Impl {
  public:
-  Listeners(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
+  Impl(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
 
   void serve() {
     std::vector<std::thread> threads;
     for (std::size_t i = 0; i < kThreads; ++i)
       threads.emplace_back([this] {
         block_signals();
-        while (auto socket = take()) attend(std::move(*socket));
+        while (auto socket = wait_for_connection()) serve_connection(std::move(*socket));
       });
     while (!stopping) {
       if (!ready(listener.number(), POLLIN, Deadline(1s)) || stopping) continue;
       auto socket = accept_connection(listener);
-      // No descriptor is free.
+      // Waits if no descriptor is free.
       if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);
       const std::lock_guard lock(mutex_);
       if (!socket.is_open() || waiting_.size() >= std::size_t{kMaxWaiting}) continue;
@@ -73,7 +73,7 @@ class WebServer::Listeners {
 
  private:
   /// Waits for a connection. Returns nothing once the server stops.
-  std::optional<Descriptor> take() {
+  std::optional<Descriptor> wait_for_connection() {
     std::unique_lock lock(mutex_);
     change_.wait(lock, [&] { return stopping || !waiting_.empty(); });
     if (stopping) return std::nullopt;
@@ -88,33 +88,34 @@ class WebServer::Listeners {
   }
 
   /// Serves a connection until it ends. If memory is exhausted, only this connection ends.
-  void attend(Descriptor socket) {
+  void serve_connection(Descriptor socket) {
     try {
       Connection connection(std::move(socket), options.tls);
       if (!connection.perform_handshake(kHeadTimeout)) return;
       std::string bytes;
       for (int i = 0; i < kMaxRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
-        if (!serve_one(connection, bytes)) break;
+        if (!serve_request(connection, bytes)) break;
       connection.shut_down_sending();
     } catch (const std::exception&) {
       return;
     }
   }
 
-  /// Waits for bytes. An idle connection ends if others wait for a thread.
-  bool wait_for_request(const Connection& connection, const std::string& bytes, bool first) {
+  /// Waits for the next request. Returns false if the connection must end: the time is over, the server stops, or
+  /// another connection waits for a thread and this one has been served before.
+  bool wait_for_request(const Connection& connection, const std::string& bytes, bool is_first) {
     if (!bytes.empty()) return true;
-    const Deadline deadline(first ? Duration(kHeadTimeout) : Duration(kIdleTimeout));
+    const Deadline deadline(is_first ? Duration(kHeadTimeout) : Duration(kIdleTimeout));
     while (!deadline.over()) {
-      if (connection.has_bytes(50ms)) return true;
-      if (stopping || (!first && has_waiting())) return false;
+      if (connection.wait_until_readable(50ms)) return true;
+      if (stopping || (!is_first && has_waiting())) return false;
     }
     return false;
   }
 
-  /// Reads one request and answers it. Returns whether the connection continues. `bytes` keeps bytes of the next
-  /// request.
-  bool serve_one(Connection& connection, std::string& bytes) {
+  /// Reads a request and answers it. Returns whether the connection continues. Leaves the bytes of the next request in
+  /// `bytes`.
+  bool serve_request(Connection& connection, std::string& bytes) {
     const Deadline deadline{Duration(kHeadTimeout)};
     std::optional<std::size_t> end;
     while (!(end = find_head_end(bytes)) && bytes.size() <= kMaxHeadBytes)
@@ -122,21 +123,22 @@ class WebServer::Listeners {
         return bytes.empty() ? false : refuse(connection, {408, "the request was not complete in time"});
     if (!end || *end > kMaxHeadBytes) return refuse(connection, {431, "the head is too long"});
     auto read = read_head(std::string_view(bytes).substr(0, *end));
-    const bool wants_body = !bytes.starts_with("HEAD ");
+    const bool expects_body = !bytes.starts_with("HEAD ");
     bytes.erase(0, *end);
-    if (const auto* why = std::get_if<HeadRefusal>(&read)) return refuse(connection, *why, wants_body);
+    if (const auto* refused = std::get_if<HeadRefusal>(&read)) return refuse(connection, *refused, expects_body);
     WebRequest request{.head = std::move(std::get<RequestHead>(read)),
                        .body = {},
                        .peer = connection.peer(),
                        .secure = options.tls != nullptr};
-    if (!is_host(request.head.header("host"))) return refuse(connection, {421, "unknown Host; add it with --host"});
+    if (!is_host(request.head.header("host")))
+      return refuse(connection, {421, "unknown Host header; allow the name with --host"});
     while (bytes.size() < request.head.body_size)
       if (!read_more(connection, bytes, deadline))
         return refuse(connection, {408, "the request was not complete in time"});
     request.body = bytes.substr(0, request.head.body_size);
     bytes.erase(0, request.head.body_size);
     if (options.behind_proxy) apply_proxy_headers(request);
-    return give(connection, answer_to(request), request.head);
+    return send_answer(connection, compute_answer(request), request.head);
   }
 
   static bool read_more(Connection& connection, std::string& bytes, const Deadline& deadline) {
@@ -146,16 +148,16 @@ class WebServer::Listeners {
     return size > 0;
   }
 
-  /// Sends a refusal; a refusal of a HEAD request has no body. Returns false, because the connection ends.
-  static bool refuse(Connection& connection, const HeadRefusal& why, bool with_body = true) {
-    auto answer = refusal(why.status, why.why);
-    if (why.status == 405) answer.headers.emplace_back("Allow", "GET, POST");
+  /// Sends a refusal, without a body if the request was a HEAD. Returns false, because the connection then ends.
+  static bool refuse(Connection& connection, const HeadRefusal& refused, bool with_body = true) {
+    auto answer = refusal(refused.status, refused.reason);
+    if (refused.status == 405) answer.headers.emplace_back("Allow", "GET, POST");
     if (connection.write(answer_head(answer, {}) + (with_body ? answer.body : ""), kWriteTimeout)) drain(connection);
     return false;
   }
 
-  /// Reads the remaining bytes of the client for a moment. Otherwise a reset of the connection could discard the
-  /// answer.
+  /// Reads and discards what the client still sends, for at most 100 ms. If unread bytes remained, the kernel would
+  /// reset the connection, and the client could lose the answer.
   static void drain(Connection& connection) {
     connection.shut_down_sending();
     const Deadline deadline(100ms);
@@ -164,7 +166,7 @@ class WebServer::Listeners {
     }
   }
 
-  WebAnswer answer_to(const WebRequest& request) {
+  WebAnswer compute_answer(const WebRequest& request) {
     try {
       return answer_(request);
     } catch (const std::exception&) {
@@ -173,28 +175,28 @@ class WebServer::Listeners {
   }
 
   /// Sends an answer. Returns whether the connection continues. A stream ends when the server stops.
-  bool give(Connection& connection, const WebAnswer& answer, const RequestHead& to) {
+  bool send_answer(Connection& connection, const WebAnswer& answer, const RequestHead& request) {
     const auto write = [&](std::string_view bytes) { return connection.write(bytes, kWriteTimeout); };
-    if (!write(answer_head(answer, to))) return false;
-    if (!answer.stream) return write(answer.body) && to.keep_alive;
-    const bool in_chunks = is_chunked(answer, to), has_size = answer.stream_size > 0;
+    if (!write(answer_head(answer, request))) return false;
+    if (!answer.stream) return write(answer.body) && request.keep_alive;
+    const bool in_chunks = is_chunked(answer, request), has_size = answer.stream_size > 0;
     std::uint64_t sent = 0;
-    bool taken = true;
-    const bool whole = answer.stream([&](std::string_view piece) {
+    bool is_accepted = true;
+    const bool is_complete = answer.stream([&](std::string_view piece) {
       sent += piece.size();
-      taken = taken && !stopping && (has_size ? sent <= answer.stream_size : connection.is_there());
-      if (!piece.empty()) taken = taken && (in_chunks ? write(chunk(piece)) : write(piece));
-      return taken;
+      is_accepted = is_accepted && !stopping && (has_size ? sent <= answer.stream_size : connection.is_connected());
+      if (!piece.empty()) is_accepted = is_accepted && (in_chunks ? write(encode_chunk(piece)) : write(piece));
+      return is_accepted;
     });
-    if (!whole || !taken || (has_size && sent < answer.stream_size)) return false;
-    return (!in_chunks || write(chunk({}))) && to.keep_alive;
+    if (!is_complete || !is_accepted || (has_size && sent < answer.stream_size)) return false;
+    return (!in_chunks || write(encode_chunk({}))) && request.keep_alive;
   }
 
   [[nodiscard]] bool is_host(const std::string& host) const {
     return std::ranges::find(options.hosts, to_lower_case(host)) != options.hosts.end();
   }
 
-  /// Replaces the client's address by the one that the proxy on this machine has appended to the header.
+  /// Replaces the peer by the client's address, which the proxy has appended to X-Forwarded-For.
   static void apply_proxy_headers(WebRequest& request) {
     const auto chain = request.head.header("x-forwarded-for");
     const auto comma = chain.rfind(',');
@@ -210,21 +212,21 @@ class WebServer::Listeners {
 };
 
 WebServer::WebServer(const WebServerOptions& options, Answer answer)
-    : listeners_(std::make_unique<Listeners>(options, std::move(answer))) {}
+    : impl_(std::make_unique<Impl>(options, std::move(answer))) {}
 WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
-  auto& options = listeners_->options;
+  auto& options = impl_->options;
   auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMaxWaiting);
   if (!listener)
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
-                   "cannot be listened at: another program may be there, or the address is none of this machine's");
-  listeners_->listener = std::move(*listener);
-  const int port = listening_port(listeners_->listener);
+                   "cannot listen: the port is in use, or the address does not belong to this machine");
+  impl_->listener = std::move(*listener);
+  const int port = listening_port(impl_->listener);
   std::vector<std::string> hosts;
-  const bool v6 = options.address.find(':') != std::string::npos;
+  const bool is_ipv6 = options.address.find(':') != std::string::npos;
   auto names = options.hosts;
-  names.push_back(v6 ? fmt::format("[{}]", options.address) : options.address);
+  names.push_back(is_ipv6 ? fmt::format("[{}]", options.address) : options.address);
   if (options.address == "127.0.0.1" || options.address == "::1") names.emplace_back("localhost");
   for (const auto& name : names) {
     hosts.push_back(to_lower_case(fmt::format("{}:{}", name, port)));
@@ -234,13 +236,14 @@ Result<int> WebServer::bind() {
   return port;
 }
 
-void WebServer::serve() { listeners_->serve(); }
+void WebServer::serve() { impl_->serve(); }
 
 void WebServer::stop() {
-  listeners_->stopping = true;
-  ::shutdown(listeners_->listener.number(), SHUT_RDWR);  // wakes serve()
+  impl_->stopping = true;
+  // Wakes serve().
+  ::shutdown(impl_->listener.number(), SHUT_RDWR);
 }
 
-bool WebServer::is_stopping() const { return listeners_->stopping; }
+bool WebServer::is_stopping() const { return impl_->stopping; }
 
 }  // namespace gyrotherm::monitor

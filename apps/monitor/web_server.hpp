@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The server of the page: accepts connections, reads requests (http_message.hpp) within limits of size and time, and
-/// sends answers.
+/// The HTTP server: accepts connections, reads requests (http_message.hpp) within limits of size and time, and sends
+/// answers.
 #pragma once
 
 #include <functional>
@@ -20,14 +20,14 @@ struct WebServerOptions {
   int port{};
   /// Host names of the page in addition to the address.
   std::vector<std::string> hosts{};
-  /// Null: no TLS.
+  /// Null: the server does not use TLS.
   const TlsServer* tls{};
-  /// Requests come only from a proxy on this machine. It provides TLS and sends the client's address and protocol in
-  /// X-Forwarded-For and X-Forwarded-Proto.
+  /// All requests come from a proxy on this machine. The proxy terminates TLS and sends the client's address and
+  /// protocol in X-Forwarded-For and X-Forwarded-Proto.
   bool behind_proxy{};
 };
 
-/// The server. It has 32 threads, each for one connection at a time. All of them call `answer`.
+/// The server. Each of its 32 threads serves one connection at a time, and calls `answer`.
 class WebServer {
  public:
   using Answer = std::function<WebAnswer(const WebRequest&)>;
@@ -37,18 +37,18 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  /// Binds the address. Returns the port. Fails with usage if the address is not available, for example used by another
-  /// program.
+  /// Binds the address. Returns the port. Fails with usage if the address is not available, for example because another
+  /// program uses it.
   [[nodiscard]] Result<int> bind();
-  /// Serves until stop(), which any thread may call, even before serve().
+  /// Serves until a thread calls stop(). Returns immediately if stop() was called before.
   void serve();
-  /// Ends serve(). If serve() has not been called yet, that call returns immediately.
+  /// Ends serve().
   void stop();
   [[nodiscard]] bool is_stopping() const;
 
  private:
-  class Listeners;
-  std::unique_ptr<Listeners> listeners_;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace gyrotherm::monitor

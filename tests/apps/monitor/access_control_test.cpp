@@ -61,7 +61,7 @@ class Access : public ::testing::Test {
   VirtualClock clock_;
   Users users_{folder_ / "users.json"};
   Sessions sessions_{folder_ / "sessions.json", clock_};
-  AccessControl access_{{.control = true, .open = false}, users_, sessions_, clock_};
+  AccessControl access_{{.control = true, .allows_guests = false}, users_, sessions_, clock_};
 };
 
 TEST_F(Access, DoesNotReviveSessionsOfReaddedUser) {
@@ -82,7 +82,7 @@ TEST_F(Access, EndsSessionsOfOldPasswordAfterRestart) {
   EXPECT_EQ(user_admitted_by(access_, cookie), "");
   Sessions read(folder_ / "sessions.json", clock_);
   ASSERT_TRUE(read.load());
-  AccessControl again({.control = true, .open = false}, users_, read, clock_);
+  AccessControl again({.control = true, .allows_guests = false}, users_, read, clock_);
   EXPECT_EQ(user_admitted_by(again, kept), "");
   EXPECT_EQ(user_admitted_by(again, cookie), "");
 }
@@ -114,7 +114,7 @@ TEST_F(Access, AdmitsUserWhileOthersGuessItsPassword) {
 TEST_F(Access, KeepsCookiesOfTwoMonitorsOnOneHost) {
   put("ada", Role::viewer, kPassword);
   Sessions others(folder_ / "others.json", clock_);
-  AccessControl other({.control = true, .open = false}, users_, others, clock_);
+  AccessControl other({.control = true, .allows_guests = false}, users_, others, clock_);
   // Like a browser, by host name without port.
   std::map<std::string, std::string> kept;
   const auto calls = [&](AccessControl& access, const std::string& host, const std::string& path) {

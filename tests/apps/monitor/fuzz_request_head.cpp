@@ -19,7 +19,7 @@ void take(const std::string& bytes) {
   if (const auto end = find_head_end(bytes)) require(*end <= bytes.size());
   const auto read = read_head(bytes);
   if (const auto* refused = std::get_if<HeadRefusal>(&read))
-    return require(refused->status >= 400 && *refused->why != 0);
+    return require(refused->status >= 400 && *refused->reason != 0);
   const auto& head = std::get<RequestHead>(read);
   require(find_head_end(bytes) == bytes.size());
   require(head.path.starts_with('/') && is_utf8(head.path) && head.path.find("/../") == std::string::npos);

@@ -107,8 +107,8 @@ TEST(AnswerHead, HasSizeOrChunkedEncoding) {
 }
 
 TEST(Chunk, HasItsSizeAndLastIsEmpty) {
-  EXPECT_EQ(chunk("eleven byte"), "b\r\neleven byte\r\n");
-  EXPECT_EQ(chunk(""), "0\r\n\r\n");
+  EXPECT_EQ(encode_chunk("eleven byte"), "b\r\neleven byte\r\n");
+  EXPECT_EQ(encode_chunk(""), "0\r\n\r\n");
 }
 
 TEST(RequestHead, EndsAtItsFirstEmptyLine) {

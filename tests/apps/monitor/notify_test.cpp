@@ -190,7 +190,8 @@ TEST_F(Told, ForgetsRunAfterDayOfAbsence) {
 }
 
 TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
-  site_.rules.push_back({.name = "a run is silent", .when = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
+  site_.rules.push_back(
+      {.name = "a run is silent", .trigger = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   const auto run = now_.runs.front();
   EXPECT_EQ(told(), Messages{});
   now_.runs.clear();
@@ -214,7 +215,8 @@ TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
 }
 
 TEST_F(Told, IgnoresRemovalOfEndedRun) {
-  site_.rules.push_back({.name = "a run is silent", .when = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
+  site_.rules.push_back(
+      {.name = "a run is silent", .trigger = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   auto simulated = now_.runs.front();
   simulated.id = "s";
   simulated.simulated = true;
@@ -254,7 +256,7 @@ TEST_F(Told, ReportsSilentMonitorAfterDelay) {
   now_.responding_monitors["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});
   utc_ += 3min;
-  EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not answer"});
+  EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not respond"});
 }
 
 TEST_F(Told, ReportsSimulatedRunsOnlyToRulesThatIncludeThem) {

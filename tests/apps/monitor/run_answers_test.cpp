@@ -157,7 +157,7 @@ std::string told_to(RunFeed::Watch& watch, RunFeed& feed, FeedPosition& position
   std::string told;
   for (int i = 0; i < 20; ++i) {
     feed.read();
-    told += watch.next(position, 1ms);
+    told += watch.wait_for_messages(position, 1ms);
   }
   return told;
 }
@@ -444,7 +444,7 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
   left.status.being_written = false;
   left.age_s.reset();
   left.status.standing.state = RunState::held;
-  ASSERT_TRUE(silent.is_silent() && left.was_abandoned());
+  ASSERT_TRUE(silent.is_silent() && left.is_abandoned());
   const auto text = compute_figures({run_on("three", "goes on"), silent, left});
   const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms"};
   EXPECT_EQ(figures_with(text, "left"), known);
@@ -470,11 +470,11 @@ TEST(Metrics, AreValidUtf8ForAnyRecordName) {
   run.status.being_written = true;
   FoundRun left;
   left.name = "left";
-  ASSERT_TRUE(left.was_abandoned());
+  ASSERT_TRUE(left.is_abandoned());
   left.status.standing.state = RunState::aborted;
-  EXPECT_FALSE(left.was_abandoned()) << "that was its end";
+  EXPECT_FALSE(left.is_abandoned()) << "that was its end";
   left.status.standing.state = RunState::aborting;
-  ASSERT_TRUE(left.was_abandoned()) << "nobody knows whether the chamber was made safe";
+  ASSERT_TRUE(left.is_abandoned()) << "nobody knows whether the chamber was made safe";
   const auto text = metrics_text({run, left}, {.watchers = 0, .cache_bytes = 0});
   EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos) << "nobody carries the other out";
   EXPECT_NE(text.find("{run=\"b\uFFFD\\\"ü\\n\\\\\",rig=\"\""), std::string::npos) << text.substr(0, 400);

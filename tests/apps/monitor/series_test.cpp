@@ -20,8 +20,8 @@ constexpr std::size_t kRate = 4;
 
 TEST(Buckets, HaveLowestAndHighestValue) {
   Buckets buckets(1, 100, 10);
-  for (const auto value : {3.0, -1.0, 2.0}) buckets.take(105, 0, value);
-  buckets.take(131, 0, 7);
+  for (const auto value : {3.0, -1.0, 2.0}) buckets.add(105, 0, value);
+  buckets.add(131, 0, 7);
   ASSERT_EQ(buckets.size(), 4u);
   EXPECT_EQ(buckets.lowest(0, 0), -1);
   EXPECT_EQ(buckets.highest(0, 0), 3);
@@ -36,11 +36,11 @@ TEST(Buckets, AreEqualWhenCoarsened) {
   for (std::int64_t slot = 0; slot < 1000; ++slot)
     for (std::size_t channel = 0; channel < 2; ++channel) {
       const double value = random() % 5 == 0 ? NAN : normal(random);
-      fine.take(slot, channel, value);
-      wide.take(slot, channel, value);
+      fine.add(slot, channel, value);
+      wide.add(slot, channel, value);
     }
-  fine.coarsen();
-  fine.coarsen();
+  fine.merge_pairs();
+  fine.merge_pairs();
   ASSERT_EQ(fine.size(), wide.size());
   for (std::size_t bucket = 0; bucket < wide.size(); ++bucket) {
     EXPECT_EQ(fine.lowest(bucket, 1), wide.lowest(bucket, 1)) << bucket;
@@ -74,7 +74,7 @@ TEST_F(SeriesOfARun, ShowsSingleSecondUnchanged) {
 
 TEST_F(SeriesOfARun, HasAtMostRequestedBucketsWithEachValueInOne) {
   for (const std::int64_t most : {1, 7, 100, 2000, 4000, 7, 100}) {
-    if (most == 2000) cache_.catch_up();
+    if (most == 2000) cache_.update_overviews();
     const auto made =
         cache_.buckets(run_, {.channels = {kThermometer}, .from = 0, .to = kSeconds - 1, .buckets = most});
     ASSERT_TRUE(made);

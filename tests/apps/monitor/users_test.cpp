@@ -127,7 +127,7 @@ TEST(Sessions, EndWhenClosedOrAfterWeek) {
   const auto closed = sessions.open("ada", "a password"), used = sessions.open("ada", "a password");
   sessions.close(sessions.find(closed)->id);
   EXPECT_FALSE(sessions.find(closed));
-  for (Duration passed{}; passed < Sessions::kLongest; passed += 6h) {
+  for (Duration passed{}; passed < Sessions::kLifetime; passed += 6h) {
     ASSERT_TRUE(sessions.find(used));
     clock.advance(6h);
   }
@@ -139,26 +139,26 @@ TEST(Confirmations, AreValidOnceForTheirCommandWithinHalfMinute) {
   VirtualClock clock;
   Confirmations confirmations(clock);
   const auto word = confirmations.issue("ada", "run", "stop");
-  EXPECT_FALSE(confirmations.take(word, "eve", "run", "stop")) << "and it is used up";
-  EXPECT_FALSE(confirmations.take(word, "ada", "run", "stop"));
+  EXPECT_FALSE(confirmations.redeem(word, "eve", "run", "stop")) << "and it is used up";
+  EXPECT_FALSE(confirmations.redeem(word, "ada", "run", "stop"));
   const auto second = confirmations.issue("ada", "run", "stop");
-  EXPECT_TRUE(confirmations.take(second, "ada", "run", "stop"));
-  EXPECT_FALSE(confirmations.take(second, "ada", "run", "stop"));
+  EXPECT_TRUE(confirmations.redeem(second, "ada", "run", "stop"));
+  EXPECT_FALSE(confirmations.redeem(second, "ada", "run", "stop"));
   const auto late = confirmations.issue("ada", "run", "stop");
   clock.advance(31s);
-  EXPECT_FALSE(confirmations.take(late, "ada", "run", "stop"));
-  EXPECT_FALSE(confirmations.take("", "ada", "run", "stop"));
+  EXPECT_FALSE(confirmations.redeem(late, "ada", "run", "stop"));
+  EXPECT_FALSE(confirmations.redeem("", "ada", "run", "stop"));
 }
 
 TEST(RateLimit, LimitsTriesPerNameAndRecovers) {
   VirtualClock clock;
   RateLimit limit(3, 0.5, clock);
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.take("a"));
-  EXPECT_FALSE(limit.take("a"));
-  EXPECT_TRUE(limit.take("b"));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.try_acquire("a"));
+  EXPECT_FALSE(limit.try_acquire("a"));
+  EXPECT_TRUE(limit.try_acquire("b"));
   clock.advance(2s);
-  EXPECT_TRUE(limit.take("a"));
-  EXPECT_FALSE(limit.take("a"));
+  EXPECT_TRUE(limit.try_acquire("a"));
+  EXPECT_FALSE(limit.try_acquire("a"));
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& subpa
   if (subpath.empty() || subpath == "/") return answer_list();
   const auto slash = std::min(subpath.find('/', 1), subpath.size());
   const auto run = catalogue_.find(subpath.substr(1, slash - 1));
-  if (!run) return refusal(404, "there is no such run");
+  if (!run) return refusal(404, "unknown run");
   const auto path = subpath.substr(slash);
   if (path.empty()) return status_answer(*run);
   if (path == "/series") return answer_series(*run, request.head);
@@ -157,7 +157,7 @@ WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& subpa
   if (path == "/files") return files_answer(*run);
   constexpr std::string_view kFile = "/files/";
   if (path.starts_with(kFile)) return file_answer(*run, path.substr(kFile.size()));
-  return refusal(404, "there is no such page");
+  return refusal(404, "unknown path");
 }
 
 }  // namespace gyrotherm::monitor

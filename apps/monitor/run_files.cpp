@@ -144,7 +144,7 @@ std::string content_disposition(const std::string& name) {
 WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   const auto files = downloadable_files(run);
   const auto found = std::ranges::find_if(files, [&](const auto& file) { return file.first == name; });
-  if (found == files.end()) return refusal(404, "the run has no such file");
+  if (found == files.end()) return refusal(404, "the run has no file of this name");
   auto opened = open_regular_file(found->second.string(), Links::refused);
   if (!opened) return refusal(404, opened.error().what);
   WebAnswer answer{.type = "application/octet-stream", .stream_size = opened->size};

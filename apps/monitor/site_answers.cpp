@@ -14,15 +14,15 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr const char *kScript = "text/javascript; charset=utf-8", *kStyle = "text/css; charset=utf-8";
-constexpr std::string_view kRuns = "/api/v1/runs", kSite = "/api/v1/site";
+constexpr std::string_view kRunsPath = "/api/v1/runs", kSitePath = "/api/v1/site";
 
-/// A file that any client may load. The page contains no run data.
+/// A file of the page. Any client may load it, because it contains no run data.
 struct PageFile {
   const char* path;
   const char* type;
   std::string_view (*text)();
 };
-constexpr std::array kPage{
+constexpr std::array kPageFiles{
     PageFile{"/", "text/html; charset=utf-8", page_html}, PageFile{"/page.css", kStyle, page_style},
     PageFile{"/icon.svg", "image/svg+xml", page_icon},    PageFile{"/page.js", kScript, page_script},
     PageFile{"/text.js", kScript, text_script},           PageFile{"/views.js", kScript, views_script},
@@ -31,7 +31,7 @@ constexpr std::array kPage{
     PageFile{"/site.js", kScript, site_script},           PageFile{"/dygraph.js", kScript, dygraphs_script},
     PageFile{"/dygraph.css", kStyle, dygraphs_style}};
 
-WebAnswer page_file(const PageFile& file) {
+WebAnswer answer_page_file(const PageFile& file) {
   WebAnswer answer{.type = file.type, .body = std::string(file.text())};
   if (std::string_view(file.path) != "/") answer.headers.emplace_back("Cache-Control", "private, max-age=300");
   return answer;
@@ -43,11 +43,11 @@ bool is_below(std::string_view path, std::string_view top) {
 }
 
 constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
-constexpr std::array kVerbs{"pause", "resume", "stop", "abort", "note", "acknowledge"};
+constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "acknowledge"};
 
 bool ends_run(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
-/// Returns the request of a command with its text, like `gyrotherm tell`.
+/// Makes the request that `gyrotherm tell` would send.
 Result<control::ControlRequest> make_request(const std::string& verb, const std::map<std::string, std::string>& body) {
   auto text = body.at("text");
   if (verb == "acknowledge") text = fmt::format("{} {}", body.at("alarm").empty() ? "all" : body.at("alarm"), text);
@@ -71,52 +71,52 @@ WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun&
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {
   const auto found = access_.identify_sender(request);
-  if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
+  if (const auto* refused = std::get_if<WebAnswer>(&found)) return *refused;
   const auto& sender = std::get<Sender>(found);
-  if (auto no = access_.change_refusal(sender, request, Role::conductor)) return *no;
-  if (std::ranges::find(kVerbs, verb) == kVerbs.end()) return refusal(404, "unknown request");
+  if (auto refused = access_.change_refusal(sender, request, Role::conductor)) return *refused;
+  if (std::ranges::find(kCommands, verb) == kCommands.end()) return refusal(404, "unknown command");
   const auto run = catalogue_.find(key);
-  if (!run) return refusal(404, "there is no such run");
+  if (!run) return refusal(404, "unknown run");
   const auto body = read_body(request, {"text", "alarm", "confirm"});
   if (!body) return refusal(400, body.error().what);
-  auto asked = make_request(verb, *body);
-  if (!asked) return refusal(400, asked.error().what);
+  auto command = make_request(verb, *body);
+  if (!command) return refusal(400, command.error().what);
   if (ends_run(verb) && !confirmations_.redeem(body->at("confirm"), sender.name(), run->key, verb))
     return request_confirmation(sender, *run, verb);
-  asked->for_user = sender.name();
-  const auto answer = control::tell(run->path, *asked, kAnswerTimeout);
+  command->for_user = sender.name();
+  const auto answer = control::tell(run->path, *command, kAnswerTimeout);
   if (!answer) return refusal(503, answer.error().what);
   if (!answer->done) return refusal(409, answer->text);
   return {.body = text_of(Json{{"done", answer->text}})};
 }
 
 WebAnswer SiteAnswers::answer(const WebRequest& request) {
-  if (auto no = access_.general_refusal(request)) return *no;
+  if (auto refused = access_.general_refusal(request)) return *refused;
   return request.head.method == "POST" ? answer_post(request) : answer_get(request);
 }
 
 WebAnswer SiteAnswers::answer_get(const WebRequest& request) {
   const auto& path = request.head.path;
-  for (const auto& file : kPage)
-    if (path == file.path) return page_file(file);
+  for (const auto& file : kPageFiles)
+    if (path == file.path) return answer_page_file(file);
   if (path == "/api/v1/session") return access_.answer_session(request);
   const auto sender = access_.identify_sender(request);
-  if (const auto* no = std::get_if<WebAnswer>(&sender)) return *no;
+  if (const auto* refused = std::get_if<WebAnswer>(&sender)) return *refused;
   if (path == "/api/v1/sessions") return access_.answer_sessions(request);
   if (path == "/api/v1/openapi.json") return {.body = std::string(openapi_text())};
   if (path == "/metrics")
     return {
         .type = "text/plain; version=0.0.4; charset=utf-8",
         .body = metrics_text(catalogue_.runs(), {.watchers = feed_.watchers(), .cache_bytes = runs_.cache_bytes()})};
-  // The page requests this from every monitor, also from one without a site.
-  if (path == kSite && site_ == nullptr) return {.body = "null"};
-  if (is_below(path, kSite))
-    return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
-  if (is_below(path, kRuns)) {
+  // The page also sends this request to a monitor without a site.
+  if (path == kSitePath && site_ == nullptr) return {.body = "null"};
+  if (is_below(path, kSitePath))
+    return site_ != nullptr ? site_->answer(path.substr(kSitePath.size())) : refusal(404, "this monitor has no site");
+  if (is_below(path, kRunsPath)) {
     auto has_access = [this, request] { return std::holds_alternative<Sender>(access_.identify_sender(request)); };
-    return runs_.answer(request, path.substr(kRuns.size()), std::move(has_access));
+    return runs_.answer(request, path.substr(kRunsPath.size()), std::move(has_access));
   }
-  return refusal(404, "there is no such page");
+  return refusal(404, "unknown path");
 }
 
 WebAnswer SiteAnswers::answer_post(const WebRequest& request) {
@@ -125,12 +125,13 @@ WebAnswer SiteAnswers::answer_post(const WebRequest& request) {
   if (path == "/api/v1/logout") return access_.log_out(request);
   if (path == "/api/v1/sessions") return access_.answer_sessions(request);
   const auto slash = path.rfind('/');
-  if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size()) {
-    auto no = refusal(405, "this path accepts only GET");
-    no.headers.emplace_back("Allow", "GET");
-    return no;
+  if (!path.starts_with(std::string(kRunsPath) + "/") || slash <= kRunsPath.size()) {
+    auto refused = refusal(405, "this path accepts only GET");
+    refused.headers.emplace_back("Allow", "GET");
+    return refused;
   }
-  return control_.answer(request, path.substr(kRuns.size() + 1, slash - kRuns.size() - 1), path.substr(slash + 1));
+  return control_.answer(request, path.substr(kRunsPath.size() + 1, slash - kRunsPath.size() - 1),
+                         path.substr(slash + 1));
 }
 
 }  // namespace gyrotherm::monitor

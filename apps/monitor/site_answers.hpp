@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Routes every path of the monitor to the part that answers it: the page, run data, the site, and commands to a run.
+/// Routes each path to the part that answers it: the page, run data, the site, or commands to a run.
 #pragma once
 
 #include <string>
@@ -14,16 +14,16 @@
 
 namespace gyrotherm::monitor {
 
-/// Commands to a run from the page: the commands of `gyrotherm tell`, through the same socket, on behalf of the
-/// page's user. A command that ends a run must be confirmed. Usable from any thread.
+/// Sends commands from the page to a run, through the same socket as `gyrotherm tell`, on behalf of the page's user. A
+/// command that ends the run must be confirmed. Usable from any thread.
 class RunControl {
  public:
   RunControl(AccessControl& access, const RunCatalogue& catalogue, const Clock& clock)
       : access_(access), catalogue_(catalogue), confirmations_(clock) {}
 
-  /// Answers POST /api/v1/runs/KEY/VERB: pause, resume, stop, abort, note or acknowledge, with {"text", "alarm",
-  /// "confirm"}. The text of stop and abort is the reason. Without "confirm", stop and abort change nothing. Their
-  /// answer is 409 with the progress of the run and a token that confirms the command for 30 s.
+  /// Answers POST /api/v1/runs/KEY/VERB with {"text", "alarm", "confirm"}. The verb is pause, resume, stop, abort, note
+  /// or acknowledge. For stop and abort, the text is the reason. Without a valid "confirm" they change nothing: the
+  /// answer is 409, with the progress of the run and a token, valid for 30 s, that confirms the command.
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:
@@ -34,10 +34,10 @@ class RunControl {
   Confirmations confirmations_;
 };
 
-/// The routes. Usable from any thread.
+/// Answers all requests. Usable from any thread.
 class SiteAnswers {
  public:
-  /// Creates the routes. `site` may be null for a monitor without a site.
+  /// `site` is null for a monitor without a site file.
   SiteAnswers(AccessControl& access, RunAnswers& runs, RunControl& control, const RunCatalogue& catalogue,
               const RunFeed& feed, SiteOverview* site)
       : access_(access), runs_(runs), control_(control), catalogue_(catalogue), feed_(feed), site_(site) {}

@@ -13,20 +13,20 @@ namespace gyrotherm::monitor {
 
 namespace {
 
-constexpr std::array kQuestions{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
-/// Limit of rows. The page shows a hint if an answer reaches it: kMaxRows in page/site.js.
+constexpr std::array kQueries{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
+/// Largest number of rows of an answer. The page adds a note if an answer has as many: kMaxRows in page/site.js.
 constexpr const char* kMaxRows = "5000";
 constexpr Duration kAnswerLifetime = std::chrono::seconds(30), kStoreTimeout = std::chrono::seconds(20);
 constexpr Duration kRigStatesLifetime = std::chrono::seconds(3), kLiveTimeout = std::chrono::seconds(5);
 
-/// Returns the answer of the store as JSON. Fails like read_program_output().
-Result<std::string> query_store(const std::string& question, const std::string& site_file, Duration within) {
+/// Runs a query of gyrotherm-site and returns its JSON. Fails like read_program_output().
+Result<std::string> query_store(const std::string& query, const std::string& site_file, Duration within) {
   return read_program_output(
-      {sibling_program_path("gyrotherm-site"), question, "--json", "--most", kMaxRows, "--site", site_file}, within);
+      {sibling_program_path("gyrotherm-site"), query, "--json", "--most", kMaxRows, "--site", site_file}, within);
 }
 
-/// Adds the time since the answer to the age of each rig's last second.
-Json add_age(const std::string& rigs, Duration since) {
+/// Adds the time since the answer to the age of each rig's last sample.
+Json update_ages(const std::string& rigs, Duration since) {
   auto list = Json::parse(rigs);
   for (auto& rig : list)
     if (rig.is_object() && rig.contains("age_s") && rig["age_s"].is_number())
@@ -34,7 +34,7 @@ Json add_age(const std::string& rigs, Duration since) {
   return list;
 }
 
-WebAnswer query_pending_answer() {
+WebAnswer make_retry_answer() {
   WebAnswer answer{
       .status = 503,
       .body = text_of(Json{{"error", "a query to the store is in progress; retry in 1 s"}, {"asking", true}})};
@@ -44,15 +44,14 @@ WebAnswer query_pending_answer() {
 
 }  // namespace
 
-WebAnswer SiteOverview::answer(std::string_view rest) {
-  if (rest.empty()) return site();
-  const auto name = rest.substr(1);
-  if (site_file_.empty() || std::ranges::find(kQuestions, name) == kQuestions.end())
-    return refusal(404, "unknown question to the site");
-  return question(std::string(name));
+WebAnswer SiteOverview::answer(std::string_view subpath) {
+  if (subpath.empty()) return answer_site();
+  const auto name = subpath.substr(1);
+  if (site_file_.empty() || std::ranges::find(kQueries, name) == kQueries.end()) return refusal(404, "unknown query");
+  return answer_query(std::string(name));
 }
 
-WebAnswer SiteOverview::site() {
+WebAnswer SiteOverview::answer_site() {
   Json site{{"name", name_}, {"store", nullptr}, {"rigs", Json::array()}, {"questions", Json::array()}};
   if (site_file_.empty()) return {.body = text_of(site)};
   const auto now = query_rig_states();
@@ -60,9 +59,9 @@ WebAnswer SiteOverview::site() {
   if (now.answered_at) {
     const auto since = since_boot() - *now.answered_at;
     site["store"]["age_s"] = to_seconds(since);
-    site["rigs"] = add_age(now.rigs, since);
+    site["rigs"] = update_ages(now.rigs, since);
   }
-  for (const char* question : kQuestions) site["questions"].push_back(question);
+  for (const char* query : kQueries) site["questions"].push_back(query);
   return {.body = text_of(site)};
 }
 
@@ -73,21 +72,21 @@ SiteOverview::RigStates SiteOverview::cached_rig_states() const {
 
 SiteOverview::RigStates SiteOverview::query_rig_states() {
   const auto is_fresh = [](const RigStates& live) {
-    return live.asked_at && since_boot() - *live.asked_at <= kRigStatesLifetime;
+    return live.queried_at && since_boot() - *live.queried_at <= kRigStatesLifetime;
   };
-  auto before = cached_rig_states();
-  if (is_fresh(before)) return before;
+  auto cached = cached_rig_states();
+  if (is_fresh(cached)) return cached;
   const std::unique_lock lock(rig_states_mutex_, std::try_to_lock);
-  if (!lock.owns_lock()) return before;
-  if (before = cached_rig_states(); is_fresh(before)) return before;
+  if (!lock.owns_lock()) return cached;
+  if (cached = cached_rig_states(); is_fresh(cached)) return cached;
   const auto json = query_store("live", site_file_, kLiveTimeout);
   const bool is_list = json && Json::parse(*json, nullptr, false).is_array();
   const std::lock_guard cache_lock(cache_mutex_);
-  rig_states_.asked_at = since_boot();
-  rig_states_.error = is_list ? "" : json ? "the answer of gyrotherm-site is not a list of rigs" : json.error().what;
+  rig_states_.queried_at = since_boot();
+  rig_states_.error = is_list ? "" : json ? "gyrotherm-site did not return a list of rigs" : json.error().what;
   if (is_list) {
     rig_states_.rigs = *json;
-    rig_states_.answered_at = rig_states_.asked_at;
+    rig_states_.answered_at = rig_states_.queried_at;
   }
   return rig_states_;
 }
@@ -98,22 +97,22 @@ std::optional<SiteOverview::CachedAnswer> SiteOverview::cached_answer(const std:
   return found == answers_.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// A store that does not answer blocks only one thread of the page. The failure is kept for a while, so the next
-/// request does not block again.
-WebAnswer SiteOverview::question(const std::string& name) {
+/// If the store does not respond, only one thread of the server waits for it. The failure is kept for a while, so the
+/// next request does not wait again.
+WebAnswer SiteOverview::answer_query(const std::string& name) {
   const auto is_fresh = [](const std::optional<CachedAnswer>& answered) {
-    return answered && since_boot() - answered->at <= kAnswerLifetime;
+    return answered && since_boot() - answered->answered_at <= kAnswerLifetime;
   };
-  auto before = cached_answer(name);
-  if (is_fresh(before)) return before->answer;
-  const std::unique_lock lock(question_mutex_, std::try_to_lock);
-  if (!lock.owns_lock()) return before ? before->answer : query_pending_answer();
-  if (before = cached_answer(name); is_fresh(before)) return before->answer;
+  auto cached = cached_answer(name);
+  if (is_fresh(cached)) return cached->answer;
+  const std::unique_lock lock(query_mutex_, std::try_to_lock);
+  if (!lock.owns_lock()) return cached ? cached->answer : make_retry_answer();
+  if (cached = cached_answer(name); is_fresh(cached)) return cached->answer;
   auto json = query_store(name, site_file_, kStoreTimeout);
   auto answer =
-      json ? WebAnswer{.body = std::move(*json)} : refusal(503, "the store does not answer: " + json.error().what);
+      json ? WebAnswer{.body = std::move(*json)} : refusal(503, "the store does not respond: " + json.error().what);
   const std::lock_guard cache_lock(cache_mutex_);
-  answers_[name] = {.answer = answer, .at = since_boot()};
+  answers_[name] = {.answer = answer, .answered_at = since_boot()};
   return answer;
 }
 

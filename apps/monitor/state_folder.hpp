@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The monitor's state folder and its private files: users, sessions, and sent messages. Only the monitor's user may
-/// read them.
+/// The monitor's state folder and its private files: users, sessions, and the memory of notifications. Only the user of
+/// the monitor may read them.
 #pragma once
 
 #include <optional>
@@ -14,16 +14,16 @@ namespace gyrotherm::monitor {
 inline constexpr const char *kUsersFile = "users.json", *kSessionsFile = "sessions.json",
                             *kNotificationsFile = "told.json";
 
-/// Returns the given folder. If it is empty, returns the folder provided by systemd, or otherwise one below the user's
-/// home.
+/// Returns `given` unless it is empty; otherwise $STATE_DIRECTORY of systemd, or a folder in $XDG_STATE_HOME or
+/// ~/.local/state.
 [[nodiscard]] std::string resolve_state_folder(const std::string& given);
 /// Creates the folder with mode 0700 if it does not exist. Fails with storage.
 [[nodiscard]] Result<void> make_state_folder(const std::string& folder);
 
-/// Reads a whole file, or returns nothing if it does not exist. Fails with bad_file, also if it is a link, belongs to
-/// another user, or is accessible to others.
+/// Reads a whole file. Returns nothing if it does not exist. Fails with bad_file if it cannot be read, is a link,
+/// belongs to another user, or is accessible to other users.
 [[nodiscard]] Result<std::optional<std::string>> read_private_file(const std::string& path);
-/// Replaces a file atomically, mode 0600. Its folder must exist. Fails with storage.
+/// Replaces a file atomically, with mode 0600. Its folder must exist. Fails with storage.
 [[nodiscard]] Result<void> write_private_file(const std::string& path, std::string_view text);
 
 }  // namespace gyrotherm::monitor

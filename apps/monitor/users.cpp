@@ -34,25 +34,25 @@ void describe(auto& form, Like<UserList> auto& list) {
 
 namespace {
 
-// 12 MB and three passes, the recommendation of OWASP for argon2id. The page has 64 MB in total.
+// OWASP recommends 12 MB and three passes for argon2id. The monitor may use 64 MB in total.
 constexpr unsigned long long kPasses = 3;
-constexpr std::size_t kMemory = 12 * 1024 * 1024;
+constexpr std::size_t kMemoryBytes = 12 * 1024 * 1024;
 
 void initialise_sodium() {
   static const int ready = sodium_init();
   ensure(ready >= 0, "libsodium has random numbers");
 }
 
-std::string hashed(const std::string& password) {
+std::string hash_password(const std::string& password) {
   initialise_sodium();
   std::array<char, crypto_pwhash_STRBYTES> text{};
-  const int made = crypto_pwhash_str_alg(text.data(), password.data(), password.size(), kPasses, kMemory,
+  const int made = crypto_pwhash_str_alg(text.data(), password.data(), password.size(), kPasses, kMemoryBytes,
                                          crypto_pwhash_ALG_ARGON2ID13);
-  ensure(made == 0, "a password can be hashed");
+  ensure(made == 0, "a password can be hash_password");
   return text.data();
 }
 
-bool fits(const std::string& hash, const std::string& password) {
+bool matches_hash(const std::string& hash, const std::string& password) {
   initialise_sodium();
   return crypto_pwhash_str_verify(hash.c_str(), password.data(), password.size()) == 0;
 }
@@ -74,9 +74,9 @@ bool has_name(const UserList& list, const std::string& name) {
 
 }  // namespace
 
-std::optional<Role> find_role(std::string_view word) {
+std::optional<Role> find_role(std::string_view keyword) {
   for (const auto role : kRoles)
-    if (word == name(role)) return role;
+    if (keyword == name(role)) return role;
   return std::nullopt;
 }
 
@@ -107,7 +107,7 @@ Result<void> put_user(UserList& list, const std::string& name, Role role, const 
   if (std::ranges::find(list.tokens, name, &Token::name) != list.tokens.end())
     return failure(FaultKind::usage, name, "is the name of a token");
   std::erase_if(list.users, [&](const User& user) { return user.name == name; });
-  list.users.push_back({.name = name, .role = role, .password = hashed(password)});
+  list.users.push_back({.name = name, .role = role, .password = hash_password(password)});
   return {};
 }
 
@@ -150,11 +150,11 @@ Result<void> Users::load() {
   return {};
 }
 
-/// If the file cannot be read, all logins fail, and guest access stays closed.
+/// If the file cannot be read, all logins fail, and guests are refused.
 void Users::refresh() {
   const auto now = read_file_state(path_);
-  if (now == seen_) return;
-  seen_ = now;
+  if (now == file_state_) return;
+  file_state_ = now;
   auto list = read_users(path_);
   is_unreadable_ = !list;
   list_ = list ? std::move(*list) : UserList{};
@@ -175,10 +175,10 @@ std::optional<Identity> Users::find_by_password(const std::string& name, const s
     const auto found = std::ranges::find(list_.users, name, &User::name);
     if (found != list_.users.end()) user = *found;
   }
-  static const std::string nobody = hashed(random_secret());
+  static const std::string unused_hash = hash_password(random_secret());
   const std::lock_guard one(hashing_mutex_);
-  const bool right = fits(user ? user->password : nobody, password);
-  if (!user || !right) return std::nullopt;
+  const bool is_correct = matches_hash(user ? user->password : unused_hash, password);
+  if (!user || !is_correct) return std::nullopt;
   return make_identity(*user);
 }
 

@@ -12,8 +12,8 @@ const kQueryTitles = {
   utilisation: 'Utilisation',
 };
 
-// Largest number of rows that the monitor requests from the store: kMostRows in site_overview.cpp.
-const kMostRows = 5000;
+// Largest number of rows that the monitor requests from the store: kMaxRows in site_overview.cpp.
+const kMaxRows = 5000;
 
 function scrollable_table(label, table) {
   return make_element('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
@@ -76,7 +76,7 @@ function answer_table(label, rows) {
 }
 
 function truncation_note(name, rows) {
-  if (rows.length < kMostRows) return null;
+  if (rows.length < kMaxRows) return null;
   return make_element('p', {class: 'note'}, `There may be more rows. gyrotherm site ${name} --most 0 prints all.`);
 }
 

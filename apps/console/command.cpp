@@ -64,15 +64,15 @@ void add_outside_option(CLI::App& command, std::string& outside, const std::stri
 }
 
 CLI::Validator not_negative() {
-  const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
-  return {judge, "NONNEGATIVE"};
+  const auto check = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
+  return {check, "NONNEGATIVE"};
 }
 
 CLI::Validator reject_dash() {
-  const auto judge = [](const std::string& text) {
+  const auto check = [](const std::string& text) {
     return std::string(text == "-" ? "\"-\" is not a file name here; for a file with this name write ./-" : "");
   };
-  return {judge, ""};
+  return {check, ""};
 }
 
 void add_forwarding_subcommand(Program& program, const std::string& name, const std::string& description,

@@ -15,15 +15,15 @@
 
 namespace gyrotherm::app {
 
-/// Names for the values of options and positional arguments, passed to ->type_name(), such as value::kRig. Help and
-/// manual pages print the name; shell completion chooses the offered files by it (command_info.hpp).
+/// Names of the values of options and positional arguments, for ->type_name(). Help and manual pages print the name,
+/// and shell completion selects files by it (command_info.hpp).
 namespace value {
 inline constexpr const char *kProfile = "PROFILE", *kRig = "RIG", *kMap = "MAP", *kGyro = "GYRO", *kRecord = "RECORD",
                             *kRecordOrFolder = "RECORD|FOLDER", *kModel = "MODEL", *kTable = "TABLE", *kToml = "TOML",
                             *kPem = "PEM", *kCode = "SOURCE", *kFile = "FILE", *kFolder = "FOLDER";
 }  // namespace value
 
-/// Exit codes of all programs. Scripts rely on them; they do not change.
+/// Exit codes of all programs. They must not change, because scripts rely on them.
 enum class Exit : int {
   done = 0,
   outside_limits = 1,
@@ -49,7 +49,7 @@ inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
     {Exit::interrupted, "interrupted; gyrotherm resume continues the run"},
     {Exit::interlock, "an interlock ended the run; the message states whether the chamber was made safe"}};
 
-/// A command-line program with subcommands, and the result of the subcommand that was run.
+/// A command-line program with subcommands, and the outcome of the subcommand that was run.
 struct Program {
   Program(const std::string& name, const std::string& description);
 
@@ -58,13 +58,13 @@ struct Program {
   Result<Exit> outcome = Exit::done;
 };
 
-/// Adds a subcommand to the program or to another command, as in "gyrotherm report sign". The help of the subcommand
-/// begins with the example. Objects that receive option values must live as long as the program. The caller sets a
-/// callback that stores the outcome in the program.
+/// Adds a subcommand to the program or to another command, as in "gyrotherm report sign". Its help begins with the
+/// example. The caller sets a callback that stores the outcome in the program. Variables that receive option values
+/// must outlive the program.
 CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& name, const std::string& description,
                          const std::string& example);
-/// Adds a subcommand that calls `action` with its options. The caller may set defaults in the returned options. If the
-/// user gives a subcommand of this command, `action` is not called.
+/// Adds a subcommand that calls `action` with its options, unless the command line contains a subcommand of it. The
+/// caller may set defaults in the returned options.
 template <class Options>
 std::pair<CLI::App&, Options&> add_subcommand(Program& program, CLI::App& parent, const std::string& name,
                                               const std::string& description, const std::string& example,
@@ -93,13 +93,13 @@ void add_completion(Program& program);
 /// Adds the hidden subcommand `manual [COMMAND]`, with which the build generates the manual pages.
 void add_manual(Program& program);
 
-/// Adds the option --outside, which determines how inputs outside the trained range are treated. `refused` is the help
-/// text for the treatment of a refused input.
+/// Adds the option --outside, which selects the treatment of inputs outside the trained range. `refused` describes, in
+/// the help, what happens to a refused input.
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");
 
 /// Refuses a value that begins with a minus sign: a negative number or a mistyped option.
 [[nodiscard]] CLI::Validator not_negative();
-/// Refuses "-" for an output file or folder that cannot be standard output.
+/// Refuses "-" as the name of an output that cannot be standard output.
 [[nodiscard]] CLI::Validator reject_dash();
 
 /// Adds a subcommand that does not parse its arguments, not even --help, and passes all of them to `action`.
@@ -107,13 +107,13 @@ void add_forwarding_subcommand(Program& program, const std::string& name, const 
                                const std::string& example,
                                std::function<Result<Exit>(const std::vector<std::string>& arguments)> action);
 
-/// Replaces this process by a program that was installed next to it, with these arguments. Returns only if that fails.
+/// Replaces this process by another program in the same folder. Returns only if that fails.
 [[nodiscard]] Result<Exit> exec_sibling_program(const std::string& name, std::vector<std::string> arguments);
 
 /// Parses the command line, runs the subcommand and prints its fault, if any. Returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
 
-/// Returns the largest resident memory of the process so far.
+/// Returns the peak resident memory of the process, MB.
 [[nodiscard]] double peak_memory_mb();
 
 }  // namespace gyrotherm::app

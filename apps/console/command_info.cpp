@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kExampleMark = "Example: ";
 
-/// Returns the permitted values in CLI11's type name: "TEXT:{a,b}" gives "a" and "b".
+/// Parses the permitted values in a type name of CLI11: "a" and "b" in "TEXT:{a,b}".
 std::vector<std::string> parse_choices(std::string_view type) {
   std::vector<std::string> choices;
   const auto begins = type.find('{'), ends = type.rfind('}');

@@ -24,9 +24,9 @@ std::string replace_all(std::string text, std::string_view from, std::string_vie
 }
 
 /// Quotes text for bash and zsh.
-std::string shell_quoted(const std::string& text) { return "'" + replace_all(text, "'", "'\\''") + "'"; }
+std::string quote_for_shell(const std::string& text) { return "'" + replace_all(text, "'", "'\\''") + "'"; }
 /// Quotes text for fish.
-std::string fish_quoted(const std::string& text) {
+std::string quote_for_fish(const std::string& text) {
   return "'" + replace_all(replace_all(text, "\\", "\\\\"), "'", "\\'") + "'";
 }
 
@@ -34,21 +34,21 @@ std::string join_words(const std::vector<std::string>& words, const char* by = "
   return fmt::format("{}", fmt::join(words, by));
 }
 
-/// Returns the name of a shell function: "gyrotherm-thermal" gives "_gyrotherm_thermal"; "__" and a subcommand follow
-/// for each level. The prefix prevents clashes with functions of other programs.
+/// Returns the name of the shell function of a command, such as "_gyrotherm_thermal__image" for "gyrotherm-thermal
+/// image". The prefix prevents clashes with functions of other programs.
 std::string function_name(const CommandInfo& command, const char* prefix = "_") {
   std::string name = prefix + command.program;
   for (const auto& part : command.path) name += "__" + part;
   return replace_all(name, "-", "_");
 }
 
-std::vector<std::string> collect_names(const std::vector<CommandInfo>& commands) {
+std::vector<std::string> list_names(const std::vector<CommandInfo>& commands) {
   std::vector<std::string> names;
   for (const auto& command : commands) names.push_back(command.path.back());
   return names;
 }
 
-std::vector<std::string> collect_names(const std::vector<OptionInfo>& options) {
+std::vector<std::string> list_names(const std::vector<OptionInfo>& options) {
   std::vector<std::string> names;
   for (const auto& option : options) names.insert(names.end(), option.names.begin(), option.names.end());
   return names;
@@ -62,8 +62,8 @@ void for_each_command(const CommandInfo& command, const std::function<void(const
 
 // ---- bash
 
-/// Returns the argument for the script's _…_reply: "shipped RIG toml", "words coarse fine", "folders", "files db" or
-/// "none".
+/// Returns the arguments of the script's function _…_reply, such as "shipped RIG toml", "words coarse fine", "folders",
+/// "files db" or "none".
 std::string bash_reply_arguments(const OptionInfo& option) {
   if (!option.choices.empty()) return "words " + join_words(option.choices);
   const auto* kind = find_value_kind(option.value);
@@ -80,14 +80,15 @@ std::string bash_cases(const CommandInfo& command) {
   for (const auto& option : command.options)
     if (!option.value.empty()) {
       std::vector<std::string> patterns;
-      for (const auto& name : option.names) patterns.push_back(shell_quoted(path + "/" + name));
-      cases +=
-          fmt::format("    {}) offer={} ;;\n", join_words(patterns, " | "), shell_quoted(bash_reply_arguments(option)));
+      for (const auto& name : option.names) patterns.push_back(quote_for_shell(path + "/" + name));
+      cases += fmt::format("    {}) offer={} ;;\n", join_words(patterns, " | "),
+                           quote_for_shell(bash_reply_arguments(option)));
     }
   for (std::size_t i = 0; i < command.positionals.size(); ++i) {
-    const auto position = command.positionals[i].repeats ? shell_quoted(path + "/") + "[0-9]*"
-                                                         : shell_quoted(fmt::format("{}/{}", path, i + 1));
-    cases += fmt::format("    {}) offer={} ;;\n", position, shell_quoted(bash_reply_arguments(command.positionals[i])));
+    const auto position = command.positionals[i].repeats ? quote_for_shell(path + "/") + "[0-9]*"
+                                                         : quote_for_shell(fmt::format("{}/{}", path, i + 1));
+    cases +=
+        fmt::format("    {}) offer={} ;;\n", position, quote_for_shell(bash_reply_arguments(command.positionals[i])));
   }
   return cases;
 }
@@ -198,9 +199,9 @@ std::string zsh_specification(const OptionInfo& option, const std::string& funct
       option.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(option.value), zsh_action(option, function));
   const auto rest = fmt::format("{}[{}]{}", value.empty() ? "" : "=", text, value);
   const std::string again = option.repeats ? "*" : "";
-  if (option.names.size() == 1) return shell_quoted(again + option.names.front() + rest);
-  const auto others = option.repeats ? "'*'" : shell_quoted("(" + join_words(option.names) + ")");
-  return fmt::format("{}{{{}}}{}", others, join_words(option.names, ","), shell_quoted(rest));
+  if (option.names.size() == 1) return quote_for_shell(again + option.names.front() + rest);
+  const auto exclusions = option.repeats ? "'*'" : quote_for_shell("(" + join_words(option.names) + ")");
+  return fmt::format("{}{{{}}}{}", exclusions, join_words(option.names, ","), quote_for_shell(rest));
 }
 
 std::string zsh_function(const CommandInfo& command, const std::string& base) {
@@ -210,7 +211,7 @@ std::string zsh_function(const CommandInfo& command, const std::string& base) {
   if (!command.subcommands.empty()) {
     text += "  local -a commands=(\n";
     for (const auto& subcommand : command.subcommands)
-      text += fmt::format("    {}\n", shell_quoted(subcommand.path.back() + ":" + zsh_text(subcommand.description)));
+      text += fmt::format("    {}\n", quote_for_shell(subcommand.path.back() + ":" + zsh_text(subcommand.description)));
     text += "  )\n  if ((CURRENT > 2)); then\n    case $words[2] in\n";
     for (const auto& subcommand : command.subcommands)
       text += fmt::format("      {}) shift words; ((CURRENT--)); {}; return ;;\n", subcommand.path.back(),
@@ -223,7 +224,7 @@ std::string zsh_function(const CommandInfo& command, const std::string& base) {
     const auto& argument = command.positionals[i];
     const auto position = argument.repeats ? "*" : std::to_string(i + 1);
     text += " \\\n    " +
-            shell_quoted(fmt::format("{}:{}:{}", position, zsh_text(argument.value), zsh_action(argument, base)));
+            quote_for_shell(fmt::format("{}:{}:{}", position, zsh_text(argument.value), zsh_action(argument, base)));
   }
   return text + "\n}\n\n";
 }
@@ -259,22 +260,22 @@ std::string fish_arguments(const OptionInfo& option, const std::string& function
 std::string fish_completions(const CommandInfo& command, const std::string& function) {
   const auto begin =
       fmt::format("complete -c {} -n {}", command.program,
-                  fish_quoted(fmt::format("{}_at {}", function, shell_quoted(join_words(command.path)))));
+                  quote_for_fish(fmt::format("{}_at {}", function, quote_for_shell(join_words(command.path)))));
   std::string text;
   for (const auto& subcommand : command.subcommands)
     text += fmt::format("{} -a {} -d {}\n", begin, subcommand.path.back(),
-                        fish_quoted(short_description(subcommand.description)));
+                        quote_for_fish(short_description(subcommand.description)));
   for (const auto& option : command.options) {
     text += begin;
     for (const auto& name : option.names)
       text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-    text += " -d " + fish_quoted(short_description(option.description));
-    if (!option.value.empty()) text += " -x -a " + fish_quoted(fish_arguments(option, function));
+    text += " -d " + quote_for_fish(short_description(option.description));
+    if (!option.value.empty()) text += " -x -a " + quote_for_fish(fish_arguments(option, function));
     text += "\n";
   }
   for (const auto& argument : command.positionals)
     if (const auto values = fish_arguments(argument, function); !values.empty())
-      text += fmt::format("{} -a {}\n", begin, fish_quoted(values));
+      text += fmt::format("{} -a {}\n", begin, quote_for_fish(values));
   return text;
 }
 
@@ -317,9 +318,9 @@ std::string fill_template(std::string_view text, const CommandInfo& program, con
 std::string bash_completion(const CommandInfo& program) {
   std::string words, offers;
   for_each_command(program, [&](const CommandInfo& command) {
-    words += fmt::format("    {}) commands={} options={} ;;\n", shell_quoted(join_words(command.path)),
-                         shell_quoted(join_words(collect_names(command.subcommands))),
-                         shell_quoted(join_words(collect_names(command.options))));
+    words += fmt::format("    {}) commands={} options={} ;;\n", quote_for_shell(join_words(command.path)),
+                         quote_for_shell(join_words(list_names(command.subcommands))),
+                         quote_for_shell(join_words(list_names(command.options))));
     offers += bash_cases(command);
   });
   return replace_all(replace_all(fill_template(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ",
@@ -337,7 +338,7 @@ std::string fish_completion(const CommandInfo& program) {
   const auto function = function_name(program, "__");
   std::string paths, lines;
   for_each_command(program, [&](const CommandInfo& command) {
-    if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + fish_quoted(join_words(command.path));
+    if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + quote_for_fish(join_words(command.path));
     lines += fish_completions(command, function);
   });
   return replace_all(fill_template(kFish, program, "__"), "PATHS", paths) + lines;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Output of a program: data on stdout, messages and progress on stderr.
+/// Prints the output of a program: data on stdout, messages and progress on stderr.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@ class Console {
  public:
   Console();
 
-  /// Prints facts as JSON; with `samples`, also each second of a run.
+  /// Data is printed as JSON. With `samples`, each sample of a run is printed, too.
   bool json = false;
   bool samples = false;
   bool quiet = false;    ///< no messages, no progress
@@ -34,14 +34,14 @@ class Console {
   void print_detail(std::string_view message);
   /// Prints text on stdout, without characters that could control a terminal.
   void print(std::string_view text);
-  /// Prints one line of data on stdout. `text` returns the line; `missed` is the number of lines dropped since the last
-  /// printed one.
+  /// Prints a line of data on stdout. `text` returns the line; `missed` is the number of lines that were dropped before
+  /// it.
   void print_fact(const std::function<std::string(std::size_t missed)>& text);
   /// Prints a fault of the named program on stderr, in full even with --quiet.
   void print_fault(std::string_view program, const Fault& fault);
 
-  /// Shows a stage, its percentage and the remaining time. On a terminal one line is redrawn; elsewhere a plain line is
-  /// printed every 10 s.
+  /// Shows a stage, its percentage and the remaining time: on a terminal in one line that is redrawn, otherwise as a
+  /// plain line every 10 s.
   void progress(std::string_view stage, double fraction);
   /// Shows a few lines. On a terminal they are redrawn in place, at most ten times a second. Elsewhere only the first
   /// line is printed, as a plain line: once a minute, or immediately with `at_once`.

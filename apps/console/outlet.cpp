@@ -22,8 +22,8 @@ namespace {
 constexpr auto kFlushTimeout = std::chrono::seconds(1);
 constexpr int kForever = -1;
 
-/// Writes all text and waits as long as necessary. Returns false if a write fails or, with `stops_on_interrupt`, if the
-/// user requests a stop before all text is written.
+/// Writes all text, and waits as long as necessary. Returns false if a write fails, or if `stops_on_interrupt` is set
+/// and the user requests a stop before all text is written.
 bool write_all(int descriptor, std::string_view text, bool stops_on_interrupt) {
   while (!text.empty()) {
     const auto written = ::write(descriptor, text.data(), text.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writer for standard output or standard error. A reader may stop reading (Ctrl-S, a stalled connection, a full pipe,
-/// a file on a disk that hangs). A run that drives a chamber must not wait for it.
+/// Writes to standard output or standard error. A write may block (Ctrl-S, a stalled connection, a full pipe, a file on
+/// a disk that hangs). A run that drives a chamber must not wait for it.
 #pragma once
 
 #include <functional>
@@ -24,21 +24,21 @@ class Outlet {
   Outlet(const Outlet&) = delete;
   Outlet& operator=(const Outlet&) = delete;
 
-  /// Starts a thread that writes, so all later calls return immediately. Without it, each call waits until its text is
-  /// written.
+  /// Starts a writer thread, so all later calls return immediately. Without the thread, each call waits until its text
+  /// is written.
   void never_wait();
 
-  /// Writes whole lines in order. Drops and counts calls while more than kMostWaiting bytes wait. The next accepted
-  /// call receives the count as `dropped`.
+  /// Writes the lines that `lines` returns. If more than kMostWaiting bytes would wait, drops them. `dropped` is the
+  /// number of calls that were dropped since the last accepted one.
   using Lines = std::function<std::string(std::size_t dropped)>;
   void write_lines(const Lines& lines);
-  /// Draws lines in place on a terminal. If the previous picture has not been written yet, this one replaces it.
+  /// Draws lines on a terminal in place of the previous ones. If those have not been written yet, they are skipped.
   void draw(std::vector<std::string> picture);
 
   /// Returns true if a write has failed, for example on a full disk or a closed pipe.
   [[nodiscard]] bool has_failed() const;
 
-  /// Maximum number of waiting bytes.
+  /// Largest number of bytes that wait to be written.
   static constexpr std::size_t kMostWaiting = 1 << 18;
 
  private:
@@ -59,6 +59,7 @@ class Screen {
 
  private:
   [[nodiscard]] std::string erase();
+  /// Number of lines of the picture on the terminal.
   std::size_t lines_open_ = 0;
 };
 

@@ -54,10 +54,9 @@ NotifyAddress read_address(const TomlTable& table) {
 NotifyRule read_rule(const TomlTable& table) {
   NotifyRule rule{.trigger = one_of(kRuleTriggers, table, "when"), .addresses = read_texts(table, "tell")};
   rule.name = read_text_line(table, "name", keyword_for(kRuleTriggers, rule.trigger));
-  const bool has_delay = rule.trigger == RuleTrigger::alarm || rule.trigger == RuleTrigger::silent;
-  if (has_delay)
-    rule.after = table.duration(
-        "after", rule.trigger == RuleTrigger::alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
+  const bool is_alarm = rule.trigger == RuleTrigger::alarm;
+  if (is_alarm || rule.trigger == RuleTrigger::silent)
+    rule.after = table.duration("after", is_alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
   if (rule.trigger == RuleTrigger::disk_low)
     rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesPerGigabyte);
   if (rule.trigger == RuleTrigger::silent) rule.monitor = read_text_line(table, "monitor", "");

@@ -35,7 +35,7 @@ tl::unexpected<Fault> errno_fault(const std::string& path) {
   return failure(FaultKind::storage, path, std::strerror(errno));
 }
 
-/// Copies the bytes and returns their digest.
+/// Copies the content of a file, syncs the copy, and returns the digest of the copied bytes.
 Result<std::string> copy_bytes(const RegularFile& from, int to, const std::string& path) {
   Sha256 hash;
   std::array<char, 1 << 18> piece{};
@@ -57,19 +57,19 @@ Result<void> sync_folder(const std::string& folder) {
   return {};
 }
 
-/// Removes incomplete copies of killed publishers: PATH.PID.part, if no process has that number. In a folder that
-/// several machines share, the copy may belong to a publisher that still runs on another machine. That publisher
-/// retries, and finds the file archived.
+/// Removes incomplete copies of publishers that were killed: PATH.PID.part, if no process has that number. In a folder
+/// that several machines share, this may remove the copy of a running publisher on another machine. That publisher then
+/// tries again.
 void remove_stale_copies(const std::string& path) {
-  const auto begins = fs::path(path).filename().string() + ".";
+  const auto prefix = fs::path(path).filename().string() + ".";
   for (const auto& entry : list_folder(fs::path(path).parent_path())) {
     const auto name = entry.filename().string();
-    if (!name.starts_with(begins) || !name.ends_with(kPartSuffix)) continue;
-    const auto number = std::string_view(name).substr(begins.size());
+    if (!name.starts_with(prefix) || !name.ends_with(kPartSuffix)) continue;
+    const auto number = std::string_view(name).substr(prefix.size());
     int pid{};
     const auto read = std::from_chars(number.data(), number.data() + number.size(), pid);
-    const bool is_a_copy = read.ec == std::errc() && std::string_view(read.ptr) == kPartSuffix && pid > 0;
-    if (is_a_copy && ::kill(pid, 0) != 0 && errno == ESRCH) ::unlink(entry.c_str());
+    const bool is_copy = read.ec == std::errc() && std::string_view(read.ptr) == kPartSuffix && pid > 0;
+    if (is_copy && ::kill(pid, 0) != 0 && errno == ESRCH) ::unlink(entry.c_str());
   }
 }
 
@@ -104,11 +104,12 @@ Result<void> run_command(const std::vector<std::string>& command, Duration withi
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left()).count();
     found = ::poll(lines.data(), lines.size(), static_cast<int>(left));
   } while (found < 0 && errno == EINTR);
-  const bool is_over = found > 0 && lines[0].revents != 0;
-  if (!is_over) ::kill(*child, SIGKILL);
+  const bool has_ended = found > 0 && lines[0].revents != 0;
+  if (!has_ended) ::kill(*child, SIGKILL);
   const int code = wait_for(*child);
-  if (!is_over && found > 0) return failure(FaultKind::interrupted, command.front(), "stopped");
-  if (!is_over) return failure(FaultKind::timeout, command.front(), fmt::format("did not end in {}", spoken(within)));
+  if (!has_ended && found > 0) return failure(FaultKind::interrupted, command.front(), "stopped");
+  if (!has_ended)
+    return failure(FaultKind::timeout, command.front(), fmt::format("did not end within {}", spoken(within)));
   if (code == 0) return {};
   return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", code));
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array kMigrations{Migration{1, "store", store_schema}};
 
-/// Makes the schema and the table of the steps, if they do not exist.
+/// Creates the schema and the table of applied migrations, if they do not exist.
 constexpr const char* kCreateMigrationTable = R"(
 BEGIN;
 SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'));
@@ -23,10 +23,9 @@ CREATE TABLE IF NOT EXISTS gyrotherm.migration (number integer PRIMARY KEY, name
 COMMIT;
 )";
 
-/// Fails with refused if the store has executed a step that differs from the known one of the same number, or that is
-/// unknown.
+/// Fails with refused if the store has a migration that is unknown, or that differs from the known one of its number.
 Result<void> check_applied_migrations(Postgres& store, std::span<const Migration> known) {
-  const auto seen = store.ask("SELECT number, sha256 FROM gyrotherm.migration ORDER BY number");
+  const auto seen = store.query("SELECT number, sha256 FROM gyrotherm.migration ORDER BY number");
   if (!seen) return failure(seen.error());
   for (int row = 0; row < seen->rows(); ++row) {
     const auto number = seen->integer(row, 0);
@@ -46,27 +45,26 @@ Result<void> check_applied_migrations(Postgres& store, std::span<const Migration
   return {};
 }
 
-/// Executes a step that is new to the store. Returns false, and changes nothing, if another program has executed it
-/// meanwhile.
+/// Applies a migration. Returns false, without changes, if another program has applied it in the meantime.
 Result<bool> apply_migration(Postgres& store, std::span<const Migration> known, const Migration& step) {
-  auto begun = store.run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'))");
+  auto begun = store.execute("BEGIN; SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'))");
   if (!begun) return failure(begun.error());
   const auto seen = check_applied_migrations(store, known).and_then([&] {
-    return store.ask("SELECT FROM gyrotherm.migration WHERE number = $1", {std::to_string(step.number)});
+    return store.query("SELECT FROM gyrotherm.migration WHERE number = $1", {std::to_string(step.number)});
   });
   if (!seen || seen->rows() > 0) {
-    if (!store.is_broken()) static_cast<void>(store.run("ROLLBACK"));
-    return seen.map([](const Answer&) { return false; });
+    if (!store.is_broken()) static_cast<void>(store.execute("ROLLBACK"));
+    return seen.map([](const QueryResult&) { return false; });
   }
-  const auto taken = store.run(std::string(step.sql())).and_then([&] {
-    return store.ask("INSERT INTO gyrotherm.migration(number, name, sha256) VALUES ($1, $2, $3)",
-                     {std::to_string(step.number), step.name, sha256(step.sql())});
+  const auto applied = store.execute(std::string(step.sql())).and_then([&] {
+    return store.query("INSERT INTO gyrotherm.migration(number, name, sha256) VALUES ($1, $2, $3)",
+                       {std::to_string(step.number), step.name, sha256(step.sql())});
   });
-  if (!taken) {
-    if (!store.is_broken()) static_cast<void>(store.run("ROLLBACK"));
-    return failure(taken.error().kind, fmt::format("migration {}", step.number), text(taken.error()));
+  if (!applied) {
+    if (!store.is_broken()) static_cast<void>(store.execute("ROLLBACK"));
+    return failure(applied.error().kind, fmt::format("migration {}", step.number), text(applied.error()));
   }
-  return store.run("COMMIT").map([] { return true; });
+  return store.execute("COMMIT").map([] { return true; });
 }
 
 }  // namespace
@@ -75,13 +73,13 @@ std::span<const Migration> migrations() { return kMigrations; }
 
 Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
                      const std::function<void(const Migration&)>& done) {
-  if (auto begun = store.run(kCreateMigrationTable); !begun) return begun;
+  if (auto begun = store.execute(kCreateMigrationTable); !begun) return begun;
   if (auto good = check_applied_migrations(store, known); !good) return good;
   for (const auto& step : known) {
     if (step.number > last) break;
-    const auto taken = apply_migration(store, known, step);
-    if (!taken) return failure(taken.error());
-    if (*taken) done(step);
+    const auto applied = apply_migration(store, known, step);
+    if (!applied) return failure(applied.error());
+    if (*applied) done(step);
   }
   return {};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Brings the store's schema up to date, step by step. The store keeps the number and the digest of each step.
+/// Updates the store's schema by numbered migrations. The store keeps the number and the digest of each one.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace gyrotherm::site {
 
-/// Returns the SQL of apps/site/migrations/0001-store.sql, which is embedded. A released step is not edited: a change
-/// is a step of its own, with a file and a function of its own.
+/// Returns the embedded SQL of apps/site/migrations/0001-store.sql. A released migration is never edited. A change
+/// needs a new migration, with its own file and function.
 [[nodiscard]] std::string_view store_schema();
 
 struct Migration {
@@ -23,12 +23,12 @@ struct Migration {
   std::string_view (*sql)() = nullptr;
 };
 
-/// Returns the steps that this program knows, numbered from 1 in order.
+/// Returns the migrations of this program, in the order of their numbers, from 1.
 [[nodiscard]] std::span<const Migration> migrations();
 
-/// Executes the steps of `known` that are new to the store, up to number `last`, each in a transaction of its own, and
-/// calls `done` after each. If two programs migrate at the same time, one waits for the other. Fails like Postgres.
-/// Fails with refused, and changes nothing, if the store has a step that is not one of `known`.
+/// Applies the migrations of `known` that the store does not have, up to number `last`, each in its own transaction,
+/// and calls `done` after each. If two programs migrate at the same time, one waits for the other. Fails like Postgres,
+/// or with refused, without changes, if the store has a migration that is unknown or differs from the one in `known`.
 [[nodiscard]] Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
                                    const std::function<void(const Migration&)>& done);
 

@@ -23,7 +23,7 @@ std::string join_lines(const char* message) {
   return std::string(trimmed(line, " \t"));
 }
 
-/// Returns the kind of a server's fault, by its SQLSTATE.
+/// Returns the fault kind for an SQLSTATE.
 FaultKind fault_kind(std::string_view state) {
   if (state.size() != 5) return FaultKind::disconnected;
   const auto group = state.substr(0, 2);
@@ -32,7 +32,7 @@ FaultKind fault_kind(std::string_view state) {
   return group == "08" || group == "57" ? FaultKind::disconnected : FaultKind::storage;
 }
 
-/// Checks the passfile. libpq ignores one that other users may read, and then reports a missing password.
+/// Checks the passfile. libpq ignores a passfile that other users may read, and would report a missing password.
 Result<void> check_passfile(const std::string& path) {
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, path, std::strerror(errno));
@@ -55,32 +55,32 @@ Result<void> check_conninfo(const std::string& conninfo) {
     if (option->val != nullptr && std::string_view(option->keyword).ends_with("password"))
       return failure(
           FaultKind::usage, {},
-          fmt::format("contains \"{}\", which other users can read; expected a passfile instead", option->keyword));
+          fmt::format("contains \"{}\", which other users can read; use a passfile instead", option->keyword));
   return {};
 }
 
-void Answer::Clear::operator()(pg_result* result) const { PQclear(result); }
+void QueryResult::Clear::operator()(pg_result* result) const { PQclear(result); }
 
-int Answer::rows() const { return PQntuples(result_.get()); }
+int QueryResult::rows() const { return PQntuples(result_.get()); }
 
-int Answer::columns() const { return PQnfields(result_.get()); }
+int QueryResult::columns() const { return PQnfields(result_.get()); }
 
-std::string Answer::name(int column) const { return PQfname(result_.get(), column); }
+std::string QueryResult::name(int column) const { return PQfname(result_.get(), column); }
 
-bool Answer::null(int row, int column) const { return PQgetisnull(result_.get(), row, column) == 1; }
+bool QueryResult::null(int row, int column) const { return PQgetisnull(result_.get(), row, column) == 1; }
 
-std::string_view Answer::text(int row, int column) const { return PQgetvalue(result_.get(), row, column); }
+std::string_view QueryResult::text(int row, int column) const { return PQgetvalue(result_.get(), row, column); }
 
-std::int64_t Answer::integer(int row, int column) const {
+std::int64_t QueryResult::integer(int row, int column) const {
   std::int64_t number{};
   const auto digits = text(row, column);
   std::from_chars(digits.data(), digits.data() + digits.size(), number);
   return number;
 }
 
-bool Answer::boolean(int row, int column) const { return text(row, column) == "t"; }
+bool QueryResult::boolean(int row, int column) const { return text(row, column) == "t"; }
 
-unsigned Answer::type(int column) const { return PQftype(result_.get(), column); }
+unsigned QueryResult::type(int column) const { return PQftype(result_.get(), column); }
 
 void Postgres::Finish::operator()(pg_conn* connection) const { PQfinish(connection); }
 
@@ -99,7 +99,7 @@ Result<void> Postgres::wait(short events, Duration within) {
     if (found < 0) return failure(FaultKind::disconnected, kStore, std::strerror(errno));
     if (lines[1].revents != 0) return failure(FaultKind::interrupted, kStore, "stopped");
     if (found > 0) return {};
-    return failure(FaultKind::timeout, kStore, fmt::format("no answer in {}", spoken(within)));
+    return failure(FaultKind::timeout, kStore, fmt::format("no response within {}", spoken(within)));
   }
 }
 
@@ -109,7 +109,7 @@ Result<void> Postgres::wait_until_connected() {
   for (auto doing = PGRES_POLLING_WRITING; doing != PGRES_POLLING_OK; doing = PQconnectPoll(connection_.get())) {
     if (doing == PGRES_POLLING_FAILED) return connection_lost();
     if (deadline.over())
-      return failure(FaultKind::timeout, kStore, fmt::format("no connection in {}", spoken(limits_.connect)));
+      return failure(FaultKind::timeout, kStore, fmt::format("no connection within {}", spoken(limits_.connect)));
     if (auto ready = wait(doing == PGRES_POLLING_READING ? POLLIN : POLLOUT, deadline.left()); !ready) return ready;
   }
   return {};
@@ -135,7 +135,7 @@ Result<Postgres> Postgres::connect(const StoreAddress& address, const WaitLimits
   PQsetNoticeProcessor(
       made.connection_.get(), [](void*, const char*) {}, nullptr);
   // JIT compilation of a query costs more time than it saves.
-  if (auto set = made.run("SET timezone = 'UTC'; SET datestyle = 'ISO'; SET jit = off"); !set)
+  if (auto set = made.execute("SET timezone = 'UTC'; SET datestyle = 'ISO'; SET jit = off"); !set)
     return failure(set.error());
   return made;
 }
@@ -161,8 +161,8 @@ Result<void> Postgres::send(const std::string& statement, const std::vector<Para
   return flush();
 }
 
-Result<Answer> Postgres::answer() {
-  std::optional<Answer> answer;
+Result<QueryResult> Postgres::read_result() {
+  std::optional<QueryResult> answer;
   std::optional<Fault> refused;
   for (;;) {
     while (PQisBusy(connection_.get()) != 0) {
@@ -184,13 +184,13 @@ Result<Answer> Postgres::answer() {
   return std::move(*answer);
 }
 
-Result<Answer> Postgres::ask(const std::string& statement, const std::vector<Parameter>& parameters) {
-  return send(statement, parameters).and_then([&] { return answer(); });
+Result<QueryResult> Postgres::query(const std::string& statement, const std::vector<Parameter>& parameters) {
+  return send(statement, parameters).and_then([&] { return read_result(); });
 }
 
-Result<void> Postgres::run(const std::string& statements) {
+Result<void> Postgres::execute(const std::string& statements) {
   if (PQsendQuery(connection_.get(), statements.c_str()) == 0) return connection_lost();
-  return flush().and_then([&] { return answer(); }).map([](const Answer&) {});
+  return flush().and_then([&] { return read_result(); }).map([](const QueryResult&) {});
 }
 
 bool Postgres::is_broken() const { return PQstatus(connection_.get()) != CONNECTION_OK; }

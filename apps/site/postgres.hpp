@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One connection to a PostgreSQL server, and its answers. Every wait is bounded, and ends when the program is
+/// A connection to a PostgreSQL server, and query results. Every wait has a time limit, and ends when the program is
 /// requested to stop.
 ///
-/// The kind of a fault determines the reaction. interrupted: a stop was requested. disconnected, timeout: the server or
-/// the network is unavailable, and a new connection may succeed. storage: the server cannot answer now (its disk is
-/// full, it shuts down, it gave way to another transaction). refused: a repetition would be refused again (SQLSTATE
-/// classes 0A, 22, 23, 28, 42, P0). One thread at a time.
+/// Kinds of faults:
+/// interrupted: a stop was requested;
+/// disconnected, timeout: the server or the network is unavailable, and a new connection may succeed;
+/// storage: the server cannot respond now, for example because its disk is full, it shuts down, or another transaction
+///   took precedence;
+/// refused: a repetition would be refused again (SQLSTATE classes 0A, 22, 23, 28, 3D, 3F, 42, P0).
+///
+/// Used by one thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +28,7 @@ struct pg_result;
 
 namespace gyrotherm::site {
 
-/// The address of the store and the user's identity. The password comes only from a file.
+/// The address of the store and the user. A password is read only from a file.
 struct StoreAddress {
   /// For libpq: "host=db dbname=gyrotherm user=rig_1 sslmode=verify-full".
   std::string conninfo;
@@ -32,7 +36,7 @@ struct StoreAddress {
   std::string passfile{};
 };
 
-/// Location of faults of the server or of the connection to it.
+/// Location (`where`) of faults of the server and the connection.
 inline constexpr const char* kStore = "store";
 
 /// Fails with usage if the text is not a conninfo, or if it contains a password.
@@ -42,23 +46,23 @@ inline constexpr const char* kStore = "store";
 struct WaitLimits {
   Duration connect = std::chrono::seconds(10);
   Duration answer = std::chrono::seconds(60);
-  /// Readable once the program must end.
+  /// Descriptor that becomes readable when the program must end.
   int stop = kNoDescriptor;
 };
 
-/// The rows of an answer.
-class Answer {
+/// The rows that a statement returned.
+class QueryResult {
  public:
-  explicit Answer(pg_result* result) : result_(result) {}
+  explicit QueryResult(pg_result* result) : result_(result) {}
   [[nodiscard]] int rows() const;
   [[nodiscard]] int columns() const;
   [[nodiscard]] std::string name(int column) const;
   [[nodiscard]] bool null(int row, int column) const;
   [[nodiscard]] std::string_view text(int row, int column) const;  ///< empty for NULL
-  /// Returns the value; 0 for NULL or text.
+  /// Returns the value, or 0 for NULL or text.
   [[nodiscard]] std::int64_t integer(int row, int column) const;
   [[nodiscard]] bool boolean(int row, int column) const;
-  /// PostgreSQL's number (OID) of the column's type.
+  /// Returns PostgreSQL's number (OID) of the column's type.
   [[nodiscard]] unsigned type(int column) const;
 
  private:
@@ -73,18 +77,19 @@ using Parameter = std::optional<std::string>;
 
 class Postgres {
  public:
-  /// Connects. Fails as described above, and with bad_file if the passfile does not exist or other users may read it.
+  /// Connects. Fails as described above, with usage if the address is invalid or contains a password, or with bad_file
+  /// if the passfile does not exist or other users may read it.
   [[nodiscard]] static Result<Postgres> connect(const StoreAddress& address, const WaitLimits& limits);
 
-  /// Sends one statement with its parameters, $1 first, and waits for its answer.
-  [[nodiscard]] Result<Answer> ask(const std::string& statement, const std::vector<Parameter>& parameters = {});
-  /// Sends a statement and returns as soon as the server has it. Call answer() before sending the next one.
+  /// Sends a statement with its parameters, $1 first, and returns its result.
+  [[nodiscard]] Result<QueryResult> query(const std::string& statement, const std::vector<Parameter>& parameters = {});
+  /// Sends a statement and returns before the result arrives. Call read_result() before sending the next statement.
   [[nodiscard]] Result<void> send(const std::string& statement, const std::vector<Parameter>& parameters);
-  [[nodiscard]] Result<Answer> answer();
-  /// Sends statements without parameters, several in one text. They form one transaction unless they state otherwise.
-  [[nodiscard]] Result<void> run(const std::string& statements);
+  [[nodiscard]] Result<QueryResult> read_result();
+  /// Executes one or more statements without parameters, as one transaction unless they contain transaction commands.
+  [[nodiscard]] Result<void> execute(const std::string& statements);
 
-  /// Returns true if only a new connection helps.
+  /// Returns true if the connection is lost, so a new one is required.
   [[nodiscard]] bool is_broken() const;
   /// Describes the connection: "host=db dbname=gyrotherm user=rig_1, TLSv1.3".
   [[nodiscard]] std::string describe() const;

@@ -27,12 +27,12 @@ struct PublishOptions {
 
 void print_line(const std::string& line) { write_to_stderr(plain(line) + "\n"); }
 
-void complain(const Fault& fault) { print_line("gyrotherm-publish: " + text(fault)); }
+void print_fault(const Fault& fault) { print_line("gyrotherm-publish: " + text(fault)); }
 
 std::string format_lines(const std::vector<RunLag>& lags) {
   std::string lines;
   for (const auto& lag : lags) {
-    const auto where = !lag.trouble.empty()    ? lag.trouble
+    const auto where = !lag.error.empty()      ? lag.error
                        : lag.finished_in_store ? "complete in the store"
                        : lag.slot_in_store < 0 ? "not in the store yet"
                                                : fmt::format("{} s behind the rig", lag.seconds());
@@ -50,17 +50,17 @@ std::string format_json(const std::vector<RunLag>& lags) {
                     {"slot_in_store", lag.slot_in_store},
                     {"lag_s", lag.seconds()},
                     {"finished_in_store", lag.finished_in_store},
-                    {"trouble", lag.trouble}});
+                    {"trouble", lag.error}});
   return text_of(list) + "\n";
 }
 
 Result<void> publish(const PublishOptions& options, int stop) {
   auto settings = read_site(options.site);
   if (!settings) return failure(settings.error());
-  Publisher publisher(*settings, stop, print_line, complain);
-  if (options.once) return publisher.once();
+  Publisher publisher(*settings, stop, print_line, print_fault);
+  if (options.once) return publisher.send_once();
   if (!options.status) return publisher.serve();
-  return publisher.lags().and_then([&](const std::vector<RunLag>& lags) {
+  return publisher.read_lags().and_then([&](const std::vector<RunLag>& lags) {
     return write_to_stdout(options.json ? format_json(lags) : format_lines(lags));
   });
 }
@@ -74,8 +74,8 @@ int run_publish(int argc, char** argv) {
       "gyrotherm-publish");
   cli.set_version_flag("--version", std::string("gyrotherm-publish ") + GYROTHERM_VERSION);
   PublishOptions options;
-  cli.add_option("--site", options.site, "the site file")->required();
-  auto* once = cli.add_flag("--once", options.once, "send all data that exist now and exit");
+  cli.add_option("--site", options.site, "site file")->required();
+  auto* once = cli.add_flag("--once", options.once, "send all present data and exit");
   auto* status = cli.add_flag("--status", options.status, "print the lag of the store and exit");
   status->excludes(once);
   cli.add_flag("--json", options.json, "print the status as JSON")->needs(status);

@@ -22,18 +22,17 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxFolderDepth = 3;
 constexpr Duration kRoundInterval = std::chrono::seconds(1);
-/// Number of batches of one run in one turn. Then the other runs have their turns.
+/// Number of batches of a run that are sent in one turn.
 constexpr int kBatchesPerTurn = 25;
-/// Pause after a refusal of the store. The owner of the store may remove the reason meanwhile.
+/// Pause after the store has refused a run. The reason may be removed in the meantime.
 constexpr Duration kRefusalPause = std::chrono::minutes(1);
 
 bool is_store_fault(const Fault& fault) { return fault.where == kStore; }
 
-/// Returns true if the record is being written and has no live copy that could be read instead.
+/// Returns true if the fault is that the record is being written and has no live copy to read.
 bool is_being_written(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
-/// Returns the present states of the files. For a live copy, which grows, the state is only the identity of the file;
-/// for any other file it includes the content.
+/// Returns the present states of the files. For a live copy, which grows, the state is only the identity of the file.
 std::vector<FileState> read_states(const record::RecordFiles& files) {
   std::vector<FileState> states;
   for (const auto& file : files.parts)
@@ -41,7 +40,7 @@ std::vector<FileState> read_states(const record::RecordFiles& files) {
   return states;
 }
 
-/// Fails with the fault of a record that is being written if the files have changed. The next round retries.
+/// Fails like reading a record that is being written if the files have changed, so the next round tries again.
 Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<FileState>& states) {
   if (read_states(files) == states) return {};
   return failure(FaultKind::storage, files.parts.front().path, record::kBeingWritten);
@@ -53,7 +52,7 @@ Result<std::string> read_id(const record::RecordFiles& files) {
   });
 }
 
-/// Adds the folder and the folders below it; does not follow links.
+/// Adds a folder and its subfolders. Does not follow links.
 void add_folders(const fs::path& folder, int depth, std::vector<std::string>& folders) {
   folders.push_back(folder.string());
   if (depth == kMaxFolderDepth) return;
@@ -63,25 +62,25 @@ void add_folders(const fs::path& folder, int depth, std::vector<std::string>& fo
   }
 }
 
-/// Returns the folders of the site file and the folders below them, to a depth of three.
+/// Returns the folders and their subfolders, to a depth of three.
 std::vector<std::string> list_subfolders(const std::vector<std::string>& tops) {
   std::vector<std::string> folders;
   for (const auto& top : tops) add_folders(top, 0, folders);
   return folders;
 }
 
-std::uint64_t seed_of_this_process() {
+std::uint64_t process_seed() {
   return static_cast<std::uint64_t>(since_boot().count()) ^ static_cast<std::uint64_t>(::getpid());
 }
 
 }  // namespace
 
 Publisher::Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> report,
-                     std::function<void(const Fault&)> complain)
+                     std::function<void(const Fault&)> report_fault)
     : settings_(std::move(settings)),
       limits_({.answer = settings_.longest_answer, .stop = stop}),
       report_(std::move(report)),
-      complain_(std::move(complain)) {}
+      report_fault_(std::move(report_fault)) {}
 
 Result<void> Publisher::connect() {
   if (store_) return {};
@@ -95,9 +94,9 @@ Result<void> Publisher::connect() {
 
 void Publisher::disconnect(const Fault& why) {
   store_.reset();
-  if (why.kind == FaultKind::interrupted || !store_trouble_.empty()) return;
-  store_trouble_ = text(why);
-  complain_(why);
+  if (why.kind == FaultKind::interrupted || !reported_store_fault_.empty()) return;
+  reported_store_fault_ = text(why);
+  report_fault_(why);
 }
 
 void Publisher::find_files() {
@@ -117,10 +116,10 @@ bool Publisher::report_file_fault(const Fault& fault, const std::string& path, s
   if (is_store_fault(fault) && fault.kind != FaultKind::refused) return false;
   if (fault.kind == FaultKind::interrupted) return false;
   if (is_being_written(fault)) return true;
-  if (!first_trouble_) first_trouble_ = fault;
+  if (!first_file_fault_) first_file_fault_ = fault;
   if (auto line = text(fault); line != reported) {
     reported = std::move(line);
-    complain_({fault.kind, path, is_store_fault(fault) ? "refused by the store: " + fault.what : reported});
+    report_fault_({fault.kind, path, is_store_fault(fault) ? "refused by the store: " + fault.what : reported});
   }
   return true;
 }
@@ -138,15 +137,15 @@ Result<void> Publisher::query_position(Run& run) {
 }
 
 Result<Publisher::Backlog> Publisher::send_rows(const record::RecordFiles& files, Run& run) {
-  auto batch = next_rows(files, run.channels, run.position->slot);
+  auto batch = read_rows(files, run.channels, run.position->slot);
   for (int sent = 0; batch && batch->rows > 0; ++sent) {
     if (sent == kBatchesPerTurn) return Backlog::some;
     if (auto same = check_unchanged(files, run.states); !same) return failure(same.error());
     if (auto queued = store_->send_rows(run.info.id, *batch); !queued) return failure(queued.error());
     // The next batch is read while the server processes this one.
-    const bool was_whole = batch->rows == static_cast<std::size_t>(kBatchRows);
+    const bool was_full = batch->rows == static_cast<std::size_t>(kBatchRows);
     const auto last = batch->last;
-    auto next = was_whole ? next_rows(files, run.channels, last) : Result<RowBatch>(RowBatch{});
+    auto next = was_full ? read_rows(files, run.channels, last) : Result<RowBatch>(RowBatch{});
     if (auto arrived = store_->await_rows(); !arrived) return failure(arrived.error());
     run.position->slot = last;
     batch = std::move(next);
@@ -157,7 +156,7 @@ Result<Publisher::Backlog> Publisher::send_rows(const record::RecordFiles& files
 
 Result<void> Publisher::send_events_and_gaps(const record::RecordFiles& files, Run& run) {
   for (;;) {
-    const auto events = next_events(files, run.position->event);
+    const auto events = read_events(files, run.position->event);
     if (!events) return failure(events.error());
     if (events->rows == 0) break;
     if (auto same = check_unchanged(files, run.states); !same) return same;
@@ -165,7 +164,7 @@ Result<void> Publisher::send_events_and_gaps(const record::RecordFiles& files, R
     run.position->event = events->last;
   }
   for (;;) {
-    const auto gaps = next_gaps(files, run.position->gap);
+    const auto gaps = read_gaps(files, run.position->gap);
     if (!gaps) return failure(gaps.error());
     if (gaps->rows == 0) return {};
     if (auto same = check_unchanged(files, run.states); !same) return same;
@@ -216,7 +215,7 @@ Result<void> Publisher::send_live_state(const std::optional<record::RunStatus>& 
                           .alarms = alarms_as_json(status->alarms)});
 }
 
-Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_written, Watched& watched) {
+Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_written, WatchedRun& watched) {
   const auto identity = read_file_identity(files.path);
   auto states = read_states(files);
   // A record that replaced another one may have the same inode number, so the id is compared too.
@@ -225,7 +224,7 @@ Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_writt
   if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
     const auto begun = record::has_begun(files);
     if (!begun) return failure(begun.error());
-    if (is_written && !*begun) return false;  // the run has no start yet
+    if (is_written && !*begun) return false;
     auto info = record::read_source_info(files);
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
@@ -235,11 +234,12 @@ Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_writt
   return true;
 }
 
-Result<Publisher::Backlog> Publisher::send_run(const std::string& path, Watched& watched) {
-  const Stamp stamp{.record = read_file_state(path),
-                    .status = read_file_state(record::status_path(path)),
-                    .live_copy = read_file_identity(record::live_copy_path(path))};
-  if (watched.settled == stamp || (watched.paused_until && !watched.paused_until->over())) return Backlog::none;
+Result<Publisher::Backlog> Publisher::send_run(const std::string& path, WatchedRun& watched) {
+  const FileStates file_states{.record = read_file_state(path),
+                               .status = read_file_state(record::status_path(path)),
+                               .live_copy = read_file_identity(record::live_copy_path(path))};
+  if (watched.sent_files == file_states || (watched.paused_until && !watched.paused_until->over()))
+    return Backlog::none;
   watched.paused_until.reset();
   const auto status = record::fresh_status(path);
   const auto files = record::find_source_files(path, status.has_value());
@@ -253,8 +253,8 @@ Result<Publisher::Backlog> Publisher::send_run(const std::string& path, Watched&
   const bool is_live = files->parts.front().is_live_copy;
   if (is_live) return send_live_state(status, run).map([] { return Backlog::none; });
   if (auto ended = end_run(*files, run); !ended) return failure(ended.error());
-  watched.settled = stamp;
-  watched.trouble.clear();
+  watched.sent_files = file_states;
+  watched.reported_fault.clear();
   return Backlog::none;
 }
 
@@ -275,8 +275,8 @@ Result<void> Publisher::send_document(const std::string& path) {
   return {};
 }
 
-Result<Publisher::Backlog> Publisher::round() {
-  first_trouble_.reset();
+Result<Publisher::Backlog> Publisher::run_round() {
+  first_file_fault_.reset();
   find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   auto backlog = Backlog::none;
@@ -284,7 +284,7 @@ Result<Publisher::Backlog> Publisher::round() {
     const auto sent = send_run(path, watched);
     if (sent && *sent == Backlog::some) backlog = Backlog::some;
     if (sent) continue;
-    if (!report_file_fault(sent.error(), path, watched.trouble)) return failure(sent.error());
+    if (!report_file_fault(sent.error(), path, watched.reported_fault)) return failure(sent.error());
     if (sent.error().kind != FaultKind::refused) continue;
     watched.paused_until.emplace(kRefusalPause);
     if (watched.run) watched.run->position.reset();
@@ -296,25 +296,25 @@ Result<Publisher::Backlog> Publisher::round() {
     if (!report_file_fault(sent.error(), path, reported)) return failure(sent.error());
     documents_.insert_or_assign(path, read_file_state(path));
   }
-  if (!store_trouble_.empty() || !has_sent_) report_("sending to the store: " + store_->describe());
-  store_trouble_.clear();
+  if (!reported_store_fault_.empty() || !has_sent_) report_("sending to the store: " + store_->describe());
+  reported_store_fault_.clear();
   has_sent_ = true;
   return backlog;
 }
 
 Result<void> Publisher::serve() {
-  Backoff backoff(settings_.longest_wait, seed_of_this_process());
+  Backoff backoff(settings_.longest_wait, process_seed());
   for (;;) {
     const Deadline next(kRoundInterval);
-    const auto sent = round();
+    const auto sent = run_round();
     auto wait = next.left();
     if (sent) {
       backoff.reset();
       if (*sent == Backlog::some) wait = {};
     } else {
       if (sent.error().kind == FaultKind::interrupted) return {};
-      const bool hopeless = sent.error().kind == FaultKind::bad_file || sent.error().kind == FaultKind::usage;
-      if (hopeless && !has_sent_) return failure(sent.error());
+      const bool is_permanent = sent.error().kind == FaultKind::bad_file || sent.error().kind == FaultKind::usage;
+      if (is_permanent && !has_sent_) return failure(sent.error());
       disconnect(sent.error());
       wait = backoff.next();
     }
@@ -322,15 +322,15 @@ Result<void> Publisher::serve() {
   }
 }
 
-Result<void> Publisher::once() {
+Result<void> Publisher::send_once() {
   for (;;) {
-    const auto sent = round();
+    const auto sent = run_round();
     if (!sent) return failure(sent.error());
-    if (*sent == Backlog::none) return first_trouble_ ? Result<void>(failure(*first_trouble_)) : Result<void>();
+    if (*sent == Backlog::none) return first_file_fault_ ? Result<void>(failure(*first_file_fault_)) : Result<void>();
   }
 }
 
-Result<std::vector<RunLag>> Publisher::lags() {
+Result<std::vector<RunLag>> Publisher::read_lags() {
   find_files();
   if (auto connected = connect(); !connected) return failure(connected.error());
   std::vector<RunLag> lags;
@@ -339,7 +339,7 @@ Result<std::vector<RunLag>> Publisher::lags() {
     const auto fresh = record::fresh_status(path);
     const auto status = fresh ? Result<record::RunStatus>(*fresh) : record::read_status(path);
     if (!status) {
-      lag.trouble = text(status.error());
+      lag.error = text(status.error());
       continue;
     }
     lag.slot_on_rig = status->slot;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sends the runs of a rig to the store: finished ones whole, running ones second by second from their live copies, and
-/// the documents next to them. It only reads files, and never opens a record that is being written. It stores nothing
-/// locally: the store returns the position of each run. The publisher may therefore be killed at any time, and two
-/// publishers may send the same run.
+/// Sends the runs of a rig and the documents next to them to the store. Active runs are sent second by second from
+/// their live copies. The publisher only reads files and does not open a record that is being written. It keeps no
+/// local state: it queries the position of each run from the store. So it may be killed at any time, and two publishers
+/// may send the same run.
 ///
-/// A refusal of the store is reported once, and the run waits until its files change. Every other fault is followed by
-/// a retry, after increasing waits. One thread.
+/// A refusal of the store is reported once, and the run is retried after a pause. After any other fault of the store,
+/// the publisher connects again, after increasing waits. Used by one thread.
 #pragma once
 
 #include <algorithm>
@@ -42,14 +42,14 @@ struct RunLag {
   /// Last slot in the store.
   std::int64_t slot_in_store{-1};
   bool finished_in_store{};
-  /// Reason why the run is not sent; empty: none.
-  std::string trouble{};
+  /// Reason why the status of the run cannot be read; empty: none.
+  std::string error{};
 
   [[nodiscard]] std::int64_t seconds() const { return slot_on_rig - slot_in_store; }
 };
 
-/// Computes the wait before a failed attempt is repeated: twice as long each time, up to a longest wait. A part of each
-/// wait is random, so that a hundred rigs that lost their store together do not all return in the same second.
+/// Computes the wait before a retry: twice as long each time, up to `longest`. Part of each wait is random, so the rigs
+/// of a site do not all reconnect in the same second.
 class Backoff {
  public:
   explicit Backoff(Duration longest, std::uint64_t seed) : longest_(longest), generator_(seed) {}
@@ -61,97 +61,98 @@ class Backoff {
     return std::chrono::duration_cast<Duration>(whole * (0.5 + 0.5 * uniform(generator_)));
   }
   /// Resets the wait after a success.
-  void reset() { wait_ = kFirst; }
+  void reset() { wait_ = kFirstWait; }
 
  private:
-  static constexpr Duration kFirst = std::chrono::milliseconds(250);
+  static constexpr Duration kFirstWait = std::chrono::milliseconds(250);
   Duration longest_;
-  Duration wait_ = kFirst;
+  Duration wait_ = kFirstWait;
   std::mt19937_64 generator_;
 };
 
 class Publisher {
  public:
-  /// `report` receives a line for each change of state, `complain` each fault, once. The publisher stops once `stop` is
-  /// readable.
+  /// Creates a publisher. `report` receives a line for each stored run and document, and for each connection.
+  /// `report_fault` receives each fault once. The descriptor `stop` becomes readable when the publisher must stop.
   Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> report,
-            std::function<void(const Fault&)> complain);
+            std::function<void(const Fault&)> report_fault);
 
   /// Sends until `stop` is readable. Fails with bad_file or usage if the first connection fails with one of these,
-  /// because waiting does not help then.
+  /// because a retry would fail again.
   [[nodiscard]] Result<void> serve();
-  /// Sends everything that exists now. Fails with the first fault that prevents a file from being sent.
-  [[nodiscard]] Result<void> once();
-  /// Returns the position of each run in the store. Sends nothing.
-  [[nodiscard]] Result<std::vector<RunLag>> lags();
+  /// Sends all data that exist now. Fails with the first fault that prevents a file from being sent.
+  [[nodiscard]] Result<void> send_once();
+  /// Returns the position of each run on the rig and in the store. Sends nothing.
+  [[nodiscard]] Result<std::vector<RunLag>> read_lags();
 
  private:
   struct Run {
-    /// File from which the other members were read.
+    /// Identity of the record from which the other members were read.
     FileState file;
     record::RunInfo info;
-    /// The run's files when its id was last read.
+    /// States of the run's files when its id was last read.
     std::vector<FileState> states{};
     std::vector<StoredChannel> channels{};
-    /// Position in the store; queried again on a new connection.
+    /// Position in the store; empty if it must be queried.
     std::optional<RunPosition> position{};
   };
-  /// The state of a run's files. A run that was sent completely is read again only when this state changes.
-  struct Stamp {
+  /// States of a run's files. A run that was sent completely is read again only if they change.
+  struct FileStates {
     FileState record, status, live_copy;
-    bool operator==(const Stamp&) const = default;
+    bool operator==(const FileStates&) const = default;
   };
-  struct Watched {
+  struct WatchedRun {
     std::optional<Run> run;
-    std::optional<Stamp> settled;
+    /// Files of a run that was sent completely.
+    std::optional<FileStates> sent_files;
     /// Pause after the store's refusal.
     std::optional<Deadline> paused_until;
-    std::string trouble;  ///< last reported trouble
+    std::string reported_fault;  ///< last reported
   };
-  /// Indicates whether more rows can be sent immediately. Sending a long run is interrupted for the other runs.
+  /// States whether a run has more rows to send. A long run is sent in turns, so the other runs need not wait for it.
   enum class Backlog { none, some };
 
   [[nodiscard]] Result<void> connect();
   void disconnect(const Fault& why);
   void find_files();
-  /// Sends the rows of one turn for each run found, and the new documents. Returns Backlog::some if a run has more
-  /// rows.
-  [[nodiscard]] Result<Backlog> round();
-  /// Sends the rows of one turn for one run. Skips it if its files are unchanged since it was sent whole, or if the
-  /// store refused it a short time ago.
-  [[nodiscard]] Result<Backlog> send_run(const std::string& path, Watched& watched);
-  /// Reads the run of the files into `watched` if it is not the run that `watched` contains. Returns false while that
-  /// run is being prepared. `is_written`: a program is writing the record.
-  [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, Watched& watched);
-  /// Sends the rows of a turn and, if these are all, the events and gaps. Sends nothing to a closed run.
+  /// Sends one turn of each run, and the new documents. Returns Backlog::some if a run has more rows.
+  [[nodiscard]] Result<Backlog> run_round();
+  /// Sends one turn of a run. Skips a run that was sent completely and has not changed, or that is paused after a
+  /// refusal.
+  [[nodiscard]] Result<Backlog> send_run(const std::string& path, WatchedRun& watched);
+  /// Reads the header of the record into `watched` unless it contains this run already. Returns false if the program of
+  /// the run has not written the start yet. `is_written`: a program is writing the record.
+  [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, WatchedRun& watched);
+  /// Sends the rows of one turn. If no rows remain, also sends events and gaps. Sends nothing to a closed run.
   [[nodiscard]] Result<Backlog> send_recorded(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> query_position(Run& run);
   [[nodiscard]] Result<Backlog> send_rows(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_events_and_gaps(const record::RecordFiles& files, Run& run);
-  /// Sends state, cause and alarms from a status file, if it belongs to this run.
+  /// Sends state, cause and alarms of the status file, if it belongs to this run.
   [[nodiscard]] Result<void> send_live_state(const std::optional<record::RunStatus>& status, Run& run);
-  /// Sends state, cause and alarms if one of them differs from the last that were sent.
+  /// Sends state, cause and alarms if they have changed since they were last sent.
   [[nodiscard]] Result<void> send_state(Run& run, const LiveState& now);
-  /// Archives the files of a finished run and closes it in the store. Sends the last state of an interrupted run.
+  /// Archives the files of a finished run and closes the run in the store. For an interrupted run, only sends the last
+  /// state.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
-  /// Returns true if the fault concerns this file only, and reports it once.
+  /// If a fault concerns only one file, reports it once and returns true.
   [[nodiscard]] bool report_file_fault(const Fault& fault, const std::string& path, std::string& reported);
 
   SiteSettings settings_;
   WaitLimits limits_;
   std::function<void(const std::string&)> report_;
-  std::function<void(const Fault&)> complain_;
+  std::function<void(const Fault&)> report_fault_;
   std::optional<Store> store_;
-  bool has_sent_ = false;      ///< a round has succeeded
-  std::string store_trouble_;  ///< last reported trouble
+  bool has_sent_ = false;             ///< a round has succeeded
+  std::string reported_store_fault_;  ///< empty while connected
   /// Key: path of the record.
-  std::map<std::string, Watched> runs_;
-  /// Files that were sent, or that are not documents.
+  std::map<std::string, WatchedRun> runs_;
+  /// States of the JSON files that were sent or are not documents, by path.
   std::map<std::string, FileState> documents_;
   std::set<std::string> found_documents_;
   /// First fault of this round that concerns one file.
-  std::optional<Fault> first_trouble_;
+  std::optional<Fault> first_file_fault_;
 };
 
 }  // namespace gyrotherm::site

@@ -19,7 +19,7 @@ namespace gyrotherm::site {
 namespace {
 
 constexpr std::array kDocumentKinds{"calibration", "model", "report"};
-constexpr std::size_t kLargestDocument = 32'000'000;
+constexpr std::size_t kMaxDocumentBytes = 32'000'000;
 
 template <class Words>
 std::vector<std::string> list_keywords(const Words& values) {
@@ -34,12 +34,12 @@ StoredChannel common_channel(std::string_view column) {
   if (column.ends_with("_ns")) channel.unit = "ns";
   if (column.ends_with("_c")) channel.unit = "°C";
   channel.measures = column.starts_with("chamber") ? "chamber" : "program";
-  if (column == "phase") channel.words = list_keywords(kPhases);
-  if (column == "state") channel.words = list_keywords(kRunStates);
+  if (column == "phase") channel.keywords = list_keywords(kPhases);
+  if (column == "state") channel.keywords = list_keywords(kRunStates);
   return channel;
 }
 
-StoredChannel own_channel(const record::ChannelColumn& column, const record::RunInfo& info) {
+StoredChannel unit_channel(const record::ChannelColumn& column, const record::RunInfo& info) {
   StoredChannel channel{.name = column.name, .measures = record::name(column.measures)};
   if (column.measures == record::Measures::temperature) {
     channel.thermometer = &info.thermometers[column.index];
@@ -82,7 +82,7 @@ Json channel_as_json(const StoredChannel& channel) {
             {"unit", channel.unit},
             {"measures", channel.measures},
             {"unit_under_test", channel.unit_under_test}};
-  if (!channel.words.empty()) json["words"] = channel.words;
+  if (!channel.keywords.empty()) json["words"] = channel.keywords;
   if (channel.thermometer != nullptr) json["calibration"] = calibration_as_json(*channel.thermometer);
   return json;
 }
@@ -101,10 +101,10 @@ Json unit_as_json(const record::UnitInfo& unit) {
 void append_cell(std::string& text, const record::Statement& row, int column, const StoredChannel& channel) {
   if (row.null(column)) {
     text += "NULL";
-  } else if (!channel.words.empty()) {
+  } else if (!channel.keywords.empty()) {
     const auto word = row.text(column);
-    const auto found = std::ranges::find(channel.words, word);
-    fmt::format_to(std::back_inserter(text), "{}", found - channel.words.begin());
+    const auto found = std::ranges::find(channel.keywords, word);
+    fmt::format_to(std::back_inserter(text), "{}", found - channel.keywords.begin());
   } else if (const auto cell = row.cell(column); const auto* whole = std::get_if<std::int64_t>(&cell)) {
     fmt::format_to(std::back_inserter(text), "{}", *whole);
   } else {
@@ -143,7 +143,8 @@ std::vector<StoredChannel> stored_channels(const record::RunInfo& info) {
     if (column == "slot" || column == "utc_ns") return;
     const auto found = std::ranges::find(own, column, &record::ChannelColumn::name);
     if (found == own.end()) return channels.push_back(common_channel(column));
-    if (found->measures != record::Measures::true_bias || info.simulated) channels.push_back(own_channel(*found, info));
+    if (found->measures != record::Measures::true_bias || info.simulated)
+      channels.push_back(unit_channel(*found, info));
   });
   return channels;
 }
@@ -178,7 +179,7 @@ std::string run_as_json(const record::RunInfo& info) {
   return text_of(json);
 }
 
-Result<RowBatch> next_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
+Result<RowBatch> read_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
                            std::int64_t after, std::int64_t most) {
   std::string what = "slot, utc_ns";
   for (const auto& channel : channels) what += fmt::format(", \"{}\"", channel.name);
@@ -206,7 +207,7 @@ Result<RowBatch> next_rows(const record::RecordFiles& files, const std::vector<S
   return batch;
 }
 
-Result<JsonBatch> next_events(const record::RecordFiles& files, std::int64_t after) {
+Result<JsonBatch> read_events(const record::RecordFiles& files, std::int64_t after) {
   JsonBatch batch{.last = after};
   Json events = Json::array();
   const record::RowQuery query{.what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text",
@@ -233,7 +234,7 @@ Result<JsonBatch> next_events(const record::RecordFiles& files, std::int64_t aft
   return batch;
 }
 
-Result<JsonBatch> next_gaps(const record::RecordFiles& files, std::int64_t after) {
+Result<JsonBatch> read_gaps(const record::RecordFiles& files, std::int64_t after) {
   JsonBatch batch{.last = after};
   Json gaps = Json::array();
   const record::RowQuery query{.what = "first, last, cause",
@@ -302,7 +303,7 @@ std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& fil
 }
 
 Result<std::optional<Document>> read_document(const std::string& path) {
-  auto text = read_text_file(path, kLargestDocument);
+  auto text = read_text_file(path, kMaxDocumentBytes);
   if (!text) return failure(text.error());
   constexpr bool kNoExceptions = false;
   const auto json = Json::parse(*text, nullptr, kNoExceptions);

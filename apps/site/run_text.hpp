@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run and the documents next to it, in the form that the store's functions expect (apps/site/migrations): the run as
-/// JSON, its rows as arrays in text. Only reads files. A record is open only during one call, because no program can
-/// begin to write it while it is open.
+/// Converts a run and the documents next to it to the arguments of the store's functions (apps/site/migrations): the
+/// run as JSON, its rows as text of PostgreSQL arrays. Only reads files. A record is open only during a call, because a
+/// program cannot resume the run while the record is open.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +16,19 @@
 
 namespace gyrotherm::site {
 
-/// One number of each row: a column of the record's table `sample`.
+/// A column of the record's table `sample` that the store keeps, one number per row.
 struct StoredChannel {
   std::string name;
   std::string unit{};
   std::string measures{};
-  std::string unit_under_test{};  ///< its label; empty: the rig's
-  /// Keywords for the values 0, 1, …; empty: the values are plain numbers.
-  std::vector<std::string> words{};
-  const record::Channel* thermometer = nullptr;  ///< belongs to the same RunInfo
+  std::string unit_under_test{};  ///< label; empty: the rig
+  /// Meanings of the values 0, 1, …; empty: the values are plain numbers.
+  std::vector<std::string> keywords{};
+  /// Points into the RunInfo; null: not a thermometer.
+  const record::Channel* thermometer = nullptr;
 };
 
-/// Returns all columns except slot and UTC, in the order of the table. Points into `info`.
+/// Returns all columns except slot and UTC, in the order of the table. The result points into `info`.
 [[nodiscard]] std::vector<StoredChannel> stored_channels(const record::RunInfo& info);
 
 /// Returns the argument of add_run().
@@ -49,13 +50,13 @@ struct RunPosition {
   std::int64_t gap{-1};
   bool finished{};
   bool dropped{};
-  /// State last sent on this connection; empty before the first one.
+  /// State that was last sent on this connection.
   LiveState sent_state{};
-  /// Returns true if the store accepts nothing more for the run.
+  /// Returns true if the store accepts no more data for the run.
   [[nodiscard]] bool is_closed() const { return finished || dropped; }
 };
 
-/// Rows after a slot: the arguments of add_rows().
+/// The rows after a slot: the arguments of add_rows().
 struct RowBatch {
   std::int64_t after{-1};
   std::int64_t last{-1};
@@ -65,22 +66,23 @@ struct RowBatch {
 
 inline constexpr std::int64_t kBatchRows = 1000;
 
-/// Reads the next rows, at most `most`. Fails with storage while a program writes the record, with bad_file if it is
-/// damaged.
-[[nodiscard]] Result<RowBatch> next_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
+/// Reads at most `most` rows after the slot `after`. Fails with storage if a program is writing the record, or with
+/// bad_file if the record is damaged.
+[[nodiscard]] Result<RowBatch> read_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
                                          std::int64_t after, std::int64_t most = kBatchRows);
 
-/// Events or gaps: the arguments of add_events() and add_gaps(). `text` is empty if there are none. next_events() and
-/// next_gaps() fail like next_rows().
+/// Events or gaps: the arguments of add_events() and add_gaps(). `text` is empty if there are none. read_events() and
+/// read_gaps() fail like read_rows().
 struct JsonBatch {
   std::int64_t last{};
   std::size_t rows{};
   std::string text{};
 };
-[[nodiscard]] Result<JsonBatch> next_events(const record::RecordFiles& files, std::int64_t after);
-[[nodiscard]] Result<JsonBatch> next_gaps(const record::RecordFiles& files, std::int64_t after);
+/// Read the events or gaps after a number or slot. Fail like read_rows().
+[[nodiscard]] Result<JsonBatch> read_events(const record::RecordFiles& files, std::int64_t after);
+[[nodiscard]] Result<JsonBatch> read_gaps(const record::RecordFiles& files, std::int64_t after);
 
-/// The end of a run that no program carries out any more, from its record.
+/// The end of a run that no program executes any more.
 struct RunEnd {
   bool finished{};
   std::string state;  ///< as in RunState; imported: "complete"
@@ -102,7 +104,7 @@ struct RunFileDigest {
 /// Returns the argument of finish_run().
 [[nodiscard]] std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& files);
 
-/// A document of Gyrotherm next to records: the arguments of add_document().
+/// A document that gyrotherm has written next to a record: the arguments of add_document().
 struct Document {
   std::string kind;  ///< calibration, model or report
   std::string name;

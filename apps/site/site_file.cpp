@@ -13,25 +13,25 @@
 namespace gyrotherm::site {
 namespace {
 
-constexpr std::size_t kLongestRigName = 64;
+constexpr std::size_t kMaxRigNameBytes = 64;
 
-std::string name_at(const TomlTable& table, const char* key) {
+std::string read_rig_name(const TomlTable& table, const char* key) {
   auto name = table.text(key);
   const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7F; };
-  if (name.empty() || name.size() > kLongestRigName || std::ranges::any_of(name, is_control))
+  if (name.empty() || name.size() > kMaxRigNameBytes || std::ranges::any_of(name, is_control))
     table.mistake(key, fmt::format("\"{}\" is not a name, expected 1 to {} bytes without control characters", key,
-                                   kLongestRigName));
+                                   kMaxRigNameBytes));
   return name;
 }
 
-/// Returns a path of a site file, relative to the folder of the file.
-std::string path_from(const std::string& file, const std::string& path) {
+/// Resolves a path in a site file, which is relative to the folder of the file.
+std::string resolve_path(const std::string& file, const std::string& path) {
   return (std::filesystem::path(file).parent_path() / path).string();
 }
 
-/// Returns the file with the password: the `passfile` of the table, or its `credential` in the folder `credentials`;
-/// empty if it has neither.
-std::string passfile_at(const TomlTable& table, const std::string& file, const std::string& credentials) {
+/// Returns the path of the password file: the `passfile` of the table, or its `credential` in the folder `credentials`.
+/// Returns an empty text if the table has neither.
+std::string read_passfile(const TomlTable& table, const std::string& file, const std::string& credentials) {
   if (table.has("passfile") && table.has("credential"))
     table.mistake("credential", "expected only one of passfile and credential");
   if (table.has("credential")) {
@@ -39,14 +39,14 @@ std::string passfile_at(const TomlTable& table, const std::string& file, const s
       table.mistake("credential", "$CREDENTIALS_DIRECTORY is not set; set LoadCredential= in the systemd unit");
     return credentials + "/" + table.text("credential");
   }
-  return table.has("passfile") ? path_from(file, table.text("passfile")) : "";
+  return table.has("passfile") ? resolve_path(file, table.text("passfile")) : "";
 }
 
 StoreAddress read_store_address(const TomlTable& table, const std::string& file, const std::string& credentials) {
   StoreAddress address{.conninfo = table.text("address")};
   if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
     table.mistake("address", good.error().what);
-  address.passfile = passfile_at(table, file, credentials);
+  address.passfile = read_passfile(table, file, credentials);
   return address;
 }
 
@@ -54,14 +54,14 @@ ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
   ArchiveSettings archive;
   if (table.has("folder") == table.has("command"))
     table.mistake("folder", "expected exactly one of folder and command");
-  if (table.has("folder")) archive.folder = path_from(file, table.text("folder"));
+  if (table.has("folder")) archive.folder = resolve_path(file, table.text("folder"));
   if (table.has("command")) {
     archive.command = table.texts("command");
-    const auto names = [&](const char* what) {
+    const auto has_placeholder = [&](const char* what) {
       return std::ranges::any_of(archive.command,
                                  [&](const auto& word) { return word.find(what) != std::string::npos; });
     };
-    if (!names("{file}") || !names("{sha256}"))
+    if (!has_placeholder("{file}") || !has_placeholder("{sha256}"))
       table.mistake("command", "expected arguments that contain {file} and {sha256}");
   }
   archive.within = table.duration("within", archive.within);
@@ -76,16 +76,16 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   root->expect("schema", kSiteSchema);
   root->ignore("name");
   root->ignore("notify");
-  SiteSettings site{.rig = name_at(*root, "rig")};
-  for (const auto& folder : root->texts("folders")) site.folders.push_back(path_from(file, folder));
+  SiteSettings site{.rig = read_rig_name(*root, "rig")};
+  for (const auto& folder : root->texts("folders")) site.folders.push_back(resolve_path(file, folder));
   if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders of records");
   const auto store = root->table("store");
   site.store = read_store_address(store, file, credentials);
   site.longest_wait = store.duration("longest_wait", site.longest_wait);
   site.longest_answer = store.duration("longest_answer", site.longest_answer);
-  constexpr Duration kLeast = std::chrono::milliseconds(100);
-  if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
-  if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
+  constexpr Duration kMinTimeout = std::chrono::milliseconds(100);
+  if (site.longest_wait < kMinTimeout) store.mistake("longest_wait", "expected 100 ms or more");
+  if (site.longest_answer < kMinTimeout) store.mistake("longest_answer", "expected 100 ms or more");
   if (root->has("live"))
     root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
   if (root->has("archive")) site.archive = read_archive(root->table("archive"), file);

@@ -16,11 +16,13 @@ namespace gyrotherm::site {
 
 inline constexpr const char* kSiteSchema = "gyrotherm-site/1";
 
-/// The archive of the files of finished runs. At most one of folder and command is set.
+/// The archive of the files of finished runs. Either a folder or a command, or neither, is set.
 struct ArchiveSettings {
-  std::string folder{};  ///< each as <sha256>.db
+  /// Folder for the copies, named <sha256>.db.
+  std::string folder{};
   /// A program and its arguments; {file} and {sha256} are replaced.
   std::vector<std::string> command{};
+  /// Time limit of the command.
   Duration within = std::chrono::hours(1);
 };
 
@@ -30,14 +32,16 @@ struct SiteSettings {
   /// Folders of records; their subfolders are included.
   std::vector<std::string> folders{};
   StoreAddress store{};
-  Duration longest_wait = std::chrono::minutes(1);  ///< between two attempts to connect
-  /// Longest wait for an answer; then the connection counts as lost.
+  /// Longest wait between two attempts to connect.
+  Duration longest_wait = std::chrono::minutes(1);
+  /// Longest wait for a response of the store. After it, the connection counts as lost.
   Duration longest_answer = std::chrono::minutes(1);
   ArchiveSettings archive{};
 };
 
 /// Parses a site file. Fails with bad_file and lists all errors with their positions. Relative paths are relative to
-/// the file's folder. A `credential` is a file in `credentials`, which is $CREDENTIALS_DIRECTORY of systemd.
+/// the file's folder. A `credential` is a file in the folder `credentials`, which systemd provides as
+/// $CREDENTIALS_DIRECTORY.
 [[nodiscard]] Result<SiteSettings> parse_site(std::string_view text, const std::string& file,
                                               const std::string& credentials);
 [[nodiscard]] Result<SiteSettings> read_site(const std::string& file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The gyrotherm-site program: makes the store of a site, queries it, and distributes jobs.
+/// The gyrotherm-site program: creates and queries the store of a site, and distributes jobs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,7 +12,7 @@
 #include "apps/site/job/commands.hpp"
 #include "apps/site/migrate.hpp"
 #include "apps/site/programs.hpp"
-#include "apps/site/questions.hpp"
+#include "apps/site/queries.hpp"
 #include "apps/site/site_file.hpp"
 #include "core/json.hpp"
 #include "core/program_start.hpp"
@@ -32,31 +32,31 @@ struct SiteOptions {
 Result<Postgres> connect_store(const SiteOptions& options) {
   if (!options.store.empty()) return Postgres::connect({options.store, options.passfile}, {});
   if (options.site_file.empty())
-    return failure(FaultKind::usage, {},
-                   "the address of the store is missing, expected --store ADDRESS or --site FILE");
+    return failure(FaultKind::usage, {}, "the address of the store is missing; give --store ADDRESS or --site FILE");
   return read_site(options.site_file).and_then([](const SiteSettings& site) {
     return Postgres::connect(site.store, {});
   });
 }
 
-/// Warns on standard error if the owner lacks the rights to end sessions of a rig that blocks the others
-/// (docs/site.md).
+/// Prints a warning if the owner of the store may not end the session of a rig that blocks others, or if a rig's role
+/// has no connection limit (docs/site.md).
 Result<void> warn_about_rig_roles(Postgres& store) {
-  const auto able = store.ask(
+  const auto permitted = store.query(
       "SELECT pg_has_role(current_user, 'pg_signal_backend', 'MEMBER')"
       " AND pg_has_role(current_user, 'pg_read_all_stats', 'MEMBER')");
-  if (!able) return failure(able.error());
-  if (!able->boolean(0, 0))
+  if (!permitted) return failure(permitted.error());
+  if (!permitted->boolean(0, 0))
     write_to_stderr(
         "warning: the owner of the store cannot end sessions of rigs that hold locks; "
-        "GRANT pg_signal_backend, pg_read_all_stats TO the owner\n");
-  const auto unbounded = store.ask(
+        "grant it the roles pg_signal_backend and pg_read_all_stats\n");
+  const auto unbounded = store.query(
       "SELECT string_agg(rolname, ', ' ORDER BY rolname) FROM pg_roles"
       " WHERE rolcanlogin AND NOT rolsuper AND rolconnlimit < 0 AND pg_has_role(oid, 'gyrotherm_rig', 'MEMBER')");
   if (!unbounded) return failure(unbounded.error());
   if (!unbounded->null(0, 0))
-    write_to_stderr(fmt::format("warning: these roles have no connection limit: {}; ALTER ROLE … CONNECTION LIMIT 8\n",
-                                unbounded->text(0, 0)));
+    write_to_stderr(
+        fmt::format("warning: roles without a connection limit: {}; set one with ALTER ROLE … CONNECTION LIMIT 8\n",
+                    unbounded->text(0, 0)));
   return {};
 }
 
@@ -75,54 +75,54 @@ Result<int> run_migrations(const SiteOptions& options) {
   });
 }
 
-Result<int> show(const SiteOptions& options, const Answer& answer) {
+Result<int> print_result(const SiteOptions& options, const QueryResult& answer) {
   if (answer.rows() == 0 && !options.json) write_to_stderr("no rows\n");
   if (options.query.most > 0 && static_cast<std::size_t>(answer.rows()) == options.query.most)
     write_to_stderr("more rows may exist; use --most 0 to print all\n");
   return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
 }
 
-/// Prints the numbers of rigs, runs, rows and calibrations in the store, and its size.
+/// Prints how many rigs, runs, rows and calibrations the store contains, and its size.
 Result<int> show_status(const SiteOptions& options) {
   auto store = connect_store(options);
   if (!store) return failure(store.error());
-  const auto answer = store->ask(
+  const auto answer = store->query(
       "SELECT (SELECT max(number) FROM gyrotherm.migration) AS migration, (SELECT count(*) FROM gyrotherm.rig) AS rigs,"
       " count(*) AS runs, count(*) FILTER (WHERE NOT finished) AS unfinished, coalesce(sum(rows), 0) AS rows,"
       " (SELECT count(*) FROM gyrotherm.calibration) AS calibrations,"
       " pg_size_pretty(pg_database_size(current_database())) AS size FROM gyrotherm.run");
   if (!answer) return failure(answer.error());
-  return show(options, *answer);
+  return print_result(options, *answer);
 }
 
 void add_common_options(CLI::App& command, SiteOptions& options) {
   command.add_option("--store", options.store,
                      "address of the store as a libpq connection string, such as \"host=db dbname=gyrotherm\"");
-  command.add_option("--passfile", options.passfile, "a file with the password (default: ~/.pgpass)");
-  command.add_option("--site", options.site_file, "a site file, whose [store] table contains address and passfile");
+  command.add_option("--passfile", options.passfile, "file with the password (default: ~/.pgpass)");
+  command.add_option("--site", options.site_file, "site file, whose [store] table contains address and passfile");
 }
 
-void add_question(CLI::App& cli, const Question& question, SiteOptions& options, Action& action) {
+void add_query(CLI::App& cli, const StoreQuery& query, SiteOptions& options, Action& action) {
   auto& command = *cli.add_subcommand(
-      question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
+      query.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", query.name, query.help));
   add_common_options(command, options);
   command.add_flag("--json", options.json, "print JSON");
   command.add_flag("--all", options.query.all, "print all rows of the view");
   command.add_option("--most", options.query.most, "largest number of rows; 0: all")->capture_default_str();
-  if (has_units(question)) command.add_option("--unit", options.query.unit, "serial number of the only unit to print");
-  command.callback([&options, &question, &action] {
-    action = [&options, &question]() -> Result<int> {
+  if (has_units(query)) command.add_option("--unit", options.query.unit, "serial number of the only unit to print");
+  command.callback([&options, &query, &action] {
+    action = [&options, &query]() -> Result<int> {
       auto store = connect_store(options);
       if (!store) return failure(store.error());
-      const auto answer = ask(*store, question, options.query);
+      const auto answer = run_query(*store, query, options.query);
       if (!answer) return failure(answer.error());
-      return show(options, *answer);
+      return print_result(options, *answer);
     };
   });
 }
 
-/// Removes the words after "--" from the command line and returns them. They are for the commands of a job's tasks.
-std::vector<std::string> take_trailing_words(int& argc, char** argv) {
+/// Removes the arguments after "--" from the command line and returns them. They are passed to the commands of a job.
+std::vector<std::string> take_trailing_arguments(int& argc, char** argv) {
   const auto end = argv + argc;
   const auto dashes = std::find(argv, end, std::string_view("--"));
   if (dashes == end) return {};
@@ -154,8 +154,8 @@ int run_site(int argc, char** argv) {
   add_common_options(status, options);
   status.add_flag("--json", options.json, "print JSON");
   status.callback([&] { action = [&] { return show_status(options); }; });
-  for (const auto& question : questions()) add_question(cli, question, options, action);
-  add_job_commands(cli, take_trailing_words(argc, argv), action);
+  for (const auto& query : queries()) add_query(cli, query, options, action);
+  add_job_commands(cli, take_trailing_arguments(argc, argv), action);
   if (const auto code = parse_command_line(cli, argc, argv)) return *code;
   const auto done = action();
   return done ? *done : report_fault(cli.get_name(), done.error());

@@ -9,7 +9,7 @@ Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits)
   auto connection = Postgres::connect(address, limits);
   if (!connection) return failure(connection.error());
   // A store from before the first release has a greater version number and a different say_state().
-  const auto version = connection->ask(
+  const auto version = connection->query(
       "SELECT gyrotherm.version(), to_regprocedure('gyrotherm.say_state(uuid, text, text, jsonb)') IS NOT NULL");
   if (!version && version.error().kind == FaultKind::refused)
     return failure(FaultKind::refused, kStore, fmt::format("is not set up for this user: {}", version.error().what));
@@ -20,11 +20,11 @@ Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits)
 }
 
 Result<void> Store::call(const std::string& statement, const std::vector<Parameter>& parameters) {
-  return connection_.ask(statement, parameters).map([](const Answer&) {});
+  return connection_.query(statement, parameters).map([](const QueryResult&) {});
 }
 
 Result<std::optional<RunPosition>> Store::position(const std::string& run) {
-  const auto answer = connection_.ask(
+  const auto answer = connection_.query(
       "SELECT last_slot, last_event, last_gap, finished, dropped FROM gyrotherm.run_position($1)", {run});
   if (!answer) return failure(answer.error());
   if (answer->rows() == 0) return std::nullopt;
@@ -45,7 +45,7 @@ Result<void> Store::send_rows(const std::string& run, const RowBatch& batch) {
 }
 
 Result<void> Store::await_rows() {
-  return connection_.answer().map([](const Answer&) {});
+  return connection_.read_result().map([](const QueryResult&) {});
 }
 
 Result<void> Store::add_events(const std::string& run, std::int64_t after, const std::string& json) {
@@ -65,7 +65,7 @@ Result<void> Store::finish_run(const std::string& run, const std::string& json) 
 }
 
 Result<bool> Store::has_document(const std::string& sha256) {
-  return connection_.ask("SELECT gyrotherm.has_document($1)", {sha256}).map([](const Answer& answer) {
+  return connection_.query("SELECT gyrotherm.has_document($1)", {sha256}).map([](const QueryResult& answer) {
     return answer.boolean(0, 0);
   });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Calls the functions of the store that are for rigs. apps/site/migrations/0001-store.sql documents each with its
-/// checks. Fails like Postgres, and with refused if the function itself refuses the call.
+/// Calls the functions of the store that rigs may use. apps/site/migrations/0001-store.sql documents each function and
+/// its checks. All calls fail like Postgres, and with refused if the function refuses the call.
 #pragma once
 
 #include <optional>
@@ -19,13 +19,13 @@ class Store {
  public:
   explicit Store(Postgres connection) : connection_(std::move(connection)) {}
 
-  /// Connects. Fails with refused if the store lacks a function that this program calls.
+  /// Connects. Fails with refused if the user may not use the store, or if the store is older than this program.
   [[nodiscard]] static Result<Store> open(const StoreAddress& address, const WaitLimits& limits);
 
-  /// Returns the position of a run in the store, or nothing if the store does not have the run.
+  /// Returns the last slot, event and gap of a run that the store has, or nothing if it does not have the run.
   [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
   [[nodiscard]] Result<void> add_run(const std::string& run, const std::string& rig, const std::string& json);
-  /// Sends rows without waiting for the answer, so that the caller can read the next batch before await_rows().
+  /// Sends rows without waiting for the result, so the caller can read the next batch before it calls await_rows().
   [[nodiscard]] Result<void> send_rows(const std::string& run, const RowBatch& batch);
   [[nodiscard]] Result<void> await_rows();
   [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);

@@ -125,7 +125,7 @@ ORDER = {
 }  # fmt: skip
 SITE = {
     "apps/site/site_file.cpp": {
-        "passfile_at": ["store"], "read_store_address": ["store"], "read_archive": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
+        "read_passfile": ["store"], "read_store_address": ["store"], "read_archive": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
     },
     "apps/monitor/site_file.cpp": {
         "read_address": ["[notify.address]"], "read_rule": ["[notify.rule]"], "read_mail_server": ["notify.mail"],
@@ -149,7 +149,7 @@ _KINDS = {
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
     "time_constant_s": "s, at least 1", "read_bounded": "a number", "each": "a number, or one for each thermometer",
-    "each_or_none": "a number, or one for each thermometer", "day": "a day", "name_at": "a text", "read_text_line": "a text",
+    "each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text", "read_text_line": "a text",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "apps/site/job/distribute.hpp"
 #include "apps/site/job/job.hpp"
-#include "apps/site/job/spread.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
@@ -36,7 +36,8 @@ struct JobOptions {
 };
 
 Result<DistributionSettings> make_distribution_settings(const JobOptions& options) {
-  DistributionSettings settings{.scheduler = {}, .words = options.scheduler_options, .waits = !options.detach};
+  DistributionSettings settings{
+      .scheduler = {}, .scheduler_options = options.scheduler_options, .waits = !options.detach};
   const bool has_slurm = !find_program_in_path("sbatch").empty();
   settings.scheduler = options.by == name(Scheduler::slurm) || (options.by.empty() && has_slurm) ? Scheduler::slurm
                                                                                                  : Scheduler::parallel;
@@ -58,7 +59,7 @@ void print_progress(const Progress& progress) {
                               progress.all, failed));
 }
 
-/// Prints the tasks that failed. Returns the exit code of the first failed task.
+/// Prints the failed tasks. Returns the exit code of the first one, or 0 if none failed.
 Result<int> report_failures(const Job& job, const std::string& folder) {
   std::vector<std::string> failed;
   int code = 0;
@@ -75,7 +76,7 @@ Result<int> report_failures(const Job& job, const std::string& folder) {
   return code;
 }
 
-/// Distributes the tasks of a job, waits for them, and carries out its final steps.
+/// Distributes the tasks of a job, waits for them, and runs the final steps.
 Result<int> run_job(const Job& job, const std::string& folder, const JobOptions& options) {
   auto settings = make_distribution_settings(options);
   if (!settings) return failure(settings.error());
@@ -99,8 +100,8 @@ Result<int> run_job(const Job& job, const std::string& folder, const JobOptions&
     return 0;
   }
   int code = 0;
-  for (const Step& step : job.then) {
-    const auto ended = carry_out(job, step);
+  for (const Step& step : job.final_steps) {
+    const auto ended = run_step(job, step);
     if (!ended) return ended;
     code = std::max(code, *ended);
   }
@@ -118,8 +119,8 @@ Result<int> start_job(const Result<Job>& job, const std::string& out, const JobO
 Result<int> train_lot(const JobOptions& options) {
   const auto settings = make_distribution_settings(options);
   if (!settings) return failure(settings.error());
-  Job recording{.title = {}, .in = fs::current_path().string(), .tasks = {}, .then = {}};
-  const auto recorded = carry_out(recording, make_lot_records_step(options.rig, options.lot, options.plan));
+  Job recording{.title = {}, .folder = fs::current_path().string(), .tasks = {}, .final_steps = {}};
+  const auto recorded = run_step(recording, make_lot_records_step(options.rig, options.lot, options.plan));
   if (!recorded || *recorded != 0) return recorded;
   return start_job(plan_lot(options.rig, options.lot, options.plan), options.lot, options);
 }
@@ -142,10 +143,10 @@ Result<int> continue_job(const JobOptions& options) {
   return 0;
 }
 
-Result<int> run_task(const JobOptions& options) {
+Result<int> run_task_command(const JobOptions& options) {
   const auto job = read_job(options.out);
   if (!job) return failure(job.error());
-  const auto end = carry_out(*job, options.out, options.number);
+  const auto end = run_task(*job, options.out, options.number);
   if (!end) return failure(end.error());
   return end->is_good() ? 0 : end->exit_code;
 }
@@ -171,9 +172,9 @@ void add_plan_options(CLI::App& command, JobOptions& options) {
 
 }  // namespace
 
-void add_job_commands(CLI::App& program, std::vector<std::string> words, Action& action) {
+void add_job_commands(CLI::App& program, std::vector<std::string> task_arguments, Action& action) {
   const auto options = std::make_shared<JobOptions>();
-  options->plan.words = std::move(words);
+  options->plan.arguments = std::move(task_arguments);
   const auto add = [&](const char* name, const char* help, Result<int> (*act)(const JobOptions&)) -> CLI::App& {
     auto& command = *program.add_subcommand(name, help);
     command.callback([options, act, &action] { action = [options, act] { return act(*options); }; });
@@ -237,7 +238,7 @@ void add_job_commands(CLI::App& program, std::vector<std::string> words, Action&
   auto& task = add(
       "task",
       "Example: gyrotherm-site task lot/job 7\n\nCarries out one task of a job. Slurm and parallel call this command.",
-      run_task);
+      run_task_command);
   task.add_option("job", options->out, "the folder of the job")->required();
   task.add_option("number", options->number, "number of the task, from 0")->required();
 }

@@ -40,14 +40,14 @@ std::string machine_name() {
 
 std::vector<std::string> gyrotherm_command(const Step& step) {
   std::vector<std::string> command{sibling_program_path("gyrotherm")};
-  command.insert(command.end(), step.words.begin(), step.words.end());
+  command.insert(command.end(), step.arguments.begin(), step.arguments.end());
   return command;
 }
 
-/// Runs one command. Its output has a temporary name until the command has ended.
-Result<int> carry_out(const Job& job, const Step& step, const std::string& log) {
-  LaunchSettings launch{.folder = job.in, .output = {}, .log = log};
-  const auto output = step.output.empty() ? fs::path() : fs::path(job.in) / step.output;
+/// Runs a command. Its output file has a temporary name until the command has succeeded.
+Result<int> run_step(const Job& job, const Step& step, const std::string& log) {
+  LaunchSettings launch{.folder = job.folder, .output = {}, .log = log};
+  const auto output = step.output.empty() ? fs::path() : fs::path(job.folder) / step.output;
   if (!output.empty()) {
     std::error_code error;
     fs::create_directories(output.parent_path(), error);
@@ -55,17 +55,17 @@ Result<int> carry_out(const Job& job, const Step& step, const std::string& log) 
   }
   const auto code = run_and_wait(gyrotherm_command(step), launch);
   if (!code || launch.output.empty()) return code;
-  const bool is_whole = *code == 0 || *code == TaskEnd::kOutsideLimits;
-  if (is_whole && std::rename(launch.output.c_str(), output.c_str()) != 0)
+  const bool has_succeeded = *code == 0 || *code == TaskEnd::kOutsideLimits;
+  if (has_succeeded && std::rename(launch.output.c_str(), output.c_str()) != 0)
     return failure(FaultKind::storage, output, std::generic_category().message(errno));
-  if (!is_whole) ::unlink(launch.output.c_str());
+  if (!has_succeeded) ::unlink(launch.output.c_str());
   return code;
 }
 
 }  // namespace
 
 void describe(auto& form, Like<Step> auto& step) {
-  form("words", step.words);
+  form("words", step.arguments);
   form("output", step.output);
 }
 
@@ -80,10 +80,10 @@ void describe(auto& form, Like<Task> auto& task) {
 void describe(auto& form, Like<Job> auto& job) {
   form.derived("schema", kJobSchema);
   form("title", job.title);
-  form("in", job.in);
+  form("in", job.folder);
   form("threads", job.threads);
   form("tasks", job.tasks);
-  form("then", job.then);
+  form("then", job.final_steps);
 }
 
 void describe(auto& form, Like<TaskEnd> auto& end) {
@@ -135,7 +135,7 @@ void remove_task_end(const std::string& folder, const Task& task) {
   ::unlink(task_file(folder, task, ".json").c_str());
 }
 
-Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t index) {
+Result<TaskEnd> run_task(const Job& job, const std::string& folder, std::size_t index) {
   if (index >= job.tasks.size())
     return failure(
         FaultKind::usage, folder,
@@ -147,7 +147,7 @@ Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t
   const auto began = std::chrono::steady_clock::now();
   TaskEnd end{.machine = machine_name()};
   for (const Step& step : task.steps) {
-    const auto code = carry_out(job, step, fs::absolute(task_file(folder, task, ".log")));
+    const auto code = run_step(job, step, fs::absolute(task_file(folder, task, ".log")));
     if (!code) return failure(code.error());
     if (*code == kInterruptedExitCode || *code >= kFirstSignal)
       return failure(FaultKind::interrupted, task.name, fmt::format("stopped with exit code {}", *code));
@@ -160,30 +160,30 @@ Result<TaskEnd> carry_out(const Job& job, const std::string& folder, std::size_t
   return end;
 }
 
-Result<int> carry_out(const Job& job, const Step& step) {
-  return run_and_wait(gyrotherm_command(step), {.folder = job.in});
+Result<int> run_step(const Job& job, const Step& step) {
+  return run_and_wait(gyrotherm_command(step), {.folder = job.folder});
 }
 
 namespace {
 
-using Words = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
-Words operator+(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
+Arguments operator+(Arguments arguments, const Arguments& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
 }
 
-Job empty_job(std::string title, const PlanOptions& options) {
+Job make_empty_job(std::string title, const PlanOptions& options) {
   return {.title = std::move(title),
-          .in = fs::current_path().string(),
+          .folder = fs::current_path().string(),
           .threads = options.threads,
           .tasks = {},
-          .then = {}};
+          .final_steps = {}};
 }
 
 struct Axis {
   std::string label;  ///< "u1.x"
-  Words options;      ///< options that select it
+  Arguments options;  ///< options that select it
 };
 
 std::vector<Axis> list_axes(const record::RunInfo& info) {
@@ -191,22 +191,22 @@ std::vector<Axis> list_axes(const record::RunInfo& info) {
   for (const auto& unit : info.units)
     for (std::size_t i = 0; i < unit.axes.size(); ++i) {
       Axis axis{.label = record::axis_label(unit, i), .options = {"--unit", unit.name}};
-      if (unit.axes.size() > 1) axis.options = axis.options + Words{"--axis", unit.axes[i].name};
+      if (unit.axes.size() > 1) axis.options = axis.options + Arguments{"--axis", unit.axes[i].name};
       axes.push_back(std::move(axis));
     }
   return axes;
 }
 
-Words qualify_command(const std::string& rig, const std::string& lot, const PlanOptions& options) {
-  return Words{"qualify", "--rig", rig, "--out", lot} + options.words;
+Arguments qualify_command(const std::string& rig, const std::string& lot, const PlanOptions& options) {
+  return Arguments{"qualify", "--rig", rig, "--out", lot} + options.arguments;
 }
 
-Words thread_options(const PlanOptions& options) { return {"--threads", std::to_string(options.threads)}; }
+Arguments thread_options(const PlanOptions& options) { return {"--threads", std::to_string(options.threads)}; }
 
 }  // namespace
 
 Step make_lot_records_step(const std::string& rig, const std::string& lot, const PlanOptions& options) {
-  return {.words = qualify_command(rig, lot, options) + Words{"--records-only"}, .output = {}};
+  return {.arguments = qualify_command(rig, lot, options) + Arguments{"--records-only"}, .output = {}};
 }
 
 Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanOptions& options) {
@@ -214,32 +214,33 @@ Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanO
   if (!info) return failure(info.error());
   const auto axes = list_axes(*info);
   if (axes.size() < 2) return failure(FaultKind::usage, rig, "has only one axis; run gyrotherm qualify instead");
-  auto job = empty_job("every axis of " + lot, options);
+  auto job = make_empty_job("every axis of " + lot, options);
   for (const Axis& axis : axes)
     job.tasks.push_back({.name = axis.label,
-                         .steps = {{.words = qualify_command(rig, lot, options) + thread_options(options) +
-                                             Words{"--quiet", "--only", axis.label},
+                         .steps = {{.arguments = qualify_command(rig, lot, options) + thread_options(options) +
+                                                 Arguments{"--quiet", "--only", axis.label},
                                     .output = {}}}});
-  job.then = {{.words = qualify_command(rig, lot, options), .output = {}}};
+  job.final_steps = {{.arguments = qualify_command(rig, lot, options), .output = {}}};
   return job;
 }
 
 Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options) {
-  constexpr std::uint64_t kMost = 100'000;
-  if (seeds.last < seeds.first || seeds.last - seeds.first >= kMost)
+  constexpr std::uint64_t kMaxSeeds = 100'000;
+  if (seeds.last < seeds.first || seeds.last - seeds.first >= kMaxSeeds)
     return failure(FaultKind::usage, "--first, --last",
-                   fmt::format("{} to {}, expected 1 to {} seeds", seeds.first, seeds.last, kMost));
-  auto job = empty_job(fmt::format("seeds {} to {}", seeds.first, seeds.last), options);
+                   fmt::format("{} to {}, expected 1 to {} seeds", seeds.first, seeds.last, kMaxSeeds));
+  auto job = make_empty_job(fmt::format("seeds {} to {}", seeds.first, seeds.last), options);
   for (std::uint64_t i = 0; i <= seeds.last - seeds.first; ++i) {
     const auto seed = seeds.first + i;
     const auto name = fmt::format("seed-{}", seed);
     const auto model = fmt::format("{}/{}/model.json", out, name);
     Task task{.name = name, .steps = {}};
-    task.steps.push_back({.words = Words{"train"} + seeds.records + options.words + thread_options(options) +
-                                   Words{"--quiet", "--seed", std::to_string(seed), "--force", "--out", model},
+    task.steps.push_back({.arguments = Arguments{"train"} + seeds.records + options.arguments +
+                                       thread_options(options) +
+                                       Arguments{"--quiet", "--seed", std::to_string(seed), "--force", "--out", model},
                           .output = fmt::format("{}/{}/train.txt", out, name)});
     if (!seeds.verify.empty())
-      task.steps.push_back({.words = Words{"verify", model} + seeds.verify + Words{"--json"},
+      task.steps.push_back({.arguments = Arguments{"verify", model} + seeds.verify + Arguments{"--json"},
                             .output = fmt::format("{}/{}/verify.json", out, name)});
     job.tasks.push_back(std::move(task));
   }
@@ -248,33 +249,34 @@ Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOpt
 
 Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double hours, const std::string& out,
                                const PlanOptions& options) {
-  constexpr std::size_t kFewest = 4;       // leaves three for the prior
-  constexpr double kClustersPerHour = 36;  // clusters of 100 s
-  if (records.size() < kFewest)
+  // Leaves three records for the prior.
+  constexpr std::size_t kMinRecords = 4;
+  constexpr double kClustersPerHour = 36;
+  if (records.size() < kMinRecords)
     return failure(FaultKind::usage, {},
-                   fmt::format("{} records, expected {} or more, one per unit", records.size(), kFewest));
+                   fmt::format("{} records, expected {} or more, one per unit", records.size(), kMinRecords));
   const auto clusters = std::lround(hours * kClustersPerHour);
   std::set<std::string> names;
-  auto job = empty_job(fmt::format("{} units, each left out", records.size()), options);
+  auto job = make_empty_job(fmt::format("{} units, each left out", records.size()), options);
   for (const auto& record : records) {
     const auto name = fs::path(record).stem().string();
     if (!names.insert(name).second)
       return failure(FaultKind::usage, record,
                      "another record has this file name; results are named after the record, so rename one");
-    Words others;
+    Arguments others;
     for (const auto& other : records)
       if (other != record) others.push_back(fmt::format("{}={}", fs::path(other).stem().string(), other));
     const auto file = [&](const char* what) { return fmt::format("{}/{}/{}", out, name, what); };
     job.tasks.push_back(
         {.name = name,
          .steps = {
-             {.words = Words{"type-prior"} + others + options.words +
-                       Words{"--quiet", "--force", "--out", file("prior.json")},
+             {.arguments = Arguments{"type-prior"} + others + options.arguments +
+                           Arguments{"--quiet", "--force", "--out", file("prior.json")},
               .output = file("prior.txt")},
-             {.words = {"train", record, "--prior", file("prior.json"), "--clusters", fmt::format("0:{}", clusters),
-                        "--quiet", "--force", "--out", file("model.json")},
+             {.arguments = {"train", record, "--prior", file("prior.json"), "--clusters", fmt::format("0:{}", clusters),
+                            "--quiet", "--force", "--out", file("model.json")},
               .output = file("train.txt")},
-             {.words = {"verify", file("model.json"), record, "--clusters", fmt::format("{}:", clusters), "--json"},
+             {.arguments = {"verify", file("model.json"), record, "--clusters", fmt::format("{}:", clusters), "--json"},
               .output = file("verify.json")}}});
   }
   return job;
@@ -284,11 +286,11 @@ Result<Job> plan_placement(const std::vector<std::string>& records, const std::s
                            const PlanOptions& options) {
   const auto info = record::read_info(records.front());
   if (!info) return failure(info.error());
-  auto job = empty_job("placement on " + records.front(), options);
+  auto job = make_empty_job("placement on " + records.front(), options);
   for (const Axis& axis : list_axes(*info))
     job.tasks.push_back({.name = axis.label,
-                         .steps = {{.words = Words{"placement"} + records + axis.options + options.words +
-                                             thread_options(options) + Words{"--quiet", "--json"},
+                         .steps = {{.arguments = Arguments{"placement"} + records + axis.options + options.arguments +
+                                                 thread_options(options) + Arguments{"--quiet", "--json"},
                                     .output = fmt::format("{}/{}.json", out, axis.label)}}});
   return job;
 }

@@ -173,7 +173,7 @@ TEST(RunText, HasANumberForEachColumnButSlotAndUtc) {
             "in_segment_ns soaked_ns state true_bias_deg_per_h ");
   info.simulated = false;
   EXPECT_EQ(stored_channels(info).back().name, "state") << "what only a virtual gyro knows";
-  EXPECT_EQ(stored_channels(info).back().words.size(), kRunStates.size());
+  EXPECT_EQ(stored_channels(info).back().keywords.size(), kRunStates.size());
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/site/job/spread.hpp"
+#include "apps/site/job/distribute.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,11 +27,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kAttempts = 3;
-// Below Slurm's default MaxArraySize, 1001.
-constexpr std::size_t kLargestArray = 1000;
-constexpr Duration kPollEvery = std::chrono::milliseconds(200);
-constexpr Duration kSlurmTimeout = std::chrono::minutes(2);  // for Slurm's answer
-constexpr auto kQueryEvery = std::chrono::seconds(2);
+/// Below the default MaxArraySize of Slurm, 1001.
+constexpr std::size_t kMaxArraySize = 1000;
+constexpr Duration kPollInterval = std::chrono::milliseconds(200);
+constexpr Duration kSlurmTimeout = std::chrono::minutes(2);
+constexpr auto kQueryInterval = std::chrono::seconds(2);
 
 std::string program() { return sibling_program_path("gyrotherm-site"); }
 
@@ -42,17 +42,17 @@ std::vector<std::string> split_lines(const std::string& text) {
   return lines;
 }
 
-/// Returns the number of an array from the output of `sbatch --parsable`: NUMBER, or NUMBER;CLUSTER.
+/// Parses the job number in the output of `sbatch --parsable`: NUMBER, or NUMBER;CLUSTER.
 Result<std::string> parse_array_number(const std::string& output) {
   auto number = output.substr(0, output.find_first_of(";\n"));
-  const bool is_one = !number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
-  if (is_one) return number;
+  const bool is_number = !number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
+  if (is_number) return number;
   return failure(FaultKind::refused, "sbatch",
                  fmt::format("expected a job number, found \"{}\"", trimmed(output, " \n")));
 }
 
-/// Escapes a file name for Slurm.
-std::string as_pattern(const std::string& file) {
+/// Escapes a file name for Slurm, in which '%' begins a replacement symbol.
+std::string escape_percent(const std::string& file) {
   std::string text;
   for (const char c : file) text += c == '%' ? std::string("%%") : std::string(1, c);
   return text;
@@ -75,7 +75,7 @@ Result<std::vector<std::size_t>> unfinished_tasks(const Job& job, const std::str
   return left;
 }
 
-/// The processes or cluster jobs that execute the tasks of a job. They end after the tasks passed to begin().
+/// The processes or cluster jobs that run the tasks of a job. They end after the tasks passed to submit().
 class Workers {
  public:
   Workers() = default;
@@ -84,14 +84,14 @@ class Workers {
   virtual ~Workers() = default;
   /// Returns true if workers of an earlier call still run.
   [[nodiscard]] virtual Result<bool> are_running() = 0;
-  virtual Result<void> begin(const std::vector<std::size_t>& tasks) = 0;
+  virtual Result<void> submit(const std::vector<std::size_t>& tasks) = 0;
   [[nodiscard]] virtual Result<bool> have_finished() = 0;
 };
 
 class Slurm : public Workers {
  public:
-  Slurm(const Job& job, std::string folder, const std::vector<std::string>& words)
-      : job_(job), folder_(std::move(folder)), words_(words) {}
+  Slurm(const Job& job, std::string folder, const std::vector<std::string>& scheduler_options)
+      : job_(job), folder_(std::move(folder)), scheduler_options_(scheduler_options) {}
 
   [[nodiscard]] Result<bool> are_running() override {
     if (const auto text = read_text_file(ids_file())) ids_ = split_lines(*text);
@@ -99,17 +99,17 @@ class Slurm : public Workers {
     return is_any_queued();
   }
 
-  Result<void> begin(const std::vector<std::size_t>& tasks) override {
+  Result<void> submit(const std::vector<std::size_t>& tasks) override {
     const auto script = folder_ + "/job.sh";
     if (auto written = replace_text_file(script, slurm_script(job_, folder_)); !written) return written;
     ids_.clear();
     for (std::size_t first = 0; first < tasks.size();) {
       std::vector<std::size_t> part;
-      const auto from = tasks[first] / kLargestArray * kLargestArray;
-      for (; first < tasks.size() && tasks[first] < from + kLargestArray; ++first) part.push_back(tasks[first] - from);
+      const auto from = tasks[first] / kMaxArraySize * kMaxArraySize;
+      for (; first < tasks.size() && tasks[first] < from + kMaxArraySize; ++first) part.push_back(tasks[first] - from);
       std::vector<std::string> command{"sbatch", "--parsable", "--array=" + to_ranges(part),
-                                       "--output=" + as_pattern(folder_ + "/slurm.log")};
-      command.insert(command.end(), words_.begin(), words_.end());
+                                       "--output=" + escape_percent(folder_ + "/slurm.log")};
+      command.insert(command.end(), scheduler_options_.begin(), scheduler_options_.end());
       command.insert(command.end(), {script, std::to_string(from)});
       const auto number = read_program_output(command, kSlurmTimeout).and_then(parse_array_number);
       if (!number) return failure(number.error());
@@ -119,10 +119,10 @@ class Slurm : public Workers {
     return {};
   }
 
-  /// Returns true if no array is queued. Slurm no longer lists an array that has finished.
+  /// Returns true if no array is queued. The queue does not contain finished arrays.
   [[nodiscard]] Result<bool> have_finished() override {
     const auto now = std::chrono::steady_clock::now();
-    if (now - queried_ < kQueryEvery) return false;
+    if (now - queried_ < kQueryInterval) return false;
     queried_ = now;
     return is_any_queued().map([](bool any) { return !any; });
   }
@@ -130,7 +130,7 @@ class Slurm : public Workers {
  private:
   [[nodiscard]] std::string ids_file() const { return folder_ + "/slurm"; }
 
-  /// Returns true if an array is queued. All elements of an array have the number that sbatch returned.
+  /// Returns true if an array is queued. All its elements have the number that sbatch returned.
   [[nodiscard]] Result<bool> is_any_queued() const {
     const auto queue = read_program_output({"squeue", "--noheader", "--format=%F", "--me"}, kSlurmTimeout);
     if (!queue) return failure(queue.error());
@@ -140,27 +140,28 @@ class Slurm : public Workers {
 
   const Job& job_;
   std::string folder_;
-  const std::vector<std::string>& words_;
+  const std::vector<std::string>& scheduler_options_;
   std::vector<std::string> ids_;
   std::chrono::steady_clock::time_point queried_{};
 };
 
 class Parallel : public Workers {
  public:
-  Parallel(const Job& job, std::string folder, const std::vector<std::string>& words)
-      : job_(job), folder_(std::move(folder)), words_(words) {}
+  Parallel(const Job& job, std::string folder, const std::vector<std::string>& scheduler_options)
+      : job_(job), folder_(std::move(folder)), scheduler_options_(scheduler_options) {}
   ~Parallel() override {
     if (child_ <= 0) return;
     ::kill(child_, SIGTERM);
     static_cast<void>(wait_for(child_));
   }
 
-  [[nodiscard]] Result<bool> are_running() override { return false; }  // they end with their caller
+  // Workers end with the process that started them.
+  [[nodiscard]] Result<bool> are_running() override { return false; }
 
-  Result<void> begin(const std::vector<std::size_t>& tasks) override {
+  Result<void> submit(const std::vector<std::size_t>& tasks) override {
     const auto jobs = std::max(1U, std::thread::hardware_concurrency() / static_cast<unsigned>(job_.threads));
     std::vector<std::string> command{"parallel", "--will-cite", "--jobs", std::to_string(jobs), "--halt", "never"};
-    command.insert(command.end(), words_.begin(), words_.end());
+    command.insert(command.end(), scheduler_options_.begin(), scheduler_options_.end());
     const std::vector<std::string> task{quote_for_shell(program()), "task", quote_for_shell(folder_), ":::"};
     command.insert(command.end(), task.begin(), task.end());
     for (const auto number : tasks) command.push_back(std::to_string(number));
@@ -179,13 +180,13 @@ class Parallel : public Workers {
  private:
   const Job& job_;
   std::string folder_;
-  const std::vector<std::string>& words_;
+  const std::vector<std::string>& scheduler_options_;
   pid_t child_{};
 };
 
 std::unique_ptr<Workers> make_workers(const Job& job, const std::string& folder, const DistributionSettings& settings) {
-  if (settings.scheduler == Scheduler::slurm) return std::make_unique<Slurm>(job, folder, settings.words);
-  return std::make_unique<Parallel>(job, folder, settings.words);
+  if (settings.scheduler == Scheduler::slurm) return std::make_unique<Slurm>(job, folder, settings.scheduler_options);
+  return std::make_unique<Parallel>(job, folder, settings.scheduler_options);
 }
 
 }  // namespace
@@ -238,7 +239,7 @@ Result<Progress> distribute(const Job& job, const std::string& folder, const Dis
     const auto running = workers->are_running();
     if (!running) return failure(running.error());
     if (!*running)
-      if (auto begun = workers->begin(*left); !begun) return failure(begun.error());
+      if (auto submitted = workers->submit(*left); !submitted) return failure(submitted.error());
     if (!settings.waits) return count_progress(job, absolute);
     for (bool finished = false; !finished;) {
       const auto is_finished = workers->have_finished();
@@ -249,12 +250,12 @@ Result<Progress> distribute(const Job& job, const std::string& folder, const Dis
       if (!progress) return progress;
       report(*progress);
       if (progress->left() == 0) return progress;
-      if (!finished && ready(settings.stop, POLLIN, Deadline(kPollEvery)))
+      if (!finished && ready(settings.stop, POLLIN, Deadline(kPollInterval)))
         return failure(FaultKind::interrupted, folder, "interrupted while waiting for the tasks");
     }
   }
   return failure(FaultKind::refused, folder,
-                 fmt::format("tasks have died {} times; see the logs in {}/tasks and {}", kAttempts, folder,
+                 fmt::format("tasks died {} times; see the logs in {}/tasks and {}", kAttempts, folder,
                              settings.scheduler == Scheduler::slurm ? "slurm.log" : "parallel.log"));
 }
 

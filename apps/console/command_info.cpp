@@ -41,7 +41,7 @@ OptionInfo describe_option(const CLI::Option& option) {
   const auto type = option.get_type_name();
   info.choices = parse_choices(type);
   info.value = value_name(type, !info.choices.empty());
-  info.repeats = option.get_items_expected_max() > 1;
+  info.is_repeatable = option.get_items_expected_max() > 1;
   return info;
 }
 

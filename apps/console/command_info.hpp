@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Description of a program's commands and options, read from the command-line parser. Manual pages and shell
-/// completions are generated from it.
+/// Describes the commands and options of a program, as read from the command-line parser, for manual pages and shell
+/// completions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,19 +14,19 @@ namespace gyrotherm::app {
 
 /// Option or positional argument.
 struct OptionInfo {
-  /// "--verbose", "-v"; empty for a positional argument
+  /// Such as "-v" and "--verbose"; empty for a positional argument.
   std::vector<std::string> names;
-  /// name of its value, such as "RIG" (namespace value); empty for a flag
+  /// Name of the value, such as "RIG" (namespace value); empty for a flag.
   std::string value;
-  /// permitted values, if there is a fixed list
+  /// Permitted values; empty: not a fixed list.
   std::vector<std::string> choices;
   std::string description;
   bool is_required = false;
-  bool repeats = false;  ///< takes several values
+  bool is_repeatable = false;  ///< takes several values
 };
 
 struct CommandInfo {
-  /// "report", "sign"; empty for the program itself
+  /// Such as "report" and "sign"; empty for the program itself.
   std::vector<std::string> path;
   std::string program;
   std::string example;
@@ -39,10 +39,10 @@ struct CommandInfo {
 /// Kind of file that an option expects. Shell completion offers only such files.
 struct ValueKind {
   std::string_view name;
-  /// kind of shipped files, or null
+  /// Kind of shipped files; null: none are shipped.
   const ShippedKind* shipped;
-  /// file name endings such as "db"; empty for all files
-  std::vector<std::string_view> endings;
+  /// File name extensions such as "db"; empty for all files.
+  std::vector<std::string_view> extensions;
   bool is_folder = false;  ///< offers folders only
 };
 

@@ -69,9 +69,9 @@ std::string bash_reply_arguments(const OptionInfo& option) {
   const auto* kind = find_value_kind(option.value);
   if (kind == nullptr) return "none";
   if (kind->is_folder) return "folders";
-  const auto endings = fmt::format("{}", fmt::join(kind->endings, " "));
-  if (kind->shipped != nullptr) return fmt::format("shipped {} {}", kind->name, endings);
-  return endings.empty() ? "files" : "files " + endings;
+  const auto extensions = fmt::format("{}", fmt::join(kind->extensions, " "));
+  if (kind->shipped != nullptr) return fmt::format("shipped {} {}", kind->name, extensions);
+  return extensions.empty() ? "files" : "files " + extensions;
 }
 
 std::string bash_cases(const CommandInfo& command) {
@@ -85,8 +85,8 @@ std::string bash_cases(const CommandInfo& command) {
                            quote_for_shell(bash_reply_arguments(option)));
     }
   for (std::size_t i = 0; i < command.positionals.size(); ++i) {
-    const auto position = command.positionals[i].repeats ? quote_for_shell(path + "/") + "[0-9]*"
-                                                         : quote_for_shell(fmt::format("{}/{}", path, i + 1));
+    const auto position = command.positionals[i].is_repeatable ? quote_for_shell(path + "/") + "[0-9]*"
+                                                               : quote_for_shell(fmt::format("{}/{}", path, i + 1));
     cases +=
         fmt::format("    {}) offer={} ;;\n", position, quote_for_shell(bash_reply_arguments(command.positionals[i])));
   }
@@ -186,8 +186,8 @@ std::string zsh_action(const OptionInfo& option, const std::string& function) {
   if (kind == nullptr) return " ";
   if (kind->is_folder) return "_files -/";
   std::string pattern;
-  if (kind->endings.size() == 1) pattern = fmt::format(" -g \"*.{}\"", kind->endings.front());
-  if (kind->endings.size() > 1) pattern = fmt::format(" -g \"*.({})\"", fmt::join(kind->endings, "|"));
+  if (kind->extensions.size() == 1) pattern = fmt::format(" -g \"*.{}\"", kind->extensions.front());
+  if (kind->extensions.size() > 1) pattern = fmt::format(" -g \"*.({})\"", fmt::join(kind->extensions, "|"));
   // Without the leading blank, _arguments would insert its own arguments into the call.
   if (kind->shipped != nullptr) return fmt::format(" {}__shipped {}{}", function, kind->name, pattern);
   return "_files" + pattern;
@@ -198,9 +198,9 @@ std::string zsh_specification(const OptionInfo& option, const std::string& funct
   const auto value =
       option.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(option.value), zsh_action(option, function));
   const auto rest = fmt::format("{}[{}]{}", value.empty() ? "" : "=", text, value);
-  const std::string again = option.repeats ? "*" : "";
+  const std::string again = option.is_repeatable ? "*" : "";
   if (option.names.size() == 1) return quote_for_shell(again + option.names.front() + rest);
-  const auto exclusions = option.repeats ? "'*'" : quote_for_shell("(" + join_words(option.names) + ")");
+  const auto exclusions = option.is_repeatable ? "'*'" : quote_for_shell("(" + join_words(option.names) + ")");
   return fmt::format("{}{{{}}}{}", exclusions, join_words(option.names, ","), quote_for_shell(rest));
 }
 
@@ -222,7 +222,7 @@ std::string zsh_function(const CommandInfo& command, const std::string& base) {
   for (const auto& option : command.options) text += " \\\n    " + zsh_specification(option, base);
   for (std::size_t i = 0; i < command.positionals.size(); ++i) {
     const auto& argument = command.positionals[i];
-    const auto position = argument.repeats ? "*" : std::to_string(i + 1);
+    const auto position = argument.is_repeatable ? "*" : std::to_string(i + 1);
     text += " \\\n    " +
             quote_for_shell(fmt::format("{}:{}:{}", position, zsh_text(argument.value), zsh_action(argument, base)));
   }
@@ -253,7 +253,7 @@ std::string fish_arguments(const OptionInfo& option, const std::string& function
   if (kind->is_folder) return "(__fish_complete_directories)";
   std::string text;
   if (kind->shipped != nullptr) text = fmt::format("({}_shipped {})", function, kind->name);
-  if (!kind->endings.empty()) text += fmt::format(" ({}_files {})", function, fmt::join(kind->endings, " "));
+  if (!kind->extensions.empty()) text += fmt::format(" ({}_files {})", function, fmt::join(kind->extensions, " "));
   return text.empty() ? "(__fish_complete_path)" : text;
 }
 

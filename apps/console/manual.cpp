@@ -52,12 +52,12 @@ std::string upper_case(std::string text) {
   return text;
 }
 
-/// Returns "gyrotherm report sign".
+/// Returns the command as it is typed, such as "gyrotherm report sign".
 std::string full_name(const CommandInfo& command) {
   return command.path.empty() ? command.program : fmt::format("{} {}", command.program, fmt::join(command.path, " "));
 }
 
-/// Returns "gyrotherm-report".
+/// Returns the name of the manual page, such as "gyrotherm-report".
 std::string page_name(const CommandInfo& command) {
   return command.path.empty() ? command.program : command.program + "-" + command.path.front();
 }
@@ -73,7 +73,7 @@ std::string format_value(const OptionInfo& option) {
 std::string format_synopsis(const CommandInfo& command) {
   auto text = bold(full_name(command));
   for (const auto& argument : command.positionals) {
-    auto shown = italic(argument.value) + (argument.repeats ? " …" : "");
+    auto shown = italic(argument.value) + (argument.is_repeatable ? " …" : "");
     text += argument.is_required ? " " + shown : " [" + shown + "]";
   }
   for (const auto& option : command.options)
@@ -89,7 +89,7 @@ std::string format_option(const OptionInfo& option) {
   else if (!option.value.empty())
     names += " " + format_value(option);
   return fmt::format(".TP\n{}\n{}{}\n", names, escape_roff(option.description),
-                     !option.names.empty() && option.repeats ? "; may be given several times" : "");
+                     !option.names.empty() && option.is_repeatable ? "; may be given several times" : "");
 }
 
 /// Returns true for an option that every command has. Such options are listed last.
@@ -152,7 +152,8 @@ std::vector<std::string> split_lines(const std::string& text) {
 std::string prose_to_roff(const std::string& prose) {
   const auto lines = split_lines(prose);
   std::string page;
-  bool is_new = false, is_code = false;  // paragraph begins; inside a code block
+  // A paragraph begins; the line is part of a code block.
+  bool is_new = false, is_code = false;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto& line = lines[i];
     const bool indented = line.starts_with("    ");
@@ -255,12 +256,12 @@ Result<Exit> print_page(Program& program, const ManualArguments& options) {
     return Exit::done;
   }
   const auto commands = describe_commands(program.cli);
-  const CommandInfo* wanted = options.command.empty() ? &commands : nullptr;
+  const CommandInfo* selected = options.command.empty() ? &commands : nullptr;
   for (const auto& command : commands.subcommands)
-    if (command.path.back() == options.command) wanted = &command;
-  if (wanted == nullptr)
+    if (command.path.back() == options.command) selected = &command;
+  if (selected == nullptr)
     return failure(FaultKind::usage, "manual", fmt::format("unknown command \"{}\"", options.command));
-  program.console.print(manual_page(*wanted, text));
+  program.console.print(manual_page(*selected, text));
   return Exit::done;
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. It has
-/// no event loop, no database and no Qt, only the safe-state file, a connection to the chamber and a trace next to the
-/// record.
+/// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. It
+/// uses only the safe-state file, a connection to the chamber, and a trace next to the record: no event loop, no
+/// database.
 ///
-/// It acts first and reports afterwards. Operations that can hang (a line, a disk, a terminal without a reader) run in
-/// separate processes and delay nothing else.
+/// It acts first and reports afterwards. Operations that may hang (on a line, a disk or a terminal without a reader)
+/// run in separate processes, so they do not delay the others.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -44,15 +44,16 @@ using std::chrono::seconds;
 
 constexpr auto kSafeStateTimeout = seconds(10);
 constexpr auto kKillTimeout = seconds(2);
-/// Longest wait for the files next to the record.
+/// Longest wait until the files next to the record are written.
 constexpr auto kFileTimeout = seconds(5);
 constexpr auto kRetryPause = seconds(1);
-/// Longest observation of the air under a service manager, which restarts the run only afterwards. A run that was down
-/// for more than two minutes is not resumed automatically. The restarted program continues the observation.
-constexpr auto kLongestServiceWatch = seconds(60);
-/// Seconds that another program may drive the chamber before make-safe ends.
-constexpr int kMostDrivenSeconds = 60;
-/// Seconds to wait, on behalf of a user, while another program (usually the run's guard) drives the chamber.
+/// Longest observation of the air under a service manager. The manager restarts the run only after the observation, and
+/// a run that was down for more than two minutes is not resumed automatically. The restarted program continues the
+/// observation.
+constexpr auto kMaxServiceObservation = seconds(60);
+/// If another program drives the chamber for this time, make-safe ends.
+constexpr int kMaxDrivenSeconds = 60;
+/// Longest wait, without --insist, for another program that drives the chamber, usually the run's guard.
 constexpr int kInUseWaitSeconds = 15;
 
 constexpr const char* kHelp =
@@ -71,79 +72,81 @@ constexpr const char* kHelp =
     "invalid,\n"
     "or no such record; 5 a running program drives the chamber.\n";
 
-MakeSafeExit report_fault(ErrorPrinter& voice, const Fault& fault, MakeSafeExit exit) {
-  voice.say(text(fault));
+MakeSafeExit report_fault(ErrorPrinter& printer, const Fault& fault, MakeSafeExit exit) {
+  printer.say(text(fault));
   return exit;
 }
 
-MakeSafeExit exit_code(const RescueResult& rescued) {
-  if (rescued.reached == SafeStage::all) return MakeSafeExit::safe;
-  return rescued.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
+MakeSafeExit exit_code(const RescueResult& result) {
+  if (result.reached == SafeStage::all) return MakeSafeExit::safe;
+  return result.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
 }
 
-/// Escalation selected on the command line.
+/// Escalation that the command line selects.
 enum class RescueMode { gentle, kill, insist };
 
-MakeSafeExit rescue(ErrorPrinter& voice, const SafeState& safe_state, const SafeStateChamber& chamber,
-                    const char* reason);
+MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
+                                   const char* reason);
 
-SafeStateChamber for_service(SafeStateChamber chamber) {
-  chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kLongestServiceWatch);
+SafeStateChamber limit_observation(SafeStateChamber chamber) {
+  chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kMaxServiceObservation);
   return chamber;
 }
 
-/// Repeats attempts while the chamber answers and may still become safe.
-RescueResult retry_until_safe(SafeRescue& rescue, RescueResult rescued, Trail& trail, ErrorPrinter& voice) {
-  while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
-    if (trail.leave(rescued)) voice.say(trail.describe());
+/// Repeats attempts until the chamber is safe, another program drives it, or further attempts are useless.
+RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, Trail& trail, ErrorPrinter& printer) {
+  while (result.reached != SafeStage::all && !result.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
+    if (trail.leave(result)) printer.say(trail.describe());
     std::this_thread::sleep_for(rescue.pause());
-    rescued = rescue.attempt();
+    result = rescue.attempt();
   }
-  return rescued;
+  return result;
 }
 
-MakeSafeExit once(ErrorPrinter& voice, const std::string& record, RescueMode mode) {
+MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueMode mode) {
   auto safe_state = read_safe_state(safe_state_path(record));
-  if (!safe_state) return report_fault(voice, safe_state.error(), MakeSafeExit::file);
+  if (!safe_state) return report_fault(printer, safe_state.error(), MakeSafeExit::file);
   if (!*safe_state) {
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
-    voice.say(record + (is_there ? ": no run is in progress; nothing to do"
-                                 : ": the record does not exist and has no safe-state file; check the path"));
+    printer.say(record + (is_there ? ": no run is in progress; nothing to do"
+                                   : ": the record does not exist and has no safe-state file; check the path"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   if ((*safe_state)->record != record) {
-    voice.say(fmt::format("the safe-state file is for {}; using it for {}", (*safe_state)->record, record));
+    printer.say(fmt::format("the safe-state file is for {}; using it for {}", (*safe_state)->record, record));
     (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
   if (mode == RescueMode::gentle && lives(by)) {
-    voice.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
+    printer.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
     return MakeSafeExit::in_use;
   }
   const auto chamber = make_safe_state_chamber(**safe_state);
-  if (!chamber) return report_fault(voice, chamber.error(), MakeSafeExit::file);
-  constexpr const char* kEnded = "the program that drove it had ended";
-  if (mode == RescueMode::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
-  if (!kill_process(by, kKillTimeout)) voice.say(fmt::format("cannot end process {}", by.pid));
-  Trail trail(**safe_state, kEnded);
-  SafeRescue rescue(**safe_state, *chamber, voice);
-  auto rescued = rescue.attempt();
-  for (int waited = 0; rescued.in_use && waited < kInUseWaitSeconds; ++waited) {
+  if (!chamber) return report_fault(printer, chamber.error(), MakeSafeExit::file);
+  constexpr const char* kReason = "the program that drove it had ended";
+  if (mode == RescueMode::insist)
+    return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason);
+  if (!kill_process(by, kKillTimeout)) printer.say(fmt::format("cannot end process {}", by.pid));
+  Trail trail(**safe_state, kReason);
+  SafeRescue rescue(**safe_state, *chamber, printer);
+  auto result = rescue.attempt();
+  for (int waited = 0; result.in_use && waited < kInUseWaitSeconds; ++waited) {
     std::this_thread::sleep_for(seconds(1));
     if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
-      voice.say(record + ": another program has made its chamber safe");
+      printer.say(record + ": another program has made its chamber safe");
       return MakeSafeExit::safe;
     }
-    rescued = rescue.attempt();
+    result = rescue.attempt();
   }
-  rescued = retry_until_safe(rescue, std::move(rescued), trail, voice);
-  if (rescued.in_use) return exit_code(rescued);
-  trail.leave(rescued);
-  if (rescued.reached == SafeStage::all) trail.remove_safe_state();
-  voice.say(trail.describe());
-  if (!trail.settle(kFileTimeout)) voice.say("the disk does not respond: no file could be written next to the record");
-  return exit_code(rescued);
+  result = retry_until_safe(rescue, std::move(result), trail, printer);
+  if (result.in_use) return exit_code(result);
+  trail.leave(result);
+  if (result.reached == SafeStage::all) trail.remove_safe_state();
+  printer.say(trail.describe());
+  if (!trail.settle(kFileTimeout))
+    printer.say("the disk does not respond: no file could be written next to the record");
+  return exit_code(result);
 }
 
 const char* describe(WatchEnd end) {
@@ -151,35 +154,35 @@ const char* describe(WatchEnd end) {
                                  : "the program that drove it ended without handing over";
 }
 
-/// Repeats attempts until the chamber has confirmed the safe state, or another program has taken over the run, has
-/// driven the chamber for a minute, or has made it safe.
-MakeSafeExit rescue(ErrorPrinter& voice, const SafeState& safe_state, const SafeStateChamber& chamber,
-                    const char* reason) {
+/// Repeats attempts until the chamber has confirmed the safe state, or until another program has taken over the run,
+/// has driven the chamber for a minute, or has made the chamber safe.
+MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
+                                   const char* reason) {
   if (!kill_process(safe_state.written_by, kKillTimeout))
-    voice.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
+    printer.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
   Trail trail(safe_state, reason);
-  SafeRescue rescue(safe_state, chamber, voice);
-  auto rescued = rescue.attempt();
-  voice.say(reason);
-  for (int driven = 0;; rescued = rescue.attempt()) {
-    driven = rescued.is_driven ? driven + 1 : 0;
-    if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.describe());
-    if (rescued.reached == SafeStage::all || driven >= kMostDrivenSeconds) break;
+  SafeRescue rescue(safe_state, chamber, printer);
+  auto result = rescue.attempt();
+  printer.say(reason);
+  for (int driven = 0;; result = rescue.attempt()) {
+    driven = result.is_driven ? driven + 1 : 0;
+    if (!result.in_use && trail.leave(result)) printer.say(trail.describe());
+    if (result.reached == SafeStage::all || driven >= kMaxDrivenSeconds) break;
     if (const auto why = trail.reason_to_end()) {
-      voice.say(*why + "; giving up");
+      printer.say(*why + "; giving up");
       break;
     }
-    std::this_thread::sleep_for(rescued.in_use ? Duration(kRetryPause) : rescue.pause());
+    std::this_thread::sleep_for(result.in_use ? Duration(kRetryPause) : rescue.pause());
   }
-  if (rescued.reached == SafeStage::all) trail.remove_safe_state();
+  if (result.reached == SafeStage::all) trail.remove_safe_state();
   // No process waits for this one, so it may wait until the disk responds.
   while (!trail.settle(kFileTimeout)) {
   }
-  return exit_code(rescued);
+  return exit_code(result);
 }
 
-/// Returns the safe state received from the program that started this one. If that program died before sending it,
-/// returns the safe state in its file.
+/// Returns the safe state that the starting program sends. If that program died before it sent the safe state, returns
+/// the one in the safe-state file.
 Result<SafeState> obtain_safe_state(const std::string& record) {
   const auto file = safe_state_path(record);
   const auto orders = receive_safe_state(STDIN_FILENO, kSafeStateTimeout);
@@ -189,37 +192,38 @@ Result<SafeState> obtain_safe_state(const std::string& record) {
   return failure(orders.error());
 }
 
-MakeSafeExit guard(ErrorPrinter& voice, const std::string& record) {
+MakeSafeExit guard(ErrorPrinter& printer, const std::string& record) {
   const auto safe_state = obtain_safe_state(record);
   if (!safe_state)
-    return report_fault(voice, safe_state.error(),
+    return report_fault(printer, safe_state.error(),
                         safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
   const auto chamber = make_safe_state_chamber(*safe_state);
-  if (!chamber) return report_fault(voice, chamber.error(), MakeSafeExit::file);
-  // If the program has ended, watch() detects the closed line.
+  if (!chamber) return report_fault(printer, chamber.error(), MakeSafeExit::file);
+  // A failure is ignored: if the program has ended, watch() detects the end of file.
   [[maybe_unused]] const auto sent = ::write(STDIN_FILENO, &kWatching, 1);
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
   const bool is_service = std::getenv("NOTIFY_SOCKET") != nullptr;
   for (;; std::this_thread::sleep_for(kRetryPause)) try {
-      return rescue(voice, *safe_state, is_service ? for_service(*chamber) : *chamber, describe(end));
-      // An exception of a library must not leave the chamber unsafe.
+      return make_safe_insistently(printer, *safe_state, is_service ? limit_observation(*chamber) : *chamber,
+                                   describe(end));
+      // An exception in a library must not leave the chamber unsafe.
     } catch (const std::exception& failed) {
-      voice.say(fmt::format("{}; retrying", failed.what()));
+      printer.say(fmt::format("{}; retrying", failed.what()));
     }
 }
 
-/// Ignores signals that must not stop the rescue: from a closing terminal, Ctrl-C, an orderly end of the session, or a
-/// service watchdog.
+/// Ignores signals that must not stop the rescue. A closing terminal, Ctrl-C, the end of a session, or a service
+/// watchdog sends them.
 void ignore_signals() {
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGQUIT, SIGABRT, SIGTSTP, SIGTTOU, SIGTTIN})
     std::signal(number, SIG_IGN);
-  // Lets the kernel reap child processes that hung and end late.
+  // The kernel then reaps child processes that end after a hang.
   std::signal(SIGCHLD, SIG_IGN);
 }
 
-/// Returns the record's own path if a link was given. The safe-state file is next to the record itself.
-std::string resolve_link(const std::string& record) {
+/// Resolves a symbolic link to a record, because the safe-state file is next to the record itself.
+std::string resolve_symlink(const std::string& record) {
   std::error_code error;
   if (!is_symlink(std::filesystem::symlink_status(record, error))) return record;
   const auto target = std::filesystem::canonical(record, error);
@@ -238,19 +242,19 @@ MakeSafeExit run(int argc, char** argv) {
     ::close_range(STDERR_FILENO + 1, ~0U, 0);
     ignore_signals();
   }
-  ErrorPrinter voice;
+  ErrorPrinter printer;
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
   if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
-    voice.say("expected [--kill|--insist|--guard] RUN.db; see --help");
+    printer.say("expected [--kill|--insist|--guard] RUN.db; see --help");
     return MakeSafeExit::usage;
   }
   std::error_code error;
   const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
-  if (first == "--guard") return guard(voice, record);
+  if (first == "--guard") return guard(printer, record);
   const auto mode = first == "--insist" ? RescueMode::insist
                     : first == "--kill" ? RescueMode::kill
                                         : RescueMode::gentle;
-  return once(voice, resolve_link(record), mode);
+  return make_safe(printer, resolve_symlink(record), mode);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. paper.py renders them with WeasyPrint.
+/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. paper.py renders both.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@
 namespace gyrotherm::pdf {
 namespace {
 
-/// Exit codes; the values are those of gyrotherm.
+/// Exit codes, with the same values as those of gyrotherm.
 enum class PdfExit : int { done = 0, usage = 2, file = 4 };
 
 struct Arguments {
@@ -37,7 +37,7 @@ struct Arguments {
 
 void print_error(std::string_view message) { write_to_stderr(fmt::format("gyrotherm-pdf: {}\n", plain(message))); }
 
-/// Returns midnight UTC of a day such as "2026-11-20".
+/// Returns midnight UTC of a day such as "2026-11-20", in s since 1970, or nothing if the text is not a day.
 std::optional<std::int64_t> utc_midnight(const std::string& day) {
   int year{}, month{}, day_of_month{};
   if (day.size() != 10 || std::sscanf(day.c_str(), "%4d-%2d-%2d", &year, &month, &day_of_month) != 3)
@@ -48,8 +48,9 @@ std::optional<std::int64_t> utc_midnight(const std::string& day) {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::sys_days(date).time_since_epoch()).count();
 }
 
-/// Returns the date of the PDF: SOURCE_DATE_EPOCH if it is set, otherwise the day of issue, otherwise the last day of
-/// the calibration. The time of day is never used, so the same report always gives the same file.
+/// Returns the date of the PDF in s since 1970: SOURCE_DATE_EPOCH, the day of issue, or the last day of the
+/// calibration, whichever is available first. The current time is not used, so the same report always gives the same
+/// file.
 std::optional<std::int64_t> pdf_date(const report::CalibrationReport& report) {
   if (const char* given = std::getenv("SOURCE_DATE_EPOCH"); given != nullptr) {
     std::int64_t seconds{};
@@ -75,9 +76,9 @@ std::string find_last_line(std::string text) {
   return text.substr(text.rfind('\n') + 1);
 }
 
-/// Runs paper.py on the text `given` in a folder that only this user can read. A fault names `from`, the user's input
-/// file.
-Result<RenderedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
+/// Runs paper.py on the text `input` in a folder that only this user can read. Faults name `input_file`, the file of
+/// the user.
+Result<RenderedFile> run_paper(const std::string& kind, const std::string& input, const std::string& input_file,
                                const std::string& option) {
   constexpr std::chrono::minutes kTimeout{5};
   const auto program = find_shipped_file("apps/pdf/paper.py");
@@ -85,10 +86,10 @@ Result<RenderedFile> run_paper(const std::string& kind, const std::string& given
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());
   const std::string source = *folder / "given", out = *folder / "made";
-  if (auto put = replace_own_file(source, given, Syncing::not_awaited); !put) return failure(put.error());
+  if (auto written = replace_own_file(source, input, Syncing::not_awaited); !written) return failure(written.error());
   const auto ran = report::run_program(std::filesystem::absolute(program), {kind, source, out, option}, kTimeout);
   if (!ran) return failure(ran.error());
-  if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, find_last_line(ran->out));
+  if (ran->exit_code != 0) return failure(FaultKind::bad_file, input_file, find_last_line(ran->out));
   auto bytes = read_text_file(out, kLargestTable);
   if (!bytes) return failure(bytes.error());
   return RenderedFile{std::move(*bytes), ran->out};
@@ -114,8 +115,8 @@ Result<RenderedFile> render_figure(const Arguments& arguments) {
   return run_paper("png", *svg, arguments.figure, std::to_string(arguments.width_px));
 }
 
-/// Checks that the output file may be written. An existing file requires --force and must be empty, a PDF or a PNG, so
-/// that a record is never overwritten.
+/// Checks that the output file may be written. Overwrites an existing file only with `force`, and only if it is empty,
+/// a PDF or a PNG, so a record is never overwritten.
 Result<void> check_output_path(const std::string& path, bool force) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return {};
   if (!force) return failure(FaultKind::usage, path, "exists; --force overwrites it");
@@ -126,7 +127,7 @@ Result<void> check_output_path(const std::string& path, bool force) {
 }
 
 Result<void> write_output(const Arguments& arguments) {
-  if (auto free = check_output_path(arguments.out, arguments.force); !free) return free;
+  if (auto permitted = check_output_path(arguments.out, arguments.force); !permitted) return permitted;
   const auto made = arguments.figure.empty() ? render_report(arguments) : render_figure(arguments);
   if (!made) return failure(made.error());
   if (auto written = replace_text_file(arguments.out, made->bytes); !written) return written;

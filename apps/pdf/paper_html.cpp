@@ -74,13 +74,13 @@ double longest_word(std::string_view text, double (&measure)(std::string_view)) 
   return longest;
 }
 
-/// Escapes a text and forbids line breaks at a slash or hyphen inside a short word: "°/h" and "A-D" stay on one line.
+/// Escapes a text. Prevents line breaks inside a short word that contains a slash or hyphen, such as "°/h" or "A-D".
 std::string text_to_html(std::string_view text) {
   constexpr double kShort = 16;
   std::string html;
   for_each_word(text, [&](std::string_view word) {
-    const bool is_whole = word.find_first_of("/-") != std::string_view::npos && count_letters(word) <= kShort;
-    html += is_whole ? "<span class=\"whole\">" + escaped(word) + "</span>" : escaped(word);
+    const bool is_unbreakable = word.find_first_of("/-") != std::string_view::npos && count_letters(word) <= kShort;
+    html += is_unbreakable ? "<span class=\"whole\">" + escaped(word) + "</span>" : escaped(word);
   });
   return html;
 }
@@ -100,7 +100,7 @@ Mark mark_style(Cell::Mark mark) {
   return {"", ""};
 }
 
-/// Returns true for a note that stays on one line if the table is wide enough.
+/// Returns true if a note is printed on one line wherever the table is wide enough.
 bool is_short_note(std::string_view note) { return count_letters(note) <= 32; }
 
 std::string cell_to_html(const Cell& cell) {
@@ -113,8 +113,7 @@ std::string cell_to_html(const Cell& cell) {
   return html;
 }
 
-/// Returns the minimum width of a cell, as a multiple of the font size. Words, numbers and short notes stay on one
-/// line.
+/// Returns the minimum width of a cell, as a multiple of the font size. Words, numbers and short notes are not broken.
 double min_width(const Cell& cell, bool is_text) {
   constexpr double kNote = 0.86;  // size ratio, note to cell
   const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
@@ -123,8 +122,8 @@ double min_width(const Cell& cell, bool is_text) {
   return std::max(sign + bold * text, kNote * note);
 }
 
-/// Returns the class of the largest of three font sizes at which every column fits. If none fits, returns "crowded",
-/// the smallest size, at which any word may break. Unusually long words may break at every size.
+/// Returns the CSS class of the largest font size at which all columns fit. If none of the three sizes fits, returns
+/// "crowded", the class with the smallest size, in which any word may break. Very long words may break at every size.
 const char* size_class(const DocumentTable& table) {
   constexpr double kLongest = 18;
   double width = 0;
@@ -238,10 +237,10 @@ class PaperWriter {
 
 /// Truncates a text to the width of a page margin, with "…". The first page contains the whole text.
 std::string truncate_to_margin(std::string_view text) {
-  // Width of a margin text, in font sizes.
-  constexpr double kRoom = 24;
-  if (estimate_width(text) <= kRoom) return std::string(text);
-  while (estimate_width(text) > kRoom - 1) {
+  // In font sizes.
+  constexpr double kMaxWidth = 24;
+  if (estimate_width(text) <= kMaxWidth) return std::string(text);
+  while (estimate_width(text) > kMaxWidth - 1) {
     while ((static_cast<unsigned char>(text.back()) & 0xC0) == 0x80) text.remove_suffix(1);
     text.remove_suffix(1);
   }
@@ -274,7 +273,7 @@ std::string head_html(const Document& document, const PaperFacts& facts) {
   return html + "<style>" + margin_style(document, facts) + "</style>\n";
 }
 
-/// Returns the mark across a page, as large as its diagonal permits. It is painted first, behind the text.
+/// Returns the mark that is printed diagonally across each page, behind the text, as large as fits.
 std::string mark_html(const std::string& mark) {
   constexpr double kLargestPt = 90, kLongestPt = 265 / 25.4 * 72;
   if (mark.empty()) return {};

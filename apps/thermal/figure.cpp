@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command `figure` of gyrotherm-thermal: prints a gyro's thermal model for a report, with the data of the paper's
-/// Tables 1 and 2 and Figure 1.
+/// The command `figure` of gyrotherm-thermal: prints the thermal model of a gyro for a report, with the data of Tables
+/// 1 and 2 and Figure 1 of the paper.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ struct FigureArguments {
   double ambient_c = 20;
 };
 
-/// Returns the rows of the paper's Table 1. The conductivity of air is NaN, because it differs between the gaps.
+/// Returns the rows of Table 1 of the paper. The conductivity of air is NaN, because it depends on the gap.
 std::vector<report::ReportedMaterial> material_rows(const thermal::GyroModel& model) {
   std::vector<report::ReportedMaterial> all;
   for (std::size_t k = 0; k < thermal::kGyroMaterials; ++k) {
@@ -48,26 +48,26 @@ std::vector<report::ReportedMaterial> material_rows(const thermal::GyroModel& mo
   return all;
 }
 
-report::ReportedHeatSource source(const char* name, double power_w, double volume_mm3) {
+report::ReportedHeatSource make_heat_source(const char* name, double power_w, double volume_mm3) {
   const double volume_m3 = volume_mm3 * kCubicMetres;
   return {.name = name, .power_w = power_w, .volume_m3 = volume_m3, .rate_w_per_m3 = power_w / volume_m3};
 }
 
-/// Returns the rows of the paper's Table 2: both gain arms together, the preamplifier, each ballast.
+/// Returns the rows of Table 2 of the paper: both gain arms together, the preamplifier, and one ballast.
 std::vector<report::ReportedHeatSource> heat_source_rows(const thermal::GyroModel& model) {
   using thermal::ThermalInput;
   thermal::ThermalPowers powers = model.powers_w;
   const auto power = [&](ThermalInput input) { return input_power(powers, input); };
   const auto& [length, width, thickness] = model.geometry.preamplifier;
-  return {
-      source("gain_area", power(ThermalInput::gain_left) + power(ThermalInput::gain_right), model.geometry.gain_volume),
-      source("preamplifier", power(ThermalInput::preamplifier), length * width * thickness),
-      source("ballast", power(ThermalInput::ballast_left), model.geometry.ballast_volume)};
+  return {make_heat_source("gain_area", power(ThermalInput::gain_left) + power(ThermalInput::gain_right),
+                           model.geometry.gain_volume),
+          make_heat_source("preamplifier", power(ThermalInput::preamplifier), length * width * thickness),
+          make_heat_source("ballast", power(ThermalInput::ballast_left), model.geometry.ballast_volume)};
 }
 
 double round_to_millikelvin(double celsius) { return std::round(1000 * celsius) / 1000; }
 
-/// Rounds the temperatures to 1 mK, so different machines print equal results.
+/// Rounds the temperatures to 1 mK, so different machines print the same result.
 void round_temperatures(plot::ThermalImage& image) {
   for (double& value : image.celsius.values) value = round_to_millikelvin(value);
   for (plot::ThermalMark& mark : image.marks) mark.celsius = round_to_millikelvin(mark.celsius);

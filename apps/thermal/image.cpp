@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The commands image and fit of gyrotherm-thermal: a steady state with its views, and the value of each parameter that
-/// yields a required temperature difference.
+/// The commands `image` and `fit` of gyrotherm-thermal. `image` computes a steady state and its views; `fit` finds the
+/// value of each parameter that yields a required temperature difference.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -42,7 +42,7 @@ struct FitArguments {
   double ambient_c = 20;
 };
 
-/// Describes the fits of a required difference: the value of each parameter if only this parameter is varied.
+/// Describes the fits to a required difference: the value of each parameter if only that parameter is varied.
 std::string describe(const std::vector<thermal::FittedDifference>& family, double wanted_k) {
   auto text =
       fmt::format("calibrated to {:g} K: each line varies one parameter only; they fit equally well\n", wanted_k);
@@ -88,17 +88,17 @@ struct ThermalArguments {
   bool force = false;
 };
 
-/// File that is written last. If it exists, the image is complete.
+/// File that is written last, so the image is complete if it exists.
 constexpr const char* kResultFile = "thermal.json";
 
-/// A steady state with its inputs and its computing time.
-struct Solved {
+/// A steady state, its inputs and the time of its computation.
+struct SolvedModel {
   thermal::GyroModel model;
   thermal::GyroMesh mesh;
   thermal::SteadyState state;
   double film_w_per_m2_k{};
   double wall_s{};
-  /// Empty without --fit. If the first fit reached the difference, `model` uses it.
+  /// Results of --fit, otherwise empty. If the first fit reaches the difference, `model` has its parameter value.
   std::vector<thermal::FittedDifference> family;
 };
 
@@ -107,17 +107,17 @@ double film_coefficient(const thermal::GyroModel& model, const ThermalArguments&
   return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
 
-/// Reports progress. Fails with interrupted after Ctrl-C. Called between the stages of the work, because the solver
-/// itself cannot be interrupted.
+/// Reports progress. Fails with interrupted after Ctrl-C. Call it between the stages of the work: the solver itself
+/// cannot be interrupted.
 Result<void> check_interrupt(Console& console, std::string_view stage, double fraction) {
   if (keep_going(console.sink(), stage, fraction)) return {};
   return failure(FaultKind::interrupted, "thermal", "stopped");
 }
 
-Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalArguments& options) {
+Result<SolvedModel> solve(Console& console, thermal::GyroModel model, const ThermalArguments& options) {
   const auto began = std::chrono::steady_clock::now();
   const auto size = std::ranges::find(thermal::kMeshSizeNames, options.mesh) - thermal::kMeshSizeNames.begin();
-  Solved solved{.model = std::move(model), .mesh = {}, .state = {}, .family = {}};
+  SolvedModel solved{.model = std::move(model), .mesh = {}, .state = {}, .family = {}};
   if (options.fit) {
     auto family = fit_family(solved.model, *options.fit, {.ambient_c = options.ambient_c}, console.sink());
     if (!family) return failure(family.error());
@@ -140,11 +140,11 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
   return solved;
 }
 
-struct Means {
+struct AreaMeans {
   double gain_c{}, non_gain_c{};
 };
 
-Means gain_means(const thermal::SteadyState& state) {
+AreaMeans gain_means(const thermal::SteadyState& state) {
   const auto& t = state.outputs_c;
   return {(t[0] + t[1] + t[2]) / 3, (t[5] + t[6] + t[7]) / 3};
 }
@@ -155,7 +155,7 @@ std::string describe_point(const char* what, const thermal::ExtremePoint& point)
                      1e3 * point.at_m[2]);
 }
 
-std::string describe(const Solved& solved, const ThermalArguments& options) {
+std::string describe(const SolvedModel& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = gain_means(state);
   auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
@@ -180,8 +180,8 @@ Json make_json(const thermal::ExtremePoint& point) {
           {"part", thermal::kGyroPartNames[index(point.part)]}};
 }
 
-/// Returns the results without values that vary from run to run.
-Json json(const Solved& solved, const ThermalArguments& options) {
+/// Returns the results without values that differ between runs, such as the computing time.
+Json json(const SolvedModel& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = gain_means(state);
   Json json{{"schema", kThermalSchema},
@@ -214,17 +214,17 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   return json;
 }
 
-/// Converts each SVG in the folder to a PNG with gyrotherm-pdf. If that fails, prints a message and returns; the SVGs
-/// remain. Fails with interrupted after Ctrl-C.
-Result<void> draw_pictures(Console& console, const std::filesystem::path& folder,
-                           const std::vector<std::string>& views) {
+/// Converts the SVG of each view to a PNG with gyrotherm-pdf. If that fails, prints a message and skips the remaining
+/// views. Fails with interrupted after Ctrl-C.
+Result<void> convert_views_to_png(Console& console, const std::filesystem::path& folder,
+                                  const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto& view = views[i];
     const auto program = sibling_program_path("gyrotherm-pdf");
     const auto code = run_and_wait({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(),
                                     "--out", (folder / (view + ".png")).string()});
     const auto fraction = static_cast<double>(i + 1) / static_cast<double>(views.size());
-    // Ctrl-C also ends that program.
+    // Checked first, because Ctrl-C also ends gyrotherm-pdf.
     if (auto running = check_interrupt(console, "pictures", fraction); !running) return running;
     if (code && *code == 0) continue;
     const auto why = code ? fmt::format("exit code {}", *code) : code.error().what;
@@ -234,7 +234,7 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
   return {};
 }
 
-Result<void> write_all(Console& console, const Solved& solved, const ThermalArguments& options) {
+Result<void> write_files(Console& console, const SolvedModel& solved, const ThermalArguments& options) {
   const std::filesystem::path folder = options.out;
   std::vector<std::string> views;
   std::vector<std::pair<std::string, std::string>> files;
@@ -251,7 +251,7 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   for (const auto& [name, content] : files) {
     if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
   }
-  if (auto drawn = draw_pictures(console, folder, views); !drawn) return drawn;
+  if (auto drawn = convert_views_to_png(console, folder, views); !drawn) return drawn;
   return replace_text_file((folder / kResultFile).string(), json(solved, options).dump(2) + "\n");
 }
 
@@ -267,7 +267,8 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   watch_for_interrupts(SecondInterrupt::ends);
   const auto solved = solve(console, std::move(*model), options);
   if (!solved) return failure(solved.error());
-  auto written = check_interrupt(console, "pictures", 0).and_then([&] { return write_all(console, *solved, options); });
+  auto written =
+      check_interrupt(console, "pictures", 0).and_then([&] { return write_files(console, *solved, options); });
   if (!written) return failure(written.error());
   if (!console.json) {
     console.print(describe(*solved, options));

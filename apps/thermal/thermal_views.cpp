@@ -13,17 +13,19 @@
 namespace gyrotherm::app {
 namespace {
 
-// Depth of the view below a face, and margin around the block.
-constexpr double kInside_mm = 0.05;
+/// Depth of the sampled plane below a face.
+constexpr double kDepth_mm = 0.05;
+/// Margin around the block.
 constexpr double kMargin_mm = 2;
 
-/// A plane through the cabinet. at_m() converts coordinates in the plane (right, up), mm, to a point in the cabinet, m.
+/// A plane through the cabinet.
 struct Plane {
   std::string file, title, x_title, y_title;
   plot::Range right_mm, up_mm;
   std::array<double, 3> origin_mm{}, along_right{}, along_up{};
 
-  [[nodiscard]] std::array<double, 3> at_m(double right, double up) const {
+  /// Converts coordinates in the plane, mm, to a point in the cabinet, m.
+  [[nodiscard]] std::array<double, 3> point_m(double right, double up) const {
     std::array<double, 3> point{};
     for (std::size_t k = 0; k < 3; ++k) point[k] = 1e-3 * (origin_mm[k] + right * along_right[k] + up * along_up[k]);
     return point;
@@ -39,7 +41,7 @@ Plane top_face(const thermal::GyroGeometry& geometry) {
           "y, mm",
           {0, x},
           {0, y},
-          {0, 0, top - kInside_mm},
+          {0, 0, top - kDepth_mm},
           {1, 0, 0},
           {0, 1, 0}};
 }
@@ -90,11 +92,11 @@ plot::ThermalImage sample_plane(const Plane& plane, const thermal::ThermalField&
   for (std::size_t row = 0; row < rows; ++row) {
     const double up = plane.up_mm.high - (static_cast<double>(row) + 0.5) / per_mm;
     for (std::size_t column = 0; column < columns; ++column) {
-      const auto at = plane.at_m(plane.right_mm.low + (static_cast<double>(column) + 0.5) / per_mm, up);
+      const auto at = plane.point_m(plane.right_mm.low + (static_cast<double>(column) + 0.5) / per_mm, up);
       const auto part = field.part_at(at[0], at[1], at[2]);
-      const bool solid = part && is_drawn(*part);
-      image.celsius.values.push_back(solid ? field.temperature_at(at[0], at[1], at[2])
-                                           : std::numeric_limits<double>::quiet_NaN());
+      const bool is_coloured = part && is_drawn(*part);
+      image.celsius.values.push_back(is_coloured ? field.temperature_at(at[0], at[1], at[2])
+                                                 : std::numeric_limits<double>::quiet_NaN());
       image.parts.push_back(part && !is_air(*part) ? static_cast<int>(index(*part) + 1) : 0);
     }
   }
@@ -111,12 +113,13 @@ std::vector<plot::ThermalMark> thermometer_marks(const thermal::GyroModel& model
   return marks;
 }
 
-/// Crops a horizontal plane to the rectangle around the drawn parts that it cuts, plus a margin, in whole millimetres.
+/// Crops a horizontal plane to the drawn parts that it intersects, plus a margin, rounded outwards to whole
+/// millimetres.
 void crop_to_block(Plane& plane, const thermal::GyroParts& parts) {
   thermal::PlanRectangle all = bounds(parts.block.plan);
   const auto add = [&](const thermal::Prism& prism) {
-    const bool is_met = prism.z0 <= plane.origin_mm[2] && plane.origin_mm[2] <= prism.z1;
-    if (!is_drawn(prism.part) || prism.plan.empty() || !is_met) return;
+    const bool is_intersected = prism.z0 <= plane.origin_mm[2] && plane.origin_mm[2] <= prism.z1;
+    if (!is_drawn(prism.part) || prism.plan.empty() || !is_intersected) return;
     const thermal::PlanRectangle one = bounds(prism.plan);
     all = {std::min(all.x0, one.x0), std::max(all.x1, one.x1), std::min(all.y0, one.y0), std::max(all.y1, one.y1)};
   };

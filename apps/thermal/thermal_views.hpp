@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Views of the gyro's temperatures: planes through the cabinet on which the field of a steady state is sampled.
+/// Views of the gyro's temperatures: the field of a steady state, sampled on planes through the cabinet.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 namespace gyrotherm::app {
 
 struct ThermalView {
-  std::string file;  ///< "top-face"
+  std::string file;  ///< name, such as "top-face"
   plot::ThermalImage image;
 };
 

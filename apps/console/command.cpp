@@ -17,7 +17,7 @@
 
 namespace gyrotherm::app {
 
-Exit exit_for(const Fault& fault) {
+Exit exit_code_for(const Fault& fault) {
   switch (fault.kind) {
     case FaultKind::timeout:
     case FaultKind::disconnected:
@@ -112,7 +112,7 @@ int run(Program& program, int argc, char** argv) {
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.print_fault(name, program.outcome.error());
-  return static_cast<int>(exit_for(program.outcome.error()));
+  return static_cast<int>(exit_code_for(program.outcome.error()));
 }
 
 double peak_memory_mb() {

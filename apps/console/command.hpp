@@ -35,7 +35,7 @@ enum class Exit : int {
 };
 
 /// Returns the exit code for a fault that ends a command.
-[[nodiscard]] Exit exit_for(const Fault& fault);
+[[nodiscard]] Exit exit_code_for(const Fault& fault);
 
 /// Meaning of each exit code, for manual pages.
 inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {

@@ -109,7 +109,7 @@ void Outlet::write_lines(const Lines& lines) {
   std::unique_lock lock(state_->mutex);
   auto text = lines(state_->dropped);
   if (text.empty() && !state_->lines.empty()) return;
-  if (!state_->lines.empty() && state_->waiting + text.size() > kMostWaiting) {
+  if (!state_->lines.empty() && state_->waiting + text.size() > kMaxWaitingBytes) {
     ++state_->dropped;
     return;
   }

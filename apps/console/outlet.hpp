@@ -28,8 +28,8 @@ class Outlet {
   /// is written.
   void never_wait();
 
-  /// Writes the lines that `lines` returns. If more than kMostWaiting bytes would wait, drops them. `dropped` is the
-  /// number of calls that were dropped since the last accepted one.
+  /// Writes the lines that `lines` returns. If more than kMaxWaitingBytes bytes would wait, drops them. `dropped` is
+  /// the number of calls that were dropped since the last accepted one.
   using Lines = std::function<std::string(std::size_t dropped)>;
   void write_lines(const Lines& lines);
   /// Draws lines on a terminal in place of the previous ones. If those have not been written yet, they are skipped.
@@ -39,7 +39,7 @@ class Outlet {
   [[nodiscard]] bool has_failed() const;
 
   /// Largest number of bytes that wait to be written.
-  static constexpr std::size_t kMostWaiting = 1 << 18;
+  static constexpr std::size_t kMaxWaitingBytes = 1 << 18;
 
  private:
   struct SharedState;

@@ -163,7 +163,7 @@ MUTANTS = [
      "if (has_thread) return available.notify_one();", "",
      "console_test", "Outlet.DoesNotWaitForBlockedReader"),
     ("messages wait without bound", "apps/console/outlet.cpp",
-     "if (!state_->lines.empty() && state_->waiting + text.size() > kMostWaiting) {", "if (false) {",
+     "if (!state_->lines.empty() && state_->waiting + text.size() > kMaxWaitingBytes) {", "if (false) {",
      "console_test", "Outlet.ReportsDroppedLinesWithNextAcceptedLines"),
     ("a picture waits behind the one before", "apps/console/outlet.cpp",
      "  state_->picture = std::move(picture);", "  if (!state_->picture) state_->picture = std::move(picture);",

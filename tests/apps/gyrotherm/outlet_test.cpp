@@ -92,7 +92,7 @@ TEST(Outlet, ReportsDroppedLinesWithNextAcceptedLines) {
   for (int i = 0; i < 400; ++i) outlet.write_lines(line(kilobyte));
   std::string text;
   const auto lines = [&] { return std::count(text.begin(), text.end(), '\n'); };
-  while (lines() < static_cast<std::ptrdiff_t>(Outlet::kMostWaiting / 1024)) text += pipe.read_until("\n");
+  while (lines() < static_cast<std::ptrdiff_t>(Outlet::kMaxWaitingBytes / 1024)) text += pipe.read_until("\n");
   outlet.write_lines(line("now"));
   while (text.find('-') == std::string::npos) text += pipe.read_until("\n");
   EXPECT_EQ(lines() - 1 + std::stol(text.substr(text.find('-') + 1)), 400);

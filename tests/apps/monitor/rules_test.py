@@ -51,7 +51,7 @@ class Rules(unittest.TestCase):
                 "GyrothermRunAborted",
                 "critical",
                 summary="soak on oven was aborted",
-                description="The chamber is made safe. This stands until another run begins on the rig.",
+                description="The chamber is made safe. This alert remains until another run begins on the rig.",
             ),
             fires(
                 "13m",
@@ -72,7 +72,7 @@ class Rules(unittest.TestCase):
                 "40m",
                 "GyrothermRunDoesNotAnswer",
                 "critical",
-                summary="soak on oven is not over, and no program carries it out",
+                summary="soak on oven is unfinished, and no program executes it",
                 description="The program or its disk has failed. The guard makes the chamber safe; "
                 "gyrotherm resume continues the run.",
             ),
@@ -90,7 +90,7 @@ class Rules(unittest.TestCase):
                 "GyrothermMonitorDoesNotAnswer",
                 "critical",
                 of,
-                summary="The monitor at rig:8321 does not answer",
+                summary="The monitor at rig:8321 does not respond",
             ),
         )
 

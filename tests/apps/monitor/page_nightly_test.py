@@ -64,32 +64,32 @@ class Page(WatchedRun):
         cls.browser.quit()
         super().tearDownClass()
 
-    def go(self, view: str) -> None:
+    def open_view(self, view: str) -> None:
         site = view in ("runs", "rigs")
         self.browser.get(f"http://127.0.0.1:{self.monitor.port}/#/" + (view if site else f"run/{self.key}/{view}"))
 
     def text(self) -> str:
         return self.browser.execute_script("return document.body.innerText")
 
-    def sees(self, words: str, seconds: float = 15) -> None:
+    def expect_text(self, words: str, seconds: float = 15) -> None:
         self.assertTrue(until(lambda: words in self.text(), seconds), f"{words!r} in {self.text()}")
 
     def press(self, element: str) -> None:
         until(lambda: self.browser.find_elements(By.XPATH, element), 10)
         self.browser.find_element(By.XPATH, element).click()
 
-    def put(self, element: str, words: str) -> None:
+    def enter(self, element: str, words: str) -> None:
         until(lambda: self.browser.find_elements(By.ID, element), 10)
         self.browser.find_element(By.ID, element).send_keys(words)
 
-    def test_1_an_operator_carries_a_run_through_its_evening(self) -> None:
-        self.go("now")
-        self.sees("Log in")
-        self.put("login-name", "ada")
-        self.put("login-password", PASSWORD)
+    def test_1_operator_controls_run(self) -> None:
+        self.open_view("now")
+        self.expect_text("Log in")
+        self.enter("login-name", "ada")
+        self.enter("login-password", PASSWORD)
         self.press("//form//button")
-        self.sees("Running")
-        self.sees("Segment 2 of 3", 30)
+        self.expect_text("Running")
+        self.expect_text("Segment 2 of 3", 30)
         air = self.browser.find_element(By.XPATH, "//dt[.='Set point']/following-sibling::dd").text
         self.assertTrue(
             until(
@@ -98,47 +98,47 @@ class Page(WatchedRun):
             "the ramp is seen",
         )
         self.press("//button[.='Pause']")
-        self.sees("Held")
-        self.sees("ada")
+        self.expect_text("Held")
+        self.expect_text("ada")
         self.press("//button[.='Resume']")
-        self.put("dialog-text", "looked at it")
+        self.enter("dialog-text", "looked at it")
         self.press("//dialog//button[.='Resume']")
-        self.sees("Running")
-        self.go("events")
-        self.put("note-text", "<img src=x onerror=alert(1)> the door was open")
+        self.expect_text("Running")
+        self.open_view("events")
+        self.enter("note-text", "<img src=x onerror=alert(1)> the door was open")
         self.press("//button[.='Add']")
-        self.sees("<img src=x onerror=alert(1)> the door was open")
+        self.expect_text("<img src=x onerror=alert(1)> the door was open")
         self.run_.move_set_point(26.0)
-        self.go("alarms")
-        self.sees("foreign_set_point", 20)
+        self.open_view("alarms")
+        self.expect_text("foreign_set_point", 20)
         if self.pictures:
             self.take_pictures("alarm", ("now", "alarms"))
-            self.go("alarms")
-        self.put("alarm-comment", "put back by hand")
+            self.open_view("alarms")
+        self.enter("alarm-comment", "put back by hand")
         self.press("//button[starts-with(., 'Acknowledge all shown')]")
-        self.sees("ada (through")
-        self.sees("put back by hand")
-        self.sees("Acknowledge all shown (0)")
-        self.go("now")
+        self.expect_text("ada (through")
+        self.expect_text("put back by hand")
+        self.expect_text("Acknowledge all shown (0)")
+        self.open_view("now")
         self.press("//button[starts-with(., 'Stop')]")
-        self.sees("Sure?")
-        self.sees("left")
-        self.sees("safe set point, ")
-        self.sees("Reason")
+        self.expect_text("Sure?")
+        self.expect_text("left")
+        self.expect_text("safe set point, ")
+        self.expect_text("Reason")
         self.press("//dialog//button[.='Cancel']")
-        self.go("trend")
+        self.open_view("trend")
         self.press("//button[.='All']")
         self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
-        self.expect_no_hole()
+        self.expect_no_empty_rows()
         self.press("//button[.='Zoom in']")
-        self.sees("every second")
-        self.expect_labels_apart()
+        self.expect_text("every second")
+        self.expect_different_labels()
         self.assertIn("chart", self.browser.find_element(By.CSS_SELECTOR, ".chart").get_attribute("class"))
         kinds = [kind for kind, _ in self.events()]
         self.assertGreaterEqual(kinds.count("command"), 2)
         self.assertIn("acknowledged", kinds)
 
-    def expect_no_hole(self) -> None:
+    def expect_no_empty_rows(self) -> None:
         """Samples that arrive during the request of a chart are in it. Reads the rows from the library."""
         for _ in range(3):
             self.browser.refresh()
@@ -147,7 +147,7 @@ class Page(WatchedRun):
             empty_rows = self.browser.execute_script("return chart.count_empty_rows()")
             self.assertEqual(empty_rows, 0)
 
-    def expect_labels_apart(self) -> None:
+    def expect_different_labels(self) -> None:
         """The ticks of a narrow scale have different labels."""
         labels = self.browser.execute_script("""
             const put = (id, value) => {
@@ -168,39 +168,39 @@ class Page(WatchedRun):
 
     def take_pictures(self, name: str, views: tuple[str, ...]) -> None:
         for dark in (False, True):
-            self.look("dark" if dark else "light")
+            self.set_colour_scheme("dark" if dark else "light")
             for width in WIDTHS:
-                self.be(width)
+                self.set_width(width)
                 for view in views:
                     self.browser.get("about:blank")
-                    self.go(view)
+                    self.open_view(view)
                     time.sleep(1.5)
                     self.browser.save_screenshot(
                         f"{self.pictures}/{name}-{view}-{width}-{'dark' if dark else 'light'}.png"
                     )
-        self.be(1200)
+        self.set_width(1200)
 
-    def look(self, scheme: str) -> None:
+    def set_colour_scheme(self, scheme: str) -> None:
         self.browser.execute_cdp_cmd(
             "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
         )
 
-    def be(self, width: int) -> None:
+    def set_width(self, width: int) -> None:
         self.browser.execute_cdp_cmd(
             "Emulation.setDeviceMetricsOverride",
             {"width": width, "height": 1000, "deviceScaleFactor": 1, "mobile": False},
         )
 
-    def test_2_it_fits_each_width_and_finds_nothing_to_complain_of(self) -> None:
+    def test_2_page_fits_each_width_without_errors(self) -> None:
         axe = os.environ.get("GYROTHERM_AXE")
         for scheme in ("light", "dark"):
-            self.look(scheme)
+            self.set_colour_scheme(scheme)
             for width in WIDTHS:
-                self.be(width)
+                self.set_width(width)
                 for view in VIEWS:
                     with self.subTest(scheme=scheme, width=width, view=view):
                         self.browser.get("about:blank")
-                        self.go(view)
+                        self.open_view(view)
                         self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "main > *"), 10))
                         time.sleep(0.7)
                         self.assertEqual(self.browser.find_element(By.ID, "connection").text, "")
@@ -224,10 +224,10 @@ class Page(WatchedRun):
         if self.pictures:
             self.take_pictures("run", VIEWS)
 
-    def test_3_it_can_be_used_without_a_mouse(self) -> None:
-        self.be(1200)
-        self.go("now")
-        self.sees("Suspended", 20)
+    def test_3_page_is_usable_by_keyboard(self) -> None:
+        self.set_width(1200)
+        self.open_view("now")
+        self.expect_text("Suspended", 20)
         reached = set()
         for _ in range(40):
             self.browser.switch_to.active_element.send_keys("\ue004")
@@ -238,14 +238,14 @@ class Page(WatchedRun):
         for words in ("Skip to the content", "Trend", "Rigs", "Pause", "Stop …"):
             self.assertIn(words, reached)
 
-    def says(self, script: str):
+    def evaluate(self, script: str):
         """Returns the result of the page's own functions."""
         return self.browser.execute_script(f"return {script}")
 
     def connection(self) -> str:
         return self.browser.find_element(By.ID, "connection").text
 
-    def put_in_place_of_runs(self, answer: str) -> None:
+    def replace_runs_answer(self, answer: str) -> None:
         """Replaces later answers to requests for all runs. `answer` is computed from the monitor's answer, `json`."""
         self.browser.execute_script(f"""
             window.own_fetch ??= window.fetch;
@@ -257,27 +257,27 @@ class Page(WatchedRun):
             }};
             """)
 
-    def test_4_whoever_stands_on_a_link_sees_what_is_new(self) -> None:
+    def test_4_new_data_keeps_focus_on_link(self) -> None:
         for view, box in (("rigs", ".cards"), ("runs", "tbody")):
             with self.subTest(view):
                 self.browser.get("about:blank")
-                self.go(view)
+                self.open_view(view)
                 self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, box + " a"), 10))
                 self.browser.execute_script(f"document.querySelector('{box} a').focus()")
-                self.put_in_place_of_runs(
+                self.replace_runs_answer(
                     "new Response(JSON.stringify({runs: json.runs.concat(json.runs.map(run => Object.assign({}, run,"
                     " {key: 'another', name: 'another', rig: 'another', profile: 'quite another'}))).reverse()}))"
                 )
-                self.sees("quite another")
-                self.assertIn(f"/{self.key}/", self.says("document.activeElement.getAttribute('href')"))
+                self.expect_text("quite another")
+                self.assertIn(f"/{self.key}/", self.evaluate("document.activeElement.getAttribute('href')"))
 
-    def test_5_old_values_are_called_old(self) -> None:
+    def test_5_old_data_is_reported(self) -> None:
         for view in ("rigs", "runs"):
             with self.subTest(view):
                 self.browser.get("about:blank")
-                self.go(view)
-                self.sees("soak")
-                self.put_in_place_of_runs("new Response('{\"error\": \"too many requests\"}', {status: 429})")
+                self.open_view(view)
+                self.expect_text("soak")
+                self.replace_runs_answer("new Response('{\"error\": \"too many requests\"}', {status: 429})")
                 self.assertTrue(until(lambda: "too many requests" in self.connection(), 10))
                 self.assertNotIn("There is no record", self.text())
                 self.browser.execute_script("window.fetch = own_fetch")
@@ -288,9 +288,9 @@ class Page(WatchedRun):
                 self.monitor.again()
                 self.assertTrue(until(lambda: not self.connection(), 10))
 
-    def test_6_a_run_is_said_to_be_as_it_is(self) -> None:
-        self.go("now")
-        self.sees("Last sample")
+    def test_6_display_state_follows_status(self) -> None:
+        self.open_view("now")
+        self.expect_text("Last sample")
         for state, finished, said in (
             ("execute", False, "interrupted"),
             ("suspended", False, "interrupted"),
@@ -301,36 +301,37 @@ class Page(WatchedRun):
             ("execute", True, "complete"),
         ):
             status = f"{{state: '{state}', finished: {str(finished).lower()}, running: false}}"
-            self.assertEqual(self.says(f"display_state({status})"), said, status)
-        self.assertIn("no program is executing this run", self.says("display_cause({state: 'held', ended_by: 'held'})"))
+            self.assertEqual(self.evaluate(f"display_state({status})"), said, status)
+        cause = self.evaluate("display_cause({state: 'held', ended_by: 'held'})")
+        self.assertIn("no program is executing this run", cause)
         silent = "status: {running: true, age_s: 7200}, status_received_ms: 1000, sample: {}, sample_received_ms: 2000"
-        self.assertEqual(self.says(f"sample_age_s({{{silent}}}, 3000)"), 7202)
-        self.assertEqual(self.says(f"sample_age_s({{{silent.replace('7200', '0')}}}, 9000)"), 8)
-        self.assertEqual(self.says("format_signed(20.23 - 20.0333, 2)"), "+0.20")
-        self.assertEqual(self.says("format_signed(-0.001, 2)"), "+0.00")
-        self.assertEqual(self.says("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for_distance)"), [0, 1, 2, 1, 3])
-        text = self.says(
+        self.assertEqual(self.evaluate(f"sample_age_s({{{silent}}}, 3000)"), 7202)
+        self.assertEqual(self.evaluate(f"sample_age_s({{{silent.replace('7200', '0')}}}, 9000)"), 8)
+        self.assertEqual(self.evaluate("format_signed(20.23 - 20.0333, 2)"), "+0.20")
+        self.assertEqual(self.evaluate("format_signed(-0.001, 2)"), "+0.00")
+        self.assertEqual(self.evaluate("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for_distance)"), [0, 1, 2, 1, 3])
+        text = self.evaluate(
             "(handle_status(Object.assign({}, page.run.status, {record_damage: 'it was cut', live_copy_trouble:"
             " 'its disk is full'})), document.body.innerText)"
         )
         self.assertIn("it was cut", text)
         self.assertIn("its disk is full", text)
 
-    def test_7_another_record_in_its_place_is_shown_anew(self) -> None:
-        self.go("now")
-        self.sees("Last sample")
+    def test_7_replaced_record_is_loaded_again(self) -> None:
+        self.open_view("now")
+        self.expect_text("Last sample")
         self.browser.execute_script(
             "window.before = page.run; handle_status(Object.assign({}, page.run.status, {id: 'of another run'}))"
         )
-        self.assertTrue(until(lambda: self.says("page.run !== null && page.run !== before"), 10))
-        self.sees("Last sample")
+        self.assertTrue(until(lambda: self.evaluate("page.run !== null && page.run !== before"), 10))
+        self.expect_text("Last sample")
 
-    def test_8_who_may_not_look_any_more_is_asked_to_log_in(self) -> None:
-        self.go("now")
-        self.sees("Last sample")
+    def test_8_removed_user_sees_login(self) -> None:
+        self.open_view("now")
+        self.expect_text("Last sample")
         monitor_command(self.folder, "user", "add", "eve", "--role", "viewer", password=PASSWORD)
         monitor_command(self.folder, "user", "remove", "ada")
-        self.sees("Log in", 20)
+        self.expect_text("Log in", 20)
         self.assertNotIn("ada", self.browser.find_element(By.ID, "who").text)
 
 

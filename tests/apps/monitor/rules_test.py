@@ -37,7 +37,7 @@ class Rules(unittest.TestCase):
             judged = subprocess.run(["promtool", "test", "rules", told], capture_output=True, text=True, check=False)
         self.assertEqual(judged.returncode, 0, judged.stdout + judged.stderr)
 
-    def test_an_aborted_run_is_told_of_after_its_program_has_ended(self) -> None:
+    def test_aborted_run_is_reported_after_its_program_has_ended(self) -> None:
         self.judge(
             [
                 series("gyrotherm_run_up", "1x10 _x200"),
@@ -64,7 +64,7 @@ class Rules(unittest.TestCase):
             fires("45m", "GyrothermAlarmUnacknowledged"),
         )
 
-    def test_a_run_that_died_held_is_not_held(self) -> None:
+    def test_dead_run_is_not_reported_as_held(self) -> None:
         self.judge(
             [series("gyrotherm_run_up", "1x20 0x200"), series("gyrotherm_run_state", "1x20 _x200", state="held")],
             fires("40m", "GyrothermRunHeld"),
@@ -78,7 +78,7 @@ class Rules(unittest.TestCase):
             ),
         )
 
-    def test_a_monitor_is_missed_under_the_name_that_the_manual_gives_its_job(self) -> None:
+    def test_missing_monitor_is_reported_for_documented_job_name(self) -> None:
         job = re.search(r"job_name: (\w+)", (MONITOR.parents[1] / "docs/monitor.md").read_text())[1]
         of = {"job": job, "instance": "rig:8321"}
         up = {"series": "up{job=\"%s\",instance=\"rig:8321\"}" % job, "values": "1x20 0x40"}

@@ -11,7 +11,7 @@
 
 namespace gyrotherm::monitor {
 
-inline constexpr const char* kMemorySchema = "gyrotherm-monitor-progress/1";
+inline constexpr const char* kMemorySchema = "gyrotherm-monitor-told/1";
 
 void describe(auto& form, Like<NotificationProgress> auto& incident) {
   form("steps", incident.steps);

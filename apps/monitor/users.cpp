@@ -48,7 +48,7 @@ std::string hash_password(const std::string& password) {
   std::array<char, crypto_pwhash_STRBYTES> text{};
   const int made = crypto_pwhash_str_alg(text.data(), password.data(), password.size(), kPasses, kMemoryBytes,
                                          crypto_pwhash_ALG_ARGON2ID13);
-  ensure(made == 0, "a password can be hash_password");
+  ensure(made == 0, "a password can be hashed");
   return text.data();
 }
 

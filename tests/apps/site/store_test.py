@@ -687,7 +687,7 @@ class Entrance(unittest.TestCase):
                 3,
                 "no pg_hba.conf entry",
             ),
-            ("told", {"address": "host=127.0.0.1 password=one"}, None, 0o600, 4, "expected a passfile"),
+            ("told", {"address": "host=127.0.0.1 password=one"}, None, 0o600, 4, "use a passfile"),
         ):
             rig = self.rig(name, **more)
             if password:

@@ -46,21 +46,21 @@ Result<NotificationMemory> NotificationMemory::parse(std::string_view text, cons
 
 std::string NotificationMemory::to_text() const { return text_of(make_json(*this), 1) + "\n"; }
 
-NotificationProgress& NotificationMemory::find_or_add(const std::string& key, Duration now) {
+NotificationProgress& NotificationMemory::find_or_add_progress(const std::string& key, Duration now) {
   const auto found = std::ranges::find_if(incidents_, [&](const auto& known) { return known.first == key; });
   if (found != incidents_.end()) return found->second;
   return incidents_.emplace_back(key, NotificationProgress{.last_attempt = now, .began = now}).second;
 }
 
 void NotificationMemory::record_delivery(const DueMessage& message, Duration now) {
-  auto& known = find_or_add(message.key, now);
+  auto& known = find_or_add_progress(message.key, now);
   ++known.steps;
   known.last_attempt = now;
   known.failures = 0;
 }
 
 void NotificationMemory::record_failure(const DueMessage& message, Duration now) {
-  auto& known = find_or_add(message.key, now);
+  auto& known = find_or_add_progress(message.key, now);
   known.last_attempt = now;
   if (++known.failures < kMaxAttempts) return;
   ++known.steps;
@@ -243,7 +243,7 @@ std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Dur
   for (const auto& rule : site.rules)
     for (const auto& found : find_incidents(site, rule, now, missing, known)) {
       current.insert(found.key);
-      for (const auto& address : due_addresses(rule, found, memory.find_or_add(found.key, utc), utc))
+      for (const auto& address : due_addresses(rule, found, memory.find_or_add_progress(found.key, utc), utc))
         due.push_back({.key = found.key,
                        .rule = rule.name,
                        .address = address,

@@ -121,7 +121,7 @@ class NotificationMemory {
   void remove_ended(const Situation& now, Duration utc, const std::set<std::string>& current);
 
   /// Returns the progress of an incident. Adds one that begins `now` if there is none.
-  [[nodiscard]] NotificationProgress& find_or_add(const std::string& key, Duration now);
+  [[nodiscard]] NotificationProgress& find_or_add_progress(const std::string& key, Duration now);
 };
 
 /// Number of deliveries that are tried to an address before the next address is notified.

@@ -92,14 +92,15 @@ Result<void> change_users(const UserArguments& options, Change change) {
 }
 
 Result<void> add_user(const UserArguments& options) {
-  return change_users(
-      options, [&](UserList& list) { return put_user(list, options.name, *find_role(options.role), read_password()); });
+  return change_users(options, [&](UserList& list) {
+    return add_or_replace_user(list, options.name, *find_role(options.role), read_password());
+  });
 }
 
 /// Adds a token and prints it. If it cannot be printed, does not store it.
 Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
-    return put_token(list, options.name, *find_role(options.role)).and_then([](const std::string& secret) {
+    return add_or_replace_token(list, options.name, *find_role(options.role)).and_then([](const std::string& secret) {
       auto printed = write_to_stdout(secret + "\n");
       return printed && is_stdout_closed() ? failure(FaultKind::storage, "stdout", "is closed, so no token was created")
                                            : printed;
@@ -112,7 +113,7 @@ Result<void> add_token(const UserArguments& options) {
 }
 
 Result<void> remove_user(const UserArguments& options) {
-  return change_users(options, [&](UserList& list) { return remove_name(list, options.name); });
+  return change_users(options, [&](UserList& list) { return remove_user_or_token(list, options.name); });
 }
 
 Result<void> list_users(const UserArguments& options) {

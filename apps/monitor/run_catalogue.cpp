@@ -189,7 +189,7 @@ void RunCatalogue::scan(const std::function<bool()>& is_stopping) {
 
 /// Returns the run with its present age. Bit 0 of the version is set if the run has become silent since the last scan;
 /// the other bits count the changes.
-FoundRun RunCatalogue::with_current_age(FoundRun run) {
+FoundRun RunCatalogue::update_age(FoundRun run) {
   const bool was_silent = run.is_silent();
   run.age_s = compute_age_s(run);
   run.version = 2 * run.version + (run.is_silent() != was_silent ? 1 : 0);
@@ -200,7 +200,7 @@ std::vector<FoundRun> RunCatalogue::runs() const {
   std::vector<FoundRun> runs;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& [path, entry] : entries_) runs.push_back(with_current_age(entry.run));
+    for (const auto& [path, entry] : entries_) runs.push_back(update_age(entry.run));
   }
   const auto started = [](const FoundRun& run) { return run.info ? run.info->started_utc : Duration{}; };
   std::ranges::stable_sort(runs, [&](const FoundRun& a, const FoundRun& b) {
@@ -212,7 +212,7 @@ std::vector<FoundRun> RunCatalogue::runs() const {
 std::optional<FoundRun> RunCatalogue::find(const std::string& key) const {
   const std::lock_guard lock(mutex_);
   for (const auto& [path, entry] : entries_)
-    if (entry.run.key == key) return with_current_age(entry.run);
+    if (entry.run.key == key) return update_age(entry.run);
   return std::nullopt;
 }
 

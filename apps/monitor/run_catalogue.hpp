@@ -82,7 +82,7 @@ class RunCatalogue {
     std::string folder;
   };
   [[nodiscard]] static FileStates read_file_states(const std::string& path);
-  [[nodiscard]] static FoundRun with_current_age(FoundRun run);
+  [[nodiscard]] static FoundRun update_age(FoundRun run);
   [[nodiscard]] std::vector<std::string> active_records_in(const std::string& folder) const;
   [[nodiscard]] Entry copy_entry(const std::string& path) const;
   static void read_info(Entry& entry);

@@ -109,7 +109,7 @@ std::vector<Sessions::Session> Sessions::all() {
   return list;
 }
 
-std::string Confirmations::issue(const std::string& user, const std::string& run, const std::string& verb) {
+std::string Confirmations::issue_token(const std::string& user, const std::string& run, const std::string& verb) {
   constexpr std::size_t kMaxPending = 256;
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().since_start;

@@ -63,7 +63,7 @@ class Confirmations {
   explicit Confirmations(const Clock& clock) : clock_(clock) {}
 
   /// Creates a token for a user, a run and a command.
-  [[nodiscard]] std::string issue(const std::string& user, const std::string& run, const std::string& verb);
+  [[nodiscard]] std::string issue_token(const std::string& user, const std::string& run, const std::string& verb);
   /// Invalidates the token. Returns whether it was valid for this user, run and command.
   [[nodiscard]] bool redeem(const std::string& token, const std::string& user, const std::string& run,
                             const std::string& verb);

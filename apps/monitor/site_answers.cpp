@@ -45,7 +45,7 @@ bool is_below(std::string_view path, std::string_view top) {
 constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
 constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "acknowledge"};
 
-bool ends_run(const std::string& verb) { return verb == "stop" || verb == "abort"; }
+bool is_ending_command(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
 /// Makes the request that `gyrotherm tell` would send.
 Result<control::ControlRequest> make_request(const std::string& verb, const std::map<std::string, std::string>& body) {
@@ -63,7 +63,7 @@ WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun&
   const auto& chamber = verb == "abort" ? run.chamber_after_abort : run.chamber_after_stop;
   return {.status = 409,
           .body = text_of(
-              Json{{"confirm", confirmations_.issue(sender.name(), run.key, verb)},
+              Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
                    {"question", fmt::format("{} done, {} left. The run ends and {}. Sure?", done, left, chamber)},
                    {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
                    {"left_s", standing.time_left ? Json(to_seconds(*standing.time_left)) : Json(nullptr)}})};
@@ -81,7 +81,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (!body) return refusal(400, body.error().what);
   auto command = make_request(verb, *body);
   if (!command) return refusal(400, command.error().what);
-  if (ends_run(verb) && !confirmations_.redeem(body->at("confirm"), sender.name(), run->key, verb))
+  if (is_ending_command(verb) && !confirmations_.redeem(body->at("confirm"), sender.name(), run->key, verb))
     return request_confirmation(sender, *run, verb);
   command->for_user = sender.name();
   const auto answer = control::tell(run->path, *command, kAnswerTimeout);

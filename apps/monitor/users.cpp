@@ -98,7 +98,7 @@ Result<void> write_users(const std::string& path, const UserList& list) {
   return write_private_file(path, text_of(make_json(list), 1) + "\n");
 }
 
-Result<void> put_user(UserList& list, const std::string& name, Role role, const std::string& password) {
+Result<void> add_or_replace_user(UserList& list, const std::string& name, Role role, const std::string& password) {
   if (auto good = check_name(name); !good) return good;
   if (password.size() < kMinPasswordBytes || password.size() > kMaxPasswordBytes)
     return failure(
@@ -111,7 +111,7 @@ Result<void> put_user(UserList& list, const std::string& name, Role role, const 
   return {};
 }
 
-Result<std::string> put_token(UserList& list, const std::string& name, Role role) {
+Result<std::string> add_or_replace_token(UserList& list, const std::string& name, Role role) {
   if (auto good = check_name(name); !good) return failure(good.error());
   if (std::ranges::find(list.users, name, &User::name) != list.users.end())
     return failure(FaultKind::usage, name, "is the name of a user");
@@ -121,7 +121,7 @@ Result<std::string> put_token(UserList& list, const std::string& name, Role role
   return secret;
 }
 
-Result<void> remove_name(UserList& list, const std::string& name) {
+Result<void> remove_user_or_token(UserList& list, const std::string& name) {
   if (!has_name(list, name)) return failure(FaultKind::usage, name, "is neither a user nor a token");
   std::erase_if(list.users, [&](const User& user) { return user.name == name; });
   std::erase_if(list.tokens, [&](const Token& token) { return token.name == name; });

@@ -73,12 +73,13 @@ inline constexpr std::size_t kMinPasswordBytes = 10, kMaxPasswordBytes = 256;  /
 
 /// Adds a user, or replaces the role and password of an existing one. Fails with usage if the name is invalid or
 /// belongs to a token, or if the password is too short or too long.
-[[nodiscard]] Result<void> put_user(UserList& list, const std::string& name, Role role, const std::string& password);
+[[nodiscard]] Result<void> add_or_replace_user(UserList& list, const std::string& name, Role role,
+                                               const std::string& password);
 /// Adds a token, or replaces the token of that name. Returns the token, which cannot be recovered later. Fails with
 /// usage if the name is invalid or belongs to a user.
-[[nodiscard]] Result<std::string> put_token(UserList& list, const std::string& name, Role role);
+[[nodiscard]] Result<std::string> add_or_replace_token(UserList& list, const std::string& name, Role role);
 /// Removes the user or token of a name. Fails with usage if there is none.
-[[nodiscard]] Result<void> remove_name(UserList& list, const std::string& name);
+[[nodiscard]] Result<void> remove_user_or_token(UserList& list, const std::string& name);
 
 /// Returns 256 random bits as 43 characters of URL-safe base 64.
 [[nodiscard]] std::string random_secret();

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPartSuffix = ".part";
 
-tl::unexpected<Fault> errno_fault(const std::string& path) {
+tl::unexpected<Fault> make_errno_fault(const std::string& path) {
   return failure(FaultKind::storage, path, std::strerror(errno));
 }
 
@@ -41,19 +41,19 @@ Result<std::string> copy_bytes(const RegularFile& from, int to, const std::strin
   std::array<char, 1 << 18> piece{};
   for (;;) {
     const auto count = read_some(from.descriptor.number(), piece.data(), piece.size());
-    if (count < 0) return errno_fault(path);
+    if (count < 0) return make_errno_fault(path);
     if (count == 0) break;
     const std::string_view bytes(piece.data(), static_cast<std::size_t>(count));
     hash.add(bytes);
-    if (!write_all(to, bytes)) return errno_fault(path);
+    if (!write_all(to, bytes)) return make_errno_fault(path);
   }
-  if (::fsync(to) != 0) return errno_fault(path);
+  if (::fsync(to) != 0) return make_errno_fault(path);
   return hex(hash.digest());
 }
 
 Result<void> sync_folder(const std::string& folder) {
   const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!opened.is_open() || ::fsync(opened.number()) != 0) return errno_fault(folder);
+  if (!opened.is_open() || ::fsync(opened.number()) != 0) return make_errno_fault(folder);
   return {};
 }
 
@@ -82,10 +82,10 @@ Result<void> copy_to_folder(const std::string& folder, const RunFileDigest& file
   if (!source) return failure(source.error());
   const auto unfinished = fmt::format("{}.{}{}", target, ::getpid(), kPartSuffix);
   Descriptor made(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640));
-  if (!made.is_open()) return errno_fault(unfinished);
+  if (!made.is_open()) return make_errno_fault(unfinished);
   auto copied = copy_bytes(*source, made.number(), unfinished);
   if (copied && *copied != file.sha256) copied = failure(FaultKind::storage, file.path, "changed while it was copied");
-  if (copied && std::rename(unfinished.c_str(), target.c_str()) != 0) copied = errno_fault(target);
+  if (copied && std::rename(unfinished.c_str(), target.c_str()) != 0) copied = make_errno_fault(target);
   if (!copied) {
     ::unlink(unfinished.c_str());
     return failure(copied.error());

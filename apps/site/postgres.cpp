@@ -84,7 +84,7 @@ unsigned QueryResult::type(int column) const { return PQftype(result_.get(), col
 
 void Postgres::Finish::operator()(pg_conn* connection) const { PQfinish(connection); }
 
-tl::unexpected<Fault> Postgres::connection_lost() const {
+tl::unexpected<Fault> Postgres::make_connection_fault() const {
   const auto why = join_lines(PQerrorMessage(connection_.get()));
   return failure(FaultKind::disconnected, kStore, why.empty() ? "the connection is lost" : why);
 }
@@ -105,9 +105,9 @@ Result<void> Postgres::wait(short events, Duration within) {
 
 Result<void> Postgres::wait_until_connected() {
   const Deadline deadline(limits_.connect);
-  if (PQstatus(connection_.get()) == CONNECTION_BAD) return connection_lost();
+  if (PQstatus(connection_.get()) == CONNECTION_BAD) return make_connection_fault();
   for (auto doing = PGRES_POLLING_WRITING; doing != PGRES_POLLING_OK; doing = PQconnectPoll(connection_.get())) {
-    if (doing == PGRES_POLLING_FAILED) return connection_lost();
+    if (doing == PGRES_POLLING_FAILED) return make_connection_fault();
     if (deadline.over())
       return failure(FaultKind::timeout, kStore, fmt::format("no connection within {}", spoken(limits_.connect)));
     if (auto ready = wait(doing == PGRES_POLLING_READING ? POLLIN : POLLOUT, deadline.left()); !ready) return ready;
@@ -143,10 +143,10 @@ Result<Postgres> Postgres::connect(const StoreAddress& address, const WaitLimits
 Result<void> Postgres::flush() {
   for (;;) {
     const int left = PQflush(connection_.get());
-    if (left < 0) return connection_lost();
+    if (left < 0) return make_connection_fault();
     if (left == 0) return {};
     if (auto ready = wait(POLLIN | POLLOUT, limits_.answer); !ready) return ready;
-    if (PQconsumeInput(connection_.get()) == 0) return connection_lost();
+    if (PQconsumeInput(connection_.get()) == 0) return make_connection_fault();
   }
 }
 
@@ -157,7 +157,7 @@ Result<void> Postgres::send(const std::string& statement, const std::vector<Para
   constexpr int kText = 0;
   if (PQsendQueryParams(connection_.get(), statement.c_str(), static_cast<int>(values.size()), nullptr, values.data(),
                         nullptr, nullptr, kText) == 0)
-    return connection_lost();
+    return make_connection_fault();
   return flush();
 }
 
@@ -167,7 +167,7 @@ Result<QueryResult> Postgres::read_result() {
   for (;;) {
     while (PQisBusy(connection_.get()) != 0) {
       if (auto ready = wait(POLLIN, limits_.answer); !ready) return failure(ready.error());
-      if (PQconsumeInput(connection_.get()) == 0) return connection_lost();
+      if (PQconsumeInput(connection_.get()) == 0) return make_connection_fault();
     }
     auto* result = PQgetResult(connection_.get());
     if (result == nullptr) break;
@@ -180,7 +180,7 @@ Result<QueryResult> Postgres::read_result() {
                     join_lines(message != nullptr ? message : PQresultErrorMessage(result))};
   }
   if (refused) return failure(std::move(*refused));
-  if (!answer) return connection_lost();
+  if (!answer) return make_connection_fault();
   return std::move(*answer);
 }
 
@@ -189,7 +189,7 @@ Result<QueryResult> Postgres::query(const std::string& statement, const std::vec
 }
 
 Result<void> Postgres::execute(const std::string& statements) {
-  if (PQsendQuery(connection_.get(), statements.c_str()) == 0) return connection_lost();
+  if (PQsendQuery(connection_.get(), statements.c_str()) == 0) return make_connection_fault();
   return flush().and_then([&] { return read_result(); }).map([](const QueryResult&) {});
 }
 

@@ -102,7 +102,7 @@ class Postgres {
   [[nodiscard]] Result<void> wait_until_connected();
   [[nodiscard]] Result<void> flush();
   [[nodiscard]] Result<void> wait(short events, Duration within);
-  [[nodiscard]] tl::unexpected<Fault> connection_lost() const;
+  [[nodiscard]] tl::unexpected<Fault> make_connection_fault() const;
 
   std::unique_ptr<pg_conn, Finish> connection_;
   WaitLimits limits_;

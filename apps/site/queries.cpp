@@ -88,7 +88,7 @@ Result<QueryResult> run_query(Postgres& store, const StoreQuery& query, const Qu
   return store.query(sql, parameters);
 }
 
-std::string as_table(const QueryResult& answer) {
+std::string format_table(const QueryResult& answer) {
   if (answer.rows() == 0) return {};
   std::vector<std::string> lines(static_cast<std::size_t>(answer.rows()) + 1);
   for (int column = 0; column < answer.columns(); ++column) {
@@ -109,7 +109,7 @@ std::string as_table(const QueryResult& answer) {
   return table;
 }
 
-std::string as_json(const QueryResult& answer) {
+std::string format_rows_as_json(const QueryResult& answer) {
   Json rows = Json::array();
   for (int row = 0; row < answer.rows(); ++row) {
     Json object = Json::object();

@@ -40,8 +40,8 @@ struct QueryOptions {
 [[nodiscard]] Result<QueryResult> run_query(Postgres& store, const StoreQuery& query, const QueryOptions& options);
 
 /// Returns the column titles and the rows as lines, with aligned columns. Returns an empty text if there are no rows.
-[[nodiscard]] std::string as_table(const QueryResult& answer);
+[[nodiscard]] std::string format_table(const QueryResult& answer);
 /// Returns a JSON array with an object per row. Values other than numbers, booleans and NULL are strings.
-[[nodiscard]] std::string as_json(const QueryResult& answer);
+[[nodiscard]] std::string format_rows_as_json(const QueryResult& answer);
 
 }  // namespace gyrotherm::site

@@ -79,7 +79,9 @@ Result<int> print_result(const SiteOptions& options, const QueryResult& answer) 
   if (answer.rows() == 0 && !options.json) write_to_stderr("no rows\n");
   if (options.query.most > 0 && static_cast<std::size_t>(answer.rows()) == options.query.most)
     write_to_stderr("more rows may exist; use --most 0 to print all\n");
-  return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
+  return write_to_stdout(options.json ? format_rows_as_json(answer) : format_table(answer)).map([] {
+    return kDoneExit;
+  });
 }
 
 /// Prints how many rigs, runs, rows and calibrations the store contains, and its size.

@@ -92,7 +92,7 @@ Result<report::ReportedThermalImage> compute_image(const thermal::GyroModel& mod
       .view = std::move(image)};
 }
 
-Result<Exit> figure(Console& console, const FigureArguments& options) {
+Result<Exit> print_figure(Console& console, const FigureArguments& options) {
   const auto path = resolve_path(options.gyro, kShippedGyro);
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);
@@ -123,7 +123,7 @@ void add_thermal_figure(Program& program) {
       add_command(program, "figure",
                   "Prints the data of a gyro's thermal model for a report as JSON: materials, heat sources, and "
                   "temperatures of the block at steady state on the coarse mesh.",
-                  "gyrotherm-thermal figure --gyro calibrated", figure);
+                  "gyrotherm-thermal figure --gyro calibrated", print_figure);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
       ->check(CLI::Range(-100.0, 150.0));

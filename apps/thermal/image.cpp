@@ -68,7 +68,7 @@ std::string json(const std::vector<thermal::FittedDifference>& family, const Fit
   return json.dump(2) + "\n";
 }
 
-Result<Exit> fit(Console& console, const FitArguments& options) {
+Result<Exit> run_fit(Console& console, const FitArguments& options) {
   const auto model = read_gyro(options.gyro);
   if (!model) return failure(model.error());
   watch_for_interrupts(SecondInterrupt::ends);
@@ -255,7 +255,7 @@ Result<void> write_files(Console& console, const SolvedModel& solved, const Ther
   return replace_text_file((folder / kResultFile).string(), json(solved, options).dump(2) + "\n");
 }
 
-Result<Exit> image(Console& console, const ThermalArguments& options) {
+Result<Exit> write_image(Console& console, const ThermalArguments& options) {
   std::error_code error;
   const auto result_file = (std::filesystem::path(options.out) / kResultFile).string();
   if (!options.force && std::filesystem::exists(result_file, error))
@@ -287,7 +287,7 @@ void add_thermal_fit(Program& program) {
   auto [command, options] = add_command(program, "fit",
                                         "Finds, for one parameter at a time, the value that yields a given temperature "
                                         "difference between gain and non-gain areas.",
-                                        "gyrotherm-thermal fit --difference 3.5", fit);
+                                        "gyrotherm-thermal fit --difference 3.5", run_fit);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--difference", options.difference_k, "required difference between gain and non-gain areas, K")
       ->check(CLI::Range(0.01, 100.0));
@@ -299,7 +299,7 @@ void add_thermal_image(Program& program) {
   auto [command, options] = add_command(program, "image",
                                         "Computes the finite-element thermal image of the working gyro at rest: "
                                         "pictures, a file for ParaView, an input for CalculiX.",
-                                        "gyrotherm-thermal image --mesh medium --out image", image);
+                                        "gyrotherm-thermal image --mesh medium --out image", write_image);
   command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
       ->check(CLI::IsMember({"coarse", "medium", "fine"}));

@@ -54,8 +54,8 @@ Result<DistributionSettings> make_distribution_settings(const JobOptions& option
 
 /// Prints the time and the progress, such as "7 of 24 tasks done, 1 failed".
 void print_progress(const Progress& progress) {
-  const std::string failed = progress.bad > 0 ? fmt::format(", {} failed", progress.bad) : "";
-  write_to_stderr(fmt::format("{} {} of {} tasks done{}\n", civil_time(SteadyClock().now().utc), progress.good,
+  const std::string failed = progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "";
+  write_to_stderr(fmt::format("{} {} of {} tasks done{}\n", civil_time(SteadyClock().now().utc), progress.succeeded,
                               progress.all, failed));
 }
 
@@ -66,7 +66,7 @@ Result<int> report_failures(const Job& job, const std::string& folder) {
   for (const Task& task : job.tasks) {
     const auto end = read_task_end(folder, task);
     if (!end) return failure(end.error());
-    if (!*end || (*end)->is_good()) continue;
+    if (!*end || (*end)->has_succeeded()) continue;
     if (failed.empty()) code = (*end)->exit_code;
     failed.push_back(fmt::format("{} (exit code {})", task.name, (*end)->exit_code));
   }
@@ -132,8 +132,8 @@ Result<int> continue_job(const JobOptions& options) {
   for (const Task& task : job->tasks) {
     const auto end = read_task_end(options.out, task);
     if (!end) return failure(end.error());
-    if (options.again && *end && !(*end)->is_good()) remove_task_end(options.out, task);
-    const auto state = !*end ? "not done" : (*end)->is_good() ? "done" : "failed";
+    if (options.again && *end && !(*end)->has_succeeded()) remove_task_end(options.out, task);
+    const auto state = !*end ? "not done" : (*end)->has_succeeded() ? "done" : "failed";
     const auto detail =
         *end ? fmt::format("{:8.1f} s on {}, exit code {}", (*end)->wall_s, (*end)->machine, (*end)->exit_code) : "";
     lines += fmt::format("{:<24} {:<9}{}\n", task.name, state, detail);
@@ -148,7 +148,7 @@ Result<int> run_task_command(const JobOptions& options) {
   if (!job) return failure(job.error());
   const auto end = run_task(*job, options.out, options.number);
   if (!end) return failure(end.error());
-  return end->is_good() ? 0 : end->exit_code;
+  return end->has_succeeded() ? 0 : end->exit_code;
 }
 
 void add_distribution_options(CLI::App& command, JobOptions& options) {

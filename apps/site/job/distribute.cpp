@@ -198,7 +198,7 @@ Result<Progress> count_progress(const Job& job, const std::string& folder) {
   for (const Task& task : job.tasks) {
     const auto end = read_task_end(folder, task);
     if (!end) return failure(end.error());
-    if (*end) ++((*end)->is_good() ? progress.good : progress.bad);
+    if (*end) ++((*end)->has_succeeded() ? progress.succeeded : progress.failed);
   }
   return progress;
 }

@@ -27,8 +27,8 @@ struct DistributionSettings {
 
 /// Number of tasks by result. A task without a result waits, runs or has died.
 struct Progress {
-  std::size_t all{}, good{}, bad{};
-  [[nodiscard]] std::size_t left() const { return all - good - bad; }
+  std::size_t all{}, succeeded{}, failed{};
+  [[nodiscard]] std::size_t left() const { return all - succeeded - failed; }
   bool operator==(const Progress&) const = default;
 };
 [[nodiscard]] Result<Progress> count_progress(const Job& job, const std::string& folder);

@@ -152,7 +152,7 @@ Result<TaskEnd> run_task(const Job& job, const std::string& folder, std::size_t 
     if (*code == kInterruptedExitCode || *code >= kFirstSignal)
       return failure(FaultKind::interrupted, task.name, fmt::format("stopped with exit code {}", *code));
     end.exit_code = *code;
-    if (!end.is_good()) break;
+    if (!end.has_succeeded()) break;
   }
   end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (auto written = replace_text_file(task_file(folder, task, ".json"), text_of(make_json(end), 1) + "\n"); !written)

@@ -42,7 +42,7 @@ struct TaskEnd {
   int exit_code{};
   double wall_s{};
   std::string machine{};
-  [[nodiscard]] bool is_good() const { return exit_code == 0 || exit_code == kOutsideLimits; }
+  [[nodiscard]] bool has_succeeded() const { return exit_code == 0 || exit_code == kOutsideLimits; }
   /// Exit code of a command whose result is outside its limits. The task counts as done.
   static constexpr int kOutsideLimits = 1;
 };

@@ -17,10 +17,10 @@ constexpr const char *kPassword = "a long password", *kOther = "another password
 class Access : public ::testing::Test {
  protected:
   void put(const std::string& name, Role role, const std::string& password) {
-    change([&](UserList& list) { return put_user(list, name, role, password); });
+    change([&](UserList& list) { return add_or_replace_user(list, name, role, password); });
   }
   void remove(const std::string& name) {
-    change([&](UserList& list) { return remove_name(list, name); });
+    change([&](UserList& list) { return remove_user_or_token(list, name); });
   }
   template <class Change>
   void change(Change change) {

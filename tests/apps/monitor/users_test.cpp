@@ -25,7 +25,7 @@ struct Site {
 void put(const std::string& file, const std::string& name, Role role) {
   auto list = read_users(file);
   ASSERT_TRUE(list) << text(list.error());
-  ASSERT_TRUE(put_user(*list, name, role, "a long password"));
+  ASSERT_TRUE(add_or_replace_user(*list, name, role, "a long password"));
   ASSERT_TRUE(write_users(file, *list));
 }
 
@@ -47,7 +47,7 @@ TEST(Users, AreStoredInPrivateFileWithoutSecrets) {
   put(site.file, "ada", Role::viewer);
   auto list = read_users(site.file);
   ASSERT_TRUE(list);
-  const auto secret = put_token(*list, "script", Role::viewer);
+  const auto secret = add_or_replace_token(*list, "script", Role::viewer);
   ASSERT_TRUE(secret && write_users(site.file, *list));
   const auto stored = read_text_file(site.file);
   ASSERT_TRUE(stored);
@@ -70,26 +70,26 @@ TEST(Users, AreRejectedAtOnceWhenRemoved) {
   Users users(site.file);
   ASSERT_TRUE(users.find_by_name("ada"));
   auto list = read_users(site.file);
-  ASSERT_TRUE(list && remove_name(*list, "ada") && write_users(site.file, *list));
+  ASSERT_TRUE(list && remove_user_or_token(*list, "ada") && write_users(site.file, *list));
   EXPECT_FALSE(users.find_by_name("ada"));
   EXPECT_FALSE(users.has_any());
-  EXPECT_FALSE(remove_name(*list, "ada"));
+  EXPECT_FALSE(remove_user_or_token(*list, "ada"));
 }
 
 TEST(Users, RefuseInvalidNamesAndPasswords) {
   UserList list;
-  EXPECT_FALSE(put_user(list, "", Role::viewer, "a long password"));
-  EXPECT_FALSE(put_user(list, "a b", Role::viewer, "a long password"));
-  EXPECT_FALSE(put_user(list, "ada\n", Role::viewer, "a long password"));
-  EXPECT_FALSE(put_user(list, "ada", Role::viewer, "short"));
-  ASSERT_TRUE(put_token(list, "ada", Role::viewer));
-  EXPECT_FALSE(put_user(list, "ada", Role::viewer, "a long password")) << "the name of a token";
+  EXPECT_FALSE(add_or_replace_user(list, "", Role::viewer, "a long password"));
+  EXPECT_FALSE(add_or_replace_user(list, "a b", Role::viewer, "a long password"));
+  EXPECT_FALSE(add_or_replace_user(list, "ada\n", Role::viewer, "a long password"));
+  EXPECT_FALSE(add_or_replace_user(list, "ada", Role::viewer, "short"));
+  ASSERT_TRUE(add_or_replace_token(list, "ada", Role::viewer));
+  EXPECT_FALSE(add_or_replace_user(list, "ada", Role::viewer, "a long password")) << "the name of a token";
 }
 
 TEST(Users, RequireWholeToken) {
   const Site site;
   UserList list;
-  const auto secret = put_token(list, "script", Role::viewer);
+  const auto secret = add_or_replace_token(list, "script", Role::viewer);
   ASSERT_TRUE(secret && write_users(site.file, list));
   EXPECT_EQ(secret->size(), 43u);
   Users users(site.file);
@@ -138,13 +138,13 @@ TEST(Sessions, EndWhenClosedOrAfterWeek) {
 TEST(Confirmations, AreValidOnceForTheirCommandWithinHalfMinute) {
   VirtualClock clock;
   Confirmations confirmations(clock);
-  const auto word = confirmations.issue("ada", "run", "stop");
+  const auto word = confirmations.issue_token("ada", "run", "stop");
   EXPECT_FALSE(confirmations.redeem(word, "eve", "run", "stop")) << "and it is used up";
   EXPECT_FALSE(confirmations.redeem(word, "ada", "run", "stop"));
-  const auto second = confirmations.issue("ada", "run", "stop");
+  const auto second = confirmations.issue_token("ada", "run", "stop");
   EXPECT_TRUE(confirmations.redeem(second, "ada", "run", "stop"));
   EXPECT_FALSE(confirmations.redeem(second, "ada", "run", "stop"));
-  const auto late = confirmations.issue("ada", "run", "stop");
+  const auto late = confirmations.issue_token("ada", "run", "stop");
   clock.advance(31s);
   EXPECT_FALSE(confirmations.redeem(late, "ada", "run", "stop"));
   EXPECT_FALSE(confirmations.redeem("", "ada", "run", "stop"));

@@ -58,8 +58,7 @@ TEST(SiteFile, TellsWhatIsWrong) {
   const std::string whole = kWhole;
   EXPECT_NE(mistakes_of(without(whole, "rig =", "rgi =")).find("did you mean \"rig\""), std::string::npos);
   EXPECT_NE(mistakes_of(without(whole, "longest_wait", "longest_wate")).find("longest_wait"), std::string::npos);
-  EXPECT_NE(mistakes_of(without(whole, "user=rig_3", "password=secret")).find("use a passfile"),
-            std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "user=rig_3", "password=secret")).find("use a passfile"), std::string::npos);
   EXPECT_NE(mistakes_of(without(whole, "user=rig_3", "uesr=rig_3")).find("uesr"), std::string::npos);
   EXPECT_NE(mistakes_of(without(whole, "{sha256}")).find("{sha256}"), std::string::npos);
   EXPECT_NE(mistakes_of(without(whole, "\"5 s\"", "\"5 ms\"")).find("100 ms"), std::string::npos);

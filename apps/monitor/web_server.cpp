@@ -39,9 +39,9 @@ constexpr auto kWriteTimeout = 5s;
 
 }  // namespace
 
-class WebServer::Impl {
+class WebServer::ServerThreads {
  public:
-  Impl(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
+  ServerThreads(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
 
   void serve() {
     std::vector<std::thread> threads;
@@ -212,17 +212,17 @@ class WebServer::Impl {
 };
 
 WebServer::WebServer(const WebServerOptions& options, Answer answer)
-    : impl_(std::make_unique<Impl>(options, std::move(answer))) {}
+    : server_threads_(std::make_unique<ServerThreads>(options, std::move(answer))) {}
 WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
-  auto& options = impl_->options;
+  auto& options = server_threads_->options;
   auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMaxWaiting);
   if (!listener)
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot listen: the port is in use, or the address does not belong to this machine");
-  impl_->listener = std::move(*listener);
-  const int port = listening_port(impl_->listener);
+  server_threads_->listener = std::move(*listener);
+  const int port = listening_port(server_threads_->listener);
   std::vector<std::string> hosts;
   const bool is_ipv6 = options.address.find(':') != std::string::npos;
   auto names = options.hosts;
@@ -236,14 +236,14 @@ Result<int> WebServer::bind() {
   return port;
 }
 
-void WebServer::serve() { impl_->serve(); }
+void WebServer::serve() { server_threads_->serve(); }
 
 void WebServer::stop() {
-  impl_->stopping = true;
+  server_threads_->stopping = true;
   // Wakes serve().
-  ::shutdown(impl_->listener.number(), SHUT_RDWR);
+  ::shutdown(server_threads_->listener.number(), SHUT_RDWR);
 }
 
-bool WebServer::is_stopping() const { return impl_->stopping; }
+bool WebServer::is_stopping() const { return server_threads_->stopping; }
 
 }  // namespace gyrotherm::monitor

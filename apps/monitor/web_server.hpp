@@ -47,8 +47,8 @@ class WebServer {
   [[nodiscard]] bool is_stopping() const;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  class ServerThreads;
+  std::unique_ptr<ServerThreads> server_threads_;
 };
 
 }  // namespace gyrotherm::monitor
